@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+# The host build also builds every board, so that the emulator tests run what would be flashed.
+# HYST_ARM_DIR holds <board>.elf under firmware/, and conformance.elf under tests/conformance/.
+find_program(HYST_ARM_GCC arm-none-eabi-gcc)
+option(HYST_BUILD_BOARDS "Build the boards with arm-none-eabi-gcc as part of the host build" ON)
+set(HYST_ARM_DIR ${CMAKE_BINARY_DIR}/arm)
+if(HYST_BUILD_BOARDS)
+  if(NOT HYST_ARM_GCC)
+    message(FATAL_ERROR "arm-none-eabi-gcc not found: install gcc-arm-none-eabi, or configure with -DHYST_BUILD_BOARDS=OFF")
+  endif()
+  include(ExternalProject)
+  ExternalProject_Add(boards
+    SOURCE_DIR ${CMAKE_SOURCE_DIR}
+    BINARY_DIR ${HYST_ARM_DIR}
+    CMAKE_ARGS -DCMAKE_TOOLCHAIN_FILE=${CMAKE_SOURCE_DIR}/cmake/arm-none-eabi.cmake
+               -DCMAKE_BUILD_TYPE=Release "-DHYST_BOARD=h405$<SEMICOLON>bench"
+    BUILD_ALWAYS ON
+    INSTALL_COMMAND "")
+endif()

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: MIT
+option(HYST_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+option(HYST_COVERAGE "gcov instrumentation" OFF)
+if(HYST_SANITIZE)
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+if(HYST_COVERAGE)
+  add_compile_options(--coverage -O0)
+  add_link_options(--coverage)
+endif()

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * The per-sample pipeline from reference to drive: the signal chain inverted, right to left.
+ *
+ *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse hysteresis -> equalise (IIR: inverse of the
+ *     electronics) -> transition offset -> limits -> drive
+ *
+ * Modes
+ *   park        the drive is the parking drive; the reference is ignored
+ *   direct      the reference is a drive
+ *   linear      drive = linear_offset + linear_gain * reference: what an amplifier without a model would do
+ *   compensate  the whole pipeline
+ *
+ * In every mode the hysteresis memory is advanced with the drive that leaves this function (with equalise sections: with what entered
+ * them, plus the transition offset, since the actuator sees the equalised drive through the electronics). So the model stays in step with the actuator.
+ *
+ * A change of mode or of parameters does not step the drive: the difference at that sample becomes an offset that shrinks by at most
+ * transition_slew per sample. While it is not zero, the output is not the model's.
+ *
+ * All signals Q31. Cost: docs/TIMING.md. Cannot fail: parameters were validated when they were built.
+ * May be called from: the sample interrupt (step, adopt), host. The state belongs to that one context.
+ */
+#ifndef HYST_COMPENSATOR_H
+#define HYST_COMPENSATOR_H
+
+#include "hyst/iir.h"
+#include "hyst/prandtl_ishlinskii.h"
+
+/** Values are part of the Modbus interface: append only. */
+typedef enum { HYST_MODE_PARK = 0, HYST_MODE_DIRECT = 1, HYST_MODE_LINEAR = 2, HYST_MODE_COMPENSATE = 3 } hyst_mode_t;
+
+/** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
+typedef struct {
+    hyst_pi_t hysteresis;
+    hyst_iir_t shape;
+    hyst_iir_t equalise;
+    hyst_q31_t drive_low, drive_high; /**< limits of the drive, low < high */
+    hyst_q31_t drive_park;            /**< within the limits */
+    hyst_q31_t linear_offset;
+    hyst_q28_t linear_gain;
+    hyst_q31_t transition_slew; /**< > 0, per sample */
+} hyst_compensator_t;
+
+typedef struct {
+    hyst_pi_state_t hysteresis;
+    hyst_iir_state_t shape;
+    hyst_iir_state_t equalise;
+    hyst_mode_t mode;             /**< of the previous sample */
+    hyst_q31_t drive;             /**< last drive */
+    hyst_q31_t transition;        /**< remaining transition offset */
+    bool adopted;                 /**< parameters changed since the last sample */
+} hyst_compensator_state_t;
+
+/** What happened in one step; bits are part of the Modbus interface. */
+enum {
+    HYST_STEP_DRIVE_LIMITED = 1,   /**< the drive met drive_low or drive_high */
+    HYST_STEP_UNREACHABLE = 2,     /**< no drive reaches the reference */
+    HYST_STEP_FILTER_SATURATED = 4 /**< a shape or equalise section saturated */
+};
+
+/** Parked at drive_park, demagnetised memory, settled filters. */
+void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state);
+
+/**
+ * One sample. `reference` is a position (linear, compensate) or a drive (direct). Returns the drive, within the limits.
+ * *events receives the HYST_STEP_ bits of this sample (overwritten).
+ */
+hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state, hyst_mode_t mode,
+                                 hyst_q31_t reference, unsigned *events);
+
+/**
+ * Call once between two steps when `to` replaces `from`. Filter state is kept, play memory is carried over (hyst_pi_carry), and the next
+ * step turns the jump of the drive into a transition.
+ */
+void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to, hyst_compensator_state_t *state);
+
+#endif

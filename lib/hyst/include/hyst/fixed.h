@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * Fixed-point formats and the primitives that everything in lib/hyst is made of.
+ *
+ * A signal (drive, position, play memory) is a fraction of full scale in Q31: value = integer / 2^31, range [-1, 1).
+ * Qn is a signed 32-bit integer worth integer / 2^n. The type says the format; a bare int32_t is a count or a code.
+ *
+ * Rounding is to nearest with halves toward plus infinity, everywhere. Nothing here wraps: a function either cannot
+ * overflow for any argument (the bound is stated) or saturates.
+ *
+ * May be called from: interrupt, main loop, host. Reentrant, no state.
+ */
+#ifndef HYST_FIXED_H
+#define HYST_FIXED_H
+
+#include <stdint.h>
+
+#if defined(__ARM_FEATURE_DSP)
+#include <arm_acle.h>
+#endif
+
+typedef int32_t hyst_q31_t; /**< [-1, 1) in steps of 2^-31 */
+typedef int32_t hyst_q30_t; /**< [-2, 2) in steps of 2^-30 */
+typedef int32_t hyst_q28_t; /**< [-8, 8) in steps of 2^-28 */
+typedef int32_t hyst_q20_t; /**< [-2048, 2048) in steps of 2^-20 */
+
+#define HYST_Q31_MAX INT32_MAX
+#define HYST_Q31_MIN INT32_MIN
+#define HYST_Q30_ONE ((hyst_q30_t)1 << 30)
+#define HYST_Q28_ONE ((hyst_q28_t)1 << 28)
+#define HYST_Q20_ONE ((hyst_q20_t)1 << 20)
+
+/* C11 leaves the right shift of a negative number to the compiler. The library needs the arithmetic one. */
+_Static_assert((-3 >> 1) == -2, "lib/hyst needs an arithmetic right shift");
+
+/** x if it fits into 32 bits, else the nearer end of the range. */
+static inline int32_t hyst_saturate(int64_t x) {
+    if (x > INT32_MAX) {
+        return INT32_MAX;
+    }
+    if (x < INT32_MIN) {
+        return INT32_MIN;
+    }
+    return (int32_t)x;
+}
+
+/** a + b, saturated. One instruction on a Cortex-M4. */
+static inline int32_t hyst_add(int32_t a, int32_t b) {
+#if defined(__ARM_FEATURE_DSP)
+    return __qadd(a, b);
+#else
+    return hyst_saturate((int64_t)a + b);
+#endif
+}
+
+/** a - b, saturated. One instruction on a Cortex-M4. */
+static inline int32_t hyst_subtract(int32_t a, int32_t b) {
+#if defined(__ARM_FEATURE_DSP)
+    return __qsub(a, b);
+#else
+    return hyst_saturate((int64_t)a - b);
+#endif
+}
+
+/** a * b in full. |result| <= 2^62, so two of them may be added. */
+static inline int64_t hyst_product(int32_t a, int32_t b) {
+    return (int64_t)a * b;
+}
+
+/** x / 2^shift, rounded to nearest. 1 <= shift <= 62 and x <= INT64_MAX - 2^(shift-1). */
+static inline int64_t hyst_round_shift(int64_t x, unsigned shift) {
+    return (x + ((int64_t)1 << (shift - 1U))) >> shift;
+}
+
+/** x limited to [low, high]; low <= high. */
+static inline int32_t hyst_clamp(int32_t x, int32_t low, int32_t high) {
+    if (x < low) {
+        return low;
+    }
+    return x > high ? high : x;
+}
+
+#endif
