@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * A block: one physical stage of the signal chain, with its parameters and how to simulate it.
+ *
+ * Adding an effect is one file in blocks/ that defines a block_t, and one line in BLOCKS of catalogue.h. Everything
+ * else (reading and checking the model file, the help, simulation, the twin) works from the tables here.
+ */
+#ifndef BLOCK_H
+#define BLOCK_H
+
+#include "failure.h"
+#include <stddef.h>
+#include <stdint.h>
+
+/** Where in the chain a block stands, in the order of the signal. */
+typedef enum { PLACE_ELECTRONICS, PLACE_HYSTERESIS, PLACE_SLOW, PLACE_MECHANICS, PLACE_SENSOR, PLACE_COUNT } place_t;
+
+#define BLOCK_MAX_PARAMETERS 8
+/** Longest array parameter. */
+#define PARAMETER_MAX_ELEMENTS 4096
+
+/** What is known about a parameter before it has a value. Every element of an array parameter obeys the range. */
+typedef struct {
+    const char *name; /**< as in the model file */
+    const char *unit; /**< "V", "um", "Hz", "s", "1" ... */
+    double low, high; /**< inclusive; low may be -HUGE_VAL and high HUGE_VAL */
+    bool array;
+    bool optional;        /**< may be absent from a model */
+    double default_value; /**< of an absent scalar */
+    const char *text;     /**< what it means */
+} parameter_info_t;
+
+/** A parameter's numbers. */
+typedef struct {
+    size_t count;  /**< elements; 1 for a scalar; 0 only for an absent optional array */
+    double *value; /**< count elements */
+    double *sigma; /**< standard errors, count elements, or NULL when not known */
+} parameter_t;
+
+/** What a stage is opened with, besides its parameters. */
+typedef struct {
+    double sample_rate_hz; /**< of the simulation */
+    uint64_t seed;         /**< for noise; differs from stage to stage */
+} stage_setup_t;
+
+/**
+ * What travels down the chain. `value` is V up to the hysteresis and um behind it. A block that modifies the hysteresis
+ * sees the same drive just before the hysteresis does, leaves it alone, and writes what it does to the play operators
+ * into the other fields.
+ */
+typedef struct {
+    double value;
+    double threshold_growth_v; /**< added to every play threshold at this sample */
+} signal_t;
+
+typedef struct block {
+    const char *name; /**< as in the model file */
+    place_t place;
+    bool modifies_hysteresis; /**< see signal_t; works only in a chain with a hysteresis block */
+    const char *text;         /**< one line: what it is */
+    const parameter_info_t *parameter;
+    size_t parameters;
+
+    /** Checks what the ranges alone cannot (lengths, order), or NULL. `parameter` is in the order of the table. */
+    bool (*check)(const parameter_t *parameter, failure_t *failure);
+    /** Bytes of state; the state is aligned like malloc's and zeroed before `open`. */
+    size_t (*state_size)(const parameter_t *parameter, const stage_setup_t *setup);
+    void (*open)(void *state, const parameter_t *parameter, const stage_setup_t *setup);
+    /** Goes to the state in which this input has been present for ever, and replaces *signal by the output. */
+    void (*settle)(void *state, signal_t *signal);
+    /** One sample: replaces *signal by the output. */
+    void (*step)(void *state, signal_t *signal);
+} block_t;
+
+#endif

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Runs a model: drive in volts in, position in micrometres out, one sample at a time, in double precision.
+ *
+ * The chain runs in the order of the model's list, except that blocks that modify the hysteresis run just before it.
+ * The continuous-time blocks are discretised at the chain's own rate, so a model may be simulated at another rate than
+ * it was fitted at.
+ */
+#ifndef CHAIN_H
+#define CHAIN_H
+
+#include "model.h"
+#include "recording.h"
+
+typedef struct chain chain_t;
+
+/** The model may be freed afterwards. `seed` makes noise repeatable. NULL on failure. */
+chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure);
+
+/** Goes to the state in which drive_v has been present for ever (hysteresis: its initial memory, or demagnetised at 0
+ * V, then a slow move there). */
+double chain_settle(chain_t *chain, double drive_v);
+
+/** One sample. Returns the position in um. */
+double chain_step(chain_t *chain, double drive_v);
+
+void chain_close(chain_t *chain);
+
+/** Settles at the first drive of the recording, then runs it. position_um has recording->samples elements. */
+bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
+                    failure_t *failure);
+
+/** Error of a simulation or of a track, over a run of samples. */
+typedef struct {
+    double rms_um;
+    double max_um;        /**< largest magnitude */
+    size_t max_sample;    /**< where */
+    double nrmse_percent; /**< rms over peak-to-peak displacement, times 100; 0 / 0 is NAN */
+} error_measure_t;
+
+/** Error of `simulated` against `measured`, relative to the peak-to-peak value of `measured` over these samples.
+ * samples > 0. */
+error_measure_t measure_error(const double *measured, const double *simulated, size_t samples);
+
+#endif

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Recordings: uniformly sampled drive and displacement, as CSV.
+ *
+ *     # sample_rate_hz: 10000
+ *     # drive_unit: V
+ *     # displacement_unit: um
+ *     # any_other_key: value
+ *     t,drive,displacement
+ *     0.0000,50.00000,0.01234
+ *
+ * Header lines start with '#'. Columns are named and may stand in any order; t [s], drive [V] and displacement [um] are
+ * required, reference [um], voltage [V], current [A] and temperature [degC] are optional, other names are ignored.
+ * Nothing is repaired: a gap, a duplicate, a number that is not one, a ragged or over-long line, a missing column, a
+ * rate that t contradicts or binary data is refused with one line that names file and line.
+ */
+#ifndef RECORDING_H
+#define RECORDING_H
+
+#include "failure.h"
+#include <stddef.h>
+
+/** Longest line of a recording in characters. */
+#define RECORDING_MAX_LINE 1000
+
+typedef enum {
+    COLUMN_DRIVE,        /**< V */
+    COLUMN_DISPLACEMENT, /**< um */
+    COLUMN_REFERENCE,    /**< um */
+    COLUMN_VOLTAGE,      /**< V, measured at the actuator */
+    COLUMN_CURRENT,      /**< A */
+    COLUMN_TEMPERATURE,  /**< degC */
+    COLUMN_COUNT
+} column_t;
+
+/** A header line that is not one of the three keys with a meaning here. */
+typedef struct {
+    char *key, *value;
+} recording_key_t;
+
+typedef struct {
+    char *name; /**< path it was read from, for messages */
+    double sample_rate_hz;
+    double start_s;               /**< t of the first sample */
+    size_t samples;               /**< 2 or more after a successful read */
+    double *column[COLUMN_COUNT]; /**< samples values each, NULL where the recording has no such column */
+    size_t keys;
+    recording_key_t *key;
+} recording_t;
+
+/** Name of a column as the file writes it. */
+const char *column_name(column_t column);
+
+/** Reads and checks a file. On success the caller frees *recording with recording_free. */
+bool recording_read(recording_t *recording, const char *path, failure_t *failure);
+
+/** Writes a file that recording_read reads back to the same numbers (17 digits where needed). All present columns. */
+bool recording_write(const recording_t *recording, const char *path, failure_t *failure);
+
+/** An empty recording of `samples` zeroed samples with drive and displacement. Further columns: recording_add_column.
+ */
+void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples);
+/** Adds a zeroed column unless it exists. Returns its values. */
+double *recording_add_column(recording_t *recording, column_t column);
+/** Adds or replaces a header key. Keys and values are one line each. */
+void recording_set_key(recording_t *recording, const char *key, const char *value);
+/** The value of a header key, or NULL. */
+const char *recording_key(const recording_t *recording, const char *key);
+
+/** Frees what the recording holds and clears it. A cleared recording may be freed again. */
+void recording_free(recording_t *recording);
+
+#endif
