@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * What the application asks of a board. Each folder under firmware/boards implements this, and nothing outside it touches a chip register.
- * The native test build implements it in tests/firmware.
+ * What the application asks of a board. Each folder under firmware/boards implements this, and nothing outside it
+ * touches a chip register. The native test build implements it in tests/firmware.
  */
 #ifndef BOARD_H
 #define BOARD_H
@@ -22,7 +22,8 @@ typedef struct {
 
 extern const board_info_t board_info;
 
-/** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. Returns fault bits (clock fallback). */
+/** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. Returns
+ * fault bits (clock fallback). */
 uint16_t board_init(void);
 
 /** Starts the sample interrupt, which calls loop_sample(). From then on every sample writes a drive code. */
@@ -32,7 +33,8 @@ void board_start(void);
 uint32_t board_cost_counter(void);
 uint32_t board_microseconds(void);
 
-/** Sends a frame on the Modbus line; takes a copy or blocks until it is out; handles the RS-485 driver enable. Main loop only. */
+/** Sends a frame on the Modbus line; takes a copy or blocks until it is out; handles the RS-485 driver enable. Main
+ * loop only. */
 void board_modbus_send(const uint8_t *frame, size_t length);
 
 /** Main loop is idle: wait for an interrupt. */

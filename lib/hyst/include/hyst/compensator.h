@@ -2,8 +2,8 @@
 /**
  * The per-sample pipeline from reference to drive: the signal chain inverted, right to left.
  *
- *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse hysteresis -> equalise (IIR: inverse of the
- *     electronics) -> transition offset -> limits -> drive
+ *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse hysteresis -> equalise (IIR:
+ * inverse of the electronics) -> transition offset -> limits -> drive
  *
  * Modes
  *   park        the drive is the parking drive; the reference is ignored
@@ -11,11 +11,13 @@
  *   linear      drive = linear_offset + linear_gain * reference: what an amplifier without a model would do
  *   compensate  the whole pipeline
  *
- * In every mode the hysteresis memory is advanced with the drive that leaves this function (with equalise sections: with what entered
- * them, plus the transition offset, since the actuator sees the equalised drive through the electronics). So the model stays in step with the actuator.
+ * In every mode the hysteresis memory is advanced with the drive that leaves this function (with equalise sections:
+ * with what entered them, plus the transition offset, since the actuator sees the equalised drive through the
+ * electronics). So the model stays in step with the actuator.
  *
- * A change of mode or of parameters does not step the drive: the difference at that sample becomes an offset that shrinks by at most
- * transition_slew per sample. While it is not zero, the output is not the model's.
+ * A change of mode or of parameters does not step the drive: the drive repeats its last value for that sample, and the
+ * difference becomes an offset that shrinks by transition_slew per sample. While it is not zero, the output is not the
+ * model's. (New limits do act at once.)
  *
  * All signals Q31. Cost: docs/TIMING.md. Cannot fail: parameters were validated when they were built.
  * May be called from: the sample interrupt (step, adopt), host. The state belongs to that one context.
@@ -45,10 +47,12 @@ typedef struct {
     hyst_pi_state_t hysteresis;
     hyst_iir_state_t shape;
     hyst_iir_state_t equalise;
-    hyst_mode_t mode;             /**< of the previous sample */
-    hyst_q31_t drive;             /**< last drive */
-    hyst_q31_t transition;        /**< remaining transition offset */
-    bool adopted;                 /**< parameters changed since the last sample */
+    hyst_mode_t mode; /**< of the previous sample */
+    hyst_q31_t drive; /**< last drive */
+    int64_t
+        transition; /**< remaining transition offset in units of 2^-31; a step across the whole range needs 33 bits */
+    bool adopted;   /**< parameters changed since the last sample */
+    bool settled;   /**< the filters' state belongs to the present cascade and input */
 } hyst_compensator_state_t;
 
 /** What happened in one step; bits are part of the Modbus interface. */
@@ -65,13 +69,14 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
  * One sample. `reference` is a position (linear, compensate) or a drive (direct). Returns the drive, within the limits.
  * *events receives the HYST_STEP_ bits of this sample (overwritten).
  */
-hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state, hyst_mode_t mode,
-                                 hyst_q31_t reference, unsigned *events);
+hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
+                                 hyst_mode_t mode, hyst_q31_t reference, unsigned *events);
 
 /**
- * Call once between two steps when `to` replaces `from`. Filter state is kept, play memory is carried over (hyst_pi_carry), and the next
- * step turns the jump of the drive into a transition.
+ * Call once between two steps when `to` replaces `from`. Filter state is kept, play memory is carried over
+ * (hyst_pi_carry), and the next step turns the jump of the drive into a transition.
  */
-void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to, hyst_compensator_state_t *state);
+void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
+                            hyst_compensator_state_t *state);
 
 #endif

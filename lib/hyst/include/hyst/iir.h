@@ -4,10 +4,11 @@
  *
  *     y[k] = b0 x[k] + b1 x[k-1] + b2 x[k-2] - a1 y[k-1] - a2 y[k-2]          per section, a0 = 1
  *
- * Signals Q31, coefficients Q28 (range -8 to 8, step 3.7e-9). The sum is exact in 64 bits; the 28 bits that rounding would drop are
- * carried into the next sample, so the quantisation noise is shaped by (1 - z^-1) and a constant input settles to its exact gain.
- * Direct form 1: the state is plain past inputs and outputs, so any coefficients can follow any others without a jump of the state.
- * The output saturates; a saturation drops the carried remainder and is reported.
+ * Signals Q31, coefficients Q28 (range -8 to 8, step 3.7e-9). The sum is exact in 64 bits; the 28 bits that rounding
+ * would drop are carried into the next sample, so the quantisation noise is shaped by (1 - z^-1) and a constant input
+ * settles to its exact gain. Direct form 1: the state is plain past inputs and outputs, so any coefficients can follow
+ * any others without a jump of the state. The output saturates; a saturation drops the carried remainder and is
+ * reported.
  *
  * Bound: |b0| + |b1| + |b2| + |a1| + |a2| < 15 (checked by hyst_iir_build), so |sum| < 15 * 2^28 * 2^31 + 2^28 < 2^63.
  *
@@ -49,7 +50,8 @@ typedef enum {
 } hyst_iir_status_t;
 
 /** Checks and copies. On refusal *iir is untouched and *element is the index of the section. */
-hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_iir_section_t section[], uint32_t *element);
+hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_iir_section_t section[],
+                                 uint32_t *element);
 
 /** All state zero. */
 void hyst_iir_reset(hyst_iir_state_t *state);

@@ -16,8 +16,9 @@
  *     14 transition_slew  Q31, > 0          15  lookahead_samples  0..HYST_LOOKAHEAD_MAX
  *     16 pi_operators n   17 pi_offset Q31  18  pi_beta Q20 (samples)            19 pi_rate_gain Q30
  *     20 shape_sections   21 equalise_sections
- *     22 ... w_0..w_n Q28, then a_1..a_n Q31, then 5 words (b0 b1 b2 a1 a2, Q28) per shape section, then per equalise section
- *     last  CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least significant byte first
+ *     22 ... w_0..w_n Q28, then a_1..a_n Q31, then 5 words (b0 b1 b2 a1 a2, Q28) per shape section, then per equalise
+ * section last  CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least
+ * significant byte first
  *
  * The format has its own version, separate from the firmware's and the register map's.
  * May be called from: main loop, host. Not from the interrupt (a decode walks the whole image).
@@ -28,10 +29,10 @@
 #include "hyst/compensator.h"
 #include <stddef.h>
 
-#define HYST_IMAGE_MAGIC 0x48595354U
-#define HYST_IMAGE_VERSION 1U
+#define HYST_IMAGE_MAGIC        0x48595354U
+#define HYST_IMAGE_VERSION      1U
 #define HYST_IMAGE_HEADER_WORDS 22U
-#define HYST_IMAGE_MIN_WORDS (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
+#define HYST_IMAGE_MIN_WORDS    (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
 #define HYST_IMAGE_MAX_WORDS                                                                                           \
     (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + 2U * 5U * HYST_IIR_MAX_SECTIONS + 1U)
 #define HYST_LOOKAHEAD_MAX 63U
@@ -64,7 +65,7 @@ typedef struct {
 /** Why an image is refused. Values are part of the Modbus interface: append only. */
 typedef enum {
     HYST_PARAMETERS_OK = 0,
-    HYST_PARAMETERS_BAD_LENGTH = 1,   /**< shorter or longer than its own length word or its counts say */
+    HYST_PARAMETERS_BAD_LENGTH = 1, /**< shorter or longer than its own length word or its counts say */
     HYST_PARAMETERS_BAD_MAGIC = 2,
     HYST_PARAMETERS_BAD_VERSION = 3,
     HYST_PARAMETERS_BAD_CRC = 4,
@@ -111,19 +112,22 @@ typedef struct {
 /** CRC-32 of `count` words as described above. */
 uint32_t hyst_crc32(const uint32_t *words, size_t count);
 
-/** Writes the image with its CRC. Returns its length in words, or 0 if the counts in *parameters are out of range or capacity is too small. */
+/** Writes the image with its CRC. Returns its length in words, or 0 if the counts in *parameters are out of range or
+ * capacity is too small. */
 size_t hyst_parameters_encode(const hyst_parameters_t *parameters, uint32_t *words, size_t capacity);
 
-/** Reads an image: length, magic, version, CRC, counts. On a fault *parameters is undefined. Follow with hyst_parameters_build. */
+/** Reads an image: length, magic, version, CRC, counts. On a fault *parameters is undefined. Follow with
+ * hyst_parameters_build. */
 hyst_parameters_fault_t hyst_parameters_decode(const uint32_t *words, size_t count, hyst_parameters_t *parameters);
 
 /**
- * The validator: checks every field and builds the compensator from them. Refuses whatever is not invertible, out of range or
- * inconsistent. On a fault *compensator is undefined (build into the idle half of a double buffer).
+ * The validator: checks every field and builds the compensator from them. Refuses whatever is not invertible, out of
+ * range or inconsistent. On a fault *compensator is undefined (build into the idle half of a double buffer).
  */
 hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameters, hyst_compensator_t *compensator);
 
-/** A safe set: drive range whole, parked in the middle, no hysteresis, gain 1, 10 kHz, scales of 1 V and 1 um. Always valid. */
+/** A safe set: drive range whole, parked in the middle, no hysteresis, gain 1, 10 kHz, scales of 1 V and 1 um. Always
+ * valid. */
 void hyst_parameters_default(hyst_parameters_t *parameters);
 
 /** "out of range" etc. / the field's name as written above, for one-line messages. Never NULL. */

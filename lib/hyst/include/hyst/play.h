@@ -9,7 +9,8 @@
  * (w + e = v at the start), play + stop = input at every sample: tests/unit/test_play.c.
  *
  * v, w, e: Q31. r: Q31, 0 <= r. Exact: no rounding; no saturation can show, because a bound that leaves the range
- * would have clamped nothing inside it (max(v - r, -1) and min(v + r, 1) are what the clamp sees, and w lies in [-1, 1)).
+ * would have clamped nothing inside it (max(v - r, -1) and min(v + r, 1) are what the clamp sees, and w lies in [-1,
+ * 1)).
  *
  * May be called from: interrupt, main loop, host. Reentrant; the caller owns the memory.
  */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * Prandtl-Ishlinskii model: a weighted sum of play operators, with fixed or rate-dependent thresholds, and its exact inverse.
+ * Prandtl-Ishlinskii model: a weighted sum of play operators, with fixed or rate-dependent thresholds, and its exact
+ * inverse.
  *
  *     y[k]   = offset + w_0 u[k] + sum_{i=1..n} w_i z_i[k]
  *     z_i[k] = max(u[k] - r_i[k], min(u[k] + r_i[k], z_i[k-1]))              play, see play.h
@@ -8,24 +9,28 @@
  *     kappa[k] = min(beta |v[k-1]|, 1 - a_n)                                  the same for all operators
  *     v[k]   = v[k-1] + g (u[k] - u[k-1] - v[k-1])                            smoothed drive rate, per sample
  *
- * Source: seed 004, equations (1) to (11), with one change that makes the inverse exact and stable (docs/MODELS.md, section 3):
- * the rate that widens the thresholds at sample k is the one known before sample k. beta = 0 is the classical model.
+ * Source: seed 004, equations (1) to (11), with one change that makes the inverse exact and stable (docs/MODELS.md,
+ * section 3): the rate that widens the thresholds at sample k is the one known before sample k. beta = 0 is the
+ * classical model.
  *
- * Why the inverse is exact. At sample k the thresholds are already known, so y is a piecewise linear function of u alone. Its corners
- * lie at z_i + r_i (upwards) and z_i - r_i (downwards), in order of i because the memory stays nested
- * (|z_{i+1} - z_i| <= a_{i+1} - a_i: clamping to nested intervals keeps it, and a common kappa does not change the distances).
- * Its slope behind corner j is S_j = w_0 + ... + w_j. All S_j > 0 makes it increasing; walking the corners and one division invert it.
- * hyst_pi_solve and hyst_pi_advance work on the same memory, so forward after inverse differs from the identity only by the
- * rounding of u to Q31: at most S_max / 2 + 1/2 units of 2^-31 (tests/unit/test_prandtl_ishlinskii.c).
+ * Why the inverse is exact. At sample k the thresholds are already known, so y is a piecewise linear function of u
+ * alone. Its corners lie at z_i + r_i (upwards) and z_i - r_i (downwards), in order of i because the memory stays
+ * nested
+ * (|z_{i+1} - z_i| <= a_{i+1} - a_i: clamping to nested intervals keeps it, and a common kappa does not change the
+ * distances). Its slope behind corner j is S_j = w_0 + ... + w_j. All S_j > 0 makes it increasing; walking the corners
+ * and one division invert it. hyst_pi_solve and hyst_pi_advance work on the same memory, so forward after inverse
+ * differs from the identity only by the rounding of u to Q31: at most S_max / 2 + 1/2 units of 2^-31
+ * (tests/unit/test_prandtl_ishlinskii.c).
  *
- * Why the inverse is stable. Its own past drive widens its thresholds, which is feedback. On a branch with j operators moving the
- * feedback has the characteristic polynomial x^2 - (1 - g + q) x + q with q = g beta (S_j - S_0) / S_j; both roots are
- * inside the unit circle exactly for q < 1. hyst_parameters_validate demands q <= 0.9 for every j with S_j > S_0. (Without smoothing, g = 1,
- * the numbers of seed 004 give q = 1.3: that inverse oscillates although it is exact.)
+ * Why the inverse is stable. Its own past drive widens its thresholds, which is feedback. On a branch with j operators
+ * moving the feedback has the characteristic polynomial x^2 - (1 - g + q) x + q with q = g beta (S_j - S_0) / S_j; both
+ * roots are inside the unit circle exactly for -(2 - g) / 2 < q < 1. hyst_pi_build demands -0.45 <= q <= 0.9 on every
+ * branch. (Without smoothing, g = 1, the numbers of seed 004 give q = 1.3: that inverse oscillates although it is
+ * exact.)
  *
  * Preconditions: a hyst_pi_t that hyst_pi_build accepted. Every function here is total for such a model and any input.
- * May be called from: interrupt, main loop, host. Reentrant; the caller owns model and state. One state belongs to one context.
- * Cost: linear in n, no early exit; one 64-by-32 bit division per solve. Measured in docs/TIMING.md.
+ * May be called from: interrupt, main loop, host. Reentrant; the caller owns model and state. One state belongs to one
+ * context. Cost: linear in n, no early exit; one 64-by-32 bit division per solve. Measured in docs/TIMING.md.
  */
 #ifndef HYST_PRANDTL_ISHLINSKII_H
 #define HYST_PRANDTL_ISHLINSKII_H
@@ -35,21 +40,22 @@
 
 #define HYST_PI_MAX_OPERATORS 64
 
-/** Smallest slope S_j that is accepted: 2^-8. Below it the inverse would turn one unit of position into 256 of drive. */
+/** Smallest slope S_j that is accepted: 2^-8. Below it the inverse would turn one unit of position into 256 of drive.
+ */
 #define HYST_PI_MIN_SLOPE (HYST_Q28_ONE / 256)
 /** Largest sum of |w_i|, i = 0..n: 4. Bounds every 64-bit sum in this module, see prandtl_ishlinskii.c. */
 #define HYST_PI_MAX_WEIGHT_SUM (4 * (int64_t)HYST_Q28_ONE)
 
 /** Coefficients. Written by hyst_pi_build only; constant afterwards. */
 typedef struct {
-    uint32_t operators;                              /**< n, 0..HYST_PI_MAX_OPERATORS */
-    hyst_q31_t offset;                               /**< y at u = 0 with all memory 0, fraction of position full scale */
-    hyst_q28_t weight[HYST_PI_MAX_OPERATORS + 1];    /**< w_0..w_n, position full scale per drive full scale */
-    hyst_q28_t slope[HYST_PI_MAX_OPERATORS + 1];     /**< S_0..S_n, S_j = w_0 + ... + w_j, all >= HYST_PI_MIN_SLOPE */
-    hyst_q31_t threshold[HYST_PI_MAX_OPERATORS];     /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0 */
-    hyst_q31_t kappa_limit;                          /**< 1 - a_n */
-    hyst_q20_t beta;                                 /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
-    hyst_q30_t rate_gain;                            /**< g, (0, 1] */
+    uint32_t operators;                           /**< n, 0..HYST_PI_MAX_OPERATORS */
+    hyst_q31_t offset;                            /**< y at u = 0 with all memory 0, fraction of position full scale */
+    hyst_q28_t weight[HYST_PI_MAX_OPERATORS + 1]; /**< w_0..w_n, position full scale per drive full scale */
+    hyst_q28_t slope[HYST_PI_MAX_OPERATORS + 1];  /**< S_0..S_n, S_j = w_0 + ... + w_j, all >= HYST_PI_MIN_SLOPE */
+    hyst_q31_t threshold[HYST_PI_MAX_OPERATORS];  /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0 */
+    hyst_q31_t kappa_limit;                       /**< 1 - a_n */
+    hyst_q20_t beta;      /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
+    hyst_q30_t rate_gain; /**< g, (0, 1] */
 } hyst_pi_t;
 
 /** Memory. */
@@ -63,13 +69,13 @@ typedef struct {
 typedef enum {
     HYST_PI_OK = 0,
     HYST_PI_TOO_MANY_OPERATORS = -1,
-    HYST_PI_THRESHOLD_NOT_POSITIVE = -2,  /**< a_1 <= 0 */
-    HYST_PI_THRESHOLD_NOT_RISING = -3,    /**< a_i <= a_{i-1} */
-    HYST_PI_WEIGHT_SUM_TOO_LARGE = -4,    /**< sum |w_i| > 4 */
-    HYST_PI_SLOPE_TOO_SMALL = -5,         /**< some S_j < 2^-8: not invertible */
-    HYST_PI_RATE_GAIN_OUT_OF_RANGE = -6,  /**< g outside (0, 1] */
+    HYST_PI_THRESHOLD_NOT_POSITIVE = -2, /**< a_1 <= 0 */
+    HYST_PI_THRESHOLD_NOT_RISING = -3,   /**< a_i <= a_{i-1} */
+    HYST_PI_WEIGHT_SUM_TOO_LARGE = -4,   /**< sum |w_i| > 4 */
+    HYST_PI_SLOPE_TOO_SMALL = -5,        /**< some S_j < 2^-8: not invertible */
+    HYST_PI_RATE_GAIN_OUT_OF_RANGE = -6, /**< g outside (0, 1] */
     HYST_PI_BETA_NEGATIVE = -7,
-    HYST_PI_RATE_FEEDBACK_UNSTABLE = -8   /**< g beta (S_j - S_0) / S_j > 0.9 for some j */
+    HYST_PI_RATE_FEEDBACK_UNSTABLE = -8 /**< g beta (S_j - S_0) / S_j outside [-0.45, 0.9] for some j */
 } hyst_pi_status_t;
 
 /**
@@ -90,8 +96,9 @@ void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t 
 hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state);
 
 /**
- * The drive that would bring the output to `position` at this sample. The memory is not moved: follow with hyst_pi_advance.
- * Where no drive in Q31 reaches the position, the nearer end of the range is returned and *saturated is set (else it is left alone).
+ * The drive that would bring the output to `position` at this sample. The memory is not moved: follow with
+ * hyst_pi_advance. Where no drive in Q31 reaches the position, the nearer end of the range is returned and *saturated
+ * is set (else it is left alone).
  */
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated);
 
@@ -102,9 +109,10 @@ hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t position, bool *saturated);
 
 /**
- * Carries the memory of one model over to another whose thresholds may differ: the memory of a play bank is a curve over the
- * threshold (slope at most 1), and the new operators read it at the nearest smaller old threshold, then are nested.
- * Equal thresholds keep the memory to the bit. Drive and rate are kept. to_state may not be from_state. No division.
+ * Carries the memory of one model over to another whose thresholds may differ: the memory of a play bank is a curve
+ * over the threshold (slope at most 1), and the new operators read it at the nearest smaller old threshold, then are
+ * nested. Equal thresholds keep the memory to the bit. Drive and rate are kept. to_state may not be from_state. No
+ * division.
  */
 void hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
                    hyst_pi_state_t *to_state);

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+#include "hyst/compensator.h"
+
+void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state) {
+    hyst_pi_reset(&compensator->hysteresis, &state->hysteresis, compensator->drive_park);
+    hyst_iir_reset(&state->shape);
+    hyst_iir_reset(&state->equalise);
+    state->mode = HYST_MODE_PARK;
+    state->drive = compensator->drive_park;
+    state->transition = 0;
+    state->adopted = false;
+    state->settled = false;
+}
+
+/* Drive of the hysteresis (before the electronics' inverse) and of the amplifier (after it). */
+typedef struct {
+    hyst_q31_t hysteresis;
+    hyst_q31_t amplifier;
+} stage_drive_t;
+
+static stage_drive_t same(hyst_q31_t drive) {
+    return (stage_drive_t){.hysteresis = drive, .amplifier = drive};
+}
+
+static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_q31_t reference,
+                                unsigned *events) {
+    bool filter_saturated = false;
+    bool unreachable = false;
+    if (!state->settled) {
+        hyst_iir_settle(&c->shape, &state->shape, reference);
+    }
+    const hyst_q31_t position = hyst_iir_step(&c->shape, &state->shape, reference, &filter_saturated);
+    stage_drive_t drive;
+    drive.hysteresis = hyst_pi_solve(&c->hysteresis, &state->hysteresis, position, &unreachable);
+    if (!state->settled) {
+        hyst_iir_settle(&c->equalise, &state->equalise, drive.hysteresis);
+        state->settled = true;
+    }
+    drive.amplifier = hyst_iir_step(&c->equalise, &state->equalise, drive.hysteresis, &filter_saturated);
+    *events |= (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
+               (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
+    return drive;
+}
+
+static stage_drive_t wanted(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                            hyst_q31_t reference, unsigned *events) {
+    if (mode == HYST_MODE_COMPENSATE) {
+        return compensate(c, state, reference, events);
+    }
+    state->settled = false; /* the filters stand still meanwhile */
+    if (mode == HYST_MODE_DIRECT) {
+        return same(reference);
+    }
+    if (mode == HYST_MODE_LINEAR) {
+        /* |gain * reference| <= 2^62, so the sum of its 34 bits and the offset is far from 2^63. */
+        return same(hyst_saturate(hyst_round_shift(hyst_product(c->linear_gain, reference), 28) + c->linear_offset));
+    }
+    return same(c->drive_park);
+}
+
+static int64_t towards_zero(int64_t x, hyst_q31_t step) {
+    if (x > step) {
+        return x - step;
+    }
+    return x < -(int64_t)step ? x + step : 0;
+}
+
+hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
+                                 hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+    *events = 0;
+    const stage_drive_t stage = wanted(compensator, state, mode, reference, events);
+    if (mode != state->mode || state->adopted) {
+        state->transition = (int64_t)state->drive - stage.amplifier; /* |.| < 2^32 */
+        state->mode = mode;
+        state->adopted = false;
+    } else {
+        state->transition = towards_zero(state->transition, compensator->transition_slew);
+    }
+    const int64_t sum = stage.amplifier + state->transition; /* |.| < 2^33 */
+    if (sum > compensator->drive_high || sum < compensator->drive_low) {
+        *events |= (unsigned)HYST_STEP_DRIVE_LIMITED;
+    }
+    const hyst_q31_t drive = hyst_clamp(hyst_saturate(sum), compensator->drive_low, compensator->drive_high);
+    /* Equalise sections undo the electronics, so the actuator sees what entered them. Without any, it sees the drive.
+     */
+    const hyst_q31_t seen = compensator->equalise.sections == 0 || mode != HYST_MODE_COMPENSATE
+                                ? drive
+                                : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition),
+                                             compensator->drive_low, compensator->drive_high);
+    hyst_pi_advance(&compensator->hysteresis, &state->hysteresis, seen);
+    state->drive = drive;
+    return drive;
+}
+
+void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
+                            hyst_compensator_state_t *state) {
+    const hyst_pi_state_t old = state->hysteresis;
+    hyst_pi_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis);
+    if (from->shape.sections != to->shape.sections || from->equalise.sections != to->equalise.sections) {
+        state->settled = false; /* another cascade: its state starts settled at the next reference */
+    }
+    state->adopted = true;
+}

@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: MIT */
+#include "hyst/parameters.h"
+#include <string.h>
+
+#define SECTION_WORDS 5U
+
+/* One and the same table of the header's scalar words serves both directions. */
+typedef struct {
+    uint8_t word;
+    uint16_t offset; /* of a 32-bit member of hyst_parameters_t */
+} scalar_t;
+
+#define SCALAR(number, member)                                                                                         \
+    { .word = (number), .offset = (uint16_t)offsetof(hyst_parameters_t, member) }
+
+static const scalar_t scalars[] = {
+    SCALAR(3, model_id),           SCALAR(4, sample_rate_mhz),
+    SCALAR(5, drive_center_uv),    SCALAR(6, drive_half_range_uv),
+    SCALAR(7, position_center_pm), SCALAR(8, position_half_range_pm),
+    SCALAR(9, drive_low),          SCALAR(10, drive_high),
+    SCALAR(11, drive_park),        SCALAR(12, linear_offset),
+    SCALAR(13, linear_gain),       SCALAR(14, transition_slew),
+    SCALAR(15, lookahead_samples), SCALAR(16, pi_operators),
+    SCALAR(17, pi_offset),         SCALAR(18, pi_beta),
+    SCALAR(19, pi_rate_gain),      SCALAR(20, shape_sections),
+    SCALAR(21, equalise_sections),
+};
+#define SCALARS (sizeof scalars / sizeof scalars[0])
+_Static_assert(SCALARS == HYST_IMAGE_HEADER_WORDS - 3U, "every header word after the length has its member");
+_Static_assert(sizeof(hyst_iir_section_t) == SECTION_WORDS * sizeof(uint32_t), "a section is five words");
+
+uint32_t hyst_crc32(const uint32_t *words, size_t count) {
+    uint32_t crc = 0xFFFFFFFFU;
+    for (size_t i = 0; i < count; i++) {
+        crc ^= words[i]; /* four bytes, least significant first, in a reflected CRC: one 32-bit exclusive or */
+        for (unsigned bit = 0; bit < 32; bit++) {
+            crc = (crc >> 1) ^ (0xEDB88320U & (0U - (crc & 1U)));
+        }
+    }
+    return ~crc;
+}
+
+/* Length of an image with these counts, or 0 when a count is out of range. */
+static size_t image_words(uint32_t operators, uint32_t shape, uint32_t equalise) {
+    if (operators > HYST_PI_MAX_OPERATORS || shape > HYST_IIR_MAX_SECTIONS || equalise > HYST_IIR_MAX_SECTIONS) {
+        return 0;
+    }
+    return HYST_IMAGE_HEADER_WORDS + operators + 1U + operators + SECTION_WORDS * (shape + equalise) + 1U;
+}
+
+/* Appends count words and returns the position behind them. */
+static uint32_t *put(uint32_t *at, const void *from, size_t count) {
+    memcpy(at, from, count * sizeof *at);
+    return at + count;
+}
+
+static const uint32_t *get(void *to, const uint32_t *at, size_t count) {
+    memcpy(to, at, count * sizeof *at);
+    return at + count;
+}
+
+size_t hyst_parameters_encode(const hyst_parameters_t *parameters, uint32_t *words, size_t capacity) {
+    const size_t length =
+        image_words(parameters->pi_operators, parameters->shape_sections, parameters->equalise_sections);
+    if (length == 0 || length > capacity) {
+        return 0;
+    }
+    words[0] = HYST_IMAGE_MAGIC;
+    words[1] = HYST_IMAGE_VERSION;
+    words[2] = (uint32_t)length;
+    for (size_t i = 0; i < SCALARS; i++) {
+        memcpy(&words[scalars[i].word], (const char *)parameters + scalars[i].offset, sizeof words[0]);
+    }
+    uint32_t *at = words + HYST_IMAGE_HEADER_WORDS;
+    at = put(at, parameters->pi_weight, parameters->pi_operators + 1U);
+    at = put(at, parameters->pi_threshold, parameters->pi_operators);
+    at = put(at, parameters->shape, SECTION_WORDS * parameters->shape_sections);
+    at = put(at, parameters->equalise, SECTION_WORDS * parameters->equalise_sections);
+    *at = hyst_crc32(words, length - 1U);
+    return length;
+}
+
+static hyst_parameters_fault_t fault(hyst_parameters_error_t error, hyst_field_t field, uint32_t element) {
+    return (hyst_parameters_fault_t){.error = error, .field = field, .element = element};
+}
+
+static hyst_parameters_fault_t no_fault(void) {
+    return fault(HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+}
+
+hyst_parameters_fault_t hyst_parameters_decode(const uint32_t *words, size_t count, hyst_parameters_t *parameters) {
+    if (count < HYST_IMAGE_MIN_WORDS || count > HYST_IMAGE_MAX_WORDS) {
+        return fault(HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
+    }
+    if (words[0] != HYST_IMAGE_MAGIC) {
+        return fault(HYST_PARAMETERS_BAD_MAGIC, HYST_FIELD_MAGIC, 0);
+    }
+    if (words[1] != HYST_IMAGE_VERSION) {
+        return fault(HYST_PARAMETERS_BAD_VERSION, HYST_FIELD_VERSION, 0);
+    }
+    if (words[2] != count) {
+        return fault(HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
+    }
+    if (words[count - 1U] != hyst_crc32(words, count - 1U)) {
+        return fault(HYST_PARAMETERS_BAD_CRC, HYST_FIELD_CRC, 0);
+    }
+    memset(parameters, 0, sizeof *parameters);
+    for (size_t i = 0; i < SCALARS; i++) {
+        memcpy((char *)parameters + scalars[i].offset, &words[scalars[i].word], sizeof words[0]);
+    }
+    if (parameters->pi_operators > HYST_PI_MAX_OPERATORS) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_OPERATORS, 0);
+    }
+    if (parameters->shape_sections > HYST_IIR_MAX_SECTIONS) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_SHAPE_SECTIONS, 0);
+    }
+    if (parameters->equalise_sections > HYST_IIR_MAX_SECTIONS) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_EQUALISE_SECTIONS, 0);
+    }
+    if (count != image_words(parameters->pi_operators, parameters->shape_sections, parameters->equalise_sections)) {
+        return fault(HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
+    }
+    const uint32_t *at = words + HYST_IMAGE_HEADER_WORDS;
+    at = get(parameters->pi_weight, at, parameters->pi_operators + 1U);
+    at = get(parameters->pi_threshold, at, parameters->pi_operators);
+    at = get(parameters->shape, at, SECTION_WORDS * parameters->shape_sections);
+    (void)get(parameters->equalise, at, SECTION_WORDS * parameters->equalise_sections);
+    return no_fault();
+}
+
+static hyst_parameters_fault_t check_scalars(const hyst_parameters_t *p) {
+    const struct {
+        bool good;
+        hyst_parameters_error_t error;
+        hyst_field_t field;
+    } checks[] = {
+        {p->sample_rate_mhz >= 1000U && p->sample_rate_mhz <= 1000000000U, HYST_PARAMETERS_OUT_OF_RANGE,
+         HYST_FIELD_SAMPLE_RATE},
+        {p->drive_half_range_uv > 0, HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_DRIVE_HALF_RANGE},
+        {p->position_half_range_pm > 0, HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_POSITION_HALF_RANGE},
+        {p->drive_low < p->drive_high, HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_DRIVE_LOW},
+        {p->drive_park >= p->drive_low && p->drive_park <= p->drive_high, HYST_PARAMETERS_INCONSISTENT,
+         HYST_FIELD_DRIVE_PARK},
+        {p->linear_gain > 0, HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_LINEAR_GAIN},
+        {p->transition_slew > 0, HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_TRANSITION_SLEW},
+        {p->lookahead_samples <= HYST_LOOKAHEAD_MAX, HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_LOOKAHEAD},
+    };
+    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
+        if (!checks[i].good) {
+            return fault(checks[i].error, checks[i].field, 0);
+        }
+    }
+    return no_fault();
+}
+
+static hyst_parameters_fault_t hysteresis_fault(hyst_pi_status_t status, uint32_t element) {
+    switch (status) {
+    case HYST_PI_OK:
+        return no_fault();
+    case HYST_PI_TOO_MANY_OPERATORS:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_OPERATORS, element);
+    case HYST_PI_THRESHOLD_NOT_POSITIVE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_THRESHOLD, element);
+    case HYST_PI_THRESHOLD_NOT_RISING:
+        return fault(HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_PI_THRESHOLD, element);
+    case HYST_PI_WEIGHT_SUM_TOO_LARGE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_WEIGHT, element);
+    case HYST_PI_SLOPE_TOO_SMALL:
+        return fault(HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, element);
+    case HYST_PI_RATE_GAIN_OUT_OF_RANGE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_RATE_GAIN, element);
+    case HYST_PI_BETA_NEGATIVE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_BETA, element);
+    case HYST_PI_RATE_FEEDBACK_UNSTABLE:
+        break;
+    }
+    return fault(HYST_PARAMETERS_UNSTABLE, HYST_FIELD_PI_BETA, element);
+}
+
+static hyst_parameters_fault_t filter_fault(hyst_iir_status_t status, hyst_field_t count, hyst_field_t field,
+                                            uint32_t element) {
+    switch (status) {
+    case HYST_IIR_OK:
+        return no_fault();
+    case HYST_IIR_TOO_MANY_SECTIONS:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, count, 0);
+    case HYST_IIR_COEFFICIENTS_TOO_LARGE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, field, element);
+    case HYST_IIR_UNSTABLE:
+        break;
+    }
+    return fault(HYST_PARAMETERS_UNSTABLE, field, element);
+}
+
+hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameters, hyst_compensator_t *compensator) {
+    uint32_t element = 0;
+    hyst_parameters_fault_t found = check_scalars(parameters);
+    if (found.error == HYST_PARAMETERS_OK) {
+        const hyst_pi_status_t status = hyst_pi_build(
+            &compensator->hysteresis, parameters->pi_operators, parameters->pi_offset, parameters->pi_weight,
+            parameters->pi_threshold, parameters->pi_beta, parameters->pi_rate_gain, &element);
+        found = hysteresis_fault(status, element);
+    }
+    if (found.error == HYST_PARAMETERS_OK) {
+        const hyst_iir_status_t status =
+            hyst_iir_build(&compensator->shape, parameters->shape_sections, parameters->shape, &element);
+        found = filter_fault(status, HYST_FIELD_SHAPE_SECTIONS, HYST_FIELD_SHAPE, element);
+    }
+    if (found.error == HYST_PARAMETERS_OK) {
+        const hyst_iir_status_t status =
+            hyst_iir_build(&compensator->equalise, parameters->equalise_sections, parameters->equalise, &element);
+        found = filter_fault(status, HYST_FIELD_EQUALISE_SECTIONS, HYST_FIELD_EQUALISE, element);
+    }
+    compensator->drive_low = parameters->drive_low;
+    compensator->drive_high = parameters->drive_high;
+    compensator->drive_park = parameters->drive_park;
+    compensator->linear_offset = parameters->linear_offset;
+    compensator->linear_gain = parameters->linear_gain;
+    compensator->transition_slew = parameters->transition_slew;
+    return found;
+}
+
+void hyst_parameters_default(hyst_parameters_t *parameters) {
+    memset(parameters, 0, sizeof *parameters);
+    parameters->sample_rate_mhz = 10000000U;
+    parameters->drive_half_range_uv = 1000000;
+    parameters->position_half_range_pm = 1000000;
+    parameters->drive_low = HYST_Q31_MIN;
+    parameters->drive_high = HYST_Q31_MAX;
+    parameters->linear_gain = HYST_Q28_ONE;
+    parameters->transition_slew = HYST_Q31_MAX / 1000; /* the whole range in 0.2 s at 10 kHz */
+    parameters->pi_rate_gain = HYST_Q30_ONE;
+    parameters->pi_weight[0] = HYST_Q28_ONE;
+}
+
+const char *hyst_parameters_error_text(hyst_parameters_error_t error) {
+    static const char *const texts[] = {
+        [HYST_PARAMETERS_OK] = "accepted",
+        [HYST_PARAMETERS_BAD_LENGTH] = "wrong length",
+        [HYST_PARAMETERS_BAD_MAGIC] = "not a parameter image",
+        [HYST_PARAMETERS_BAD_VERSION] = "unknown image version",
+        [HYST_PARAMETERS_BAD_CRC] = "checksum does not match",
+        [HYST_PARAMETERS_OUT_OF_RANGE] = "out of range",
+        [HYST_PARAMETERS_INCONSISTENT] = "contradicts another field",
+        [HYST_PARAMETERS_NOT_INVERTIBLE] = "not invertible",
+        [HYST_PARAMETERS_UNSTABLE] = "unstable",
+    };
+    const size_t index = (size_t)error;
+    return index < sizeof texts / sizeof texts[0] ? texts[index] : "unknown error";
+}
+
+const char *hyst_field_text(hyst_field_t field) {
+    static const char *const texts[HYST_FIELD_COUNT] = {
+        [HYST_FIELD_NONE] = "none",
+        [HYST_FIELD_WORDS] = "words",
+        [HYST_FIELD_MAGIC] = "magic",
+        [HYST_FIELD_VERSION] = "version",
+        [HYST_FIELD_CRC] = "crc",
+        [HYST_FIELD_SAMPLE_RATE] = "sample_rate_mhz",
+        [HYST_FIELD_DRIVE_HALF_RANGE] = "drive_half_range_uv",
+        [HYST_FIELD_POSITION_HALF_RANGE] = "position_half_range_pm",
+        [HYST_FIELD_DRIVE_LOW] = "drive_low",
+        [HYST_FIELD_DRIVE_HIGH] = "drive_high",
+        [HYST_FIELD_DRIVE_PARK] = "drive_park",
+        [HYST_FIELD_LINEAR_GAIN] = "linear_gain",
+        [HYST_FIELD_TRANSITION_SLEW] = "transition_slew",
+        [HYST_FIELD_LOOKAHEAD] = "lookahead_samples",
+        [HYST_FIELD_PI_OPERATORS] = "pi_operators",
+        [HYST_FIELD_PI_WEIGHT] = "pi_weight",
+        [HYST_FIELD_PI_THRESHOLD] = "pi_threshold",
+        [HYST_FIELD_PI_BETA] = "pi_beta",
+        [HYST_FIELD_PI_RATE_GAIN] = "pi_rate_gain",
+        [HYST_FIELD_SHAPE_SECTIONS] = "shape_sections",
+        [HYST_FIELD_SHAPE] = "shape",
+        [HYST_FIELD_EQUALISE_SECTIONS] = "equalise_sections",
+        [HYST_FIELD_EQUALISE] = "equalise",
+    };
+    const size_t index = (size_t)field;
+    return index < HYST_FIELD_COUNT ? texts[index] : "unknown field";
+}
