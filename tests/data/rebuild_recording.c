@@ -3,7 +3,8 @@
  * Writes a recording, rebuilt from published numbers, to stdout.
  *
  * G.-Y. Gu, L.-M. Zhu, "Modeling of rate-dependent hysteresis in piezoelectric actuators using a family of ellipses",
- * Sensors and Actuators A 165 (2011), table 1: an ellipse was fitted to each measured loop of a stack driven with 75 V
+ * Sensors and Actuators A (2010), doi:10.1016/j.sna.2010.09.020, table 1: an ellipse was fitted to each measured loop
+ * of a stack driven with 75 V
  * + 15 V sin(2 pi f t). Centre, radii and angle are printed for each f, of drive / 150 V and displacement / 90 um. This
  * is the row of 1 Hz.
  *
