@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: MIT */
+/* The per-sample pipeline: modes, exactness through it, transitions without a bump, limits, parameter swaps. */
+#include "hyst/parameters.h"
+#include "models.h"
+#include "unity.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static random_t rng;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+static hyst_parameters_t parameters_of(const pi_arguments_t *a) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.pi_operators = a->operators;
+    p.pi_offset = a->offset;
+    p.pi_beta = a->beta;
+    p.pi_rate_gain = a->rate_gain;
+    memcpy(p.pi_weight, a->weight, sizeof p.pi_weight);
+    memcpy(p.pi_threshold, a->threshold, sizeof p.pi_threshold);
+    return p;
+}
+
+static hyst_compensator_t build(const hyst_parameters_t *p) {
+    hyst_compensator_t c;
+    TEST_ASSERT_EQUAL_INT(HYST_PARAMETERS_OK, hyst_parameters_build(p, &c).error);
+    return c;
+}
+
+static hyst_q31_t step(const hyst_compensator_t *c, hyst_compensator_state_t *s, hyst_mode_t mode,
+                       hyst_q31_t reference) {
+    unsigned events;
+    return hyst_compensator_step(c, s, mode, reference, &events);
+}
+
+/* In every mode the model's memory follows the applied drive, so the plant (the same model) and the compensator never
+ * part. */
+static void test_memory_follows_the_applied_drive_in_every_mode(void) {
+    for (int run = 0; run < 200; run++) {
+        const pi_arguments_t a = pi_random(&rng, 10, run % 2 == 0);
+        hyst_parameters_t p = parameters_of(&a);
+        p.drive_low = -HYST_Q31_MAX / 2;
+        p.drive_high = HYST_Q31_MAX / 3;
+        p.drive_park = random_between(&rng, p.drive_low, p.drive_high);
+        const hyst_compensator_t c = build(&p);
+        hyst_compensator_state_t s;
+        hyst_compensator_reset(&c, &s);
+        hyst_pi_state_t plant;
+        hyst_pi_reset(&c.hysteresis, &plant, p.drive_park);
+        hyst_mode_t mode = HYST_MODE_PARK;
+        for (int k = 0; k < 3000; k++) {
+            if (random_unit(&rng) < 0.01) {
+                mode = (hyst_mode_t)(random_bits(&rng) % 4U);
+            }
+            const hyst_q31_t drive = step(&c, &s, mode, random_q31(&rng));
+            TEST_ASSERT_TRUE(drive >= p.drive_low && drive <= p.drive_high);
+            hyst_pi_advance(&c.hysteresis, &plant, drive);
+            TEST_ASSERT_EQUAL_MEMORY(plant.memory, s.hysteresis.memory, 10 * sizeof plant.memory[0]);
+            TEST_ASSERT_EQUAL_INT32(plant.rate, s.hysteresis.rate);
+        }
+    }
+}
+
+/* Once the transition has ended, the plant is where the reference wants it, to a unit or two (composition bound). */
+static void test_tracks_exactly_after_the_transition(void) {
+    pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+    const hyst_parameters_t p = parameters_of(&a);
+    const hyst_compensator_t c = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&c, &s);
+    hyst_pi_state_t plant;
+    hyst_pi_reset(&c.hysteresis, &plant, 0);
+    hyst_q31_t reference = 0;
+    hyst_q31_t direction = 1 << 20;
+    for (int k = 0; k < 40000; k++) {
+        if (abs(reference) > HYST_Q31_MAX / 5) {
+            direction = reference > 0 ? -abs(direction) : abs(direction);
+        }
+        reference += direction;
+        const hyst_q31_t drive = step(&c, &s, HYST_MODE_COMPENSATE, reference);
+        const hyst_q31_t position = hyst_pi_forward(&c.hysteresis, &plant, drive);
+        if (k > 3000) {
+            TEST_ASSERT_EQUAL_INT64(0, s.transition);
+            TEST_ASSERT_INT32_WITHIN(1, reference, position); /* slopes below 1: 1/2 + 1/2 unit */
+        }
+    }
+}
+
+/* At a constant reference, changing the mode or the parameters moves the drive by at most transition_slew per sample.
+ */
+static void test_changes_do_not_bump(void) {
+    int64_t worst = 0;
+    for (int run = 0; run < 300; run++) {
+        hyst_compensator_t c[2];
+        for (int i = 0; i < 2; i++) {
+            const pi_arguments_t a = pi_random(&rng, (uint32_t)(random_bits(&rng) % 65U), false);
+            hyst_parameters_t p = parameters_of(&a);
+            p.transition_slew = 1 << 22;
+            p.drive_park = random_q31(&rng);
+            p.linear_offset = random_q31(&rng) / 4;
+            if (random_unit(&rng) < 0.5) { /* a cascade that appears and disappears with the swap */
+                p.shape_sections = 1;
+                p.shape[0] = (hyst_iir_section_t){HYST_Q28_ONE / 4, 0, 0, -HYST_Q28_ONE / 4 * 3, 0};
+            }
+            c[i] = build(&p);
+        }
+        hyst_compensator_state_t s;
+        hyst_compensator_reset(&c[0], &s);
+        const hyst_compensator_t *active = &c[0];
+        hyst_mode_t mode = HYST_MODE_PARK;
+        const hyst_q31_t reference = random_q31(&rng) / 4;
+        hyst_q31_t last = s.drive;
+        for (int k = 0; k < 4000; k++) {
+            if (random_unit(&rng) < 0.002) {
+                mode = (hyst_mode_t)(random_bits(&rng) % 4U);
+            }
+            if (random_unit(&rng) < 0.002) {
+                const hyst_compensator_t *next = active == &c[0] ? &c[1] : &c[0];
+                hyst_compensator_adopt(active, next, &s);
+                active = next;
+            }
+            const hyst_q31_t drive = step(active, &s, mode, reference);
+            worst = llabs((int64_t)drive - last) > worst ? llabs((int64_t)drive - last) : worst;
+            last = drive;
+        }
+    }
+    printf("largest step of the drive: %.3f of transition_slew\n", (double)worst / (1 << 22));
+    /*
+     * Exactly one slew: the offset's decay moves the drive toward what the model wants along a monotone path, and a
+     * monotone path does not change where its end leads (wiping out), so the model's wish stands still meanwhile.
+     */
+    TEST_ASSERT_TRUE_MESSAGE(worst <= INT64_C(1) << 22, "the drive jumped");
+}
+
+static void test_adopting_the_same_parameters_changes_nothing(void) {
+    const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+    const hyst_parameters_t p = parameters_of(&a);
+    const hyst_compensator_t c = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&c, &s);
+    for (int k = 0; k < 5000; k++) {
+        (void)step(&c, &s, HYST_MODE_COMPENSATE, HYST_Q31_MAX / 8);
+    }
+    const hyst_q31_t before = s.drive;
+    hyst_compensator_adopt(&c, &c, &s);
+    TEST_ASSERT_EQUAL_INT32(before, step(&c, &s, HYST_MODE_COMPENSATE, HYST_Q31_MAX / 8));
+    TEST_ASSERT_EQUAL_INT64(0, s.transition);
+}
+
+static void test_modes_do_what_they_say(void) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.linear_offset = 1000;
+    p.linear_gain = HYST_Q28_ONE / 2;
+    p.drive_park = -77;
+    p.transition_slew = HYST_Q31_MAX;
+    const hyst_compensator_t c = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&c, &s);
+    const hyst_q31_t reference = 1 << 24;
+    const hyst_q31_t wanted[] = {-77, reference, reference / 2 + 1000, reference};
+    for (int mode = HYST_MODE_COMPENSATE; mode >= HYST_MODE_PARK; mode--) {
+        for (int k = 0; k < 3; k++) {
+            (void)step(&c, &s, (hyst_mode_t)mode, reference);
+        }
+        TEST_ASSERT_EQUAL_INT32(wanted[mode], s.drive);
+    }
+}
+
+static void test_events(void) {
+    const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+    hyst_parameters_t p = parameters_of(&a);
+    p.drive_high = HYST_Q31_MAX / 4;
+    p.transition_slew = HYST_Q31_MAX;
+    const hyst_compensator_t c = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&c, &s);
+    unsigned events = 99;
+    (void)hyst_compensator_step(&c, &s, HYST_MODE_COMPENSATE, 0, &events);
+    TEST_ASSERT_EQUAL_UINT(0, events);
+    (void)hyst_compensator_step(&c, &s, HYST_MODE_COMPENSATE, HYST_Q31_MAX / 4, &events);
+    TEST_ASSERT_EQUAL_UINT(HYST_STEP_DRIVE_LIMITED, events);
+    TEST_ASSERT_EQUAL_INT32(HYST_Q31_MAX / 4, s.drive);
+    (void)hyst_compensator_step(&c, &s, HYST_MODE_COMPENSATE, HYST_Q31_MAX, &events);
+    TEST_ASSERT_EQUAL_UINT(HYST_STEP_DRIVE_LIMITED | HYST_STEP_UNREACHABLE, events);
+}
+
+int main(void) {
+    rng = random_start("test_compensator", 20261121);
+    UNITY_BEGIN();
+    RUN_TEST(test_memory_follows_the_applied_drive_in_every_mode);
+    RUN_TEST(test_tracks_exactly_after_the_transition);
+    RUN_TEST(test_changes_do_not_bump);
+    RUN_TEST(test_adopting_the_same_parameters_changes_nothing);
+    RUN_TEST(test_modes_do_what_they_say);
+    RUN_TEST(test_events);
+    return UNITY_END();
+}
