@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "report.h"
+#include "svg_plot.h"
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Before is orange and dashed in print, after is blue: told apart without colour vision, too. */
+static const char style[] =
+    ":root{color-scheme:light dark;--paper:#fff;--ink:#1c2330;--soft:#5b6472;--grid:#e3e6eb;--shade:#f1f3f6;"
+    "--before:#c2540a;--after:#1260b8;--plain:#3c4657}\n"
+    "@media(prefers-color-scheme:dark){:root{--paper:#14181f;--ink:#e6e9ee;--soft:#a0a8b5;--grid:#2c333e;"
+    "--shade:#1d232c;--before:#f0944d;--after:#6cb0ff;--plain:#c3cad5}}\n"
+    "@media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--grid:#ddd;--shade:#f1f3f6;"
+    "--before:#c2540a;--after:#1260b8;--plain:#333}body{font-size:10pt}main{max-width:none;padding:0}"
+    "figure,table,h2,h3{break-inside:avoid}h2,h3{break-after:avoid}.row{grid-template-columns:repeat(3,1fr)!important}}"
+    "\n"
+    "*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);"
+    "font:16px/1.5 system-ui,sans-serif}\n"
+    "main{max-width:76rem;margin:0 auto;padding:1.5rem 1rem 3rem}\n"
+    "h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin:2.2rem 0 .5rem}"
+    "h3{font-size:1rem;margin:1.4rem 0 .3rem}p{max-width:46rem;margin:.5rem 0}.verdict{font-size:1.1rem}\n"
+    ".note{color:var(--soft)}.simulated{border-left:.25rem solid var(--soft);padding-left:.75rem}\n"
+    ".wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.8rem 0}\n"
+    "th,td{padding:.3rem .8rem .3rem 0;text-align:right;border-bottom:1px solid var(--grid);vertical-align:bottom}"
+    "th:first-child,td:first-child{text-align:left}th{font-weight:600;color:var(--soft)}td.gain{font-weight:600}\n"
+    ".row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(20rem,100%),1fr));gap:1rem 1.5rem}\n"
+    "figure{margin:0;min-width:0}figcaption{font-size:.85rem}.key{color:var(--soft);white-space:nowrap;margin-left:."
+    "5rem}"
+    ".key svg{width:1.4rem;height:.55rem}\n"
+    ".plot{display:block;width:100%;height:auto}.plot text{font:13px system-ui,sans-serif;fill:var(--soft)}"
+    ".tick,.label{text-anchor:middle}.tick.level{text-anchor:end}\n"
+    ".grid{stroke:var(--grid);stroke-width:1}.axis{fill:none;stroke:var(--soft);stroke-width:1}"
+    ".shade{fill:var(--shade)}\n"
+    "polyline{stroke-linejoin:round}.before,.after,.plain{fill:none;stroke-width:1.6}"
+    ".before{stroke:var(--before)}.after{stroke:var(--after)}.plain{stroke:var(--plain);stroke-width:1}\n";
+
+/* Part of a track that is shown over time: all of it, or the last three periods of a fast one. */
+typedef struct {
+    size_t first, count;
+} window_t;
+
+static window_t time_window(const recording_t *recording) {
+    const double *reference = recording->column[COLUMN_REFERENCE];
+    double low = reference[0], high = reference[0];
+    for (size_t k = 1; k < recording->samples; k++) {
+        low = fmin(low, reference[k]);
+        high = fmax(high, reference[k]);
+    }
+    const double middle = 0.5 * (low + high);
+    enum { SHOWN = 3 };
+    size_t upward[SHOWN + 1] = {0}, crossings = 0;
+    for (size_t k = 1; k < recording->samples; k++) {
+        if (reference[k - 1] < middle && reference[k] >= middle) {
+            memmove(upward, upward + 1, SHOWN * sizeof upward[0]);
+            upward[SHOWN] = k;
+            crossings++;
+        }
+    }
+    if (crossings <= 2 * SHOWN) {
+        return (window_t){0, recording->samples};
+    }
+    return (window_t){upward[0], upward[SHOWN] - upward[0]};
+}
+
+/* Time and tracking error of a window. */
+typedef struct {
+    double *time_s, *error_um;
+    size_t count;
+} trace_t;
+
+static trace_t error_trace(const recording_t *recording) {
+    const window_t window = time_window(recording);
+    trace_t trace = {allocate(window.count, sizeof(double)), allocate(window.count, sizeof(double)), window.count};
+    for (size_t i = 0; i < window.count; i++) {
+        const size_t k = window.first + i;
+        trace.time_s[i] = (double)i / recording->sample_rate_hz;
+        trace.error_um[i] = recording->column[COLUMN_DISPLACEMENT][k] - recording->column[COLUMN_REFERENCE][k];
+    }
+    return trace;
+}
+
+static void trace_free(trace_t *trace) {
+    free(trace->time_s);
+    free(trace->error_um);
+}
+
+static plot_line_t position_line(const recording_t *recording, const char *class_name, const char *label) {
+    return (plot_line_t){class_name, label, recording->column[COLUMN_REFERENCE], recording->column[COLUMN_DISPLACEMENT],
+                         recording->samples};
+}
+
+static void write_track(FILE *file, const report_track_t *track) {
+    const plot_line_t loop[] = {position_line(&track->before, "before", "linear drive"),
+                                position_line(&track->after, "after", "compensated")};
+    trace_t before = error_trace(&track->before), after = error_trace(&track->after);
+    const plot_line_t error[] = {{"before", "linear drive", before.time_s, before.error_um, before.count},
+                                 {"after", "compensated", after.time_s, after.error_um, after.count}};
+
+    fprintf(file, "<h3>");
+    write_escaped(file, track->name);
+    fprintf(file, "</h3>\n<div class=\"row\">\n");
+    plot_write(file, &(plot_t){"Position over reference", "reference, \xC2\xB5m", "position, \xC2\xB5m", loop, 2, NAN});
+    plot_write(file, &(plot_t){"Error", "time, s", "position \xE2\x88\x92 reference, \xC2\xB5m", error, 2, NAN});
+    plot_write(file, &(plot_t){"Error that remains", "time, s", "position \xE2\x88\x92 reference, \xC2\xB5m", &error[1],
+                               1, NAN});
+    fprintf(file, "</div>\n");
+    trace_free(&before);
+    trace_free(&after);
+}
+
+static void write_verdict(FILE *file, const report_t *report) {
+    const report_track_t *worst = report_worst(report);
+    fprintf(file, "<h1>Tracking with and without compensation</h1>\n<p class=\"verdict\">");
+    if (report_gain(worst) > 1.0) {
+        fprintf(file, "The tracking error falls to 1/%.1f or less on every track. ", report_gain(worst));
+    } else {
+        fprintf(file, "Compensation does not help everywhere. ");
+    }
+    fprintf(file, "The least gain is on \xE2\x80\x9C");
+    write_escaped(file, worst->name);
+    fprintf(file, "\xE2\x80\x9D: from %.2f\xC2\xA0%% to %.2f\xC2\xA0%%.</p>\n", worst->error_before.nrmse_percent,
+            worst->error_after.nrmse_percent);
+    if (report->simulated != NULL) {
+        fprintf(file, "<p class=\"simulated\"><strong>Simulated, not measured on hardware.</strong> ");
+        write_escaped(file, report->simulated);
+        fprintf(file, "</p>\n");
+    }
+}
+
+static void write_table(FILE *file, const report_t *report) {
+    fprintf(file, "<div class=\"wide\"><table>\n<thead><tr><th>Track</th><th>Stroke, \xC2\xB5m</th>"
+                  "<th>Error before, %%</th><th>Error after, %%</th><th>Factor</th>"
+                  "<th>Worst before, \xC2\xB5m</th><th>Worst after, \xC2\xB5m</th></tr></thead>\n<tbody>\n");
+    for (size_t i = 0; i < report->tracks; i++) {
+        const report_track_t *track = &report->track[i];
+        fprintf(file, "<tr><td>");
+        write_escaped(file, track->name);
+        fprintf(
+            file,
+            "</td><td>%.1f</td><td>%.3f</td><td>%.3f</td><td class=\"gain\">%.1f</td><td>%.3f</td><td>%.3f</td></tr>\n",
+            track->peak_to_peak_um, track->error_before.nrmse_percent, track->error_after.nrmse_percent,
+            report_gain(track), track->error_before.max_um, track->error_after.max_um);
+    }
+    fprintf(file, "</tbody></table></div>\n<p class=\"note\">Error: RMS of position minus reference, over the stroke "
+                  "(peak-to-peak reference). Before: the drive is a straight line of the reference. After: the drive "
+                  "comes from the inverse model. Worst: largest magnitude of the error.</p>\n");
+}
+
+static void write_remaining(FILE *file, const report_t *report) {
+    fprintf(file, "<h2>What remains after compensation</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>Track</th>"
+                  "<th>Error, %%</th><th>Offset and gain, %%</th><th>Delay, %%</th><th>Delay, \xC2\xB5s</th>"
+                  "<th>Noise, %%</th><th>Rest, %%</th></tr></thead>\n<tbody>\n");
+    for (size_t i = 0; i < report->tracks; i++) {
+        const report_track_t *track = &report->track[i];
+        const error_budget_t *part = &track->remaining;
+        const double percent = 100.0 / track->peak_to_peak_um;
+        fprintf(file, "<tr><td>");
+        write_escaped(file, track->name);
+        fprintf(file, "</td><td>%.3f</td><td>%.3f</td><td>%.3f</td><td>%.1f</td><td>%.3f</td><td>%.3f</td></tr>\n",
+                track->error_after.nrmse_percent, percent * part->static_um, percent * part->delay_um,
+                1e6 * part->delay_s, percent * part->noise_um, percent * part->rest_um);
+    }
+    fprintf(
+        file,
+        "</tbody></table></div>\n<p class=\"note\">From the compensated tracks alone. The squares of the parts add "
+        "up to the square of the error. Offset and gain: what a corrected straight line would remove. Delay: what a "
+        "shift in time would remove (positive: the position is late). Noise: what changes from sample to sample. "
+        "Rest: hysteresis that the model does not have, ringing, and whatever else. For a sine, a resonance shows as "
+        "gain and delay.</p>\n");
+}
+
+static void write_number(FILE *file, const json_t *fit, const char *key, const char *text) {
+    const json_t *value = fit == NULL ? NULL : json_object_get(fit, key);
+    if (json_is_number(value)) {
+        fprintf(file, "%s %.3f\xC2\xA0%%. ", text, json_number_value(value));
+    }
+}
+
+static bool write_model(FILE *file, const report_t *report, failure_t *failure) {
+    const recording_t *recording = report->recording;
+    double *position_um = allocate(recording->samples, sizeof *position_um);
+    if (!chain_simulate(report->model, recording, 1, position_um, failure)) {
+        free(position_um);
+        return false;
+    }
+    double *time_s = allocate(recording->samples, sizeof *time_s);
+    double *error_um = allocate(recording->samples, sizeof *error_um);
+    const double *measured_um = recording->column[COLUMN_DISPLACEMENT];
+    for (size_t k = 0; k < recording->samples; k++) {
+        time_s[k] = recording->start_s + (double)k / recording->sample_rate_hz;
+        error_um[k] = position_um[k] - measured_um[k];
+    }
+    const plot_line_t loop[] = {
+        {"before", "recorded", recording->column[COLUMN_DRIVE], measured_um, recording->samples},
+        {"after", "model", recording->column[COLUMN_DRIVE], position_um, recording->samples}};
+    const plot_line_t error = {"plain", "model - recorded", time_s, error_um, recording->samples};
+
+    fprintf(file, "<h2>The model and its recording</h2>\n<p>Recording: ");
+    const char *slash = strrchr(recording->name, '/');
+    write_escaped(file, slash == NULL ? recording->name : slash + 1);
+    for (size_t i = 0; i < recording->keys; i++) {
+        fprintf(file, "; ");
+        write_escaped(file, recording->key[i].key);
+        fprintf(file, ": ");
+        write_escaped(file, recording->key[i].value);
+    }
+    fprintf(file, ".</p>\n<p>Chain:");
+    for (size_t i = 0; i < report->model->blocks; i++) {
+        fprintf(file, "%s %s", i > 0 ? "," : "", report->model->block[i].block->name);
+    }
+    fprintf(file, ". ");
+    write_number(file, report->model->fit, "held_out_nrmse_percent", "Error on the part that was held out of the fit:");
+    write_number(file, report->model->fit, "nrmse_percent", "On the fitted part:");
+    fprintf(file, "</p>\n<div class=\"row\">\n");
+    plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, \xC2\xB5m", loop, 2, NAN});
+    plot_write(file, &(plot_t){"Model \xE2\x88\x92 recorded", "time, s", "error, \xC2\xB5m", &error, 1, NAN});
+    fprintf(file, "</div>\n");
+    free(error_um);
+    free(time_s);
+    free(position_um);
+    return true;
+}
+
+bool report_write_html(const report_t *report, const char *path, failure_t *failure) {
+    FILE *file = fopen(path, "w");
+    if (file == NULL) {
+        return fail(failure, "%s: %s", path, strerror(errno));
+    }
+    fprintf(file,
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
+            "content=\"width=device-width, initial-scale=1\">\n<title>Tracking with and without compensation</title>\n"
+            "<style>\n%s</style>\n</head>\n<body>\n<main>\n",
+            style);
+    write_verdict(file, report);
+    write_table(file, report);
+    fprintf(file, "<h2>Tracks</h2>\n");
+    for (size_t i = 0; i < report->tracks; i++) {
+        write_track(file, &report->track[i]);
+    }
+    write_remaining(file, report);
+    const bool good = write_model(file, report, failure);
+    fprintf(file, "<p class=\"note\">Written by hyst " HYST_VERSION ".</p>\n</main>\n</body>\n</html>\n");
+    const bool written = ferror(file) == 0;
+    if (fclose(file) != 0 || !written) {
+        return good ? fail(failure, "%s: %s", path, strerror(errno)) : false;
+    }
+    return good;
+}

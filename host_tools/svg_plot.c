@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "svg_plot.h"
+#include <math.h>
+
+/* Sizes in units of the picture, of which one is about a pixel. */
+#define WIDTH     460.0
+#define HEIGHT    320.0
+#define LEFT      58.0
+#define RIGHT     12.0
+#define TOP       14.0
+#define BOTTOM    44.0
+#define MAX_TICKS 6.0
+#define SPACING   2.0 /* between points along a smooth line */
+#define TURN_SIZE 0.5 /* a turn of the line that is smaller cannot be seen */
+
+typedef struct {
+    double low, high, step; /* step between ticks */
+} axis_t;
+
+/* The smallest of 1, 2, 5 times a power of ten that is at least `least`. */
+static double round_step(double least) {
+    const double power = pow(10.0, floor(log10(least)));
+    if (least <= power) {
+        return power;
+    }
+    if (least <= 2.0 * power) {
+        return 2.0 * power;
+    }
+    return least <= 5.0 * power ? 5.0 * power : 10.0 * power;
+}
+
+static axis_t axis_over(double low, double high, double margin) {
+    axis_t axis = {low, high, 0.0};
+    if (!(high > low)) {
+        const double around = fmax(1e-3 * fabs(low), 1e-9);
+        axis.low = low - around;
+        axis.high = low + around;
+    }
+    const double widen = margin * (axis.high - axis.low);
+    axis.low -= widen;
+    axis.high += widen;
+    axis.step = round_step((axis.high - axis.low) / MAX_TICKS);
+    return axis;
+}
+
+static double to_x(const axis_t *axis, double x) {
+    return LEFT + (x - axis->low) / (axis->high - axis->low) * (WIDTH - LEFT - RIGHT);
+}
+
+static double to_y(const axis_t *axis, double y) {
+    return HEIGHT - BOTTOM - (y - axis->low) / (axis->high - axis->low) * (HEIGHT - TOP - BOTTOM);
+}
+
+/* Digits behind the point that tell neighbouring ticks apart. */
+static int tick_decimals(double step) {
+    const int decimals = (int)-floor(log10(step) + 1e-9);
+    return decimals > 0 ? decimals : 0;
+}
+
+static void write_axes(FILE *file, const axis_t *x, const axis_t *y) {
+    for (long i = lround(ceil(x->low / x->step)); (double)i * x->step <= x->high; i++) {
+        const double tick = (double)i * x->step, at = to_x(x, tick);
+        fprintf(file,
+                "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/><text class=\"tick\" x=\"%.1f\" y=\"%.1f\">%.*f</text>\n",
+                at, TOP, HEIGHT - BOTTOM, at, HEIGHT - BOTTOM + 16.0, tick_decimals(x->step), tick);
+    }
+    for (long i = lround(ceil(y->low / y->step)); (double)i * y->step <= y->high; i++) {
+        const double tick = (double)i * y->step, at = to_y(y, tick);
+        fprintf(file,
+                "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/><text class=\"tick level\" x=\"%.1f\" "
+                "y=\"%.1f\">%.*f</text>\n",
+                LEFT, at, WIDTH - RIGHT, LEFT - 6.0, at + 4.0, tick_decimals(y->step), tick);
+    }
+    fprintf(file, "<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", LEFT, TOP, HEIGHT - BOTTOM, WIDTH - RIGHT);
+}
+
+typedef struct {
+    double x, y;
+} point_t;
+
+static double distance(point_t a, point_t b) {
+    return hypot(a.x - b.x, a.y - b.y);
+}
+
+/*
+ * A point is written when it is far enough from the last one written. So that a thinned-out spike keeps its height, the
+ * point before a written one is written too when it lies further out than both its neighbours.
+ */
+static void write_line(FILE *file, const plot_line_t *line, const axis_t *x, const axis_t *y) {
+    fprintf(file, "<polyline class=\"%s\" points=\"", line->class_name);
+    point_t written = {0.0, 0.0}, before = {0.0, 0.0};
+    for (size_t k = 0; k < line->count; k++) {
+        const point_t point = {to_x(x, line->x[k]), to_y(y, line->y[k])};
+        const bool turn = k > 0 && (before.y - written.y) * (before.y - point.y) > 0.0;
+        if (turn && distance(before, written) >= TURN_SIZE) {
+            fprintf(file, "%.1f,%.1f ", before.x, before.y);
+            written = before;
+        }
+        if (k == 0 || k + 1 == line->count || distance(point, written) >= SPACING) {
+            fprintf(file, "%.1f,%.1f ", point.x, point.y);
+            written = point;
+        }
+        before = point;
+    }
+    fprintf(file, "\"/>\n");
+}
+
+static void write_legend(FILE *file, const plot_t *plot) {
+    fprintf(file, "<figcaption><strong>");
+    write_escaped(file, plot->title);
+    fprintf(file, "</strong>");
+    for (size_t i = 0; plot->lines > 1 && i < plot->lines; i++) {
+        fprintf(file,
+                " <span class=\"key\"><svg viewBox=\"0 0 20 8\" aria-hidden=\"true\"><path class=\"%s\" d=\"M0 "
+                "4H20\"/></svg> ",
+                plot->line[i].class_name);
+        write_escaped(file, plot->line[i].label);
+        fprintf(file, "</span>");
+    }
+    fprintf(file, "</figcaption>\n");
+}
+
+void plot_write(FILE *file, const plot_t *plot) {
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (size_t i = 0; i < plot->lines; i++) {
+        for (size_t k = 0; k < plot->line[i].count; k++) {
+            low[0] = fmin(low[0], plot->line[i].x[k]);
+            high[0] = fmax(high[0], plot->line[i].x[k]);
+            low[1] = fmin(low[1], plot->line[i].y[k]);
+            high[1] = fmax(high[1], plot->line[i].y[k]);
+        }
+    }
+    if (!(low[0] <= high[0])) {
+        return; /* no points */
+    }
+    const axis_t x = axis_over(low[0], high[0], 0.02), y = axis_over(low[1], high[1], 0.05);
+
+    fprintf(file, "<figure>\n");
+    write_legend(file, plot);
+    fprintf(file, "<svg class=\"plot\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", WIDTH, HEIGHT);
+    write_escaped(file, plot->title);
+    fprintf(file, "\">\n");
+    if (plot->shade_from < x.high) {
+        const double from = to_x(&x, fmax(plot->shade_from, x.low));
+        fprintf(file, "<rect class=\"shade\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n", from, TOP,
+                WIDTH - RIGHT - from, HEIGHT - TOP - BOTTOM);
+    }
+    write_axes(file, &x, &y);
+    for (size_t i = 0; i < plot->lines; i++) {
+        write_line(file, &plot->line[i], &x, &y);
+    }
+    fprintf(file, "<text class=\"label\" x=\"%.1f\" y=\"%.1f\">", 0.5 * (LEFT + WIDTH - RIGHT), HEIGHT - 8.0);
+    write_escaped(file, plot->x_label);
+    fprintf(file, "</text><text class=\"label\" transform=\"translate(14 %.1f) rotate(-90)\">",
+            0.5 * (TOP + HEIGHT - BOTTOM));
+    write_escaped(file, plot->y_label);
+    fprintf(file, "</text>\n</svg>\n</figure>\n");
+}
+
+void write_escaped(FILE *file, const char *text) {
+    for (; *text != '\0'; text++) {
+        switch (*text) {
+        case '<':
+            fputs("&lt;", file);
+            break;
+        case '>':
+            fputs("&gt;", file);
+            break;
+        case '&':
+            fputs("&amp;", file);
+            break;
+        case '"':
+            fputs("&quot;", file);
+            break;
+        default:
+            fputc(*text, file);
+        }
+    }
+}
