@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What a picture may not lose, and what must not break it. */
+#include "svg_plot.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unity.h>
+
+#define POINTS 20000
+
+static double x[POINTS], y[POINTS];
+static char *text;
+static size_t length;
+
+void setUp(void) {
+    text = NULL;
+}
+
+void tearDown(void) {
+    free(text);
+}
+
+static void draw(const plot_line_t *line, size_t lines, const char *title, double shade_from) {
+    FILE *file = open_memstream(&text, &length);
+    TEST_ASSERT_NOT_NULL(file);
+    plot_write(file, &(plot_t){title, "time, s", "error, um", line, lines, shade_from});
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+}
+
+/* Number of points of the first polyline; their range in picture coordinates. */
+static size_t points_drawn(double *left, double *right, double *top, double *bottom) {
+    const char *at = strstr(text, "points=\"");
+    TEST_ASSERT_NOT_NULL(at);
+    at += strlen("points=\"");
+    size_t count = 0;
+    *left = *top = INFINITY;
+    *right = *bottom = -INFINITY;
+    while (*at != '"') {
+        char *next = NULL;
+        const double px = strtod(at, &next);
+        TEST_ASSERT_EQUAL_INT(',', *next);
+        const double py = strtod(next + 1, &next);
+        TEST_ASSERT_EQUAL_INT(' ', *next);
+        at = next + 1;
+        *left = fmin(*left, px);
+        *right = fmax(*right, px);
+        *top = fmin(*top, py);
+        *bottom = fmax(*bottom, py);
+        count++;
+    }
+    return count;
+}
+
+static void test_one_sample_spike_keeps_its_height(void) {
+    for (size_t k = 0; k < POINTS; k++) {
+        x[k] = (double)k;
+        y[k] = 0.0;
+    }
+    y[7777] = 1.0;
+    y[15555] = -1.0;
+    const plot_line_t line = {"after", "a", x, y, POINTS};
+    draw(&line, 1, "spikes", NAN);
+    double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
+    const size_t count = points_drawn(&left, &right, &top, &bottom);
+    /* The axes are 5 % wider than the data: 262 units of height show -1.1 to 1.1. Coordinates have one decimal. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 262.0 * 2.0 / 2.2, bottom - top);
+    TEST_ASSERT_TRUE(count < 1000);
+}
+
+static void test_picture_does_not_grow_with_a_smooth_curve(void) {
+    for (size_t k = 0; k < POINTS; k++) {
+        x[k] = cos(6.283185307179586 * (double)k / POINTS);
+        y[k] = sin(6.283185307179586 * (double)k / POINTS);
+    }
+    const plot_line_t line = {"after", "a", x, y, POINTS};
+    draw(&line, 1, "circle", NAN);
+    double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
+    const size_t count = points_drawn(&left, &right, &top, &bottom);
+    TEST_ASSERT_TRUE(count > 100 && count < 700); /* circumference of about 1000 units, a point every 2 or more */
+    TEST_ASSERT_TRUE(left >= 58.0 && right <= 448.0 && top >= 14.0 && bottom <= 276.0);
+}
+
+static void test_flat_and_tiny_and_huge_data_have_axes(void) {
+    const double scale[] = {0.0, 1e-12, 1e12, -1e300};
+    for (size_t i = 0; i < sizeof scale / sizeof scale[0]; i++) {
+        for (size_t k = 0; k < 10; k++) {
+            x[k] = (double)k;
+            y[k] = scale[i];
+        }
+        const plot_line_t line = {"after", "a", x, y, 10};
+        draw(&line, 1, "flat", NAN);
+        TEST_ASSERT_NULL_MESSAGE(strstr(text, "nan"), text);
+        TEST_ASSERT_NULL_MESSAGE(strstr(text, "inf"), text);
+        TEST_ASSERT_NOT_NULL(strstr(text, "tick level"));
+        free(text);
+        text = NULL;
+    }
+}
+
+static void test_text_cannot_break_the_page(void) {
+    const plot_line_t line = {"after", "<script>", x, y, 2};
+    const plot_line_t lines[] = {line, line};
+    x[0] = y[0] = 0.0;
+    x[1] = y[1] = 1.0;
+    draw(lines, 2, "a<b>&\"c\"", NAN);
+    TEST_ASSERT_NULL(strstr(text, "<script>"));
+    TEST_ASSERT_NOT_NULL(strstr(text, "a&lt;b&gt;&amp;&quot;c&quot;"));
+}
+
+static void test_shade_lies_inside_the_frame(void) {
+    const plot_line_t line = {"after", "a", x, y, 2};
+    x[0] = y[0] = 0.0;
+    x[1] = y[1] = 1.0;
+    draw(&line, 1, "shaded", 0.5);
+    const char *rectangle = strstr(text, "<rect class=\"shade\" x=\"");
+    TEST_ASSERT_NOT_NULL(rectangle);
+    /* The middle of the frame, 58 to 448. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 253.0, strtod(rectangle + strlen("<rect class=\"shade\" x=\""), NULL));
+}
+
+static void test_nothing_to_draw_draws_nothing(void) {
+    const plot_line_t line = {"after", "a", x, y, 0};
+    draw(&line, 1, "empty", NAN);
+    TEST_ASSERT_EQUAL_UINT64(0U, length);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_one_sample_spike_keeps_its_height);
+    RUN_TEST(test_picture_does_not_grow_with_a_smooth_curve);
+    RUN_TEST(test_flat_and_tiny_and_huge_data_have_axes);
+    RUN_TEST(test_text_cannot_break_the_page);
+    RUN_TEST(test_shade_lies_inside_the_frame);
+    RUN_TEST(test_nothing_to_draw_draws_nothing);
+    return UNITY_END();
+}
