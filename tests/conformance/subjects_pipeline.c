@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: MIT */
+/* iir.h, parameters.h, compensator.h */
+#include "conformance.h"
+
+static void digest_filter_state(digest_t *digest, const hyst_iir_t *iir, const hyst_iir_state_t *state) {
+    for (uint32_t i = 0; i < iir->sections; i++) {
+        const hyst_iir_section_state_t *const s = &state->section[i];
+        digest_add_signed(digest, s->x1);
+        digest_add_signed(digest, s->x2);
+        digest_add_signed(digest, s->y1);
+        digest_add_signed(digest, s->y2);
+        digest_add_signed(digest, s->remainder);
+    }
+}
+
+static void digest_fault(digest_t *digest, hyst_parameters_fault_t fault) {
+    digest_add(digest, fault.error);
+    digest_add(digest, fault.field);
+    digest_add(digest, fault.element);
+}
+
+void subject_iir(digest_t *digest, generator_t *generator) {
+    static hyst_iir_t iir;
+    static hyst_iir_state_t state;
+    for (unsigned pass = 0; pass < 40; pass++) {
+        hyst_iir_section_t section[HYST_IIR_MAX_SECTIONS];
+        for (unsigned i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {
+            section[i] = generate_section(generator);
+        }
+        uint32_t element = 0;
+        digest_add_signed(digest, hyst_iir_build(&iir, pass % (HYST_IIR_MAX_SECTIONS + 1U), section, &element));
+        if ((pass & 1U) != 0) {
+            hyst_iir_reset(&state);
+        } else {
+            hyst_iir_settle(&iir, &state, generate_signed(generator));
+        }
+        digest_filter_state(digest, &iir, &state);
+        excitation_t excitation = {0};
+        for (unsigned k = 0; k < 500; k++) {
+            bool saturated = false;
+            digest_add_signed(digest, hyst_iir_step(&iir, &state, generate_signal(generator, &excitation), &saturated));
+            digest_add(digest, saturated ? 1 : 0);
+        }
+        digest_filter_state(digest, &iir, &state);
+    }
+}
+
+void subject_iir_refusals(digest_t *digest, generator_t *generator) {
+    hyst_iir_t iir;
+    for (unsigned pass = 0; pass < 500; pass++) {
+        hyst_iir_section_t section[HYST_IIR_MAX_SECTIONS];
+        for (unsigned i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {
+            section[i] = generate_section(generator);
+        }
+        hyst_iir_section_t *const victim = &section[generate_below(generator, HYST_IIR_MAX_SECTIONS)];
+        const hyst_q28_t wild = extremes[generate_below(generator, EXTREMES)];
+        switch (generate_below(generator, 5)) {
+        case 0:
+            victim->b0 = wild;
+            break;
+        case 1:
+            victim->b1 = wild;
+            break;
+        case 2:
+            victim->b2 = wild;
+            break;
+        case 3:
+            victim->a1 = wild;
+            break;
+        default:
+            victim->a2 = wild;
+            break;
+        }
+        uint32_t element = 0;
+        digest_add_signed(
+            digest, hyst_iir_build(&iir, generate_below(generator, HYST_IIR_MAX_SECTIONS + 2U), section, &element));
+        digest_add(digest, element);
+    }
+}
+
+static uint32_t image[HYST_IMAGE_MAX_WORDS + 1U];
+
+void subject_image(digest_t *digest, generator_t *generator) {
+    static hyst_parameters_t written;
+    static hyst_parameters_t read;
+    static uint32_t again[HYST_IMAGE_MAX_WORDS];
+    for (unsigned pass = 0; pass < 50; pass++) {
+        generate_parameters(generator, &written);
+        const size_t length = hyst_parameters_encode(&written, image, HYST_IMAGE_MAX_WORDS);
+        digest_add(digest, (uint32_t)length);
+        for (size_t i = 0; i < length; i++) {
+            digest_add(digest, image[i]);
+        }
+        digest_fault(digest, hyst_parameters_decode(image, length, &read));
+        digest_add(digest, (uint32_t)hyst_parameters_encode(&read, again, length));
+        digest_add(digest, hyst_crc32(again, length));
+        digest_add(digest, (uint32_t)hyst_parameters_encode(&read, again, length - 1U));
+    }
+}
+
+/* One word is changed; in half of the passes the CRC is made good again, so that the checks behind it are reached. */
+void subject_broken_images(digest_t *digest, generator_t *generator) {
+    static hyst_parameters_t p;
+    static hyst_compensator_t compensator;
+    for (unsigned pass = 0; pass < 1500; pass++) {
+        generate_parameters(generator, &p);
+        size_t length = hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS);
+        const bool header = generate_below(generator, 2) != 0;
+        const uint32_t word = generate_below(generator, header ? HYST_IMAGE_HEADER_WORDS : (uint32_t)length);
+        if (generate_below(generator, 2) != 0) {
+            image[word] = (uint32_t)extremes[generate_below(generator, EXTREMES)];
+        } else {
+            image[word] ^= UINT32_C(1) << generate_below(generator, 32);
+        }
+        if ((pass & 1U) != 0) {
+            image[length - 1U] = hyst_crc32(image, length - 1U);
+        } else if (generate_below(generator, 8) == 0) {
+            length = generate_below(generator, HYST_IMAGE_MAX_WORDS + 1U);
+        }
+        hyst_parameters_fault_t fault = hyst_parameters_decode(image, length, &p);
+        digest_fault(digest, fault);
+        if (fault.error == HYST_PARAMETERS_OK) {
+            fault = hyst_parameters_build(&p, &compensator);
+            digest_fault(digest, fault);
+        }
+    }
+}
+
+static void digest_text(digest_t *digest, const char *text) {
+    for (; *text != '\0'; text++) {
+        digest_add(digest, (uint32_t)*text);
+    }
+}
+
+/* Values beyond the last included: the answer is never NULL. */
+void subject_texts(digest_t *digest, generator_t *generator) {
+    (void)generator;
+    for (unsigned i = 0; i <= HYST_PARAMETERS_UNSTABLE + 1U; i++) {
+        digest_text(digest, hyst_parameters_error_text((hyst_parameters_error_t)i));
+    }
+    for (unsigned i = 0; i <= HYST_FIELD_COUNT; i++) {
+        digest_text(digest, hyst_field_text((hyst_field_t)i));
+    }
+}
+
+static void digest_compensator_state(digest_t *digest, const hyst_compensator_t *c,
+                                     const hyst_compensator_state_t *state) {
+    for (uint32_t i = 0; i < c->hysteresis.operators; i++) {
+        digest_add_signed(digest, state->hysteresis.memory[i]);
+    }
+    digest_add_signed(digest, state->hysteresis.drive);
+    digest_add_signed(digest, state->hysteresis.rate);
+    digest_filter_state(digest, &c->shape, &state->shape);
+    digest_filter_state(digest, &c->equalise, &state->equalise);
+    digest_add_wide(digest, state->transition);
+}
+
+/* All modes in any order, parameters swapped under way. */
+void subject_compensator(digest_t *digest, generator_t *generator) {
+    static hyst_parameters_t p;
+    static hyst_compensator_t compensator[2];
+    static hyst_compensator_state_t state;
+    generate_parameters(generator, &p);
+    build(&p, &compensator[0]);
+    hyst_compensator_reset(&compensator[0], &state);
+    for (unsigned pass = 0; pass < 100; pass++) {
+        const hyst_compensator_t *const active = &compensator[pass & 1U];
+        excitation_t excitation = {0};
+        hyst_mode_t mode = HYST_MODE_PARK;
+        for (unsigned k = 0; k < 250; k++) {
+            if (generate_below(generator, 50) == 0) {
+                mode = (hyst_mode_t)generate_below(generator, 4);
+            }
+            unsigned events = 0;
+            digest_add_signed(
+                digest, hyst_compensator_step(active, &state, mode, generate_signal(generator, &excitation), &events));
+            digest_add(digest, events);
+        }
+        digest_compensator_state(digest, active, &state);
+        hyst_compensator_t *const next = &compensator[(pass + 1U) & 1U];
+        generate_parameters(generator, &p);
+        build(&p, next);
+        hyst_compensator_adopt(active, next, &state);
+    }
+}
