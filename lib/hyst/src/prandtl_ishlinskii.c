@@ -130,8 +130,8 @@ void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t 
         /* Step in Q30, |step| <= 2^31 - 1/2: fits. The new rate lies between the old one and the step, so it fits too.
          */
         const int64_t step = ((int64_t)drive - state->drive) >> 1;
-        /* |step - rate| < 2^32, times g <= 2^30: below 2^62. */
-        state->rate += (hyst_q30_t)hyst_round_shift((step - state->rate) * model->rate_gain, 30);
+        /* |step - rate| < 2^32, times g <= 2^30: below 2^62. The change alone may need 33 bits, so it is added in 64. */
+        state->rate = (hyst_q30_t)(state->rate + hyst_round_shift((step - state->rate) * model->rate_gain, 30));
     }
     state->drive = drive;
 }
