@@ -34,10 +34,11 @@ static bool write_report(const report_t *report, const char *path, bool json, fa
 }
 
 static int run(int argc, char **argv) {
-    const char *output = "report.html", *simulated = NULL;
+    const char *output = "report.html", *picture = NULL, *simulated = NULL;
     bool json = false;
     const option_t options[] = {
         {"--output", "-o", OPTION_TEXT, "FILE", "page to write (report.html)", (void *)&output},
+        {"--picture", NULL, OPTION_TEXT, "FILE.svg", "error traces as a picture of their own", (void *)&picture},
         {"--simulated", NULL, OPTION_TEXT, "TEXT", "say that the tracks were simulated, and how", (void *)&simulated},
         {"--json", NULL, OPTION_FLAG, NULL, "numbers as JSON on stdout", &json},
     };
@@ -69,6 +70,9 @@ static int run(int argc, char **argv) {
         } else {
             report.tracks++;
         }
+    }
+    if (status == STATUS_DONE && picture != NULL && !report_write_picture(&report, picture, &failure)) {
+        status = failure_print(&failure);
     }
     if (status == STATUS_DONE && !write_report(&report, output, json, &failure)) {
         status = failure_print(&failure);

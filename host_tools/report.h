@@ -39,6 +39,9 @@ const report_track_t *report_worst(const report_t *report);
 /** tracks > 0. Simulates the model over its recording, which is what can fail besides writing. */
 bool report_write_html(const report_t *report, const char *path, failure_t *failure);
 
+/** The error traces of all tracks as one SVG document. */
+bool report_write_picture(const report_t *report, const char *path, failure_t *failure);
+
 /** The table of the tracks on stdout. */
 void report_print(const report_t *report);
 

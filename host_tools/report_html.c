@@ -7,16 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Before is orange and dashed in print, after is blue: told apart without colour vision, too. */
+#define ERROR_LABEL "position − reference, µm"
+
+/* The page around the pictures; colours are plot_style's. */
 static const char style[] =
-    ":root{color-scheme:light dark;--paper:#fff;--ink:#1c2330;--soft:#5b6472;--grid:#e3e6eb;--shade:#f1f3f6;"
-    "--before:#c2540a;--after:#1260b8;--plain:#3c4657}\n"
-    "@media(prefers-color-scheme:dark){:root{--paper:#14181f;--ink:#e6e9ee;--soft:#a0a8b5;--grid:#2c333e;"
-    "--shade:#1d232c;--before:#f0944d;--after:#6cb0ff;--plain:#c3cad5}}\n"
-    "@media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--grid:#ddd;--shade:#f1f3f6;"
-    "--before:#c2540a;--after:#1260b8;--plain:#333}body{font-size:10pt}main{max-width:none;padding:0}"
-    "figure,table,h2,h3{break-inside:avoid}h2,h3{break-after:avoid}.row{grid-template-columns:repeat(3,1fr)!important}}"
-    "\n"
     "*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);"
     "font:16px/1.5 system-ui,sans-serif}\n"
     "main{max-width:76rem;margin:0 auto;padding:1.5rem 1rem 3rem}\n"
@@ -29,13 +23,9 @@ static const char style[] =
     ".row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(20rem,100%),1fr));gap:1rem 1.5rem}\n"
     "figure{margin:0;min-width:0}figcaption{font-size:.85rem}.key{color:var(--soft);white-space:nowrap;margin-left:."
     "5rem}"
-    ".key svg{width:1.4rem;height:.55rem}\n"
-    ".plot{display:block;width:100%;height:auto}.plot text{font:13px system-ui,sans-serif;fill:var(--soft)}"
-    ".tick,.label{text-anchor:middle}.tick.level{text-anchor:end}\n"
-    ".grid{stroke:var(--grid);stroke-width:1}.axis{fill:none;stroke:var(--soft);stroke-width:1}"
-    ".shade{fill:var(--shade)}\n"
-    "polyline{stroke-linejoin:round}.before,.after,.plain{fill:none;stroke-width:1.6}"
-    ".before{stroke:var(--before)}.after{stroke:var(--after)}.plain{stroke:var(--plain);stroke-width:1}\n";
+    ".key svg{width:1.4rem;height:.55rem}.plot{display:block;width:100%;height:auto}\n"
+    "@media print{body{font-size:10pt}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
+    "h2,h3{break-after:avoid}.row{grid-template-columns:repeat(3,1fr)}}\n";
 
 /* Part of a track that is shown over time: all of it, or the last three periods of a fast one. */
 typedef struct {
@@ -82,6 +72,10 @@ static trace_t error_trace(const recording_t *recording) {
     return trace;
 }
 
+static plot_line_t trace_line(const trace_t *trace, const char *class_name, const char *label) {
+    return (plot_line_t){class_name, label, trace->time_s, trace->error_um, trace->count};
+}
+
 static void trace_free(trace_t *trace) {
     free(trace->time_s);
     free(trace->error_um);
@@ -96,16 +90,15 @@ static void write_track(FILE *file, const report_track_t *track) {
     const plot_line_t loop[] = {position_line(&track->before, "before", "linear drive"),
                                 position_line(&track->after, "after", "compensated")};
     trace_t before = error_trace(&track->before), after = error_trace(&track->after);
-    const plot_line_t error[] = {{"before", "linear drive", before.time_s, before.error_um, before.count},
-                                 {"after", "compensated", after.time_s, after.error_um, after.count}};
+    const plot_line_t error[] = {trace_line(&before, "before", "linear drive"),
+                                 trace_line(&after, "after", "compensated")};
 
     fprintf(file, "<h3>");
     write_escaped(file, track->name);
     fprintf(file, "</h3>\n<div class=\"row\">\n");
-    plot_write(file, &(plot_t){"Position over reference", "reference, \xC2\xB5m", "position, \xC2\xB5m", loop, 2, NAN});
-    plot_write(file, &(plot_t){"Error", "time, s", "position \xE2\x88\x92 reference, \xC2\xB5m", error, 2, NAN});
-    plot_write(file, &(plot_t){"Error that remains", "time, s", "position \xE2\x88\x92 reference, \xC2\xB5m", &error[1],
-                               1, NAN});
+    plot_write(file, &(plot_t){"Position over reference", "reference, µm", "position, µm", loop, 2, NAN});
+    plot_write(file, &(plot_t){"Error", "time, s", ERROR_LABEL, error, 2, NAN});
+    plot_write(file, &(plot_t){"Error that remains", "time, s", ERROR_LABEL, &error[1], 1, NAN});
     fprintf(file, "</div>\n");
     trace_free(&before);
     trace_free(&after);
@@ -119,9 +112,9 @@ static void write_verdict(FILE *file, const report_t *report) {
     } else {
         fprintf(file, "Compensation does not help everywhere. ");
     }
-    fprintf(file, "The least gain is on \xE2\x80\x9C");
+    fprintf(file, "The least gain is on “");
     write_escaped(file, worst->name);
-    fprintf(file, "\xE2\x80\x9D: from %.2f\xC2\xA0%% to %.2f\xC2\xA0%%.</p>\n", worst->error_before.nrmse_percent,
+    fprintf(file, "”: from %.2f&nbsp;%% to %.2f&nbsp;%%.</p>\n", worst->error_before.nrmse_percent,
             worst->error_after.nrmse_percent);
     if (report->simulated != NULL) {
         fprintf(file, "<p class=\"simulated\"><strong>Simulated, not measured on hardware.</strong> ");
@@ -131,9 +124,9 @@ static void write_verdict(FILE *file, const report_t *report) {
 }
 
 static void write_table(FILE *file, const report_t *report) {
-    fprintf(file, "<div class=\"wide\"><table>\n<thead><tr><th>Track</th><th>Stroke, \xC2\xB5m</th>"
+    fprintf(file, "<div class=\"wide\"><table>\n<thead><tr><th>Track</th><th>Stroke, µm</th>"
                   "<th>Error before, %%</th><th>Error after, %%</th><th>Factor</th>"
-                  "<th>Worst before, \xC2\xB5m</th><th>Worst after, \xC2\xB5m</th></tr></thead>\n<tbody>\n");
+                  "<th>Worst before, µm</th><th>Worst after, µm</th></tr></thead>\n<tbody>\n");
     for (size_t i = 0; i < report->tracks; i++) {
         const report_track_t *track = &report->track[i];
         fprintf(file, "<tr><td>");
@@ -151,7 +144,7 @@ static void write_table(FILE *file, const report_t *report) {
 
 static void write_remaining(FILE *file, const report_t *report) {
     fprintf(file, "<h2>What remains after compensation</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>Track</th>"
-                  "<th>Error, %%</th><th>Offset and gain, %%</th><th>Delay, %%</th><th>Delay, \xC2\xB5s</th>"
+                  "<th>Error, %%</th><th>Offset and gain, %%</th><th>Delay, %%</th><th>Delay, µs</th>"
                   "<th>Noise, %%</th><th>Rest, %%</th></tr></thead>\n<tbody>\n");
     for (size_t i = 0; i < report->tracks; i++) {
         const report_track_t *track = &report->track[i];
@@ -175,7 +168,7 @@ static void write_remaining(FILE *file, const report_t *report) {
 static void write_number(FILE *file, const json_t *fit, const char *key, const char *text) {
     const json_t *value = fit == NULL ? NULL : json_object_get(fit, key);
     if (json_is_number(value)) {
-        fprintf(file, "%s %.3f\xC2\xA0%%. ", text, json_number_value(value));
+        fprintf(file, "%s %.3f&nbsp;%%. ", text, json_number_value(value));
     }
 }
 
@@ -215,12 +208,20 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     write_number(file, report->model->fit, "held_out_nrmse_percent", "Error on the part that was held out of the fit:");
     write_number(file, report->model->fit, "nrmse_percent", "On the fitted part:");
     fprintf(file, "</p>\n<div class=\"row\">\n");
-    plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, \xC2\xB5m", loop, 2, NAN});
-    plot_write(file, &(plot_t){"Model \xE2\x88\x92 recorded", "time, s", "error, \xC2\xB5m", &error, 1, NAN});
+    plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, NAN});
+    plot_write(file, &(plot_t){"Model − recorded", "time, s", "error, µm", &error, 1, NAN});
     fprintf(file, "</div>\n");
     free(error_um);
     free(time_s);
     free(position_um);
+    return true;
+}
+
+static bool close_written(FILE *file, const char *path, failure_t *failure) {
+    const bool written = ferror(file) == 0;
+    if (fclose(file) != 0 || !written) {
+        return fail(failure, "%s: %s", path, strerror(errno));
+    }
     return true;
 }
 
@@ -232,8 +233,8 @@ bool report_write_html(const report_t *report, const char *path, failure_t *fail
     fprintf(file,
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
             "content=\"width=device-width, initial-scale=1\">\n<title>Tracking with and without compensation</title>\n"
-            "<style>\n%s</style>\n</head>\n<body>\n<main>\n",
-            style);
+            "<style>\n%s%s</style>\n</head>\n<body>\n<main>\n",
+            plot_style, style);
     write_verdict(file, report);
     write_table(file, report);
     fprintf(file, "<h2>Tracks</h2>\n");
@@ -243,9 +244,35 @@ bool report_write_html(const report_t *report, const char *path, failure_t *fail
     write_remaining(file, report);
     const bool good = write_model(file, report, failure);
     fprintf(file, "<p class=\"note\">Written by hyst " HYST_VERSION ".</p>\n</main>\n</body>\n</html>\n");
-    const bool written = ferror(file) == 0;
-    if (fclose(file) != 0 || !written) {
-        return good ? fail(failure, "%s: %s", path, strerror(errno)) : false;
+    if (!good) {
+        (void)fclose(file);
+        (void)remove(path);
+        return false;
     }
-    return good;
+    return close_written(file, path, failure);
+}
+
+bool report_write_picture(const report_t *report, const char *path, failure_t *failure) {
+    FILE *file = fopen(path, "w");
+    if (file == NULL) {
+        return fail(failure, "%s: %s", path, strerror(errno));
+    }
+    trace_t *trace = allocate(2 * report->tracks, sizeof *trace);
+    plot_line_t *line = allocate(2 * report->tracks, sizeof *line);
+    plot_t *plot = allocate(report->tracks, sizeof *plot);
+    for (size_t i = 0; i < report->tracks; i++) {
+        trace[2 * i] = error_trace(&report->track[i].before);
+        trace[2 * i + 1] = error_trace(&report->track[i].after);
+        line[2 * i] = trace_line(&trace[2 * i], "before", "linear drive");
+        line[2 * i + 1] = trace_line(&trace[2 * i + 1], "after", "compensated");
+        plot[i] = (plot_t){report->track[i].name, "time, s", ERROR_LABEL, &line[2 * i], 2, NAN};
+    }
+    plot_write_sheet(file, plot, report->tracks, 2);
+    for (size_t i = 0; i < 2 * report->tracks; i++) {
+        trace_free(&trace[i]);
+    }
+    free(plot);
+    free(line);
+    free(trace);
+    return close_written(file, path, failure);
 }

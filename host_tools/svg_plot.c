@@ -13,6 +13,22 @@
 #define SPACING   2.0 /* between points along a smooth line */
 #define TURN_SIZE 0.5 /* a turn of the line that is smaller cannot be seen */
 
+/* Before is orange, after is blue: told apart without colour vision, too. */
+const char plot_style[] =
+    ":root{color-scheme:light dark;--paper:#fff;--ink:#1c2330;--soft:#5b6472;--grid:#e3e6eb;--shade:#f1f3f6;"
+    "--before:#c2540a;--after:#1260b8;--plain:#3c4657}\n"
+    "@media(prefers-color-scheme:dark){:root{--paper:#14181f;--ink:#e6e9ee;--soft:#a0a8b5;--grid:#2c333e;"
+    "--shade:#1d232c;--before:#f0944d;--after:#6cb0ff;--plain:#c3cad5}}\n"
+    "@media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--grid:#ddd;--shade:#f1f3f6;"
+    "--before:#c2540a;--after:#1260b8;--plain:#333}}\n"
+    ".plot text{font:13px system-ui,sans-serif;fill:var(--soft)}.plot .title{font-weight:600;fill:var(--ink)}"
+    ".tick,.label{text-anchor:middle}.tick.level{text-anchor:end}\n"
+    ".paper{fill:var(--paper)}.grid{stroke:var(--grid);stroke-width:1}.axis{fill:none;stroke:var(--soft);stroke-width:"
+    "1}"
+    ".shade{fill:var(--shade)}\n"
+    "polyline{stroke-linejoin:round}.before,.after,.plain{fill:none;stroke-width:1.6}"
+    ".before{stroke:var(--before)}.after{stroke:var(--after)}.plain{stroke:var(--plain);stroke-width:1}\n";
+
 typedef struct {
     double low, high, step; /* step between ticks */
 } axis_t;
@@ -105,23 +121,9 @@ static void write_line(FILE *file, const plot_line_t *line, const axis_t *x, con
     fprintf(file, "\"/>\n");
 }
 
-static void write_legend(FILE *file, const plot_t *plot) {
-    fprintf(file, "<figcaption><strong>");
-    write_escaped(file, plot->title);
-    fprintf(file, "</strong>");
-    for (size_t i = 0; plot->lines > 1 && i < plot->lines; i++) {
-        fprintf(file,
-                " <span class=\"key\"><svg viewBox=\"0 0 20 8\" aria-hidden=\"true\"><path class=\"%s\" d=\"M0 "
-                "4H20\"/></svg> ",
-                plot->line[i].class_name);
-        write_escaped(file, plot->line[i].label);
-        fprintf(file, "</span>");
-    }
-    fprintf(file, "</figcaption>\n");
-}
-
-void plot_write(FILE *file, const plot_t *plot) {
-    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+static bool plot_extent(const plot_t *plot, double low[2], double high[2]) {
+    low[0] = low[1] = INFINITY;
+    high[0] = high[1] = -INFINITY;
     for (size_t i = 0; i < plot->lines; i++) {
         for (size_t k = 0; k < plot->line[i].count; k++) {
             low[0] = fmin(low[0], plot->line[i].x[k]);
@@ -130,16 +132,12 @@ void plot_write(FILE *file, const plot_t *plot) {
             high[1] = fmax(high[1], plot->line[i].y[k]);
         }
     }
-    if (!(low[0] <= high[0])) {
-        return; /* no points */
-    }
-    const axis_t x = axis_over(low[0], high[0], 0.02), y = axis_over(low[1], high[1], 0.05);
+    return low[0] <= high[0];
+}
 
-    fprintf(file, "<figure>\n");
-    write_legend(file, plot);
-    fprintf(file, "<svg class=\"plot\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", WIDTH, HEIGHT);
-    write_escaped(file, plot->title);
-    fprintf(file, "\">\n");
+/* Everything inside the picture's frame of WIDTH by HEIGHT. */
+static void write_contents(FILE *file, const plot_t *plot, const double low[2], const double high[2]) {
+    const axis_t x = axis_over(low[0], high[0], 0.02), y = axis_over(low[1], high[1], 0.05);
     if (plot->shade_from < x.high) {
         const double from = to_x(&x, fmax(plot->shade_from, x.low));
         fprintf(file, "<rect class=\"shade\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n", from, TOP,
@@ -154,7 +152,61 @@ void plot_write(FILE *file, const plot_t *plot) {
     fprintf(file, "</text><text class=\"label\" transform=\"translate(14 %.1f) rotate(-90)\">",
             0.5 * (TOP + HEIGHT - BOTTOM));
     write_escaped(file, plot->y_label);
-    fprintf(file, "</text>\n</svg>\n</figure>\n");
+    fprintf(file, "</text>\n");
+}
+
+void plot_write(FILE *file, const plot_t *plot) {
+    double low[2], high[2];
+    if (!plot_extent(plot, low, high)) {
+        return;
+    }
+    fprintf(file, "<figure>\n<figcaption><strong>");
+    write_escaped(file, plot->title);
+    fprintf(file, "</strong>");
+    for (size_t i = 0; plot->lines > 1 && i < plot->lines; i++) {
+        fprintf(file,
+                " <span class=\"key\"><svg viewBox=\"0 0 20 8\" aria-hidden=\"true\"><path class=\"%s\" d=\"M0 "
+                "4H20\"/></svg> ",
+                plot->line[i].class_name);
+        write_escaped(file, plot->line[i].label);
+        fprintf(file, "</span>");
+    }
+    fprintf(file, "</figcaption>\n<svg class=\"plot\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", WIDTH,
+            HEIGHT);
+    write_escaped(file, plot->title);
+    fprintf(file, "\">\n");
+    write_contents(file, plot, low, high);
+    fprintf(file, "</svg>\n</figure>\n");
+}
+
+void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns) {
+    const double title = 24.0, legend = 30.0, cell = HEIGHT + title;
+    const double width = WIDTH * (double)columns, height = legend + cell * (double)((plots + columns - 1) / columns);
+    fprintf(file,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
+            "height=\"%.0f\">\n"
+            "<style>\n%s</style>\n<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n",
+            width, height, width, height, plot_style, width, height);
+    for (size_t i = 0; plots > 0 && i < plot[0].lines; i++) {
+        const double at = LEFT + 150.0 * (double)i;
+        fprintf(file, "<path class=\"%s\" d=\"M%.0f 18h24\"/><text x=\"%.0f\" y=\"22\">", plot[0].line[i].class_name,
+                at, at + 30.0);
+        write_escaped(file, plot[0].line[i].label);
+        fprintf(file, "</text>\n");
+    }
+    for (size_t i = 0; i < plots; i++) {
+        double low[2], high[2];
+        if (!plot_extent(&plot[i], low, high)) {
+            continue;
+        }
+        fprintf(file, "<g transform=\"translate(%.0f %.0f)\"><text class=\"title\" x=\"%.0f\" y=\"16\">",
+                WIDTH * (double)(i % columns), legend + cell * (double)(i / columns), LEFT);
+        write_escaped(file, plot[i].title);
+        fprintf(file, "</text><g transform=\"translate(0 %.0f)\">\n", title);
+        write_contents(file, &plot[i], low, high);
+        fprintf(file, "</g></g>\n");
+    }
+    fprintf(file, "</svg>\n");
 }
 
 void write_escaped(FILE *file, const char *text) {

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Line plots as inline SVG, for a self-contained HTML page.
+ * Line plots as SVG: inside a self-contained HTML page, or as a picture of their own.
  *
- * Colours and fonts come from the page's style sheet through class names (plot, axis, grid, shade, and each line's
- * own), so that one picture serves light, dark and paper. The picture scales with its container; it is drawn for about
- * 460 pixels of width.
+ * Colours and fonts come from plot_style through class names, so that one picture serves light, dark and paper. It
+ * scales with its container and is drawn for about 460 pixels of width.
  */
 #ifndef SVG_PLOT_H
 #define SVG_PLOT_H
@@ -13,8 +12,15 @@
 #include <stddef.h>
 #include <stdio.h>
 
+/**
+ * Style sheet of the pictures, to be put into the page once. Defines the colours --paper, --ink, --soft, --grid,
+ * --shade, --before, --after and
+ * --plain for light, dark and print, and the classes of lines: before, after, plain.
+ */
+extern const char plot_style[];
+
 typedef struct {
-    const char *class_name; /**< of the style sheet */
+    const char *class_name; /**< "before", "after" or "plain" */
     const char *label;      /**< for the legend */
     const double *x, *y;    /**< count values each, finite */
     size_t count;
@@ -33,6 +39,10 @@ typedef struct {
  * than the picture can show are left out, extremes are not. Write errors show in ferror(file).
  */
 void plot_write(FILE *file, const plot_t *plot);
+
+/** Writes an SVG document with the plots in rows of `columns`, titles above, and the legend of the first one at the
+ * top. */
+void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns);
 
 /** Writes text with the characters that HTML reserves replaced. */
 void write_escaped(FILE *file, const char *text);
