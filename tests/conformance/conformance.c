@@ -41,9 +41,9 @@ int main(void) {
         uint32_t operators;
         bool rate_dependent;
     } models[] = {
-        {"pi_0_operators", 0, false},       {"pi_1_operator", 1, false},     {"pi_10_operators", 10, false},
-        {"pi_64_operators", 64, false},     {"pi_1_operator_rate", 1, true}, {"pi_10_operators_rate", 10, true},
-        {"pi_64_operators_rate", 64, true},
+        {"pi_0_operators", 0, false},       {"pi_1_operator", 1, false},      {"pi_10_operators", 10, false},
+        {"pi_64_operators", 64, false},     {"pi_1_operator_rate", 1, true},  {"pi_10_operators_rate", 10, true},
+        {"pi_64_operators_rate", 64, true}, {"pi_256_operators", 256, false}, {"pi_256_operators_rate", 256, true},
     };
     for (uint32_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
         digest_t digest = no_digest();

@@ -57,7 +57,7 @@ static void print_number(uint32_t number) {
 }
 
 int main(void) {
-    static const uint32_t operators[] = {0, 10, 16, HYST_PI_MAX_OPERATORS};
+    static const uint32_t operators[] = {0, 10, 16, 64, HYST_PI_MAX_OPERATORS};
     static hyst_parameters_t p;
     static hyst_compensator_t compensator;
     generator_t generator = {.state = 1};

@@ -5,7 +5,7 @@
 
 static void digest_model_state(digest_t *digest, const hyst_pi_t *model, const hyst_pi_state_t *state) {
     for (uint32_t i = 0; i < model->operators; i++) {
-        digest_add_signed(digest, state->memory[i]);
+        digest_add_signed(digest, hyst_pi_memory(model, state, i));
     }
     digest_add_signed(digest, state->drive);
     digest_add_signed(digest, state->rate);

@@ -146,7 +146,7 @@ void subject_texts(digest_t *digest, generator_t *generator) {
 static void digest_compensator_state(digest_t *digest, const hyst_compensator_t *c,
                                      const hyst_compensator_state_t *state) {
     for (uint32_t i = 0; i < c->hysteresis.operators; i++) {
-        digest_add_signed(digest, state->hysteresis.memory[i]);
+        digest_add_signed(digest, hyst_pi_memory(&c->hysteresis, &state->hysteresis, i));
     }
     digest_add_signed(digest, state->hysteresis.drive);
     digest_add_signed(digest, state->hysteresis.rate);

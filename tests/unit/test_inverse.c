@@ -53,7 +53,8 @@ static hyst_q31_t reference_sample(const hyst_pi_t *model, const hyst_pi_state_t
         if (model->operators > 0) {
             const uint32_t i = (uint32_t)(random_bits(&rng) % model->operators);
             const hyst_q31_t r = random_unit(&rng) < 0.5 ? model->threshold[i] : -model->threshold[i];
-            return hyst_add(reachable(model, state, hyst_add(state->memory[i], r)), random_between(&rng, -1, 1));
+            return hyst_add(reachable(model, state, hyst_add(hyst_pi_memory(model, state, i), r)),
+                            random_between(&rng, -1, 1));
         }
         return 0;
     case EXTREME:

@@ -128,7 +128,7 @@ static void test_validator_names_the_field(void) {
     expect(forged(13, 0), range, HYST_FIELD_LINEAR_GAIN, 0);
     expect(forged(14, 0), range, HYST_FIELD_TRANSITION_SLEW, 0);
     expect(forged(15, 64), range, HYST_FIELD_LOOKAHEAD, 0);
-    expect(forged(16, 65), range, HYST_FIELD_PI_OPERATORS, 0);
+    expect(forged(16, HYST_PI_MAX_OPERATORS + 1), range, HYST_FIELD_PI_OPERATORS, 0);
     expect(forged(16, UINT32_MAX), range, HYST_FIELD_PI_OPERATORS, 0);
     expect(forged(16, 9), HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
     expect(forged(18, UINT32_MAX), range, HYST_FIELD_PI_BETA, 0);

@@ -91,14 +91,14 @@ hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t 
     *element = 0;
     model->operators = operators;
     model->offset = offset;
-    hyst_q28_t slope = 0; /* 2^20 .. 2^30 by check_weights */
-    for (uint32_t j = 0; j <= operators; j++) {
-        slope += weight[j];
-        model->weight[j] = weight[j];
-        model->slope[j] = slope;
-    }
+    model->weight[0] = weight[0];
+    model->slope[0] = weight[0];
+    model->moment[0] = 0;
     for (uint32_t i = 0; i < operators; i++) {
         model->threshold[i] = threshold[i];
+        model->weight[i + 1] = weight[i + 1];
+        model->slope[i + 1] = model->slope[i] + weight[i + 1]; /* 2^20 .. 2^30 by check_weights */
+        model->moment[i + 1] = model->moment[i] + hyst_product(weight[i + 1], threshold[i]);
     }
     model->kappa_limit = HYST_Q31_MAX - (operators > 0 ? threshold[operators - 1] : 0);
     model->beta = beta;
@@ -113,36 +113,149 @@ static hyst_q31_t kappa(const hyst_pi_t *model, const hyst_pi_state_t *state) {
     return growth < model->kappa_limit ? (hyst_q31_t)growth : model->kappa_limit;
 }
 
-void hyst_pi_reset(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
-    for (uint32_t i = 0; i < model->operators; i++) {
-        state->memory[i] = hyst_play(model->threshold[i], drive, 0);
+/* First operator of run k: where the next inner one ends. */
+static uint32_t first_of(const hyst_pi_state_t *state, uint32_t k) {
+    return k + 1U < state->runs ? state->run[k + 1U].end : 0U;
+}
+
+/* Sum of w_i z_i over the operators of the run from index `from` on: level * (<= 2^30) <= 2^62, moments <= 2^61. */
+static int64_t run_sum(const hyst_pi_t *model, const hyst_pi_run_t *run, uint32_t from) {
+    return run->level * (model->slope[run->end] - model->slope[from]) +
+           run->side * (model->moment[run->end] - model->moment[from]);
+}
+
+/* W = sum of all w_i z_i. */
+static int64_t memory_sum(const hyst_pi_t *model, const hyst_pi_state_t *state) {
+    if (state->runs == 0) {
+        return 0;
     }
+    const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+    return innermost->outer + run_sum(model, innermost, 0);
+}
+
+/*
+ * Where the drive, going outward (+1 up, -1 down), begins to carry operator i of the run along: z_i + outward a_i. The
+ * threshold's common growth comes on top. |corner| < 2^32.
+ */
+static int64_t corner_of(const hyst_pi_t *model, const hyst_pi_run_t *run, uint32_t i, int outward) {
+    return run->level + (int64_t)(run->side + outward) * model->threshold[i];
+}
+
+static void push(hyst_pi_state_t *state, int64_t level, int64_t outer, uint32_t end, int side) {
+    state->run[state->runs] =
+        (hyst_pi_run_t){.level = level, .outer = outer, .end = (uint16_t)end, .side = (int8_t)side};
+    state->runs++; /* <= operators: every run has at least one */
+}
+
+/*
+ * A movement outward or a search for a position asks every operator the same question, from the innermost on: does it
+ * reach you? The answers are yes up to some operator and no behind it (nesting). reached_t says what the question is;
+ * reach() bisects, first over runs, then within one, and returns the number of operators with yes. *run is the run of
+ * the last of them (when there is one).
+ */
+typedef struct {
+    const hyst_pi_t *model;
+    const hyst_pi_state_t *state;
+    int outward;
+    hyst_q31_t growth;
+    bool for_position; /* else for a drive */
+    int64_t goal;      /* drive without the growth, or position in Q59; */
+} question_t;
+
+/* Response at the corner of operator i of run k, where the operators before it are carried along and the others rest.
+ */
+static int64_t response_at(const question_t *q, uint32_t k, uint32_t i, int64_t corner) {
+    const hyst_pi_run_t *run = &q->state->run[k];
+    /* Carried: sum over m < i of w_m (corner - outward a_m), and w_0 (corner + outward growth). True size < 2^62. */
+    const hyst_q28_t carried = q->model->slope[i] - q->model->slope[0];
+    const int64_t thresholds = q->outward * (q->model->moment[i] + hyst_product(q->growth, carried));
+    const int64_t drive = corner + (int64_t)q->outward * q->growth;
+    return q->model->slope[i] * drive - thresholds + run_sum(q->model, run, i) + run->outer;
+}
+
+static bool reaches(const question_t *q, uint32_t k, uint32_t i) {
+    const int64_t corner = corner_of(q->model, &q->state->run[k], i, q->outward);
+    const int64_t there = q->for_position ? response_at(q, k, i, corner) : corner;
+    return q->outward > 0 ? q->goal > there : q->goal < there;
+}
+
+static uint32_t reach(const question_t *q, uint32_t *run) {
+    const uint32_t runs = q->state->runs;
+    if (runs == 0 || !reaches(q, runs - 1U, 0)) {
+        return 0;
+    }
+    uint32_t yes = runs - 1U; /* its first operator is reached */
+    uint32_t no = 0;          /* runs outside `no` are not; yes >= no */
+    while (yes > no) {
+        const uint32_t middle = no + (yes - no) / 2U;
+        if (reaches(q, middle, first_of(q->state, middle))) {
+            yes = middle;
+        } else {
+            no = middle + 1U;
+        }
+    }
+    *run = yes;
+    uint32_t reached = first_of(q->state, yes) + 1U;
+    uint32_t end = q->state->run[yes].end;
+    while (reached < end) {
+        const uint32_t middle = reached + (end - reached) / 2U;
+        if (reaches(q, yes, middle)) {
+            reached = middle + 1U;
+        } else {
+            end = middle;
+        }
+    }
+    return reached;
+}
+
+/* Carries along all operators that the drive reaches going outward. */
+static void move(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t growth, hyst_q31_t drive, int outward) {
+    const int64_t edge = drive - (int64_t)outward * growth; /* carried operators: z_i = edge - outward a_i */
+    const question_t question = {
+        .model = model, .state = state, .outward = outward, .growth = growth, .for_position = false, .goal = edge};
+    uint32_t run = 0;
+    const uint32_t moved = reach(&question, &run);
+    if (moved == 0) {
+        return;
+    }
+    const hyst_pi_run_t *last = &state->run[run];
+    const int64_t outer = last->outer + run_sum(model, last, moved); /* of a run that is wiped out: outer + 0 */
+    state->runs = moved == last->end ? run : run + 1U;
+    push(state, edge, outer, moved, -outward);
+}
+
+void hyst_pi_reset(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
+    state->runs = 0;
+    if (model->operators > 0) {
+        push(state, 0, 0, model->operators, 0);
+    }
+    move(model, state, 0, drive, drive < 0 ? -1 : 1);
     state->drive = drive;
     state->rate = 0;
 }
 
 void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
     const hyst_q31_t growth = kappa(model, state);
-    for (uint32_t i = 0; i < model->operators; i++) {
-        state->memory[i] = hyst_play(model->threshold[i] + growth, drive, state->memory[i]);
-    }
+    /* At most one of the two finds anything. Not only the sign of the step decides: thresholds may also have shrunk. */
+    move(model, state, growth, drive, 1);
+    move(model, state, growth, drive, -1);
     if (model->beta > 0) {
         /* Step in Q30, |step| <= 2^31 - 1/2: fits. The new rate lies between the old one and the step, so it fits too.
          */
         const int64_t step = ((int64_t)drive - state->drive) >> 1;
-        /* |step - rate| < 2^32, times g <= 2^30: below 2^62. The change alone may need 33 bits, so it is added in 64. */
+        /* |step - rate| < 2^32, times g <= 2^30: below 2^62. The change alone may need 33 bits, so it is added in 64.
+         */
         state->rate = (hyst_q30_t)(state->rate + hyst_round_shift((step - state->rate) * model->rate_gain, 30));
     }
     state->drive = drive;
 }
 
-/* W = sum_{i=1..n} w_i z_i in Q59, |W| <= 2^61. */
-static int64_t memory_sum(const hyst_pi_t *model, const hyst_pi_state_t *state) {
-    int64_t sum = 0;
-    for (uint32_t i = 0; i < model->operators; i++) {
-        sum += hyst_product(model->weight[i + 1], state->memory[i]);
+hyst_q31_t hyst_pi_memory(const hyst_pi_t *model, const hyst_pi_state_t *state, uint32_t index) {
+    uint32_t k = state->runs - 1U;
+    while (state->run[k].end <= index) {
+        k--;
     }
-    return sum;
+    return (hyst_q31_t)(state->run[k].level + (int64_t)state->run[k].side * model->threshold[index]);
 }
 
 hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state) {
@@ -151,65 +264,36 @@ hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state) 
     return hyst_saturate(hyst_round_shift(sum + hyst_product(model->offset, HYST_Q28_ONE), 28));
 }
 
-/*
- * Inverts one side of the response. The side is walked from its first corner outwards; `outward` is +1 for the side
- * where the drive rises and -1 for the other; `rest` > 0 is how far (Q59) the target lies beyond the response at the
- * first corner. Between corner j and j+1 the response has slope S_j. `rest` shrinks from corner to corner, so the last
- * corner before which it is still positive is the one the answer lies behind. The trip count does not depend on the
- * data.
- */
-static int64_t walk(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t growth, int outward,
-                    int64_t rest) {
-    int64_t corner = 0;
-    int64_t from_corner = 0;
-    int64_t from_rest = rest;
-    hyst_q28_t from_slope = model->slope[0];
-    for (uint32_t i = 0; i < model->operators; i++) {
-        const hyst_q31_t threshold = model->threshold[i] + growth;
-        /* Saturating is exact enough: no drive lies beyond the range anyway, segments out there get length 0. */
-        const int64_t next =
-            outward > 0 ? hyst_add(state->memory[i], threshold) : hyst_subtract(state->memory[i], threshold);
-        if (i > 0) {
-            /* Length < 2^32, slope <= 2^30. All responses at corners are within 2^61, the target within 2^60: |rest| <
-             * 2^62.4. */
-            rest -= model->slope[i] * magnitude(next - corner);
-        }
-        if (i == 0 || rest > 0) {
-            from_corner = next;
-            from_rest = rest;
-            from_slope = model->slope[i + 1];
-        }
-        corner = next;
+/* The drive outside the gap of the first operator, on the side `outward`; |result| may exceed the range. */
+static int64_t solve_outward(const question_t *q, int64_t from_memory) {
+    uint32_t k = 0;
+    const uint32_t passed = reach(q, &k);
+    if (passed == 0) {
+        /* Inside the gap. w_0 = S_0 > 0 and |goal - W| < 2^62. C divides toward zero: half a divisor away from zero
+         * first. */
+        const int64_t distance = q->goal - from_memory;
+        const int64_t half = distance < 0 ? -(q->model->weight[0] / 2) : q->model->weight[0] / 2;
+        return (distance + half) / q->model->weight[0];
     }
-    /* The one division: rounds the distance to the nearest unit of Q31. < 2^42.4, so the sum cannot overflow. */
-    const uint64_t distance = ((uint64_t)from_rest + (uint64_t)from_slope / 2U) / (uint64_t)from_slope;
-    return from_corner + outward * (int64_t)distance;
+    /* Behind the corner of the last operator passed the slope is S_passed. */
+    const int64_t corner = corner_of(q->model, &q->state->run[k], passed - 1U, q->outward);
+    const uint64_t rest = (uint64_t)magnitude(q->goal - response_at(q, k, passed - 1U, corner));
+    const uint64_t slope = (uint64_t)q->model->slope[passed];
+    return corner + q->outward * (q->growth + (int64_t)((rest + slope / 2U) / slope));
 }
 
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated) {
-    /* |position - offset| < 2^32: |target| < 2^60. */
-    const int64_t target = ((int64_t)position - model->offset) * HYST_Q28_ONE;
+    /* |position - offset| < 2^32: |goal| < 2^60. */
+    const int64_t goal = ((int64_t)position - model->offset) * HYST_Q28_ONE;
     const int64_t from_memory = memory_sum(model, state);
-    const hyst_q31_t growth = kappa(model, state);
-
-    /* No operator moves while the drive stays within the gap of the first one; without operators it always does. */
-    const hyst_q31_t gap = model->operators > 0 ? model->threshold[0] + growth : 0;
-    const hyst_q31_t centre = model->operators > 0 ? state->memory[0] : 0;
-    const int64_t upper = hyst_product(model->weight[0], hyst_add(centre, gap)) + from_memory;
-    const int64_t lower = hyst_product(model->weight[0], hyst_subtract(centre, gap)) + from_memory;
-
-    int64_t drive;
-    if (model->operators > 0 && target > upper) {
-        drive = walk(model, state, growth, 1, target - upper);
-    } else if (model->operators > 0 && target < lower) {
-        drive = walk(model, state, growth, -1, lower - target);
-    } else {
-        /* w_0 = S_0 > 0 and |target - W| < 2^62. C divides toward zero: half a divisor away from zero first makes it
-         * the nearest. */
-        const int64_t distance = target - from_memory;
-        const int64_t half = distance < 0 ? -(model->weight[0] / 2) : model->weight[0] / 2;
-        drive = (distance + half) / model->weight[0];
-    }
+    const hyst_q31_t centre = state->runs > 0 ? hyst_pi_memory(model, state, 0) : 0;
+    const question_t question = {.model = model,
+                                 .state = state,
+                                 .outward = goal >= hyst_product(model->weight[0], centre) + from_memory ? 1 : -1,
+                                 .growth = kappa(model, state),
+                                 .for_position = true,
+                                 .goal = goal};
+    const int64_t drive = solve_outward(&question, from_memory);
     if (drive > HYST_Q31_MAX || drive < HYST_Q31_MIN) {
         *saturated = true;
     }
@@ -229,19 +313,24 @@ hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 
 void hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
                    hyst_pi_state_t *to_state) {
-    uint32_t below = 0; /* number of old operators whose threshold is not larger than the new one's */
+    uint32_t below = 0;                   /* number of old operators whose threshold is not larger than the new one's */
+    uint32_t k = from_state->runs - 1U;   /* run of the last of them; not used before there is one */
+    hyst_q31_t curve = from_state->drive; /* the memory curve starts at the drive for threshold 0 */
+    hyst_q31_t nested = curve;
     for (uint32_t j = 0; j < to->operators; j++) {
         while (below < from->operators && from->threshold[below] <= to->threshold[j]) {
+            k -= from_state->run[k].end <= below ? 1U : 0U;
+            curve = (hyst_q31_t)(from_state->run[k].level + (int64_t)from_state->run[k].side * from->threshold[below]);
             below++;
         }
-        /* The memory curve starts at the drive for threshold 0. */
-        const hyst_q31_t curve = below > 0 ? from_state->memory[below - 1] : from_state->drive;
-        if (j == 0) {
-            to_state->memory[j] = curve;
-        } else {
-            const hyst_q31_t distance = to->threshold[j] - to->threshold[j - 1];
-            to_state->memory[j] = hyst_play(distance, to_state->memory[j - 1], curve);
-        }
+        nested = j == 0 ? curve : hyst_play(to->threshold[j] - to->threshold[j - 1], nested, curve);
+        to_state->run[to->operators - 1U - j] = (hyst_pi_run_t){.level = nested, .end = (uint16_t)(j + 1U)};
+    }
+    to_state->runs = to->operators;
+    int64_t outer = 0;
+    for (uint32_t i = 0; i < to_state->runs; i++) {
+        to_state->run[i].outer = outer;
+        outer += run_sum(to, &to_state->run[i], first_of(to_state, i));
     }
     to_state->drive = from_state->drive;
     to_state->rate = to->beta > 0 ? from_state->rate : 0;

@@ -28,9 +28,17 @@
  * branch. (Without smoothing, g = 1, the numbers of seed 004 give q = 1.3: that inverse oscillates although it is
  * exact.)
  *
+ * Why the cost hardly grows with n. The memory over the threshold is a staircase: all operators that one monotone
+ * movement of the drive has carried along lie on one line, z_i = level -+ a_i. Only these runs are stored, innermost on
+ * top of a stack; sums over a run come from prefix sums of w_i and w_i a_i, so a whole run is moved, wiped out or
+ * passed in one step, and the place where a movement or a search ends is found by bisection. All of it is exact integer
+ * arithmetic: bit for bit the plain loop over n operators (tests/unit/test_bank.c). Worst case per call: 2 (log2 n + 1)
+ * probes, whatever the history.
+ *
  * Preconditions: a hyst_pi_t that hyst_pi_build accepted. Every function here is total for such a model and any input.
- * May be called from: interrupt, main loop, host. Reentrant; the caller owns model and state. One state belongs to one
- * context. Cost: linear in n, no early exit; one 64-by-32 bit division per solve. Measured in docs/TIMING.md.
+ * May be called from: interrupt, main loop, host (hyst_pi_build and hyst_pi_carry walk all operators: not per sample).
+ * Reentrant; the caller owns model and state. One state belongs to one context. One 64-by-32 bit division per solve.
+ * Measured in docs/TIMING.md.
  */
 #ifndef HYST_PRANDTL_ISHLINSKII_H
 #define HYST_PRANDTL_ISHLINSKII_H
@@ -38,7 +46,7 @@
 #include "hyst/fixed.h"
 #include <stdbool.h>
 
-#define HYST_PI_MAX_OPERATORS 64
+#define HYST_PI_MAX_OPERATORS 256
 
 /** Smallest slope S_j that is accepted: 2^-8. Below it the inverse would turn one unit of position into 256 of drive.
  */
@@ -53,14 +61,26 @@ typedef struct {
     hyst_q28_t weight[HYST_PI_MAX_OPERATORS + 1]; /**< w_0..w_n, position full scale per drive full scale */
     hyst_q28_t slope[HYST_PI_MAX_OPERATORS + 1];  /**< S_0..S_n, S_j = w_0 + ... + w_j, all >= HYST_PI_MIN_SLOPE */
     hyst_q31_t threshold[HYST_PI_MAX_OPERATORS];  /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0 */
+    int64_t moment[HYST_PI_MAX_OPERATORS + 1];    /**< sums of w_i a_i, i = 1..j, Q59, below 2^61 in magnitude */
     hyst_q31_t kappa_limit;                       /**< 1 - a_n */
     hyst_q20_t beta;      /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
     hyst_q30_t rate_gain; /**< g, (0, 1] */
 } hyst_pi_t;
 
+/** Neighbouring operators whose memory lies on one line: z_i = level + side a_i. */
+typedef struct {
+    int64_t level; /**< units of 2^-31, |level| < 2^32 */
+    int64_t outer; /**< sum of w_i z_i over all operators with larger thresholds than this run's, Q59, <= 2^61 in
+                      magnitude */
+    uint16_t end;  /**< one past the last operator of the run; it begins where the next inner run ends */
+    int8_t side;   /**< -1 where the drive rose last, +1 where it fell, 0 for memory that was never moved since reset or
+                      carry */
+} hyst_pi_run_t;
+
 /** Memory. */
 typedef struct {
-    hyst_q31_t memory[HYST_PI_MAX_OPERATORS]; /**< z_1..z_n */
+    uint32_t runs;                            /**< 1..operators (0 without operators) */
+    hyst_pi_run_t run[HYST_PI_MAX_OPERATORS]; /**< from the outermost to the innermost, run[runs - 1] */
     hyst_q31_t drive;                         /**< u[k-1] */
     hyst_q30_t rate;                          /**< v[k-1], full scale per sample, |v| <= 2 */
 } hyst_pi_state_t;
@@ -91,6 +111,9 @@ void hyst_pi_reset(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t dr
 
 /** Moves the memory by one sample to the drive that was really applied. */
 void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive);
+
+/** Memory z_i of one operator, index 0..operators - 1. For tests and displays; a search over the runs. */
+hyst_q31_t hyst_pi_memory(const hyst_pi_t *model, const hyst_pi_state_t *state, uint32_t index);
 
 /** Output y[k] at the present memory and drive, saturated to Q31. */
 hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state);
