@@ -21,7 +21,8 @@ typedef struct {
 #define COMMANDS(COMMAND)                                                                                              \
     COMMAND(fit)                                                                                                       \
     COMMAND(simulate)                                                                                                  \
-    COMMAND(compile)
+    COMMAND(compile)                                                                                                   \
+    COMMAND(report)
 
 #define COMMAND_DECLARE(name) extern const command_t command_##name;
 COMMANDS(COMMAND_DECLARE)
