@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT */
+#include "modbus_server.h"
+#include "registers.h"
+
+#define CRC_BYTES     2U
+#define FRAME_MIN     (2U + CRC_BYTES) /* address and function */
+#define EXCEPTION_BIT 0x80U
+
+#define TEXT_OF(x)  TEXT_OF_(x)
+#define TEXT_OF_(x) #x
+
+uint16_t modbus_crc(const uint8_t *bytes, size_t count) {
+    uint32_t crc = 0xFFFFU;
+    for (size_t i = 0; i < count; i++) {
+        crc ^= bytes[i];
+        for (unsigned bit = 0; bit < 8; bit++) {
+            crc = (crc >> 1) ^ (0xA001U & (0U - (crc & 1U)));
+        }
+    }
+    return (uint16_t)crc;
+}
+
+static uint16_t get16(const uint8_t *at) {
+    return (uint16_t)(at[0] << 8 | at[1]);
+}
+
+static void put16(uint8_t *at, uint16_t x) {
+    at[0] = (uint8_t)(x >> 8);
+    at[1] = (uint8_t)x;
+}
+
+/* A protocol data unit: function code and what follows, without address and CRC. */
+typedef struct {
+    const uint8_t *bytes;
+    size_t length; /* 1 or more */
+} request_t;
+
+/* The answer to it. bytes[0], the function, is there already. */
+typedef struct {
+    uint8_t *bytes;
+    size_t length;
+} reply_t;
+
+static bool count_legal(uint16_t count, uint16_t most) {
+    return count >= 1 && count <= most;
+}
+
+/* Byte count and registers, from bytes[1] on. */
+static void answer_registers(uint16_t address, uint16_t count, reply_t *reply) {
+    uint16_t values[MODBUS_READ_MAX];
+    registers_read(address, count, values);
+    reply->bytes[1] = (uint8_t)(2U * count);
+    for (size_t i = 0; i < count; i++) {
+        put16(reply->bytes + 2U + 2U * i, values[i]);
+    }
+    reply->length = 2U + 2U * (size_t)count;
+}
+
+/* The write of functions 16 and 23: address, count, byte count, values. */
+static modbus_exception_t write_values(uint16_t address, uint16_t count, const uint8_t *bytes) {
+    uint16_t values[MODBUS_WRITE_MAX];
+    for (size_t i = 0; i < count; i++) {
+        values[i] = get16(bytes + 2U * i);
+    }
+    return registers_write(address, count, values);
+}
+
+static modbus_exception_t read_registers(request_t request, reply_t *reply) {
+    if (request.length != 5U || !count_legal(get16(request.bytes + 3), MODBUS_READ_MAX)) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint16_t address = get16(request.bytes + 1);
+    const uint16_t count = get16(request.bytes + 3);
+    const modbus_exception_t refusal = registers_check_read(address, count);
+    if (refusal == MODBUS_OK) {
+        answer_registers(address, count, reply);
+    }
+    return refusal;
+}
+
+/* Functions 6 and 16 are answered with the request's first five bytes. */
+static void answer_echo(request_t request, reply_t *reply) {
+    for (size_t i = 1; i < 5U; i++) {
+        reply->bytes[i] = request.bytes[i];
+    }
+    reply->length = 5U;
+}
+
+static modbus_exception_t write_register(request_t request, reply_t *reply) {
+    if (request.length != 5U) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint16_t value = get16(request.bytes + 3);
+    const modbus_exception_t refusal = registers_write(get16(request.bytes + 1), 1, &value);
+    answer_echo(request, reply);
+    return refusal;
+}
+
+static modbus_exception_t write_registers(request_t request, reply_t *reply) {
+    if (request.length < 6U) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint16_t count = get16(request.bytes + 3);
+    if (!count_legal(count, MODBUS_WRITE_MAX) || request.bytes[5] != 2U * count ||
+        request.length != 6U + 2U * (size_t)count) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const modbus_exception_t refusal = write_values(get16(request.bytes + 1), count, request.bytes + 6);
+    answer_echo(request, reply);
+    return refusal;
+}
+
+static modbus_exception_t write_and_read_registers(request_t request, reply_t *reply) {
+    if (request.length < 10U) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint16_t read_address = get16(request.bytes + 1);
+    const uint16_t read_count = get16(request.bytes + 3);
+    const uint16_t write_address = get16(request.bytes + 5);
+    const uint16_t write_count = get16(request.bytes + 7);
+    if (!count_legal(read_count, MODBUS_READ_MAX) || !count_legal(write_count, MODBUS_READ_WRITE_MAX) ||
+        request.bytes[9] != 2U * write_count || request.length != 10U + 2U * (size_t)write_count) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    modbus_exception_t refusal = registers_check_read(read_address, read_count);
+    if (refusal == MODBUS_OK) {
+        refusal = write_values(write_address, write_count, request.bytes + 10);
+    }
+    if (refusal == MODBUS_OK) {
+        answer_registers(read_address, read_count, reply);
+    }
+    return refusal;
+}
+
+/* Objects 0 to 2: the basic category. */
+static const char *const identification[] = {
+    "hyst",
+    "piezo amplifier",
+    TEXT_OF(HYST_VERSION_MAJOR) "." TEXT_OF(HYST_VERSION_MINOR) "." TEXT_OF(HYST_VERSION_PATCH),
+};
+#define IDENTIFICATION_OBJECTS (sizeof identification / sizeof identification[0])
+
+enum {
+    MEI_READ_DEVICE_IDENTIFICATION = 14,
+    ACCESS_BASIC = 1,
+    ACCESS_EXTENDED = 3,
+    ACCESS_INDIVIDUAL = 4,
+    CONFORMITY_BASIC = 0x81, /* basic, stream and individual access */
+};
+
+static void append_object(uint8_t object, reply_t *reply) {
+    uint8_t *at = reply->bytes + reply->length;
+    size_t length = 0;
+    for (; identification[object][length] != '\0'; length++) {
+        at[2U + length] = (uint8_t)identification[object][length];
+    }
+    at[0] = object;
+    at[1] = (uint8_t)length;
+    reply->length += 2U + length;
+}
+
+static modbus_exception_t read_identification(request_t request, reply_t *reply) {
+    if (request.length < 2U || request.bytes[1] != MEI_READ_DEVICE_IDENTIFICATION) {
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if (request.length != 4U || request.bytes[2] < ACCESS_BASIC || request.bytes[2] > ACCESS_INDIVIDUAL) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint8_t access = request.bytes[2];
+    const bool individual = access == ACCESS_INDIVIDUAL;
+    uint8_t object = request.bytes[3];
+    if (object >= IDENTIFICATION_OBJECTS) {
+        if (individual) {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+        object = 0; /* a stream restarts at the beginning (V1.1b3, section 6.21) */
+    }
+    const uint8_t objects = individual ? 1U : (uint8_t)(IDENTIFICATION_OBJECTS - object);
+    const uint8_t header[] = {MEI_READ_DEVICE_IDENTIFICATION, access, CONFORMITY_BASIC, 0, 0, objects};
+    for (size_t i = 0; i < sizeof header; i++) {
+        reply->bytes[1U + i] = header[i];
+    }
+    reply->length = 1U + sizeof header;
+    for (uint8_t i = 0; i < objects; i++) {
+        append_object((uint8_t)(object + i), reply);
+    }
+    return MODBUS_OK;
+}
+
+static modbus_exception_t dispatch(request_t request, reply_t *reply) {
+    switch (request.bytes[0]) {
+    case 3:
+    case 4:
+        return read_registers(request, reply);
+    case 6:
+        return write_register(request, reply);
+    case 16:
+        return write_registers(request, reply);
+    case 23:
+        return write_and_read_registers(request, reply);
+    case 43:
+        return read_identification(request, reply);
+    default:
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+}
+
+modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply[MODBUS_FRAME_MAX],
+                              size_t *reply_length) {
+    *reply_length = 0;
+    if (length < FRAME_MIN || length > MODBUS_FRAME_MAX) {
+        return MODBUS_FRAME_BROKEN;
+    }
+    const size_t payload = length - CRC_BYTES;
+    if (modbus_crc(frame, payload) != (frame[payload] | frame[payload + 1U] << 8)) {
+        return MODBUS_FRAME_BROKEN;
+    }
+    if (frame[0] != MODBUS_SERVER_ADDRESS && frame[0] != MODBUS_BROADCAST_ADDRESS) {
+        return MODBUS_FRAME_FOREIGN;
+    }
+
+    reply[0] = frame[0];
+    reply[1] = frame[1];
+    reply_t answer = {.bytes = reply + 1};
+    const modbus_exception_t refusal = dispatch((request_t){frame + 1, payload - 1U}, &answer);
+    if (frame[0] == MODBUS_BROADCAST_ADDRESS) {
+        return MODBUS_FRAME_BROADCAST;
+    }
+    if (refusal != MODBUS_OK) {
+        reply[1] |= EXCEPTION_BIT;
+        reply[2] = (uint8_t)refusal;
+        answer.length = 2U;
+    }
+    const uint16_t crc = modbus_crc(reply, answer.length + 1U);
+    reply[answer.length + 1U] = (uint8_t)crc;
+    reply[answer.length + 2U] = (uint8_t)(crc >> 8);
+    *reply_length = answer.length + 1U + CRC_BYTES;
+    return MODBUS_FRAME_ANSWERED;
+}

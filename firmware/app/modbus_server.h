@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * A Modbus RTU server: functions 3 and 4 (read registers: one and the same map), 6 and 16 (write), 23 (write, then
+ * read) and 43/14 (device identification: vendor, product, revision; stream and individual access).
+ *
+ * Bytes come from an interrupt (board.h) through a ring; a silence of board_info.modbus_silence_us ends a frame. In
+ * this order: the complete frame, its length, its CRC, its address, and only then its meaning. A frame that fails one
+ * of the first three gets no answer and is counted; one for another server gets none either. A request to address 0
+ * (broadcast) is executed and not answered. Pauses inside a frame below the silence are tolerated.
+ *
+ * References: Modbus application protocol V1.1b3; Modbus over serial line V1.02.
+ */
+#ifndef MODBUS_SERVER_H
+#define MODBUS_SERVER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define MODBUS_FRAME_MAX         256U /**< address, 253 bytes, CRC */
+#define MODBUS_SERVER_ADDRESS    1U
+#define MODBUS_READ_MAX          125U /**< registers a request */
+#define MODBUS_WRITE_MAX         123U
+#define MODBUS_READ_WRITE_MAX    121U /**< written registers of function 23 */
+#define MODBUS_BROADCAST_ADDRESS 0U
+
+typedef enum {
+    MODBUS_FRAME_BROKEN,    /**< too short, too long, or a wrong CRC */
+    MODBUS_FRAME_FOREIGN,   /**< for another server */
+    MODBUS_FRAME_BROADCAST, /**< valid, and not to be answered */
+    MODBUS_FRAME_ANSWERED
+} modbus_outcome_t;
+
+/** Serves one complete frame. *reply_length is 0 unless answered. No input or output; what it depends on and changes is
+ * the registers. Main loop only. */
+modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply[MODBUS_FRAME_MAX],
+                              size_t *reply_length);
+
+/** CRC-16 of the protocol (reflected, 0xA001, start 0xFFFF); low byte goes out first. */
+uint16_t modbus_crc(const uint8_t *bytes, size_t count);
+
+/** No byte received, counters zero. Before the line's interrupt is on. */
+void modbus_server_init(void);
+
+/** Takes what arrived and serves the frames that are complete. Returns whether there was one. Main loop only. */
+bool modbus_server_poll(void);
+
+/** When the last valid request ended (board_microseconds), or the server was initialised. Main loop only. */
+uint32_t modbus_server_last_request(void);
+
+/** Registers `line_errors` and `frames_served`. Both saturate. Main loop only. */
+typedef struct {
+    uint16_t errors, served;
+} modbus_counters_t;
+
+modbus_counters_t modbus_server_counters(void);
+void modbus_server_clear(void);
+
+#endif

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT */
+#include "parameter_store.h"
+#include "board.h"
+#include <string.h>
+
+#define WORD_LENGTH 2U /* hyst/parameters.h: word 2 is the length */
+
+static struct {
+    uint32_t staging[PARAMETER_STORE_WORDS];
+    uint32_t active[PARAMETER_STORE_WORDS];
+    loop_parameters_t half[2];
+    unsigned idle; /* the half that the loop does not use */
+    parameter_store_status_t status;
+} store;
+
+static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_parameters_t *half) {
+    if (parameters->sample_rate_mhz != board_info.sample_rate_mhz) {
+        return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_SAMPLE_RATE};
+    }
+    half->lookahead_samples = parameters->lookahead_samples;
+    return hyst_parameters_build(parameters, &half->compensator);
+}
+
+const loop_parameters_t *parameter_store_init(void) {
+    hyst_parameters_t parameters;
+    memset(&store, 0, sizeof store);
+    hyst_parameters_default(&parameters);
+    parameters.sample_rate_mhz = board_info.sample_rate_mhz;
+    (void)hyst_parameters_encode(&parameters, store.active, PARAMETER_STORE_WORDS);
+    (void)build(&parameters, &store.half[0]); /* always valid */
+    store.idle = 1;
+    return &store.half[0];
+}
+
+uint32_t *parameter_store_staging(void) {
+    return store.staging;
+}
+
+const uint32_t *parameter_store_active(void) {
+    return store.active;
+}
+
+parameter_store_status_t parameter_store_status(void) {
+    return store.status;
+}
+
+void parameter_store_commit(void) {
+    hyst_parameters_t parameters;
+    const uint32_t length = store.staging[WORD_LENGTH]; /* decode refuses more than HYST_IMAGE_MAX_WORDS unread */
+    hyst_parameters_fault_t fault = hyst_parameters_decode(store.staging, length, &parameters);
+    if (fault.error == HYST_PARAMETERS_OK) {
+        fault = build(&parameters, &store.half[store.idle]);
+    }
+    store.status.fault = fault;
+    if (fault.error != HYST_PARAMETERS_OK) {
+        return;
+    }
+    (void)loop_adopt(&store.half[store.idle]);
+    store.idle = 1U - store.idle;
+    memset(store.active, 0, sizeof store.active);
+    memcpy(store.active, store.staging, length * sizeof store.active[0]);
+    if (store.status.commits < UINT16_MAX) {
+        store.status.commits++;
+    }
+}

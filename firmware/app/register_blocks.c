@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT */
+#include "register_blocks.h"
+#include "capture.h"
+#include "loop.h"
+#include "parameter_store.h"
+#include "register_table.h"
+#include <string.h>
+
+#define WORDS_PER_POINT 2U
+#define WAVEFORM_POINTS (LENGTH_waveform / 2U / WORDS_PER_POINT)
+
+_Static_assert(LENGTH_staging == 2U * PARAMETER_STORE_WORDS && LENGTH_active == LENGTH_staging, "two registers a word");
+_Static_assert(LENGTH_capture == CAPTURE_CAPACITY * CAPTURE_FRAME_REGISTERS, "the whole buffer can be read");
+
+static source_point_t waveform[WAVEFORM_POINTS];
+
+static const struct {
+    uint16_t address, registers;
+} blocks[] = {
+#define REGISTER(name, address, type, access, unit, text)
+#define BLOCK(name, address, registers, access, text) {address, registers},
+#include "registers.def"
+#undef REGISTER
+#undef BLOCK
+};
+
+void register_blocks_init(void) {
+    memset(waveform, 0, sizeof waveform);
+}
+
+const source_point_t *register_blocks_waveform(void) {
+    return waveform;
+}
+
+bool register_blocks_hold(uint16_t address, uint16_t count) {
+    for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++) {
+        if (address >= blocks[i].address &&
+            (uint32_t)address + count <= (uint32_t)blocks[i].address + blocks[i].registers) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The start of the block that a register lies in. */
+static uint16_t block_of(uint16_t address) {
+    size_t i = 0;
+    while (address - blocks[i].address >= blocks[i].registers) {
+        i++;
+    }
+    return blocks[i].address;
+}
+
+static bool capture_filling(void) {
+    return capture_state() == CAPTURE_ARMED || capture_state() == CAPTURE_RUNNING;
+}
+
+modbus_exception_t register_blocks_check_read(uint16_t address) {
+    return block_of(address) == ADDRESS_capture && capture_filling() ? MODBUS_DEVICE_FAILURE : MODBUS_OK;
+}
+
+static uint32_t waveform_word(size_t word) {
+    const source_point_t *point = &waveform[word / WORDS_PER_POINT];
+    return word % WORDS_PER_POINT == 0 ? point->samples : (uint32_t)point->value;
+}
+
+static uint16_t read_register(uint16_t block, size_t index) {
+    if (block == ADDRESS_capture) {
+        return capture_register(index);
+    }
+    const size_t word = index / 2U;
+    const uint32_t x = block == ADDRESS_waveform  ? waveform_word(word)
+                       : block == ADDRESS_staging ? parameter_store_staging()[word]
+                                                  : parameter_store_active()[word];
+    return (uint16_t)(index % 2U == 0 ? x >> 16 : x);
+}
+
+void register_blocks_read(uint16_t address, uint16_t count, uint16_t values[]) {
+    const uint16_t block = block_of(address);
+    for (uint16_t i = 0; i < count; i++) {
+        values[i] = read_register(block, (size_t)(address - block) + i);
+    }
+}
+
+static uint32_t with_half(uint32_t word, size_t index, uint16_t x) {
+    return index % 2U == 0 ? (word & 0xFFFFU) | (uint32_t)x << 16 : (word & 0xFFFF0000U) | x;
+}
+
+static void write_register(uint16_t block, size_t index, uint16_t x) {
+    const size_t word = index / 2U;
+    if (block == ADDRESS_staging) {
+        parameter_store_staging()[word] = with_half(parameter_store_staging()[word], index, x);
+        return;
+    }
+    source_point_t *point = &waveform[word / WORDS_PER_POINT];
+    const uint32_t changed = with_half(waveform_word(word), index, x);
+    if (word % WORDS_PER_POINT == 0) {
+        point->samples = changed;
+    } else {
+        point->value = (hyst_q31_t)changed;
+    }
+}
+
+modbus_exception_t register_blocks_write(uint16_t address, uint16_t count, const uint16_t values[]) {
+    const uint16_t block = block_of(address);
+    if (block == ADDRESS_active || block == ADDRESS_capture) {
+        return MODBUS_ILLEGAL_ADDRESS;
+    }
+    if (block == ADDRESS_waveform && loop_playing_breakpoints()) {
+        return MODBUS_DEVICE_FAILURE; /* the interrupt reads the table */
+    }
+    for (uint16_t i = 0; i < count; i++) {
+        write_register(block, (size_t)(address - block) + i, values[i]);
+    }
+    return MODBUS_OK;
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * The blocks of the register map: breakpoint table, staged and active parameter image, captured frames. A request that
+ * starts in a block must end in it.
+ *
+ * Main loop only.
+ */
+#ifndef REGISTER_BLOCKS_H
+#define REGISTER_BLOCKS_H
+
+#include "modbus_exception.h"
+#include "source.h"
+
+/** Empties the breakpoint table. */
+void register_blocks_init(void);
+
+/** The breakpoint table. */
+const source_point_t *register_blocks_waveform(void);
+
+/** Do all these registers lie in one block? */
+bool register_blocks_hold(uint16_t address, uint16_t count);
+
+/* The following: only registers that register_blocks_hold. Errors as in registers.h. */
+
+modbus_exception_t register_blocks_check_read(uint16_t address);
+void register_blocks_read(uint16_t address, uint16_t count, uint16_t values[]);
+modbus_exception_t register_blocks_write(uint16_t address, uint16_t count, const uint16_t values[]);
+
+#endif

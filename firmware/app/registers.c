@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT */
+#include "registers.h"
+#include "control.h"
+#include "register_blocks.h"
+#include "register_table.h"
+#include <stdbool.h>
+#include <string.h>
+
+typedef struct {
+    uint16_t address;
+    uint8_t registers;
+    uint8_t access;
+} entry_t;
+
+static const entry_t entries[REGISTER_COUNT] = {
+#define REGISTER(name, address, type, access, unit, text) {address, REGISTER_SIZE(REGISTER_##type), REGISTER_##access},
+#define BLOCK(name, address, registers, access, text)
+#include "registers.def"
+#undef REGISTER
+#undef BLOCK
+};
+
+/* Every register's value, whatever its type, in the order of the table. */
+static uint32_t value[REGISTER_COUNT];
+
+/* A run of registers, from `first` up to but not including `end`. */
+typedef struct {
+    uint32_t first, end;
+} span_t;
+
+static bool covers(span_t span, uint32_t address) {
+    return address >= span.first && address < span.end;
+}
+
+/* The entry that a register belongs to, or REGISTER_COUNT. */
+static unsigned find(uint32_t address) {
+    unsigned i = 0;
+    while (i < REGISTER_COUNT && address >= (uint32_t)entries[i].address + entries[i].registers) {
+        i++;
+    }
+    return i < REGISTER_COUNT && address >= entries[i].address ? i : REGISTER_COUNT;
+}
+
+static uint16_t half(uint32_t x, bool low) {
+    return (uint16_t)(low ? x : x >> 16);
+}
+
+void registers_init(void) {
+    memset(value, 0, sizeof value);
+    register_blocks_init();
+    control_init(value);
+    control_latch(value);
+}
+
+modbus_exception_t registers_check_read(uint16_t address, uint16_t count) {
+    const span_t span = {address, (uint32_t)address + count};
+    if (register_blocks_hold(address, count)) {
+        return register_blocks_check_read(address);
+    }
+    for (uint32_t at = span.first; at < span.end; at++) {
+        if (find(at) == REGISTER_COUNT) {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+    }
+    return MODBUS_OK;
+}
+
+void registers_read(uint16_t address, uint16_t count, uint16_t values[]) {
+    const span_t span = {address, (uint32_t)address + count};
+    if (register_blocks_hold(address, count)) {
+        register_blocks_read(address, count, values);
+        return;
+    }
+    if (covers(span, ADDRESS_sequence)) {
+        control_latch(value);
+    }
+    control_refresh(value);
+    for (uint32_t at = span.first; at < span.end; at++) {
+        const unsigned i = find(at);
+        values[at - span.first] = half(value[i], at == entries[i].address + entries[i].registers - 1U);
+    }
+}
+
+/* Puts the written values over a copy of the present ones. */
+static modbus_exception_t decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
+    for (uint32_t at = span.first; at < span.end;) {
+        const unsigned i = find(at);
+        if (i == REGISTER_COUNT || entries[i].access == REGISTER_RO || entries[i].address != at ||
+            at + entries[i].registers > span.end) {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+        candidate[i] = 0;
+        for (unsigned part = 0; part < entries[i].registers; part++) {
+            candidate[i] = candidate[i] << 16 | values[at - span.first + part];
+        }
+        at += entries[i].registers;
+    }
+    for (unsigned i = 0; i < REGISTER_COUNT; i++) {
+        if (covers(span, entries[i].address) && !control_setting_valid(i, candidate)) {
+            return MODBUS_ILLEGAL_VALUE;
+        }
+    }
+    return MODBUS_OK;
+}
+
+modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint16_t values[]) {
+    const span_t span = {address, (uint32_t)address + count};
+    if (register_blocks_hold(address, count)) {
+        return register_blocks_write(address, count, values);
+    }
+    uint32_t candidate[REGISTER_COUNT];
+    control_refresh(value);
+    memcpy(candidate, value, sizeof candidate);
+    const modbus_exception_t refusal = decode_write(span, values, candidate);
+    if (refusal != MODBUS_OK) {
+        return refusal;
+    }
+    const control_command_t command = (control_command_t)candidate[INDEX_command];
+    candidate[INDEX_command] = 0; /* write only */
+    memcpy(value, candidate, sizeof value);
+    for (unsigned i = 0; i < REGISTER_COUNT; i++) {
+        if (covers(span, entries[i].address)) {
+            control_apply(i, value);
+        }
+    }
+    control_execute(command, value);
+    return MODBUS_OK;
+}

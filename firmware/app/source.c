@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: MIT */
+#include "source.h"
+#include <stddef.h>
+
+#define HALF_TURN    0x80000000U
+#define QUARTER_TURN 0x40000000
+
+/*
+ * sin(pi/2 u) = u * (c0 + c1 u^2 + ... + c5 u^10), the minimax polynomial on -1 <= u <= 1: it alone is wrong by at most
+ * 1.4e-11. Coefficients in Q30.
+ */
+static const hyst_q30_t sine_coefficient[] = {1686629713, -693598663, 85569264, -5026852, 172032, -3670};
+#define SINE_TERMS (sizeof sine_coefficient / sizeof sine_coefficient[0])
+
+hyst_q31_t source_sine(uint32_t phase) {
+    /* A quarter turn is 2^30: the phase, as a signed number, is u in Q30. The outer quarters mirror the inner ones. */
+    int32_t u = (int32_t)phase;
+    if (u > QUARTER_TURN || u < -QUARTER_TURN) {
+        u = (int32_t)(HALF_TURN - phase);
+    }
+    const hyst_q30_t square = (hyst_q30_t)hyst_round_shift(hyst_product(u, u), 30); /* 0 .. 2^30 */
+    hyst_q30_t sum = sine_coefficient[SINE_TERMS - 1U];
+    for (size_t i = SINE_TERMS - 1U; i-- > 0;) {
+        /* |sum| < 2^31 in every step: 1.571 in Q30 at most. */
+        sum = sine_coefficient[i] + (hyst_q30_t)hyst_round_shift(hyst_product(sum, square), 30);
+    }
+    return hyst_saturate(hyst_round_shift(hyst_product(sum, u), 29)); /* Q30 * Q30 = Q60 */
+}
+
+hyst_q31_t source_approach(hyst_q31_t value, hyst_q31_t target, hyst_q31_t step) {
+    const int64_t distance = (int64_t)target - value;
+    if (distance > step) {
+        return value + step;
+    }
+    return distance < -(int64_t)step ? value - step : target;
+}
+
+bool source_settings_valid(const source_settings_t *settings) {
+    switch (settings->kind) {
+    case SOURCE_HOLD:
+        return true;
+    case SOURCE_SINE:
+        return settings->increment > 0 && settings->increment <= HALF_TURN;
+    case SOURCE_BREAKPOINTS:
+        return settings->point_count > 0;
+    }
+    return false;
+}
+
+void source_reset(source_t *source, hyst_q31_t value, hyst_q31_t slew) {
+    *source = (source_t){.value = value, .setpoint = value, .slew = slew};
+}
+
+/* Sets up the line from the present value to the present point. */
+static void begin_line(source_t *source) {
+    const source_point_t point = source->settings.points[source->point];
+    const uint32_t samples = point.samples > 0 ? point.samples : 1U;
+    const int64_t delta = (int64_t)point.value - source->value; /* |.| < 2^32 */
+    int64_t quotient = delta / samples;
+    int64_t remainder = delta % samples;
+    if (remainder < 0) { /* C rounds towards zero */
+        remainder += samples;
+        quotient--;
+    }
+    source->line = (source_line_t){.left = samples,
+                                   .samples = samples,
+                                   .quotient = quotient,
+                                   .remainder = (uint32_t)remainder,
+                                   .fraction = samples / 2U}; /* half: rounds to nearest */
+}
+
+void source_start(source_t *source, const source_settings_t *settings) {
+    source->settings = *settings;
+    source->playing = settings->kind != SOURCE_HOLD;
+    source->cycles = 0;
+    source->point = 0;
+    source->setpoint = source->value;
+    if (settings->kind == SOURCE_SINE) {
+        source->phase = 0U - settings->increment; /* one step before 0, where the first turn begins */
+        source->cycles = UINT32_MAX;
+    } else if (settings->kind == SOURCE_BREAKPOINTS) {
+        begin_line(source);
+    }
+}
+
+void source_stop(source_t *source) {
+    source->playing = false;
+    source->setpoint = source->value;
+}
+
+/* Counts a complete turn or pass. Returns whether it was the last one. */
+static bool last_cycle(source_t *source) {
+    source->cycles++; /* wraps after 2^32 turns only when it plays for ever */
+    return source->settings.cycles != 0 && source->cycles == source->settings.cycles;
+}
+
+static hyst_q31_t play_sine(source_t *source) {
+    const source_settings_t *s = &source->settings;
+    source->phase += s->increment;
+    const bool turned = source->phase < s->increment;
+    if (turned && last_cycle(source)) {
+        source->playing = false;
+        return s->offset;
+    }
+    return hyst_saturate(s->offset + hyst_round_shift(hyst_product(s->amplitude, source_sine(source->phase)), 31));
+}
+
+static hyst_q31_t play_line(source_t *source) {
+    source_line_t *line = &source->line;
+    line->fraction += line->remainder;
+    int64_t value = source->value + line->quotient;
+    if (line->fraction >= line->samples) {
+        line->fraction -= line->samples;
+        value++;
+    }
+    source->value = (hyst_q31_t)value; /* between two Q31 values */
+    line->left--;
+    if (line->left == 0) {
+        source->point++;
+        if (source->point == source->settings.point_count) {
+            source->point = 0;
+            source->playing = !last_cycle(source);
+        }
+        if (source->playing) {
+            begin_line(source);
+        }
+    }
+    return source->value;
+}
+
+hyst_q31_t source_step(source_t *source) {
+    if (source->playing) {
+        source->value = source->settings.kind == SOURCE_SINE ? play_sine(source) : play_line(source);
+        source->setpoint = source->value;
+    } else {
+        source->value = source_approach(source->value, source->setpoint, source->slew);
+    }
+    return source->value;
+}
