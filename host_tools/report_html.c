@@ -19,20 +19,21 @@ static const char style[] =
     ".note{color:var(--soft)}.simulated{border-left:.25rem solid var(--soft);padding-left:.75rem}\n"
     ".wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.8rem 0}\n"
     "th,td{padding:.3rem .8rem .3rem 0;text-align:right;border-bottom:1px solid var(--grid);vertical-align:bottom}"
-    "th:first-child,td:first-child{text-align:left}th{font-weight:600;color:var(--soft)}td.gain{font-weight:600}\n"
-    ".row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(20rem,100%),1fr));gap:1rem 1.5rem}\n"
+    "th:first-child,td:first-child{text-align:left;min-width:8rem}th{font-weight:600;color:var(--soft)}td.gain{font-"
+    "weight:600}\n"
+    ".row{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(20rem,100%),1fr));gap:1rem 1.5rem}\n"
     "figure{margin:0;min-width:0}figcaption{font-size:.85rem}.key{color:var(--soft);white-space:nowrap;margin-left:."
     "5rem}"
     ".key svg{width:1.4rem;height:.55rem}.plot{display:block;width:100%;height:auto}\n"
     "@media print{body{font-size:10pt}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
     "h2,h3{break-after:avoid}.row{grid-template-columns:repeat(3,1fr)}}\n";
 
-/* Part of a track that is shown over time: all of it, or the last three periods of a fast one. */
+/* Part of a track that the pictures show: all of it, or the last three periods of a fast one. */
 typedef struct {
     size_t first, count;
 } window_t;
 
-static window_t time_window(const recording_t *recording) {
+static window_t shown_window(const recording_t *recording) {
     const double *reference = recording->column[COLUMN_REFERENCE];
     double low = reference[0], high = reference[0];
     for (size_t k = 1; k < recording->samples; k++) {
@@ -62,7 +63,7 @@ typedef struct {
 } trace_t;
 
 static trace_t error_trace(const recording_t *recording) {
-    const window_t window = time_window(recording);
+    const window_t window = shown_window(recording);
     trace_t trace = {allocate(window.count, sizeof(double)), allocate(window.count, sizeof(double)), window.count};
     for (size_t i = 0; i < window.count; i++) {
         const size_t k = window.first + i;
@@ -82,8 +83,9 @@ static void trace_free(trace_t *trace) {
 }
 
 static plot_line_t position_line(const recording_t *recording, const char *class_name, const char *label) {
-    return (plot_line_t){class_name, label, recording->column[COLUMN_REFERENCE], recording->column[COLUMN_DISPLACEMENT],
-                         recording->samples};
+    const window_t window = shown_window(recording);
+    return (plot_line_t){class_name, label, recording->column[COLUMN_REFERENCE] + window.first,
+                         recording->column[COLUMN_DISPLACEMENT] + window.first, window.count};
 }
 
 static void write_track(FILE *file, const report_track_t *track) {
@@ -96,7 +98,7 @@ static void write_track(FILE *file, const report_track_t *track) {
     fprintf(file, "<h3>");
     write_escaped(file, track->name);
     fprintf(file, "</h3>\n<div class=\"row\">\n");
-    plot_write(file, &(plot_t){"Position over reference", "reference, µm", "position, µm", loop, 2, NAN});
+    plot_write(file, &(plot_t){"Loop", "reference, µm", "position, µm", loop, 2, NAN});
     plot_write(file, &(plot_t){"Error", "time, s", ERROR_LABEL, error, 2, NAN});
     plot_write(file, &(plot_t){"Error that remains", "time, s", ERROR_LABEL, &error[1], 1, NAN});
     fprintf(file, "</div>\n");
@@ -187,7 +189,7 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
         error_um[k] = position_um[k] - measured_um[k];
     }
     const plot_line_t loop[] = {
-        {"before", "recorded", recording->column[COLUMN_DRIVE], measured_um, recording->samples},
+        {"before under", "recorded", recording->column[COLUMN_DRIVE], measured_um, recording->samples},
         {"after", "model", recording->column[COLUMN_DRIVE], position_um, recording->samples}};
     const plot_line_t error = {"plain", "model - recorded", time_s, error_um, recording->samples};
 
@@ -237,7 +239,8 @@ bool report_write_html(const report_t *report, const char *path, failure_t *fail
             plot_style, style);
     write_verdict(file, report);
     write_table(file, report);
-    fprintf(file, "<h2>Tracks</h2>\n");
+    fprintf(file, "<h2>Tracks</h2>\n<p class=\"note\">Of fast tracks the pictures show the last three periods; the "
+                  "numbers are of the whole track.</p>\n");
     for (size_t i = 0; i < report->tracks; i++) {
         write_track(file, &report->track[i]);
     }

@@ -27,7 +27,8 @@ const char plot_style[] =
     "1}"
     ".shade{fill:var(--shade)}\n"
     "polyline{stroke-linejoin:round}.before,.after,.plain{fill:none;stroke-width:1.6}"
-    ".before{stroke:var(--before)}.after{stroke:var(--after)}.plain{stroke:var(--plain);stroke-width:1}\n";
+    ".before{stroke:var(--before)}.after{stroke:var(--after)}.plain{stroke:var(--plain);stroke-width:1}"
+    ".under{stroke-width:4;opacity:.6}\n";
 
 typedef struct {
     double low, high, step; /* step between ticks */
@@ -90,33 +91,34 @@ static void write_axes(FILE *file, const axis_t *x, const axis_t *y) {
     fprintf(file, "<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", LEFT, TOP, HEIGHT - BOTTOM, WIDTH - RIGHT);
 }
 
-typedef struct {
-    double x, y;
-} point_t;
-
-static double distance(point_t a, point_t b) {
-    return hypot(a.x - b.x, a.y - b.y);
+static void write_point(FILE *file, const plot_line_t *line, size_t k, const axis_t *x, const axis_t *y) {
+    fprintf(file, "%.1f,%.1f ", to_x(x, line->x[k]), to_y(y, line->y[k]));
 }
 
 /*
- * A point is written when it is far enough from the last one written. So that a thinned-out spike keeps its height, the
- * point before a written one is written too when it lies further out than both its neighbours.
+ * Of consecutive points in one column of pixels only the first, the lowest, the highest and the last are written, in
+ * their order: the picture looks the same, and a spike of one sample keeps its height.
  */
 static void write_line(FILE *file, const plot_line_t *line, const axis_t *x, const axis_t *y) {
     fprintf(file, "<polyline class=\"%s\" points=\"", line->class_name);
-    point_t written = {0.0, 0.0}, before = {0.0, 0.0};
-    for (size_t k = 0; k < line->count; k++) {
-        const point_t point = {to_x(x, line->x[k]), to_y(y, line->y[k])};
-        const bool turn = k > 0 && (before.y - written.y) * (before.y - point.y) > 0.0;
-        if (turn && distance(before, written) >= TURN_SIZE) {
-            fprintf(file, "%.1f,%.1f ", before.x, before.y);
-            written = before;
+    for (size_t first = 0, next; first < line->count; first = next) {
+        const double column = floor(to_x(x, line->x[first]));
+        size_t lowest = first, highest = first;
+        for (next = first + 1; next < line->count && floor(to_x(x, line->x[next])) == column; next++) {
+            lowest = line->y[next] < line->y[lowest] ? next : lowest;
+            highest = line->y[next] > line->y[highest] ? next : highest;
         }
-        if (k == 0 || k + 1 == line->count || distance(point, written) >= SPACING) {
-            fprintf(file, "%.1f,%.1f ", point.x, point.y);
-            written = point;
+        const size_t earlier = lowest < highest ? lowest : highest, later = lowest < highest ? highest : lowest;
+        write_point(file, line, first, x, y);
+        if (earlier > first) {
+            write_point(file, line, earlier, x, y);
         }
-        before = point;
+        if (later > earlier) {
+            write_point(file, line, later, x, y);
+        }
+        if (next - 1 > later) {
+            write_point(file, line, next - 1, x, y);
+        }
     }
     fprintf(file, "\"/>\n");
 }
@@ -181,7 +183,8 @@ void plot_write(FILE *file, const plot_t *plot) {
 
 void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns) {
     const double title = 24.0, legend = 30.0, cell = HEIGHT + title;
-    const double width = WIDTH * (double)columns, height = legend + cell * (double)((plots + columns - 1) / columns);
+    const size_t rows = (plots + columns - 1) / columns;
+    const double width = WIDTH * (double)columns, height = legend + cell * (double)rows;
     fprintf(file,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
             "height=\"%.0f\">\n"
@@ -195,12 +198,13 @@ void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t colum
         fprintf(file, "</text>\n");
     }
     for (size_t i = 0; i < plots; i++) {
+        const size_t row = i / columns, column = i % columns;
         double low[2], high[2];
         if (!plot_extent(&plot[i], low, high)) {
             continue;
         }
         fprintf(file, "<g transform=\"translate(%.0f %.0f)\"><text class=\"title\" x=\"%.0f\" y=\"16\">",
-                WIDTH * (double)(i % columns), legend + cell * (double)(i / columns), LEFT);
+                WIDTH * (double)column, legend + cell * (double)row, LEFT);
         write_escaped(file, plot[i].title);
         fprintf(file, "</text><g transform=\"translate(0 %.0f)\">\n", title);
         write_contents(file, &plot[i], low, high);

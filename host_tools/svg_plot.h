@@ -20,7 +20,7 @@
 extern const char plot_style[];
 
 typedef struct {
-    const char *class_name; /**< "before", "after" or "plain" */
+    const char *class_name; /**< "before", "after" or "plain", and " under" for a broad line that others run upon */
     const char *label;      /**< for the legend */
     const double *x, *y;    /**< count values each, finite */
     size_t count;
