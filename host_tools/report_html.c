@@ -22,10 +22,12 @@ static const char style[] =
     "th:first-child,td:first-child{text-align:left;min-width:8rem}th{font-weight:600;color:var(--soft)}td.gain{font-"
     "weight:600}\n"
     ".row{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(20rem,100%),1fr));gap:1rem 1.5rem}\n"
-    "figure{margin:0;min-width:0}figcaption{font-size:.85rem}.key{color:var(--soft);white-space:nowrap;margin-left:."
+    "figure{margin:0;min-width:0;display:flex;flex-direction:column;justify-content:flex-end}figcaption{font-size:."
+    "85rem}.key{color:var(--soft);white-space:nowrap;margin-left:."
     "5rem}"
     ".key svg{width:1.4rem;height:.55rem}.plot{display:block;width:100%;height:auto}\n"
-    "@media print{body{font-size:10pt}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
+    "@media print{body{font-size:10pt}figcaption{font-size:8pt}.plot "
+    "text{font-size:15px}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
     "h2,h3{break-after:avoid}.row{grid-template-columns:repeat(3,1fr)}}\n";
 
 /* Part of a track that the pictures show: all of it, or the last three periods of a fast one. */
