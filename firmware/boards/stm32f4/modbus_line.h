@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * The Modbus line: USART1, 115200 baud, 8 data bits, even parity, 1 stop bit (the default format of the Modbus
+ * standard), with an RS-485 driver enable pin. The frame logic is firmware/app's; pins: docs/WIRING.md.
+ *
+ * Receiving is by interrupt, into modbus_server_receive. The interrupt is lower than the sample interrupt: a byte takes
+ * 95 us and the receiver holds one while the next arrives, so the sample interrupt may take that long without loss.
+ *
+ * Sending (board_modbus_send) blocks the main loop until the frame is out, at most 25 ms: the line is half duplex, so
+ * there is nothing else to do, and QEMU 7.2 has no transmit interrupts. The driver enable is set before the first start
+ * bit and cleared within microseconds (plus a sample interrupt) after the last stop bit has left the shift register.
+ */
+#ifndef MODBUS_LINE_H
+#define MODBUS_LINE_H
+
+#include <stdint.h>
+
+#define MODBUS_LINE_BAUD 115200U
+
+/** NVIC priority of the line, and the higher one of the sample interrupt. */
+enum { PRIORITY_SAMPLE = 0, PRIORITY_MODBUS = 4 };
+
+/** Pins and USART1. apb2_hz: the clock of the bus USART1 sits on. Received bytes go to firmware/app from here on. */
+void modbus_line_init(uint32_t apb2_hz);
+
+#endif
