@@ -67,17 +67,20 @@ static void send_code(uint16_t code) {
     USART2->DR = (uint32_t)code & 0x7FU;
 }
 
-static void receive(uint32_t byte) {
+/* Returns whether the byte completed a code; the answer is sent then. */
+static bool receive(uint32_t byte) {
     if ((byte & 0x80U) != 0) {
         arriving.code = 0;
         arriving.bytes = 0;
     }
     arriving.code = arriving.code << 7 | (byte & 0x7FU);
     arriving.bytes++;
-    if (arriving.bytes == 3) {
-        const loop_input_t input = {.position_code = (uint16_t)arriving.code};
-        send_code(loop_sample(&input));
+    if (arriving.bytes != 3) {
+        return false;
     }
+    const loop_input_t input = {.position_code = (uint16_t)arriving.code};
+    send_code(loop_sample(&input));
+    return true;
 }
 
 /*
@@ -86,12 +89,15 @@ static void receive(uint32_t byte) {
  * short is finished by later interrupts.
  */
 void usart2_handler(void) {
-    receive(USART2->DR);
-    for (unsigned look = 0; look < RECEIVE_LOOKS && arriving.bytes < 3; look++) {
+    bool complete = false;
+    for (unsigned look = 0; look < RECEIVE_LOOKS && !complete; look++) {
         if ((USART2->SR & USART_SR_RXNE) != 0) {
-            receive(USART2->DR);
+            complete = receive(USART2->DR);
         }
     }
+    /* The bytes that were fetched by looking have left the interrupt pending. Without this it would run again at once,
+     * and the main loop never. A byte that is still waiting raises it again. */
+    nvic_forget(IRQ_USART2);
 }
 
 /* Ends the sleep of board_idle; there is nothing else to do. */

@@ -77,7 +77,6 @@ typedef struct {
 } usart_t;
 #define USART1           ((usart_t *)0x40011000UL)
 #define USART2           ((usart_t *)0x40004400UL)
-#define USART_SR_PE      BIT(0)
 #define USART_SR_FE      BIT(1)
 #define USART_SR_NF      BIT(2)
 #define USART_SR_ORE     BIT(3)
@@ -87,8 +86,6 @@ typedef struct {
 #define USART_CR1_RE     BIT(2)
 #define USART_CR1_TE     BIT(3)
 #define USART_CR1_RXNEIE BIT(5)
-#define USART_CR1_PCE    BIT(10)
-#define USART_CR1_M      BIT(12)
 #define USART_CR1_UE     BIT(13)
 
 /* General-purpose timers TIM2 to TIM5, section 18.4. TIM2 and TIM5 count 32 bits. */
@@ -144,6 +141,7 @@ enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_USART2 = 38, IRQ_COUNT = 82 };
 
 /* Core: Armv7-M Architecture Reference Manual, sections B3 and C1 */
 #define NVIC_ISER     ((volatile uint32_t *)0xE000E100UL)
+#define NVIC_ICPR     ((volatile uint32_t *)0xE000E280UL)
 #define NVIC_IPR      ((volatile uint8_t *)0xE000E400UL)
 #define SCB_CPACR     (*(volatile uint32_t *)0xE000ED88UL)
 #define SCB_CPACR_FPU (0xFUL << 20)
@@ -164,6 +162,11 @@ typedef struct {
 static inline void nvic_enable(unsigned irq, unsigned priority) {
     NVIC_IPR[irq] = (uint8_t)(priority << 4);
     NVIC_ISER[irq / 32U] = BIT(irq % 32U);
+}
+
+/** Takes back a pending interrupt whose cause is gone. */
+static inline void nvic_forget(unsigned irq) {
+    NVIC_ICPR[irq / 32U] = BIT(irq % 32U);
 }
 
 #endif
