@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+#include "fake_board.h"
+#include "amplifier.h"
+#include "loop.h"
+#include "unity.h"
+#include <string.h>
+
+#ifndef FAKE_CONVERTER_BITS
+#define FAKE_CONVERTER_BITS 16
+#endif
+
+fake_board_t fake_board;
+
+const board_info_t board_info = {.id = 0,
+                                 .latency_samples = FAKE_LATENCY,
+                                 .position_bits = FAKE_CONVERTER_BITS,
+                                 .drive_bits = FAKE_CONVERTER_BITS,
+                                 .sample_rate_mhz = 1000000000U / FAKE_SAMPLE_US,
+                                 .cost_rate_hz = 1000000,
+                                 .modbus_silence_us = FAKE_SILENCE_US};
+
+uint32_t board_cost_counter(void) {
+    fake_board.cost += fake_board.cost_per_look;
+    return fake_board.cost;
+}
+
+uint32_t board_microseconds(void) {
+    return fake_board.microseconds;
+}
+
+void board_modbus_send(const uint8_t *frame, size_t length) {
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(sizeof fake_board.sent, length);
+    memcpy(fake_board.sent, frame, length);
+    fake_board.sent_length = length;
+    fake_board.frames_sent++;
+}
+
+uint32_t board_lock(void) {
+    return fake_board.locks++;
+}
+
+void board_unlock(uint32_t key) {
+    fake_board.locks--;
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(key, fake_board.locks, "locks must nest");
+}
+
+void fake_board_power_on(uint16_t faults) {
+    memset(&fake_board, 0, sizeof fake_board);
+    amplifier_init(faults);
+}
+
+uint16_t fake_board_sample(hyst_q31_t position) {
+    fake_board.microseconds += FAKE_SAMPLE_US;
+    const loop_input_t input = {.position_code = (uint16_t)((uint32_t)position >> 16 ^ BOARD_CODE_MIDDLE)};
+    return loop_sample(&input);
+}
+
+hyst_q31_t fake_board_drive(hyst_q31_t position) {
+    return (hyst_q31_t)((uint32_t)(fake_board_sample(position) ^ BOARD_CODE_MIDDLE) << 16);
+}
+
+hyst_q31_t fake_board_run(unsigned count) {
+    hyst_q31_t drive = 0;
+    for (unsigned i = 0; i < count; i++) {
+        drive = fake_board_drive(0);
+    }
+    return drive;
+}

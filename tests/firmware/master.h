@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * A Modbus master for tests, one call away from the server: every register access of the tests goes through frames.
+ */
+#ifndef TESTS_MASTER_H
+#define TESTS_MASTER_H
+
+#include "control.h"
+#include "modbus_exception.h"
+#include "modbus_server.h"
+#include "register_table.h"
+
+/** Address, PDU and CRC. Returns the frame's length. */
+size_t master_frame(uint8_t frame[MODBUS_FRAME_MAX], uint8_t address, const uint8_t *pdu, size_t length);
+
+/** Sends a PDU to the server at its address; the test fails unless it answers with a well-formed frame. Returns the
+ * length of the answer's PDU. */
+size_t master_ask(const uint8_t *pdu, size_t length, uint8_t answer[MODBUS_FRAME_MAX]);
+
+/** Functions 3 and 16. */
+modbus_exception_t master_read(uint16_t address, uint16_t count, uint16_t values[]);
+modbus_exception_t master_write(uint16_t address, uint16_t count, const uint16_t values[]);
+
+/** One register of the table, by its INDEX_; two-register values as a whole. A telemetry register is read from a new
+ * snapshot. The test fails on an exception. */
+uint32_t master_get(unsigned index);
+
+/** Likewise; returns the exception. */
+modbus_exception_t master_set(unsigned index, uint32_t value);
+
+/** Master_set of the command; the test fails on an exception. */
+void master_command(control_command_t command);
+
+/** Writes words to a block, in as many requests as it takes; the test fails on an exception. */
+void master_write_words(uint16_t block, const uint32_t *words, size_t count);
+
+#endif

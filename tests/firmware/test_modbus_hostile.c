@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a line or a bad master can do to the server: cut frames, flipped bits, random bytes, random requests with a
+ * right CRC. It must neither act on what is broken, nor answer anything malformed, nor touch a byte outside its buffers
+ * (the sanitizers watch; the reply has guard bytes besides).
+ */
+#include "amplifier.h"
+#include "fake_board.h"
+#include "master.h"
+#include "random.h"
+#include "unity.h"
+#include <string.h>
+
+#define GUARD 0xA5
+
+static random_t rng;
+
+void setUp(void) {
+    fake_board_power_on(0);
+}
+void tearDown(void) {
+}
+
+/* Serves a frame that lies at the very end of its memory, with guards around the reply. */
+static modbus_outcome_t serve(const uint8_t *frame, size_t length, uint8_t reply[MODBUS_FRAME_MAX],
+                              size_t *reply_length) {
+    uint8_t guarded[MODBUS_FRAME_MAX + 32];
+    memset(guarded, GUARD, sizeof guarded);
+    const modbus_outcome_t outcome = modbus_serve(frame, length, guarded + 16, reply_length);
+    for (size_t i = 0; i < 16; i++) {
+        TEST_ASSERT_EQUAL_HEX8(GUARD, guarded[i]);
+        TEST_ASSERT_EQUAL_HEX8(GUARD, guarded[16 + MODBUS_FRAME_MAX + i]);
+    }
+    memcpy(reply, guarded + 16, MODBUS_FRAME_MAX);
+    return outcome;
+}
+
+/* One valid request of each kind; all would change something or answer something. */
+static size_t valid_request(unsigned which, uint8_t frame[MODBUS_FRAME_MAX]) {
+    static const struct {
+        size_t length;
+        uint8_t pdu[16];
+    } requests[] = {
+        {5, {3, 0x02, 0x00, 0, 33}},
+        {5, {4, 0x40, 0x00, 0, 125}},
+        {5, {6, 0x01, 0x01, 0, 3}},
+        {10, {16, 0x01, 0x02, 0, 2, 4, 0x12, 0x34, 0x56, 0x78}},
+        {14, {23, 0x02, 0x00, 0, 10, 0x01, 0x02, 0, 2, 4, 0x0A, 0x0B, 0x0C, 0x0D}},
+        {4, {43, 14, 1, 0}},
+    };
+    if (which == sizeof requests / sizeof requests[0]) {
+        return 0;
+    }
+    return master_frame(frame, MODBUS_SERVER_ADDRESS, requests[which].pdu, requests[which].length);
+}
+
+static void assert_nothing_happened(void) {
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_mode));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_setpoint));
+}
+
+static void test_every_truncation_is_dropped(void) {
+    uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+    size_t length, reply_length;
+    for (unsigned which = 0; (length = valid_request(which, frame)) != 0; which++) {
+        for (size_t cut = 0; cut < length; cut++) {
+            TEST_ASSERT_EQUAL(MODBUS_FRAME_BROKEN, serve(frame, cut, reply, &reply_length));
+            TEST_ASSERT_EQUAL_UINT(0, reply_length);
+            TEST_ASSERT_EQUAL(MODBUS_FRAME_BROKEN, serve(frame + length - cut, cut, reply, &reply_length));
+        }
+    }
+    assert_nothing_happened();
+}
+
+/* CRC-16 finds every error of one, two and three bits in frames this short, and every burst up to 16 bits. */
+static void test_every_flip_of_one_and_two_bits_is_dropped(void) {
+    uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+    size_t length, reply_length;
+    for (unsigned which = 0; (length = valid_request(which, frame)) != 0; which++) {
+        for (size_t first = 0; first < 8U * length; first++) {
+            frame[first / 8U] ^= (uint8_t)(1U << first % 8U);
+            TEST_ASSERT_EQUAL(MODBUS_FRAME_BROKEN, serve(frame, length, reply, &reply_length));
+            for (size_t second = first + 1U; second < 8U * length; second++) {
+                frame[second / 8U] ^= (uint8_t)(1U << second % 8U);
+                TEST_ASSERT_EQUAL(MODBUS_FRAME_BROKEN, serve(frame, length, reply, &reply_length));
+                frame[second / 8U] ^= (uint8_t)(1U << second % 8U);
+            }
+            frame[first / 8U] ^= (uint8_t)(1U << first % 8U);
+        }
+    }
+    assert_nothing_happened();
+}
+
+/* An answer must be one that the request allows. */
+static void check_answer(const uint8_t *frame, const uint8_t *reply, size_t length) {
+    TEST_ASSERT_TRUE(length >= 5 && length <= MODBUS_FRAME_MAX);
+    TEST_ASSERT_EQUAL_HEX16(0, modbus_crc(reply, length));
+    TEST_ASSERT_EQUAL_HEX8(frame[0], reply[0]);
+    if (reply[1] == (frame[1] | 0x80U)) {
+        TEST_ASSERT_EQUAL_UINT(5, length);
+        TEST_ASSERT_TRUE(reply[2] >= 1 && reply[2] <= 4);
+        return;
+    }
+    TEST_ASSERT_EQUAL_HEX8(frame[1], reply[1]);
+    if (frame[1] == 3 || frame[1] == 4 || frame[1] == 23) {
+        TEST_ASSERT_EQUAL_UINT(5U + reply[2], length);
+        TEST_ASSERT_EQUAL_UINT(2U * frame[5], reply[2]);
+    } else if (frame[1] != 43) {
+        TEST_ASSERT_EQUAL_UINT(8, length);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(frame + 2, reply + 2, 4);
+    }
+}
+
+static void test_random_bytes(void) {
+    for (unsigned run = 0; run < 200000; run++) {
+        uint8_t frame[MODBUS_FRAME_MAX + 40], reply[MODBUS_FRAME_MAX];
+        size_t reply_length;
+        const size_t length = (size_t)random_between(&rng, 0, (int32_t)sizeof frame);
+        for (size_t i = 0; i < length; i++) {
+            frame[i] = (uint8_t)random_bits(&rng);
+        }
+        if (serve(frame, length, reply, &reply_length) == MODBUS_FRAME_ANSWERED) {
+            check_answer(frame, reply, reply_length);
+        } else {
+            TEST_ASSERT_EQUAL_UINT(0, reply_length);
+        }
+    }
+}
+
+/* Right CRC, right address, mostly real functions and addresses near real registers: these get past the first checks.
+ * The loop runs in between, so commands and sources really act. */
+static void test_random_requests(void) {
+    static const uint8_t functions[] = {3, 4, 6, 16, 16, 23, 43};
+    static const uint16_t bases[] = {
+        0,      0x0100,           0x0101,          0x0111,         0x0180,         ADDRESS_sequence,
+        0xFFF0, ADDRESS_waveform, ADDRESS_staging, ADDRESS_active, ADDRESS_capture};
+    unsigned accepted = 0, refused = 0;
+    for (unsigned run = 0; run < 200000; run++) {
+        uint8_t pdu[253], frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+        size_t length = (size_t)random_between(&rng, 1, 40);
+        for (size_t i = 0; i < sizeof pdu; i++) {
+            pdu[i] = (uint8_t)(random_between(&rng, 0, random_between(&rng, 0, 2) != 0 ? 8 : 255));
+        }
+        pdu[0] = functions[random_between(&rng, 0, 6)];
+        const uint16_t base = (uint16_t)(bases[random_between(&rng, 0, 10)] + random_between(&rng, 0, 4));
+        const uint8_t count = (uint8_t)random_between(&rng, 0, 12);
+        pdu[1] = (uint8_t)(base >> 8);
+        pdu[2] = (uint8_t)base;
+        pdu[3] = 0;
+        if (pdu[0] == 16 && random_between(&rng, 0, 9) != 0) {
+            pdu[4] = count;
+            pdu[5] = (uint8_t)(2U * count);
+            length = 6U + 2U * (size_t)count;
+        } else if (pdu[0] == 23 && random_between(&rng, 0, 9) != 0) {
+            memcpy(pdu + 5, pdu + 1, 2);
+            pdu[7] = 0;
+            pdu[8] = count;
+            pdu[9] = (uint8_t)(2U * count);
+            length = 10U + 2U * (size_t)count;
+        } else if (pdu[0] <= 6) {
+            length = 5;
+        }
+        size_t reply_length;
+        const size_t frame_length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
+        TEST_ASSERT_EQUAL(MODBUS_FRAME_ANSWERED, serve(frame, frame_length, reply, &reply_length));
+        check_answer(frame, reply, reply_length);
+        if ((reply[1] & 0x80U) != 0) {
+            refused++;
+        } else {
+            accepted++;
+        }
+        (void)fake_board_sample(random_q31(&rng));
+        (void)amplifier_serve();
+    }
+    TEST_ASSERT_TRUE_MESSAGE(accepted > 20000 && refused > 20000, "the requests must reach both outcomes");
+}
+
+int main(void) {
+    rng = random_start("firmware_modbus_hostile", 20261121);
+    UNITY_BEGIN();
+    RUN_TEST(test_every_truncation_is_dropped);
+    RUN_TEST(test_every_flip_of_one_and_two_bits_is_dropped);
+    RUN_TEST(test_random_bytes);
+    RUN_TEST(test_random_requests);
+    return UNITY_END();
+}
