@@ -22,7 +22,15 @@ typedef struct {
     COMMAND(fit)                                                                                                       \
     COMMAND(simulate)                                                                                                  \
     COMMAND(compile)                                                                                                   \
-    COMMAND(report)
+    COMMAND(push)                                                                                                      \
+    COMMAND(pull)                                                                                                      \
+    COMMAND(info)                                                                                                      \
+    COMMAND(monitor)                                                                                                   \
+    COMMAND(record)                                                                                                    \
+    COMMAND(track)                                                                                                     \
+    COMMAND(report)                                                                                                    \
+    COMMAND(twin)                                                                                                      \
+    COMMAND(bench)
 
 #define COMMAND_DECLARE(name) extern const command_t command_##name;
 COMMANDS(COMMAND_DECLARE)

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier_image.h"
+#include "compile.h"
+#include "json_output.h"
+#include "mode_names.h"
+#include "monotonic_clock.h"
+#include "stop_signal.h"
+#include <inttypes.h>
+#include <stdio.h>
+
+/* One snapshot in units. */
+typedef struct {
+    int64_t sequence;
+    double time_s; /* of the loop's samples, since the first line */
+    const char *mode, *state;
+    bool direct;      /* the reference is a drive, and there is no error of position */
+    double reference; /* V if direct, else um */
+    double drive_v, position_um;
+} line_t;
+
+static line_t line_of(const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image, uint32_t first,
+                      double sample_rate_hz) {
+    const hyst_q31_t reference = (hyst_q31_t)now[INDEX_reference];
+    const bool direct = now[INDEX_active_mode] == HYST_MODE_DIRECT || now[INDEX_active_mode] == HYST_MODE_PARK;
+    return (line_t){.sequence = now[INDEX_sequence],
+                    .time_s = (double)((uint32_t)now[INDEX_sequence] - first) / sample_rate_hz, /* the number wraps */
+                    .mode = mode_name(now[INDEX_active_mode]),
+                    .state = state_name(now[INDEX_state]),
+                    .direct = direct,
+                    .reference = direct ? drive_to_volts(image, reference) : position_to_micrometres(image, reference),
+                    .drive_v = drive_to_volts(image, (hyst_q31_t)now[INDEX_drive]),
+                    .position_um = position_to_micrometres(image, (hyst_q31_t)now[INDEX_position])};
+}
+
+static void print_header(void) {
+    printf("%10s  %-10s  %-12s  %14s  %12s  %14s  %12s\n", "time [s]", "mode", "state", "reference", "drive [V]",
+           "position [um]", "error [um]");
+}
+
+static void print_line(const line_t *line) {
+    printf("%10.4f  %-10s  %-12s  %11.4f %-2s  %12.4f  %14.4f  ", line->time_s, line->mode, line->state,
+           line->reference, line->direct ? "V" : "um", line->drive_v, line->position_um);
+    if (line->direct) {
+        printf("%12s\n", "-");
+    } else {
+        printf("%12.4f\n", line->position_um - line->reference);
+    }
+    (void)fflush(stdout);
+}
+
+static json_t *line_to_json(const line_t *line) {
+    return json_pack("{s:I, s:f, s:s, s:s, s:f, s:s, s:f, s:f}", "sequence", (json_int_t)line->sequence, "time_s",
+                     line->time_s, "mode", line->mode, "state", line->state, "reference", line->reference,
+                     "reference_unit", line->direct ? "V" : "um", "drive_v", line->drive_v, "position_um",
+                     line->position_um);
+}
+
+/* count 0: until told to stop. */
+static bool monitor(device_t *device, double interval_s, unsigned long count, bool json, failure_t *failure) {
+    hyst_parameters_t image;
+    if (!amplifier_image_read(device, &image, failure)) {
+        return false;
+    }
+    int64_t model_id = image.model_id;
+    const volatile sig_atomic_t *stop = stop_on_signal();
+    const double start_s = monotonic_s();
+    uint32_t first = 0;
+    if (!json) {
+        print_header();
+    }
+    for (unsigned long i = 0; !*stop && (count == 0 || i < count); i++) {
+        int64_t now[REGISTER_COUNT];
+        int64_t active_id = 0;
+        if (!device_read_telemetry(device, now, failure) ||
+            !device_read(device, INDEX_active_model_id, &active_id, failure)) {
+            return false;
+        }
+        if (active_id != model_id) { /* somebody pushed other scales */
+            if (!amplifier_image_read(device, &image, failure)) {
+                return false;
+            }
+            model_id = active_id;
+        }
+        if (i == 0) {
+            first = (uint32_t)now[INDEX_sequence];
+        }
+        const line_t line = line_of(now, &image, first, device_sample_rate_hz(device));
+        if (!json) {
+            print_line(&line);
+        } else if (!json_print(line_to_json(&line), JSON_COMPACT, failure)) {
+            return false;
+        }
+        if (count == 0 || i + 1 < count) {
+            sleep_until(start_s + interval_s * (double)(i + 1));
+        }
+    }
+    return true;
+}
+
+static int run(int argc, char **argv) {
+    device_options_t port = DEVICE_OPTIONS_DEFAULT;
+    double interval_s = 0.5;
+    unsigned long count = 0;
+    bool json = false;
+    const option_t options[] = {
+        DEVICE_OPTIONS(port),
+        {"--interval", "-i", OPTION_NUMBER, "S", "time between lines (0.5 s)", &interval_s},
+        {"--count", "-n", OPTION_COUNT, "N", "lines to print; 0, the default: until stopped", &count},
+        {"--json", NULL, OPTION_FLAG, NULL, "one JSON object a line", &json},
+    };
+    size_t arguments = 0;
+    int status =
+        options_parse(&command_monitor, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
+    if (status == OPTIONS_RUN) {
+        status = device_options_check(&command_monitor, &port);
+    }
+    if (status == OPTIONS_RUN && !(interval_s >= 0.0 && interval_s <= 86400.0)) {
+        status = usage_error(&command_monitor, "--interval %g: outside 0..86400 s", interval_s);
+    }
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    failure_t failure;
+    device_t *device = device_open(&port, &failure);
+    const bool ok = device != NULL && monitor(device, interval_s, count, json, &failure);
+    device_close(device);
+    return ok ? STATUS_DONE : failure_print(&failure);
+}
+
+const command_t command_monitor = {
+    "monitor", "--port DEV", "telemetry of the amplifier, line by line",
+    "Reference, drive and position of a line belong to the same sample. Ends cleanly on Ctrl-C.", run};

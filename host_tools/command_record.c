@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier_image.h"
+#include "compile.h"
+#include "experiment.h"
+#include "json_output.h"
+#include <math.h>
+#include <stdio.h>
+
+typedef struct {
+    device_options_t line;
+    waveform_options_t waveform;
+    double drive_range_v[2], position_range_um[2]; /* both 0: the image's */
+    bool no_condition, json;
+    const char *output;
+} settings_t;
+
+static bool given(const double range[2]) {
+    return range[0] < range[1];
+}
+
+/* Writes centre and half range in millionths of the unit, which is how the image has them. */
+static bool set_scale(const double range[2], int32_t *center, int32_t *half_range, const char *what,
+                      failure_t *failure) {
+    const double millionths[2] = {range[0] * 1e6, range[1] * 1e6};
+    if (fabs(millionths[0]) > INT32_MAX || fabs(millionths[1]) > INT32_MAX) {
+        return fail(failure, "%s %g:%g: an image holds at most 2147 to each side", what, range[0], range[1]);
+    }
+    *center = (int32_t)lround((millionths[0] + millionths[1]) / 2.0);
+    *half_range = (int32_t)lround((millionths[1] - millionths[0]) / 2.0);
+    return true;
+}
+
+/* Replaces the scales of the image, for an amplifier whose image does not know the units yet. */
+static bool set_scales(hyst_parameters_t *image, const settings_t *settings, failure_t *failure) {
+    return (!given(settings->drive_range_v) || set_scale(settings->drive_range_v, &image->drive_center_uv,
+                                                         &image->drive_half_range_uv, "--drive-range", failure)) &&
+           (!given(settings->position_range_um) ||
+            set_scale(settings->position_range_um, &image->position_center_pm, &image->position_half_range_pm,
+                      "--position-range", failure)) &&
+           parameters_check(image, "--drive-range, --position-range", failure);
+}
+
+static void extremes(const double *values, size_t count, double range[2]) {
+    range[0] = range[1] = values[0];
+    for (size_t i = 1; i < count; i++) {
+        range[0] = fmin(range[0], values[i]);
+        range[1] = fmax(range[1], values[i]);
+    }
+}
+
+static bool report(const recording_t *recording, const settings_t *settings, failure_t *failure) {
+    double drive[2];
+    double position[2];
+    extremes(recording->column[COLUMN_DRIVE], recording->samples, drive);
+    extremes(recording->column[COLUMN_DISPLACEMENT], recording->samples, position);
+    if (settings->json) {
+        return json_print(json_pack("{s:s, s:s, s:I, s:f, s:[ff], s:[ff]}", "format", "hyst-record-1", "recording",
+                                    settings->output, "samples", (json_int_t)recording->samples, "sample_rate_hz",
+                                    recording->sample_rate_hz, "drive_v", drive[0], drive[1], "displacement_um",
+                                    position[0], position[1]),
+                          JSON_INDENT(2), failure);
+    }
+    printf("%s: %zu samples at %g Hz, drive %.4f..%.4f V, displacement %.4f..%.4f um\n", settings->output,
+           recording->samples, recording->sample_rate_hz, drive[0], drive[1], position[0], position[1]);
+    return true;
+}
+
+/* Returns the exit status. */
+static int record(device_t *device, const settings_t *settings) {
+    failure_t failure;
+    hyst_parameters_t image;
+    if (!amplifier_image_read(device, &image, &failure) || !set_scales(&image, settings, &failure)) {
+        return failure_print(&failure);
+    }
+    experiment_t experiment = {.mode = HYST_MODE_DIRECT, .condition = !settings->no_condition};
+    const double range_v[2] = {drive_to_volts(&image, image.drive_low), drive_to_volts(&image, image.drive_high)};
+    const int status = waveform_choose(&command_record, &settings->waveform, range_v, "V", &experiment.waveform);
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    recording_t recording;
+    experiment_events_t events;
+    if (!experiment_run(device, &image, &experiment, &recording, &events, &failure)) {
+        return failure_print(&failure);
+    }
+    experiment_print_events(&events);
+    const bool ok = recording_write(&recording, settings->output, &failure) && report(&recording, settings, &failure);
+    recording_free(&recording);
+    return ok ? STATUS_DONE : failure_print(&failure);
+}
+
+static int run(int argc, char **argv) {
+    settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .waveform = WAVEFORM_OPTIONS_DEFAULT};
+    const option_t options[] = {
+        DEVICE_OPTIONS(s.line),
+        WAVEFORM_OPTIONS(s.waveform, "V"),
+        {"--drive-range", NULL, OPTION_RANGE, "LO:HI", "range of the drive converter in V (that of the image in force)",
+         s.drive_range_v},
+        {"--position-range", NULL, OPTION_RANGE, "LO:HI", "range of the position converter in um (likewise)",
+         s.position_range_um},
+        {"--no-condition", NULL, OPTION_FLAG, NULL, "do not sweep the drive range first", &s.no_condition},
+        {"--output", "-o", OPTION_TEXT, "CSV", "recording to write", &s.output},
+        {"--json", NULL, OPTION_FLAG, NULL, "result as JSON on stdout", &s.json},
+    };
+    size_t arguments = 0;
+    int status =
+        options_parse(&command_record, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
+    if (status == OPTIONS_RUN) {
+        status = device_options_check(&command_record, &s.line);
+    }
+    if (status == OPTIONS_RUN && s.output == NULL) {
+        status = usage_error(&command_record, "-o CSV is missing");
+    }
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    failure_t failure;
+    device_t *device = device_open(&s.line, &failure);
+    if (device == NULL) {
+        return failure_print(&failure);
+    }
+    status = record(device, &s);
+    device_close(device);
+    return status;
+}
+
+const command_t command_record = {
+    "record", "--port DEV --waveform NAME -o CSV", "drive the actuator directly and record what it does",
+    "Sweeps the whole drive range once, so that the past is forgotten, then plays the waveform as a drive and writes\n"
+    "drive and displacement: the input of `hyst fit`. An amplifier without a model does not know its units: give it\n"
+    "--drive-range and --position-range the first time.\n"
+    "  sine       cycles of offset + amplitude * sin\n"
+    "  triangle   the first cycle has the full amplitude, each further one is smaller: a major loop and minor loops\n"
+    "  staircase  up in steps and down again, once a cycle; a step rises for a fifth of its time",
+    run};

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * One run on the amplifier: condition, go to the start, play a waveform, capture what happened. `record` and `track`
+ * are this with different modes.
+ */
+#ifndef EXPERIMENT_H
+#define EXPERIMENT_H
+
+#include "device.h"
+#include "hyst/parameters.h"
+#include "recording.h"
+#include "waveform.h"
+
+typedef struct {
+    waveform_t waveform; /**< in V when mode is direct, else in um */
+    hyst_mode_t mode;    /**< direct, linear or compensate */
+    bool condition;      /**< sweep the whole drive range first */
+} experiment_t;
+
+/** Samples in which something happened between start and end of the waveform. */
+typedef struct {
+    int64_t drive_limited, unreachable, filter_saturated, overruns, converter_timeouts;
+} experiment_events_t;
+
+/**
+ * Runs it. `image` is the one in force, or a copy with other scales; its scales turn codes into units.
+ *
+ * *recording receives drive, displacement and, unless the mode is direct, reference; row by row they belong to the same
+ * instant, and row 0 is the first sample of the waveform. Every n-th sample is kept, where n is the smallest number
+ * with which the waveform fits into the amplifier's buffer. The amplifier goes on holding the waveform's last level.
+ *
+ * Shows progress. On failure nothing needs to be freed.
+ */
+bool experiment_run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
+                    recording_t *recording, experiment_events_t *events, failure_t *failure);
+
+/** "note: ..." lines on stderr about events that a user should know of. */
+void experiment_print_events(const experiment_events_t *events);
+
+#endif

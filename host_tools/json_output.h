@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef JSON_OUTPUT_H
+#define JSON_OUTPUT_H
+
+#include "failure.h"
+#include <jansson.h>
+
+/** A number, or null where there is none (JSON has no NaN). */
+json_t *json_number_or_null(double value);
+
+/** Writes the value to stdout, ends the line, and drops the reference. `flags` as for json_dumpf: JSON_INDENT(2),
+ * JSON_COMPACT. A NULL value is a failure. */
+bool json_print(json_t *value, size_t flags, failure_t *failure);
+
+#endif
