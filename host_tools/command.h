@@ -19,7 +19,6 @@ typedef struct {
 
 /* In the order in which `hyst --help` lists them. */
 #define COMMANDS(COMMAND)                                                                                              \
-    COMMAND(fit)                                                                                                       \
     COMMAND(simulate)                                                                                                  \
     COMMAND(compile)                                                                                                   \
     COMMAND(push)                                                                                                      \

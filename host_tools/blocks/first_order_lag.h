@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * First-order low pass, dy/dt = 2 pi cutoff_hz (u - y), discretised with a first-order hold (u linear between samples).
+ * A zero-order hold would be half a sample late, which misreads a cutoff at a 25th of the sample rate by 9 %.
+ */
+#ifndef FIRST_ORDER_LAG_H
+#define FIRST_ORDER_LAG_H
+
+#include "block.h"
+
+/** The one parameter of such a block, cutoff_hz. */
+extern const parameter_info_t first_order_lag_parameters[1];
+
+size_t first_order_lag_state_size(const parameter_t *parameter, const stage_setup_t *setup);
+void first_order_lag_open(void *state, const parameter_t *parameter, const stage_setup_t *setup);
+void first_order_lag_settle(void *state, signal_t *signal);
+void first_order_lag_step(void *state, signal_t *signal);
+
+#endif

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Weighted sum of play operators, offset_um + w_0 u + sum w_i z_i with z_i = max(u - r_i, min(u + r_i, z_i)). */
+#include "catalogue.h"
+#include <math.h>
+#include <string.h>
+
+enum { OFFSET, WEIGHTS, THRESHOLDS, INITIAL_MEMORY };
+
+static const parameter_info_t parameters[] = {
+    {.name = "offset_um", .unit = "um", .low = -1e9, .high = 1e9, .text = "position at 0 V, demagnetised"},
+    {.name = "weights",
+     .unit = "um/V",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .text = "w_0 of the drive itself, then one a play operator"},
+    {.name = "thresholds_v",
+     .unit = "V",
+     .low = 1e-12,
+     .high = 1e9,
+     .array = true,
+     .text = "of the play operators, strictly rising"},
+    {.name = "initial_memory_v",
+     .unit = "V",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .optional = true,
+     .text = "of the play operators before the first sample; absent: demagnetised at 0 V"}};
+
+typedef struct {
+    size_t operators;
+    double offset_um, direct; /* direct: w_0 */
+    double array[];           /* weights w_1.., thresholds, initial memory, memory: operators each */
+} state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    const size_t operators = parameter[THRESHOLDS].count;
+    if (parameter[WEIGHTS].count != operators + 1) {
+        return fail(failure, "%zu weights for %zu thresholds, there must be one weight more", parameter[WEIGHTS].count,
+                    operators);
+    }
+    for (size_t i = 1; i < operators; i++) {
+        if (!(parameter[THRESHOLDS].value[i] > parameter[THRESHOLDS].value[i - 1])) {
+            return fail(failure, "thresholds_v[%zu] does not rise", i);
+        }
+    }
+    if (parameter[INITIAL_MEMORY].count != 0 && parameter[INITIAL_MEMORY].count != operators) {
+        return fail(failure, "%zu values of initial_memory_v for %zu thresholds", parameter[INITIAL_MEMORY].count,
+                    operators);
+    }
+    return true;
+}
+
+static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    return sizeof(state_t) + 4 * parameter[THRESHOLDS].count * sizeof(double);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const size_t n = parameter[THRESHOLDS].count;
+    (void)setup;
+    state->operators = n;
+    state->offset_um = parameter[OFFSET].value[0];
+    state->direct = parameter[WEIGHTS].value[0];
+    memcpy(state->array, parameter[WEIGHTS].value + 1, n * sizeof(double));
+    memcpy(state->array + n, parameter[THRESHOLDS].value, n * sizeof(double));
+    if (parameter[INITIAL_MEMORY].count > 0) {
+        memcpy(state->array + 2 * n, parameter[INITIAL_MEMORY].value, n * sizeof(double));
+    }
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const size_t n = state->operators;
+    const double *weight = state->array, *threshold = state->array + n;
+    double *play = state->array + 3 * n, sum = state->offset_um + state->direct * signal->value;
+    for (size_t i = 0; i < n; i++) {
+        const double r = threshold[i] + signal->threshold_growth_v;
+        play[i] = fmax(signal->value - r, fmin(signal->value + r, play[i]));
+        sum += weight[i] * play[i];
+    }
+    signal->value = sum;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const size_t n = state->operators;
+    memcpy(state->array + 3 * n, state->array + 2 * n, n * sizeof(double)); /* zeros if none was given */
+    step(state, signal);
+}
+
+const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
+                                          .place = PLACE_HYSTERESIS,
+                                          .text = "hysteresis as a weighted sum of play operators",
+                                          .parameter = parameters,
+                                          .parameters = 4,
+                                          .check = check,
+                                          .state_size = state_size,
+                                          .open = open,
+                                          .settle = settle,
+                                          .step = step};

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Rounding of the position to the converter's steps. */
+#include "catalogue.h"
+#include <math.h>
+
+static const parameter_info_t parameters[] = {
+    {.name = "step_um", .unit = "um", .low = 1e-12, .high = 1e6, .text = "size of one step"}};
+
+static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)parameter;
+    (void)setup;
+    return sizeof(double);
+}
+
+static void open(void *state, const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    *(double *)state = parameter[0].value[0];
+}
+
+static void quantise(void *state, signal_t *signal) {
+    const double step_um = *(const double *)state;
+    signal->value = step_um * floor(signal->value / step_um + 0.5);
+}
+
+const block_t block_quantisation = {.name = "quantisation",
+                                    .place = PLACE_SENSOR,
+                                    .text = "steps of the position converter",
+                                    .parameter = parameters,
+                                    .parameters = 1,
+                                    .state_size = state_size,
+                                    .open = open,
+                                    .settle = quantise,
+                                    .step = quantise};

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Thresholds that grow with the drive rate: the discrete form of lib/hyst (prandtl_ishlinskii.h), where the rate at
+ * sample k is the one known before sample k, so that the inverse is exact.
+ *
+ *     growth[k] = min(beta_s |v[k-1]| / dt, limit_v),     v[k] = v[k-1] + g (u[k] - u[k-1] - v[k-1]),     g = 1 -
+ * exp(-dt / rate_filter_s)
+ */
+#include "catalogue.h"
+#include <math.h>
+
+static const parameter_info_t parameters[] = {
+    {.name = "beta_s", .unit = "s", .low = 0.0, .high = 1e3, .text = "threshold growth per drive rate"},
+    {.name = "rate_filter_s",
+     .unit = "s",
+     .low = 0.0,
+     .high = 1e3,
+     .optional = true,
+     .text = "time constant that smooths the drive rate, 0 for none"},
+    {.name = "limit_v",
+     .unit = "V",
+     .low = 0.0,
+     .high = 1e9,
+     .optional = true,
+     .default_value = HUGE_VAL,
+     .text = "largest growth; the amplifier's is half its drive range less its largest threshold"}};
+
+typedef struct {
+    double beta_samples, rate_gain, limit_v;
+    double input, rate; /* V, V per sample */
+} state_t;
+
+static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)parameter;
+    (void)setup;
+    return sizeof(state_t);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const double filter_s = parameter[1].value[0];
+    state->beta_samples = parameter[0].value[0] * setup->sample_rate_hz;
+    state->rate_gain = filter_s > 0.0 ? -expm1(-1.0 / (filter_s * setup->sample_rate_hz)) : 1.0;
+    state->limit_v = parameter[2].value[0];
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    state->input = signal->value;
+    state->rate = 0.0;
+    signal->threshold_growth_v = 0.0;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    signal->threshold_growth_v = fmin(state->beta_samples * fabs(state->rate), state->limit_v);
+    state->rate += state->rate_gain * (signal->value - state->input - state->rate);
+    state->input = signal->value;
+}
+
+const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
+                                                 .place = PLACE_HYSTERESIS,
+                                                 .modifies_hysteresis = true,
+                                                 .text = "play thresholds that grow with the drive rate",
+                                                 .parameter = parameters,
+                                                 .parameters = 3,
+                                                 .state_size = state_size,
+                                                 .open = open,
+                                                 .settle = settle,
+                                                 .step = step};

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * One mode of the mechanics: y'' + 2 zeta omega y' + omega^2 y = omega^2 u, gain 1 at rest.
+ *
+ * First-order hold: between samples u is the ramp u0 + s t. Then y = u0 + s t - 2 zeta s / omega + d(t), where d obeys
+ * the equation without input, whose solution over one sample is a constant 2-by-2 matrix. No approximation beyond the
+ * ramp.
+ */
+#include "catalogue.h"
+#include <gsl/gsl_math.h>
+
+static const parameter_info_t parameters[] = {
+    {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e9, .text = "undamped natural frequency"},
+    {.name = "damping_ratio", .unit = "1", .low = 1e-5, .high = 0.999, .text = "of critical damping"}};
+
+typedef struct {
+    double input, output, rate; /* u, y, y' at the last sample; y' per sample */
+    double lag;                 /* 2 zeta / omega in samples */
+    double transition[2][2];
+} state_t;
+
+static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)parameter;
+    (void)setup;
+    return sizeof(state_t);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const double omega = 2.0 * M_PI * parameter[0].value[0] / setup->sample_rate_hz; /* rad per sample */
+    const double zeta = parameter[1].value[0], damped = omega * sqrt(1.0 - zeta * zeta);
+    const double decay = exp(-zeta * omega), c = decay * cos(damped), s = decay * sin(damped) / damped;
+    state->lag = 2.0 * zeta / omega;
+    state->transition[0][0] = c + zeta * omega * s;
+    state->transition[0][1] = s;
+    state->transition[1][0] = -omega * omega * s;
+    state->transition[1][1] = c - zeta * omega * s;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    state->input = signal->value;
+    state->output = signal->value;
+    state->rate = 0.0;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double slope = signal->value - state->input;
+    const double d = state->output - state->input + slope * state->lag, d_rate = state->rate - slope;
+    state->output = signal->value - slope * state->lag + state->transition[0][0] * d + state->transition[0][1] * d_rate;
+    state->rate = slope + state->transition[1][0] * d + state->transition[1][1] * d_rate;
+    state->input = signal->value;
+    signal->value = state->output;
+}
+
+const block_t block_resonance = {.name = "resonance",
+                                 .place = PLACE_MECHANICS,
+                                 .text = "inertia and damping: one mode of the mechanics",
+                                 .parameter = parameters,
+                                 .parameters = 2,
+                                 .state_size = state_size,
+                                 .open = open,
+                                 .settle = settle,
+                                 .step = step};

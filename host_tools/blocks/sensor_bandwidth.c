@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "catalogue.h"
+#include "first_order_lag.h"
+
+const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
+                                        .place = PLACE_SENSOR,
+                                        .text = "first-order low pass of the position sensor",
+                                        .parameter = first_order_lag_parameters,
+                                        .parameters = 1,
+                                        .state_size = first_order_lag_state_size,
+                                        .open = first_order_lag_open,
+                                        .settle = first_order_lag_settle,
+                                        .step = first_order_lag_step};

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Pure delay. Between samples the drive is taken as linear, which is what the other blocks assume too. */
+#include "catalogue.h"
+#include <math.h>
+
+static const parameter_info_t parameters[] = {
+    {.name = "delay_s", .unit = "s", .low = 0.0, .high = 1.0, .text = "from drive command to voltage"}};
+
+typedef struct {
+    size_t length, newest; /* of the ring */
+    double fraction;       /* of a sample, 0 to 1 */
+    double ring[];
+} state_t;
+
+static size_t whole_samples(const parameter_t *parameter, const stage_setup_t *setup) {
+    return (size_t)floor(parameter[0].value[0] * setup->sample_rate_hz);
+}
+
+static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+    return sizeof(state_t) + (whole_samples(parameter, setup) + 2) * sizeof(double);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const size_t whole = whole_samples(parameter, setup);
+    state->length = whole + 2; /* the two samples around the delayed instant and all since */
+    state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)whole;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    for (size_t i = 0; i < state->length; i++) {
+        state->ring[i] = signal->value;
+    }
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const size_t newest = (state->newest + 1) % state->length, oldest = (newest + 1) % state->length;
+    const size_t next = (oldest + 1) % state->length;
+    state->ring[newest] = signal->value;
+    state->newest = newest;
+    signal->value = state->ring[next] + state->fraction * (state->ring[oldest] - state->ring[next]);
+}
+
+const block_t block_transport_delay = {.name = "transport_delay",
+                                       .place = PLACE_ELECTRONICS,
+                                       .text = "pure delay between command and voltage",
+                                       .parameter = parameters,
+                                       .parameters = 1,
+                                       .state_size = state_size,
+                                       .open = open,
+                                       .settle = settle,
+                                       .step = step};

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "chain.h"
+#include <math.h>
+#include <stdlib.h>
+
+typedef struct {
+    const block_t *block;
+    void *state;
+} stage_t;
+
+struct chain {
+    size_t stages;
+    stage_t stage[MODEL_MAX_BLOCKS];
+};
+
+static void add_stage(chain_t *chain, const model_t *model, size_t index, double sample_rate_hz, uint64_t seed) {
+    const model_block_t *from = &model->block[index];
+    const stage_setup_t setup = {.sample_rate_hz = sample_rate_hz,
+                                 .seed = seed + 0x632BE59BD9B4E019U * (uint64_t)(index + 1)};
+    stage_t *stage = &chain->stage[chain->stages++];
+    stage->block = from->block;
+    stage->state = allocate(from->block->state_size(from->parameter, &setup), 1);
+    stage->block->open(stage->state, from->parameter, &setup);
+}
+
+chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure) {
+    chain_t *chain;
+    if (!model_check(model, "model", failure)) {
+        return NULL;
+    }
+    if (!(isfinite(sample_rate_hz) && sample_rate_hz > 0.0)) {
+        fail(failure, "cannot simulate at a sample rate of %g Hz", sample_rate_hz);
+        return NULL;
+    }
+    chain = allocate(1, sizeof *chain);
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        if (block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis) {
+            for (size_t m = 0; m < model->blocks; m++) {
+                if (model->block[m].block->modifies_hysteresis) {
+                    add_stage(chain, model, m, sample_rate_hz, seed);
+                }
+            }
+        }
+        if (!block->modifies_hysteresis) {
+            add_stage(chain, model, i, sample_rate_hz, seed);
+        }
+    }
+    return chain;
+}
+
+double chain_settle(chain_t *chain, double drive_v) {
+    signal_t signal = {.value = drive_v};
+    for (size_t i = 0; i < chain->stages; i++) {
+        chain->stage[i].block->settle(chain->stage[i].state, &signal);
+    }
+    return signal.value;
+}
+
+double chain_step(chain_t *chain, double drive_v) {
+    signal_t signal = {.value = drive_v};
+    for (size_t i = 0; i < chain->stages; i++) {
+        chain->stage[i].block->step(chain->stage[i].state, &signal);
+    }
+    return signal.value;
+}
+
+void chain_close(chain_t *chain) {
+    if (chain != NULL) {
+        for (size_t i = 0; i < chain->stages; i++) {
+            free(chain->stage[i].state);
+        }
+        free(chain);
+    }
+}
+
+bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
+                    failure_t *failure) {
+    const double *drive = recording->column[COLUMN_DRIVE];
+    chain_t *chain = chain_open(model, recording->sample_rate_hz, seed, failure);
+    if (chain == NULL) {
+        return false;
+    }
+    chain_settle(chain, drive[0]);
+    for (size_t k = 0; k < recording->samples; k++) {
+        position_um[k] = chain_step(chain, drive[k]);
+    }
+    chain_close(chain);
+    return true;
+}
+
+error_measure_t measure_error(const double *measured, const double *simulated, size_t samples) {
+    error_measure_t error = {0};
+    double low = measured[0], high = measured[0], squares = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        const double difference = fabs(measured[k] - simulated[k]);
+        squares += difference * difference;
+        low = fmin(low, measured[k]);
+        high = fmax(high, measured[k]);
+        if (difference > error.max_um) {
+            error.max_um = difference;
+            error.max_sample = k;
+        }
+    }
+    error.rms_um = sqrt(squares / (double)samples);
+    error.nrmse_percent = 100.0 * error.rms_um / (high - low);
+    return error;
+}

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "command.h"
+#include "compile.h"
+#include "json_output.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static int compile(int argc, char **argv);
+
+const command_t command_compile = {
+    .name = "compile",
+    .arguments = "MODEL [-o IMAGE] [options]",
+    .summary = "Turn a model into a validated parameter image for the amplifier",
+    .details = "The ranges are those of the converters: what code 0 and the top code stand for. By default they are "
+               "the ranges of the\n"
+               "recordings the model was fitted to, widened by 5 %. The drive itself stays inside the recorded range.\n"
+               "A lag or a mode is inverted up to a roll-off; what that leaves at low frequencies is a delay, and the "
+               "amplifier looks\n"
+               "ahead by that many samples.",
+    .run = compile};
+
+static bool print_json(const hyst_parameters_t *p, const compile_report_t *report, failure_t *failure) {
+    json_t *notes = json_array();
+    json_t *json = json_pack(
+        "{s:I, s:f, s:[f,f], s:[f,f], s:[f,f], s:f, s:I, s:I, s:f, s:f, s:f, s:I, s:f, s:I, s:I}", "model_id",
+        (json_int_t)p->model_id, "sample_rate_hz", 1e-3 * p->sample_rate_mhz, "drive_range_v",
+        drive_to_volts(p, HYST_Q31_MIN), drive_to_volts(p, HYST_Q31_MAX), "drive_limits_v",
+        drive_to_volts(p, p->drive_low), drive_to_volts(p, p->drive_high), "position_range_um",
+        position_to_micrometres(p, HYST_Q31_MIN), position_to_micrometres(p, HYST_Q31_MAX), "drive_park_v",
+        drive_to_volts(p, p->drive_park), "operators", (json_int_t)p->pi_operators, "model_operators",
+        (json_int_t)report->model_operators, "merge_error_um", report->merge_error_um, "beta_samples",
+        p->pi_beta * 0x1p-20, "growth_limit_v", report->growth_limit_v, "lookahead_samples",
+        (json_int_t)p->lookahead_samples, "lookahead_remainder_s", report->lookahead_remainder_s, "shape_sections",
+        (json_int_t)p->shape_sections, "equalise_sections", (json_int_t)p->equalise_sections);
+    for (size_t i = 0; i < report->notes; i++) {
+        json_array_append_new(notes, json_string(report->note[i]));
+    }
+    json_object_set_new(json, "notes", notes);
+    return json_print(json, JSON_INDENT(2), failure);
+}
+
+static void print_text(const hyst_parameters_t *p, const compile_report_t *report) {
+    printf("model id           %08x\n", (unsigned)p->model_id);
+    printf("sample rate        %.6g Hz\n", 1e-3 * p->sample_rate_mhz);
+    printf("drive converter    %.6g to %.6g V, limited to %.6g to %.6g V, parked at %.6g V\n",
+           drive_to_volts(p, HYST_Q31_MIN), drive_to_volts(p, HYST_Q31_MAX), drive_to_volts(p, p->drive_low),
+           drive_to_volts(p, p->drive_high), drive_to_volts(p, p->drive_park));
+    printf("position converter %.6g to %.6g um\n", position_to_micrometres(p, HYST_Q31_MIN),
+           position_to_micrometres(p, HYST_Q31_MAX));
+    printf("play operators     %u, from %zu of the model (merging changes a branch by at most %.3g um)\n",
+           (unsigned)p->pi_operators, report->model_operators, report->merge_error_um);
+    if (p->pi_beta > 0) {
+        printf("rate dependence    beta %.6g samples, rate gain %.6g, thresholds grow by at most %.6g V\n",
+               p->pi_beta * 0x1p-20, p->pi_rate_gain * 0x1p-30, report->growth_limit_v);
+    }
+    printf("lookahead          %u samples, %.4g us of delay remain\n", (unsigned)p->lookahead_samples,
+           1e6 * report->lookahead_remainder_s);
+    printf("filter sections    %u before the inverse hysteresis, %u behind it\n", (unsigned)p->shape_sections,
+           (unsigned)p->equalise_sections);
+    for (size_t i = 0; i < report->notes; i++) {
+        printf("note: %s\n", report->note[i]);
+    }
+}
+
+static int compile(int argc, char **argv) {
+    compile_options_t settings = {0};
+    const char *output = NULL;
+    bool as_json = false, good;
+    const option_t options[] = {
+        {"--output", "-o", OPTION_TEXT, "IMAGE", "write the image (32-bit words, least significant byte first)",
+         &output},
+        {"--sample-rate", NULL, OPTION_NUMBER, "HZ", "rate of the amplifier's loop (default: the model's)",
+         &settings.sample_rate_hz},
+        {"--drive-range", NULL, OPTION_RANGE, "LO:HI", "range of the drive converter in V", settings.drive_range_v},
+        {"--position-range", NULL, OPTION_RANGE, "LO:HI", "range of the position converter in um",
+         settings.position_range_um},
+        {"--no-filters", NULL, OPTION_FLAG, NULL, "do not invert lags and modes, only look ahead over their delay",
+         &settings.no_filters},
+        {"--json", NULL, OPTION_FLAG, NULL, "print JSON", &as_json}};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    model_t model;
+    size_t positionals;
+    failure_t failure;
+    const int status =
+        options_parse(&command_compile, options, sizeof options / sizeof options[0], argc, argv, 1, 1, &positionals);
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    if (settings.sample_rate_hz < 0.0) {
+        return usage_error(&command_compile, "--sample-rate must be positive");
+    }
+    if (!model_read(&model, argv[1], &failure)) {
+        return failure_print(&failure);
+    }
+    good = compile_model(&model, &settings, &parameters, &report, &failure) || fail_in(&failure, "%s", argv[1]);
+    model_free(&model);
+    good = good && (output == NULL || image_write(&parameters, output, &failure));
+    if (good && as_json) {
+        good = print_json(&parameters, &report, &failure);
+    } else if (good) {
+        print_text(&parameters, &report);
+    }
+    return good ? STATUS_DONE : failure_print(&failure);
+}

@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Reading a recording: lines, header, column names, numbers, time. Every complaint names the file and the line. */
+#include "recording.h"
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_FILE_COLUMNS = 64, TIME_COLUMN = COLUMN_COUNT, IGNORED_COLUMN };
+
+typedef struct {
+    FILE *file;
+    const char *path;
+    unsigned long line; /* number of the line in `text` */
+    char text[RECORDING_MAX_LINE + 1];
+    size_t columns;                /* 0 until the line with the names was read */
+    int meaning[MAX_FILE_COLUMNS]; /* a column_t, TIME_COLUMN or IGNORED_COLUMN */
+    double time[2];                /* of the previous and the present sample */
+    size_t capacity;
+    recording_t *recording;
+    failure_t *failure;
+} reader_t;
+
+static bool complain(reader_t *reader, const char *what) {
+    return fail(reader->failure, "%s:%lu: %s", reader->path, reader->line, what);
+}
+
+typedef enum { LINE_READ, LINE_END, LINE_BAD } line_t;
+
+/* Next line without its end (LF or CR LF) into reader->text. */
+static line_t read_line(reader_t *reader) {
+    size_t length = 0;
+    int c;
+    reader->line++;
+    while ((c = getc(reader->file)) != EOF && c != '\n') {
+        if (c == 0 || (c < 0x20 && c != '\t' && c != '\r') || c == 0x7F) {
+            complain(reader, "binary data, not a recording");
+            return LINE_BAD;
+        }
+        if (length == RECORDING_MAX_LINE) {
+            fail(reader->failure, "%s:%lu: line is longer than %d characters", reader->path, reader->line,
+                 RECORDING_MAX_LINE);
+            return LINE_BAD;
+        }
+        reader->text[length++] = (char)c;
+    }
+    if (ferror(reader->file)) {
+        fail(reader->failure, "%s: %s", reader->path, strerror(errno));
+        return LINE_BAD;
+    }
+    if (c == EOF && length == 0) {
+        return LINE_END;
+    }
+    if (length > 0 && reader->text[length - 1] == '\r') {
+        length--;
+    }
+    reader->text[length] = '\0';
+    return LINE_READ;
+}
+
+/* Removes blanks at both ends, in place. */
+static char *trim(char *text) {
+    size_t length;
+    text += strspn(text, " \t");
+    length = strlen(text);
+    while (length > 0 && (text[length - 1] == ' ' || text[length - 1] == '\t')) {
+        length--;
+    }
+    text[length] = '\0';
+    return text;
+}
+
+/* A finite decimal number and nothing else: strtod alone would also take "nan", "inf", "0x1p3" and leading blanks. */
+static bool parse_number(const char *text, double *number) {
+    char *end;
+    if (text[0] == '\0' || strspn(text, "0123456789+-.eE") != strlen(text)) {
+        return false;
+    }
+    *number = strtod(text, &end);
+    return *end == '\0' && isfinite(*number);
+}
+
+static bool read_header(reader_t *reader) {
+    recording_t *recording = reader->recording;
+    char *key = reader->text + 1, *value = strchr(key, ':');
+    const char *unit = NULL;
+    if (reader->columns > 0) {
+        return complain(reader, "header line after the column names");
+    }
+    if (value == NULL) { /* a remark */
+        return true;
+    }
+    *value++ = '\0';
+    key = trim(key);
+    value = trim(value);
+    if (strcmp(key, "sample_rate_hz") == 0) {
+        if (recording->sample_rate_hz > 0.0) {
+            return complain(reader, "second sample_rate_hz");
+        }
+        if (!parse_number(value, &recording->sample_rate_hz) || !(recording->sample_rate_hz > 0.0)) {
+            return fail(reader->failure, "%s:%lu: sample_rate_hz is not a positive number: '%s'", reader->path,
+                        reader->line, value);
+        }
+        return true;
+    }
+    if (strcmp(key, "drive_unit") == 0) {
+        unit = "V";
+    } else if (strcmp(key, "displacement_unit") == 0) {
+        unit = "um";
+    } else {
+        recording_set_key(recording, key, value);
+        return true;
+    }
+    return strcmp(value, unit) == 0 || fail(reader->failure, "%s:%lu: %s is '%s', only %s is supported", reader->path,
+                                            reader->line, key, value, unit);
+}
+
+static int column_meaning(const char *name) {
+    if (strcmp(name, "t") == 0) {
+        return TIME_COLUMN;
+    }
+    for (column_t c = 0; c < COLUMN_COUNT; c++) {
+        if (strcmp(name, column_name(c)) == 0) {
+            return (int)c;
+        }
+    }
+    return IGNORED_COLUMN;
+}
+
+static bool read_names(reader_t *reader) {
+    bool seen[IGNORED_COLUMN] = {false};
+    char *field = reader->text, *comma;
+    double number;
+    if (!(reader->recording->sample_rate_hz > 0.0)) {
+        return complain(reader, "no header line '# sample_rate_hz: ...' before the column names");
+    }
+    do {
+        int meaning;
+        comma = strchr(field, ',');
+        if (comma != NULL) {
+            *comma = '\0';
+        }
+        if (reader->columns == MAX_FILE_COLUMNS) {
+            return complain(reader, "too many columns");
+        }
+        field = trim(field);
+        if (parse_number(field, &number)) {
+            return complain(reader, "a number where the column names should be (t,drive,displacement)");
+        }
+        meaning = column_meaning(field);
+        if (meaning != IGNORED_COLUMN) {
+            if (seen[meaning]) {
+                return fail(reader->failure, "%s:%lu: column '%s' appears twice", reader->path, reader->line, field);
+            }
+            seen[meaning] = true;
+        }
+        reader->meaning[reader->columns++] = meaning;
+        field = comma + 1;
+    } while (comma != NULL);
+    if (!seen[TIME_COLUMN] || !seen[COLUMN_DRIVE] || !seen[COLUMN_DISPLACEMENT]) {
+        const char *missing = !seen[TIME_COLUMN] ? "t" : !seen[COLUMN_DRIVE] ? "drive" : "displacement";
+        return fail(reader->failure, "%s:%lu: missing column '%s'", reader->path, reader->line, missing);
+    }
+    return true;
+}
+
+/* The time of sample k must be start + k / rate. A quarter of a period covers every rounding of a printed t. */
+static bool check_time(reader_t *reader, size_t k) {
+    const recording_t *recording = reader->recording;
+    const double rate = recording->sample_rate_hz, step = (reader->time[1] - reader->time[0]) * rate;
+    const double expected = recording->start_s + (double)k / rate;
+    if (k == 0 || (fabs(step - 1.0) <= 0.5 && fabs(reader->time[1] - expected) * rate <= 0.25)) {
+        return true;
+    }
+    if (!(step > 0.0)) {
+        return fail(reader->failure, "%s:%lu: duplicate or backward time: t = %.9g s after %.9g s", reader->path,
+                    reader->line, reader->time[1], reader->time[0]);
+    }
+    if (k == 1) {
+        return fail(reader->failure,
+                    "%s:%lu: wrong rate: the first samples are %.9g s apart, sample_rate_hz says %.9g s", reader->path,
+                    reader->line, step / rate, 1.0 / rate);
+    }
+    if (fabs(step - 1.0) > 0.5) {
+        return fail(reader->failure, "%s:%lu: gap: t goes from %.9g s to %.9g s, one sample is %.9g s", reader->path,
+                    reader->line, reader->time[0], reader->time[1], 1.0 / rate);
+    }
+    return fail(reader->failure,
+                "%s:%lu: wrong rate or uneven sampling: t = %.9g s where sample_rate_hz makes it %.9g s", reader->path,
+                reader->line, reader->time[1], expected);
+}
+
+static void make_room(reader_t *reader) {
+    recording_t *recording = reader->recording;
+    if (recording->samples < reader->capacity) {
+        return;
+    }
+    reader->capacity = reader->capacity > 0 ? 2 * reader->capacity : 4096;
+    for (size_t i = 0; i < reader->columns; i++) {
+        if (reader->meaning[i] < COLUMN_COUNT) {
+            double **column = &recording->column[reader->meaning[i]];
+            *column = reallocate(*column, reader->capacity, sizeof(double));
+        }
+    }
+}
+
+static bool read_sample(reader_t *reader) {
+    recording_t *recording = reader->recording;
+    const size_t k = recording->samples;
+    char *field = reader->text;
+    make_room(reader);
+    for (size_t i = 0; i < reader->columns; i++) {
+        char *comma = strchr(field, ',');
+        double number = 0.0;
+        if ((comma == NULL) != (i + 1 == reader->columns)) {
+            return fail(reader->failure, "%s:%lu: ragged line, expected %zu columns", reader->path, reader->line,
+                        reader->columns);
+        }
+        if (comma != NULL) {
+            *comma = '\0';
+        }
+        field = trim(field);
+        if (reader->meaning[i] != IGNORED_COLUMN && !parse_number(field, &number)) {
+            const char *name = reader->meaning[i] == TIME_COLUMN ? "t" : column_name((column_t)reader->meaning[i]);
+            return fail(reader->failure, "%s:%lu: column '%s': '%s' is not a finite number", reader->path, reader->line,
+                        name, field);
+        }
+        if (reader->meaning[i] == TIME_COLUMN) {
+            reader->time[0] = reader->time[1];
+            reader->time[1] = number;
+        } else if (reader->meaning[i] != IGNORED_COLUMN) {
+            recording->column[reader->meaning[i]][k] = number;
+        }
+        field = comma + 1;
+    }
+    if (k == 0) {
+        recording->start_s = reader->time[1];
+    }
+    recording->samples++;
+    return check_time(reader, k);
+}
+
+static bool read_lines(reader_t *reader) {
+    line_t line;
+    while ((line = read_line(reader)) == LINE_READ) {
+        bool good;
+        if (reader->text[0] == '#') {
+            good = read_header(reader);
+        } else if (reader->text[0] == '\0') {
+            good = complain(reader, "empty line");
+        } else if (reader->columns == 0) {
+            good = read_names(reader);
+        } else {
+            good = read_sample(reader);
+        }
+        if (!good) {
+            return false;
+        }
+    }
+    if (line == LINE_BAD) {
+        return false;
+    }
+    if (reader->line == 1) {
+        return fail(reader->failure, "%s: empty file", reader->path);
+    }
+    if (reader->recording->samples < 2) {
+        return fail(reader->failure, "%s:%lu: the recording ends after %zu samples", reader->path, reader->line - 1,
+                    reader->recording->samples);
+    }
+    return true;
+}
+
+bool recording_read(recording_t *recording, const char *path, failure_t *failure) {
+    reader_t *reader = allocate(1, sizeof *reader);
+    bool good = false;
+    memset(recording, 0, sizeof *recording);
+    reader->path = path;
+    reader->recording = recording;
+    reader->failure = failure;
+    reader->file = fopen(path, "rb");
+    if (reader->file == NULL) {
+        fail(failure, "%s: %s", path, strerror(errno));
+    } else {
+        recording->name = copy_text(path);
+        good = read_lines(reader);
+        fclose(reader->file);
+    }
+    if (!good) {
+        recording_free(recording);
+    }
+    free(reader);
+    return good;
+}
