@@ -5,10 +5,6 @@
 #include "unity.h"
 #include <string.h>
 
-#ifndef FAKE_CONVERTER_BITS
-#define FAKE_CONVERTER_BITS 16
-#endif
-
 fake_board_t fake_board;
 
 const board_info_t board_info = {.id = 0,

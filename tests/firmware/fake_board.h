@@ -22,6 +22,8 @@ typedef struct {
 
 extern fake_board_t fake_board;
 
+/* FAKE_CONVERTER_BITS comes from CMakeLists.txt. */
+
 /** Power-on: everything zero, then amplifier_init. */
 void fake_board_power_on(uint16_t faults);
 

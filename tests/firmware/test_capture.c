@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Capture, and the alignment of what is captured. The "actuator" here repeats the drive FAKE_LATENCY samples after it
+ * was computed, plus a transport delay of its own, so that a right alignment shows as equality.
+ */
+#include "capture.h"
+#include "fake_board.h"
+#include "loop.h"
+#include "master.h"
+#include "random.h"
+#include "unity.h"
+
+#define DELAY_MAX 128U
+
+static random_t rng;
+static hyst_q31_t drives[DELAY_MAX];
+static unsigned now;
+
+void setUp(void) {
+    fake_board_power_on(0);
+    now = 0;
+    for (unsigned i = 0; i < DELAY_MAX; i++) {
+        drives[i] = 0;
+    }
+}
+void tearDown(void) {
+}
+
+static void set(unsigned index, uint32_t value) {
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
+}
+
+/* One sample with the delaying actuator. */
+static void sample(unsigned delay) {
+    const hyst_q31_t position = drives[(now + DELAY_MAX - FAKE_LATENCY - delay) % DELAY_MAX];
+    drives[now % DELAY_MAX] = fake_board_drive(position);
+    now++;
+}
+
+static void read_frame(unsigned frame, int16_t values[3]) {
+    uint16_t registers[3];
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_read((uint16_t)(ADDRESS_capture + 3U * frame), 3, registers));
+    for (int i = 0; i < 3; i++) {
+        values[i] = (int16_t)registers[i];
+    }
+}
+
+static void commit_lookahead(uint32_t lookahead) {
+    hyst_parameters_t p;
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    hyst_parameters_default(&p);
+    p.lookahead_samples = lookahead;
+    master_write_words(ADDRESS_staging, words, hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS));
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, master_get(INDEX_fault_code));
+}
+
+enum { POINTS = 100 };
+
+/* A random staircase of full-scale steps, one sample each, on the 16-bit grid: any misalignment shows at once. */
+static void load_random_staircase(int16_t levels[POINTS]) {
+    uint32_t words[2 * POINTS];
+    for (unsigned i = 0; i < POINTS; i++) {
+        levels[i] = (int16_t)random_between(&rng, INT16_MIN, INT16_MAX);
+        words[2 * i] = 1;
+        words[2 * i + 1] = (uint32_t)levels[i] << 16;
+    }
+    master_write_words(ADDRESS_waveform, words, sizeof words / sizeof words[0]);
+    set(INDEX_waveform_points, POINTS);
+    set(INDEX_source, SOURCE_BREAKPOINTS);
+    set(INDEX_source_cycles, 1);
+}
+
+/* With lookahead = the actuator's delay, frame i has reference, drive and position of the same breakpoint i, from frame
+ * 0 on. */
+static void test_frames_are_aligned_for_every_lookahead(void) {
+    for (uint32_t lookahead = 0; lookahead <= HYST_LOOKAHEAD_MAX; lookahead++) {
+        setUp();
+        int16_t levels[POINTS];
+        commit_lookahead(lookahead);
+        load_random_staircase(levels);
+        set(INDEX_mode, HYST_MODE_LINEAR);
+        for (unsigned i = 0; i < 200; i++) {
+            sample(lookahead);
+        }
+        set(INDEX_capture_length, POINTS);
+        set(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
+        master_command(COMMAND_ARM_CAPTURE);
+        for (unsigned i = 0; i < 10; i++) {
+            sample(lookahead);
+        }
+        TEST_ASSERT_EQUAL_UINT32(CAPTURE_ARMED, master_get(INDEX_capture_state));
+        master_command(COMMAND_START);
+        for (unsigned i = 0; i < POINTS + lookahead + FAKE_LATENCY; i++) {
+            TEST_ASSERT_NOT_EQUAL(CAPTURE_DONE, master_get(INDEX_capture_state));
+            sample(lookahead);
+        }
+        TEST_ASSERT_EQUAL_UINT32(CAPTURE_DONE, master_get(INDEX_capture_state));
+        TEST_ASSERT_EQUAL_UINT32(POINTS, master_get(INDEX_capture_frames));
+        for (unsigned i = 0; i < POINTS; i++) {
+            int16_t frame[3];
+            read_frame(i, frame);
+            TEST_ASSERT_EQUAL_INT16(levels[i], frame[0]);
+            TEST_ASSERT_EQUAL_INT16(levels[i], frame[2]);
+            /* The drive belongs to the position that first shows it on an actuator without a delay of its own. */
+            if (i + lookahead < POINTS) {
+                TEST_ASSERT_EQUAL_INT16(levels[i + lookahead], frame[1]);
+            }
+        }
+    }
+}
+
+static void test_telemetry_is_aligned_too(void) {
+    enum { LOOKAHEAD = 5 };
+    commit_lookahead(LOOKAHEAD);
+    set(INDEX_mode, HYST_MODE_LINEAR);
+    set(INDEX_source, SOURCE_SINE);
+    set(INDEX_source_amplitude, 1U << 30);
+    set(INDEX_source_increment, 1U << 27);
+    for (unsigned i = 0; i < 200; i++) {
+        sample(LOOKAHEAD);
+    }
+    master_command(COMMAND_START);
+    for (unsigned i = 0; i < 200; i++) {
+        sample(LOOKAHEAD);
+        if (i > 20) {
+            /* the position is the drive rounded to a code of 16 bits */
+            TEST_ASSERT_INT32_WITHIN(1 << 15, (int32_t)master_get(INDEX_reference),
+                                     (int32_t)master_get(INDEX_position));
+        }
+    }
+}
+
+static void test_decimation_takes_every_nth_sample(void) {
+    enum { DECIMATION = 7, FRAMES = 12 };
+    int16_t levels[POINTS];
+    load_random_staircase(levels);
+    set(INDEX_mode, HYST_MODE_LINEAR);
+    set(INDEX_capture_decimation, DECIMATION);
+    set(INDEX_capture_length, FRAMES);
+    set(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
+    for (unsigned i = 0; i < 10; i++) {
+        sample(0);
+    }
+    master_command(COMMAND_ARM_CAPTURE);
+    master_command(COMMAND_START);
+    for (unsigned i = 0; i < POINTS + FAKE_LATENCY; i++) {
+        sample(0);
+    }
+    TEST_ASSERT_EQUAL_UINT32(CAPTURE_DONE, master_get(INDEX_capture_state));
+    for (unsigned i = 0; i < FRAMES; i++) {
+        int16_t frame[3];
+        read_frame(i, frame);
+        TEST_ASSERT_EQUAL_INT16(levels[DECIMATION * i], frame[0]);
+        TEST_ASSERT_EQUAL_INT16(levels[DECIMATION * i], frame[2]);
+    }
+}
+
+static void test_the_whole_buffer_at_once(void) {
+    set(INDEX_capture_length, CAPTURE_CAPACITY);
+    master_command(COMMAND_ARM_CAPTURE);
+    for (unsigned i = 0; i < CAPTURE_CAPACITY; i++) {
+        TEST_ASSERT_EQUAL_UINT16(i, capture_frames());
+        (void)fake_board_sample((hyst_q31_t)(i << 16));
+    }
+    TEST_ASSERT_EQUAL_UINT32(CAPTURE_DONE, master_get(INDEX_capture_state));
+    for (unsigned i = 0; i < 100; i++) {
+        (void)fake_board_sample(-1); /* no more */
+    }
+    for (unsigned i = 0; i < CAPTURE_CAPACITY; i++) {
+        int16_t frame[3];
+        read_frame(i, frame);
+        TEST_ASSERT_EQUAL_INT16(i, frame[2]);
+    }
+}
+
+static void test_frames_cannot_be_read_while_they_are_written(void) {
+    uint16_t value;
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_capture, 1, &value));
+    set(INDEX_capture_length, 3);
+    master_command(COMMAND_ARM_CAPTURE);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_read(ADDRESS_capture, 1, &value));
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_read(ADDRESS_capture + 24575, 1, &value));
+    (void)fake_board_run(2);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_capture, 1, &value));
+}
+
+static void test_arming_again_starts_anew(void) {
+    set(INDEX_capture_length, 5);
+    master_command(COMMAND_ARM_CAPTURE);
+    (void)fake_board_run(3);
+    master_command(COMMAND_ARM_CAPTURE);
+    for (int i = 0; i < 5; i++) {
+        TEST_ASSERT_NOT_EQUAL(CAPTURE_DONE, capture_state());
+        (void)fake_board_sample((100 + i) << 16);
+    }
+    TEST_ASSERT_EQUAL(CAPTURE_DONE, capture_state());
+    for (unsigned i = 0; i < 5; i++) {
+        int16_t frame[3];
+        read_frame(i, frame);
+        TEST_ASSERT_EQUAL_INT16(100 + i, frame[2]);
+    }
+}
+
+/* A source that was started before arming is not the trigger; the next start is. */
+static void test_the_trigger_waits_for_the_next_start(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_source, SOURCE_SINE);
+    set(INDEX_source_increment, 1U << 20);
+    master_command(COMMAND_START);
+    set(INDEX_capture_length, 1);
+    set(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
+    master_command(COMMAND_ARM_CAPTURE);
+    (void)fake_board_run(50);
+    TEST_ASSERT_EQUAL(CAPTURE_ARMED, capture_state());
+    master_command(COMMAND_START);
+    (void)fake_board_run(FAKE_LATENCY + 1);
+    TEST_ASSERT_EQUAL(CAPTURE_DONE, capture_state());
+}
+
+int main(void) {
+    rng = random_start("firmware_capture", 20261121);
+    UNITY_BEGIN();
+    RUN_TEST(test_frames_are_aligned_for_every_lookahead);
+    RUN_TEST(test_telemetry_is_aligned_too);
+    RUN_TEST(test_decimation_takes_every_nth_sample);
+    RUN_TEST(test_the_whole_buffer_at_once);
+    RUN_TEST(test_frames_cannot_be_read_while_they_are_written);
+    RUN_TEST(test_arming_again_starts_anew);
+    RUN_TEST(test_the_trigger_waits_for_the_next_start);
+    return UNITY_END();
+}

@@ -1,0 +1,400 @@
+/* SPDX-License-Identifier: MIT */
+/* The loop: codes, modes, counters and faults, conditioning, watchdog. */
+#include "amplifier.h"
+#include "fake_board.h"
+#include "loop.h"
+#include "master.h"
+#include "unity.h"
+
+#define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
+
+void setUp(void) {
+    fake_board_power_on(0);
+}
+void tearDown(void) {
+}
+
+static void set(unsigned index, uint32_t value) {
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
+}
+
+/* A model with hysteresis and with limits inside the converter's range. */
+static hyst_parameters_t limited_model(void) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.drive_low = -(1 << 30);
+    p.drive_high = 3 << 29;
+    p.drive_park = -(1 << 28);
+    p.pi_operators = 2;
+    p.pi_weight[0] = HYST_Q28_ONE / 2;
+    p.pi_weight[1] = p.pi_weight[2] = HYST_Q28_ONE / 4;
+    p.pi_threshold[0] = 1 << 27;
+    p.pi_threshold[1] = 1 << 28;
+    return p;
+}
+
+static void commit(const hyst_parameters_t *p) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    const size_t length = hyst_parameters_encode(p, words, HYST_IMAGE_MAX_WORDS);
+    master_write_words(ADDRESS_staging, words, length);
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, master_get(INDEX_fault_code));
+}
+
+/* Runs until the drive stands still. */
+static hyst_q31_t settle(void) {
+    hyst_q31_t last = fake_board_run(1);
+    for (int i = 0; i < 100000; i++) {
+        const hyst_q31_t drive = fake_board_run(16);
+        if (drive == last) {
+            return drive;
+        }
+        last = drive;
+    }
+    TEST_FAIL_MESSAGE("the drive does not come to rest");
+    return last;
+}
+
+static void test_codes_over_the_whole_range(void) {
+    static const struct {
+        hyst_q31_t drive;
+        uint16_t code;
+    } cases[] = {{INT32_MIN, 0x0000},
+                 {INT32_MIN + 0x7FFF, 0x0000},
+                 {INT32_MIN + 0x8000, 0x0001},
+                 {-0x8001, 0x7FFF},
+                 {-0x8000, 0x8000},
+                 {0, 0x8000},
+                 {0x7FFF, 0x8000},
+                 {0x8000, 0x8001},
+                 {0x7FFF7FFF, 0xFFFF},
+                 {0x7FFF8000, 0xFFFF},
+                 {INT32_MAX, 0xFFFF}};
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_setpoint_slew, INT32_MAX);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        set(INDEX_setpoint, (uint32_t)cases[i].drive);
+        (void)settle();
+        TEST_ASSERT_EQUAL_HEX16(cases[i].code, fake_board_sample(0));
+    }
+}
+
+static void test_position_codes(void) {
+    for (uint32_t code = 0; code < 0x10000U; code += 0xFFU) {
+        const loop_input_t input = {.position_code = (uint16_t)code};
+        (void)loop_sample(&input);
+        TEST_ASSERT_EQUAL_INT32(((int32_t)code - 0x8000) * CODE_STEP, (int32_t)master_get(INDEX_position));
+    }
+}
+
+static void test_parked_at_start(void) {
+    TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
+    TEST_ASSERT_EQUAL_HEX16(BOARD_CODE_MIDDLE, fake_board_sample(123));
+    TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
+    set(INDEX_setpoint, 1U << 30);
+    set(INDEX_setpoint_slew, INT32_MAX);
+    (void)fake_board_run(3);
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(BOARD_CODE_MIDDLE, fake_board_sample(0), "parked ignores the reference");
+}
+
+/* No change of mode steps the drive by more than the transition and the rounding of two codes. */
+static void test_modes_change_without_a_step(void) {
+    const hyst_parameters_t p = limited_model();
+    static const hyst_mode_t modes[] = {HYST_MODE_DIRECT, HYST_MODE_COMPENSATE, HYST_MODE_LINEAR, HYST_MODE_PARK,
+                                        HYST_MODE_LINEAR, HYST_MODE_DIRECT,     HYST_MODE_PARK,   HYST_MODE_COMPENSATE};
+    commit(&p);
+    set(INDEX_setpoint, 1U << 28);
+    hyst_q31_t last = settle();
+    for (size_t i = 0; i < sizeof modes / sizeof modes[0]; i++) {
+        set(INDEX_mode, modes[i]);
+        TEST_ASSERT_EQUAL_INT32(last, fake_board_run(1));
+        TEST_ASSERT_EQUAL_UINT32(modes[i], master_get(INDEX_active_mode));
+        for (int sample = 0; sample < 3000; sample++) {
+            const hyst_q31_t drive = fake_board_run(1);
+            /* in compensate the offset's decay comes out divided by the slope of the model at the most: 2 */
+            TEST_ASSERT_INT32_WITHIN(2 * p.transition_slew + 2 * CODE_STEP, last, drive);
+            last = drive;
+        }
+    }
+}
+
+static void test_stop_and_the_end_of_a_source_hold(void) {
+    const uint32_t points[] = {100, 1U << 29, 100, 1U << 28};
+    master_write_words(ADDRESS_waveform, points, 4);
+    set(INDEX_waveform_points, 2);
+    set(INDEX_source, SOURCE_BREAKPOINTS);
+    set(INDEX_source_cycles, 1);
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_command(COMMAND_START);
+    (void)fake_board_run(50);
+    TEST_ASSERT_EQUAL_UINT32(LOOP_PLAYING, master_get(INDEX_state));
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(1U << 28, master_get(INDEX_setpoint), "the setpoint follows");
+    master_command(COMMAND_STOP);
+    TEST_ASSERT_EQUAL_INT32(1 << 28, fake_board_run(50));
+    TEST_ASSERT_EQUAL_UINT32(LOOP_IDLE, master_get(INDEX_state));
+    master_command(COMMAND_START);
+    TEST_ASSERT_EQUAL_INT32(1 << 28, fake_board_run(500));
+    TEST_ASSERT_EQUAL_UINT32(LOOP_IDLE, master_get(INDEX_state));
+    TEST_ASSERT_EQUAL_UINT32(1U << 28, master_get(INDEX_setpoint));
+}
+
+static void test_parking_stops_everything(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_source, SOURCE_SINE);
+    set(INDEX_source_amplitude, 1U << 30);
+    set(INDEX_source_increment, 1U << 24);
+    master_command(COMMAND_START);
+    (void)fake_board_run(100);
+    master_command(COMMAND_PARK);
+    TEST_ASSERT_EQUAL_INT32(0, settle());
+    TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
+    TEST_ASSERT_EQUAL_UINT32(HYST_MODE_PARK, master_get(INDEX_mode));
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(LOOP_IDLE, master_get(INDEX_state), "the source does not come back by itself");
+}
+
+/* Conditioning, from any mode and with any left-over: whole range, no step, and back to work. */
+static void condition_and_check(hyst_mode_t mode) {
+    const hyst_parameters_t p = limited_model();
+    const hyst_q31_t rate = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
+    hyst_q31_t highest = INT32_MIN, lowest = INT32_MAX;
+    hyst_q31_t last = fake_board_run(1), end = last;
+    master_command(COMMAND_CONDITION);
+    unsigned samples = 0;
+    do {
+        const hyst_q31_t drive = fake_board_run(1);
+        TEST_ASSERT_INT32_WITHIN(rate + p.transition_slew + 2 * CODE_STEP, last, drive);
+        highest = drive > highest ? drive : highest;
+        lowest = drive < lowest ? drive : lowest;
+        end = last; /* the drive before the first sample that does something else again */
+        last = drive;
+        samples++;
+        TEST_ASSERT_TRUE_MESSAGE(samples < 30000, "conditioning takes at most three seconds");
+    } while (master_get(INDEX_state) == LOOP_CONDITIONING);
+    TEST_ASSERT_EQUAL_INT32(p.drive_high, highest);
+    TEST_ASSERT_EQUAL_INT32(p.drive_low, lowest);
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(p.drive_park, end, "conditioning ends at drive_park");
+    TEST_ASSERT_EQUAL_UINT32(mode, master_get(INDEX_active_mode));
+    for (int i = 0; i < 20000; i++) {
+        const hyst_q31_t drive = fake_board_run(1);
+        TEST_ASSERT_INT32_WITHIN(2 * p.transition_slew + 2 * CODE_STEP, last, drive);
+        last = drive;
+    }
+}
+
+static void test_conditioning_from_every_mode(void) {
+    const hyst_parameters_t p = limited_model();
+    for (int mode = HYST_MODE_PARK; mode <= HYST_MODE_COMPENSATE; mode++) {
+        fake_board_power_on(0);
+        commit(&p);
+        set(INDEX_mode, (uint32_t)mode);
+        set(INDEX_setpoint, 1U << 28);
+        const hyst_q31_t before = settle();
+        condition_and_check((hyst_mode_t)mode);
+        const hyst_q31_t after = settle();
+        if (mode != HYST_MODE_COMPENSATE) { /* there the drive depends on the memory, which is another one now */
+            TEST_ASSERT_EQUAL_INT32(before, after);
+        }
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(1U << 28, master_get(INDEX_setpoint), "the setpoint is kept");
+    }
+}
+
+/* A transition that is still under way must not cut the sweep short. */
+static void test_conditioning_during_a_transition_and_a_sine(void) {
+    hyst_parameters_t p = limited_model();
+    commit(&p);
+    set(INDEX_mode, HYST_MODE_LINEAR);
+    set(INDEX_setpoint, 1U << 30);
+    (void)settle();
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_source, SOURCE_SINE);
+    set(INDEX_source_amplitude, 1U << 29);
+    set(INDEX_source_offset, 0U - (1U << 29));
+    set(INDEX_source_increment, 1U << 22);
+    master_command(COMMAND_START);
+    (void)fake_board_run(5);
+    p.linear_offset = 1 << 29;
+    commit(&p);
+    condition_and_check(HYST_MODE_DIRECT);
+}
+
+/* Two amplifiers with different pasts agree to the bit after conditioning: the memory is erased. */
+static void test_conditioning_erases_the_past(void) {
+    hyst_q31_t drive[2];
+    const hyst_parameters_t p = limited_model();
+    for (int past = 0; past < 2; past++) {
+        fake_board_power_on(0);
+        commit(&p);
+        set(INDEX_mode, HYST_MODE_DIRECT);
+        set(INDEX_setpoint, past == 0 ? 3U << 28 : 0U - (3U << 28));
+        (void)settle();
+        set(INDEX_mode, HYST_MODE_COMPENSATE);
+        set(INDEX_setpoint, 1U << 26);
+        (void)settle();
+        master_command(COMMAND_CONDITION);
+        (void)fake_board_run(40000);
+        TEST_ASSERT_EQUAL_UINT32(LOOP_IDLE, master_get(INDEX_state));
+        drive[past] = settle();
+    }
+    TEST_ASSERT_EQUAL_INT32(drive[0], drive[1]);
+}
+
+static void test_start_is_refused_while_conditioning_and_stop_ends_it(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_command(COMMAND_CONDITION);
+    const hyst_q31_t before = fake_board_run(500);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START));
+    master_command(COMMAND_STOP);
+    TEST_ASSERT_EQUAL_INT32(before, fake_board_run(500));
+    TEST_ASSERT_EQUAL_UINT32(LOOP_IDLE, master_get(INDEX_state));
+}
+
+static void test_counters_count_and_clear(void) {
+    const hyst_parameters_t p = limited_model();
+    commit(&p);
+    set(INDEX_mode, HYST_MODE_LINEAR);
+    set(INDEX_setpoint, INT32_MAX);
+    (void)settle();
+    master_command(COMMAND_CLEAR);
+    (void)fake_board_run(10);
+    TEST_ASSERT_EQUAL_UINT32(10, master_get(INDEX_samples));
+    TEST_ASSERT_EQUAL_UINT32(10, master_get(INDEX_drive_limited));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_unreachable));
+    set(INDEX_mode, HYST_MODE_COMPENSATE);
+    hyst_parameters_t q = p;
+    q.pi_offset = -(1 << 30); /* INT32_MAX is now beyond any drive */
+    commit(&q);
+    (void)fake_board_run(7);
+    TEST_ASSERT_EQUAL_UINT32(7, master_get(INDEX_unreachable));
+    TEST_ASSERT_EQUAL_UINT32(17, master_get(INDEX_samples));
+    master_command(COMMAND_CLEAR);
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_samples));
+    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_unreachable));
+}
+
+static void test_a_saturating_filter_is_counted(void) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.shape_sections = 1;
+    p.shape[0] = (hyst_iir_section_t){.b0 = 4 * HYST_Q28_ONE};
+    commit(&p);
+    set(INDEX_mode, HYST_MODE_COMPENSATE);
+    set(INDEX_setpoint, 1U << 30);
+    set(INDEX_setpoint_slew, INT32_MAX);
+    (void)fake_board_run(5);
+    TEST_ASSERT_EQUAL_UINT32(5, master_get(INDEX_filter_saturated));
+}
+
+static void test_faults_first_sticky_live(void) {
+    const loop_input_t good = {.position_code = 0}, late = {.overrun = true}, blind = {.converter_timeout = true};
+    (void)loop_sample(&good);
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_fault_first));
+    (void)loop_sample(&blind);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_CONVERTER_TIMEOUT, master_get(INDEX_faults_live));
+    (void)loop_sample(&late);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_OVERRUN, master_get(INDEX_faults_live));
+    (void)loop_sample(&good);
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_live));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_OVERRUN | FAULT_CONVERTER_TIMEOUT, master_get(INDEX_faults_sticky));
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(2, master_get(INDEX_fault_first), "the converter was first: bit 1, plus 1");
+    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_overruns));
+    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_converter_timeouts));
+    master_command(COMMAND_CLEAR);
+    (void)loop_sample(&good);
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_fault_first));
+}
+
+static void test_a_fault_of_the_start_stays_live(void) {
+    fake_board_power_on(FAULT_CLOCK_FALLBACK);
+    (void)fake_board_run(2);
+    TEST_ASSERT_EQUAL_UINT32(4, master_get(INDEX_fault_first));
+    master_command(COMMAND_CLEAR);
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT32(FAULT_CLOCK_FALLBACK, master_get(INDEX_faults_live));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_CLOCK_FALLBACK, master_get(INDEX_faults_sticky));
+}
+
+static void test_cost_last_and_worst(void) {
+    static const uint32_t costs[] = {50, 900, 70};
+    for (size_t i = 0; i < 3; i++) {
+        fake_board.cost_per_look = costs[i];
+        (void)fake_board_run(1);
+    }
+    fake_board.cost_per_look = 0;
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT32(70, master_get(INDEX_cost_last));
+    TEST_ASSERT_EQUAL_UINT32(900, master_get(INDEX_cost_max));
+}
+
+/* A valid request over the line; master_* goes around it. */
+static void request_over_the_line(void) {
+    static const uint8_t pdu[] = {3, 0, 0, 0, 1};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
+    fake_board.microseconds += FAKE_SILENCE_US + 1;
+    for (size_t i = 0; i < length; i++) {
+        modbus_server_receive(frame[i]);
+    }
+    fake_board.microseconds += FAKE_SILENCE_US + 1;
+    TEST_ASSERT_TRUE(amplifier_serve());
+}
+
+static void test_the_watchdog_parks(void) {
+    set(INDEX_watchdog, 50);
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_setpoint, 1U << 20);
+    for (int i = 0; i < 20; i++) {
+        request_over_the_line();
+        (void)fake_board_run(400);
+        (void)amplifier_serve();
+        TEST_ASSERT_EQUAL(HYST_MODE_DIRECT, loop_mode());
+    }
+    request_over_the_line();
+    fake_board.microseconds += 50000;
+    (void)amplifier_serve();
+    TEST_ASSERT_EQUAL(HYST_MODE_DIRECT, loop_mode());
+    fake_board.microseconds += 1;
+    (void)amplifier_serve();
+    TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_WATCHDOG, master_get(INDEX_faults_live));
+    TEST_ASSERT_EQUAL_UINT32(3, master_get(INDEX_fault_first));
+    request_over_the_line();
+    set(INDEX_mode, HYST_MODE_LINEAR);
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_live));
+    TEST_ASSERT_EQUAL_UINT32(FAULT_WATCHDOG, master_get(INDEX_faults_sticky));
+}
+
+static void test_no_watchdog_by_default(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    fake_board.microseconds += 4000000000U;
+    (void)amplifier_serve();
+    TEST_ASSERT_EQUAL(HYST_MODE_DIRECT, loop_mode());
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_codes_over_the_whole_range);
+    RUN_TEST(test_position_codes);
+    RUN_TEST(test_parked_at_start);
+    RUN_TEST(test_modes_change_without_a_step);
+    RUN_TEST(test_stop_and_the_end_of_a_source_hold);
+    RUN_TEST(test_parking_stops_everything);
+    RUN_TEST(test_conditioning_from_every_mode);
+    RUN_TEST(test_conditioning_during_a_transition_and_a_sine);
+    RUN_TEST(test_conditioning_erases_the_past);
+    RUN_TEST(test_start_is_refused_while_conditioning_and_stop_ends_it);
+    RUN_TEST(test_counters_count_and_clear);
+    RUN_TEST(test_a_saturating_filter_is_counted);
+    RUN_TEST(test_faults_first_sticky_live);
+    RUN_TEST(test_a_fault_of_the_start_stays_live);
+    RUN_TEST(test_cost_last_and_worst);
+    RUN_TEST(test_the_watchdog_parks);
+    RUN_TEST(test_no_watchdog_by_default);
+    return UNITY_END();
+}
