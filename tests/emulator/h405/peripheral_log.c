@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "peripheral_log.h"
+#include "monotonic_clock.h"
+#include <string.h>
+
+/* Addresses within the peripherals (RM0090), and the value that sets pin 5 of port B. */
+enum { DAC_CR = 0x00, DAC_DHR12L1 = 0x0C, GPIO_BSRR = 0x18, DRIVER_ENABLE = 1 << 5 };
+
+static void take_line(peripheral_log_t *log) {
+    char name[32];
+    unsigned offset;
+    unsigned value;
+    if (sscanf(log->line, "%31[^:]: unimplemented device write (size 4, offset 0x%x, value 0x%x)", name, &offset,
+               &value) != 3) {
+        return;
+    }
+    if (strcmp(name, "DAC") == 0 && offset == DAC_DHR12L1 && log->codes < PERIPHERAL_LOG_CODES) {
+        log->code[log->codes++] = (uint16_t)value;
+    } else if (strcmp(name, "DAC") == 0 && offset == DAC_CR &&
+               log->controls < sizeof log->control / sizeof log->control[0]) {
+        log->codes_at_control[log->controls] = log->codes;
+        log->control[log->controls++] = value;
+    } else if (strcmp(name, "GPIOB") == 0 && offset == GPIO_BSRR && value == DRIVER_ENABLE) {
+        log->codes_at_answer = log->codes;
+        log->answers++;
+    }
+}
+
+bool peripheral_log_open(peripheral_log_t *log, const char *path) {
+    memset(log, 0, sizeof *log);
+    log->file = fopen(path, "r");
+    return log->file != NULL;
+}
+
+void peripheral_log_read(peripheral_log_t *log) {
+    clearerr(log->file);
+    /* A line may be only half there: the rest comes next time. */
+    for (int c = getc(log->file); c != EOF; c = getc(log->file)) {
+        if (c == '\n') {
+            log->line[log->line_length] = '\0';
+            take_line(log);
+            log->line_length = 0;
+        } else if (log->line_length < sizeof log->line - 1) {
+            log->line[log->line_length++] = (char)c;
+        }
+    }
+}
+
+bool peripheral_log_wait(peripheral_log_t *log, size_t codes, double seconds) {
+    const double until_s = monotonic_s() + seconds;
+    peripheral_log_read(log);
+    while (log->codes < codes && monotonic_s() < until_s) {
+        sleep_until(monotonic_s() + 0.005);
+        peripheral_log_read(log);
+    }
+    return log->codes >= codes;
+}
+
+void peripheral_log_close(peripheral_log_t *log) {
+    if (log->file != NULL) {
+        (void)fclose(log->file);
+        log->file = NULL;
+    }
+}
