@@ -13,7 +13,8 @@ typedef struct {
     int64_t sequence;
     double time_s; /* of the loop's samples, since the first line */
     const char *mode, *state;
-    bool direct;      /* the reference is a drive, and there is no error of position */
+    bool direct;      /* the reference is a drive */
+    bool follows;     /* the position shall be the reference */
     double reference; /* V if direct, else um */
     double drive_v, position_um;
 } line_t;
@@ -21,12 +22,14 @@ typedef struct {
 static line_t line_of(const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image, uint32_t first,
                       double sample_rate_hz) {
     const hyst_q31_t reference = (hyst_q31_t)now[INDEX_reference];
-    const bool direct = now[INDEX_active_mode] == HYST_MODE_DIRECT || now[INDEX_active_mode] == HYST_MODE_PARK;
+    const int64_t mode = now[INDEX_active_mode];
+    const bool direct = mode == HYST_MODE_DIRECT;
     return (line_t){.sequence = now[INDEX_sequence],
                     .time_s = (double)((uint32_t)now[INDEX_sequence] - first) / sample_rate_hz, /* the number wraps */
-                    .mode = mode_name(now[INDEX_active_mode]),
+                    .mode = mode_name(mode),
                     .state = state_name(now[INDEX_state]),
                     .direct = direct,
+                    .follows = mode == HYST_MODE_LINEAR || mode == HYST_MODE_COMPENSATE,
                     .reference = direct ? drive_to_volts(image, reference) : position_to_micrometres(image, reference),
                     .drive_v = drive_to_volts(image, (hyst_q31_t)now[INDEX_drive]),
                     .position_um = position_to_micrometres(image, (hyst_q31_t)now[INDEX_position])};
@@ -40,10 +43,10 @@ static void print_header(void) {
 static void print_line(const line_t *line) {
     printf("%10.4f  %-10s  %-12s  %11.4f %-2s  %12.4f  %14.4f  ", line->time_s, line->mode, line->state,
            line->reference, line->direct ? "V" : "um", line->drive_v, line->position_um);
-    if (line->direct) {
-        printf("%12s\n", "-");
-    } else {
+    if (line->follows) {
         printf("%12.4f\n", line->position_um - line->reference);
+    } else {
+        printf("%12s\n", "-");
     }
     (void)fflush(stdout);
 }

@@ -16,8 +16,6 @@
 
 /* Until the emulator has said where its pseudo-terminal is. */
 #define START_S 30.0
-/* Between asking it to end and making it end. */
-#define STOP_S 5.0
 
 #define CLOSED (-1)
 
@@ -126,22 +124,13 @@ bool emulator_stop(emulator_t *emulator, failure_t *failure) {
     bool ok = true;
     if (emulator->process > 0) {
         int status = 0;
-        pid_t ended = waitpid(emulator->process, &status, WNOHANG);
-        if (ended == emulator->process) {
+        if (waitpid(emulator->process, &status, WNOHANG) == emulator->process) {
             ok = fail(failure,
                       WIFSIGNALED(status) ? "the emulator was ended by signal %d" : "the emulator ended with status %d",
                       WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
         } else {
-            (void)kill(emulator->process, SIGTERM);
-            const double until_s = monotonic_s() + STOP_S;
-            while (ended == 0 && monotonic_s() < until_s) {
-                sleep_until(monotonic_s() + 0.01);
-                ended = waitpid(emulator->process, &status, WNOHANG);
-            }
-            if (ended == 0) {
-                (void)kill(emulator->process, SIGKILL);
-                (void)waitpid(emulator->process, &status, 0);
-            }
+            (void)kill(emulator->process, SIGKILL); /* it has nothing to save, and says nothing this way */
+            (void)waitpid(emulator->process, &status, 0);
         }
         emulator->process = -1;
     }

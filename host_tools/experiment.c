@@ -12,8 +12,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* The amplifier is asked this often how far it is. */
-#define POLL_S 0.02
+/* The amplifier is asked this often how far it is. Each answer costs the emulated one some of its samples. */
+#define POLL_S 0.05
 /* A loop that makes no sample for this long will not make one. */
 #define STANDSTILL_S 5.0
 
