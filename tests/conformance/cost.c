@@ -1,42 +1,54 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Instructions a call of hyst_compensator_step takes on the emulated Cortex-M4, in compensate mode. Under `-icount
+ * Instructions that a sample takes on the emulated Cortex-M4, in compensate mode: the library's part
+ * (hyst_compensator_step) and the whole of it (loop_sample, with source, telemetry and capture). Under `-icount
  * shift=0` QEMU's virtual time advances one nanosecond an instruction, and its TIM5 counts nanoseconds. Instructions
  * are not cycles: a Cortex-M4 takes more than one for loads, taken branches and divisions, and waits for flash.
  * docs/TIMING.md says what to make of the numbers.
  */
 #include "conformance.h"
 #include "console.h"
+#include "cost_loop.h"
 #include "stm32f405.h"
 
 #define MODELS  16U
 #define SAMPLES 1000U
 
-typedef struct {
-    uint32_t worst;
-    uint64_t sum;
-    uint32_t calls;
-} cost_t;
-
-/* What reading the counter twice costs with nothing in between. */
-static uint32_t reading(void) {
-    const uint32_t before = TIM5->CNT;
-    return TIM5->CNT - before;
+uint32_t cost_counter(void) {
+    return TIM5->CNT;
 }
 
-static void measure(cost_t *cost, generator_t *generator, const hyst_compensator_t *compensator) {
+uint32_t cost_of_looking(void) {
+    const uint32_t before = cost_counter();
+    return cost_counter() - before;
+}
+
+void cost_add(cost_t *cost, uint32_t taken) {
+    cost->worst = taken > cost->worst ? taken : cost->worst;
+    cost->sum += taken;
+    cost->calls++;
+}
+
+/* Ever smaller reversals stack up as many runs of operators as there can be; then a few samples that go anywhere. */
+static hyst_q31_t nested_reversals(generator_t *generator, unsigned k) {
+    const unsigned phase = k % 320U;
+    if (phase >= 300U) {
+        return generate_signed(generator);
+    }
+    const hyst_q31_t amplitude = HYST_Q31_MAX / 300 * (hyst_q31_t)(300U - phase);
+    return (k & 1U) != 0 ? amplitude : -amplitude;
+}
+
+static void measure(cost_t *cost, generator_t *generator, const hyst_compensator_t *compensator, bool nested) {
     static hyst_compensator_state_t state;
     excitation_t excitation = {0};
     hyst_compensator_reset(compensator, &state);
     for (unsigned k = 0; k < SAMPLES; k++) {
-        const hyst_q31_t reference = generate_signal(generator, &excitation);
+        const hyst_q31_t reference = nested ? nested_reversals(generator, k) : generate_signal(generator, &excitation);
         unsigned events = 0;
-        const uint32_t before = TIM5->CNT;
+        const uint32_t before = cost_counter();
         (void)hyst_compensator_step(compensator, &state, HYST_MODE_COMPENSATE, reference, &events);
-        const uint32_t taken = TIM5->CNT - before - reading();
-        cost->worst = taken > cost->worst ? taken : cost->worst;
-        cost->sum += taken;
-        cost->calls++;
+        cost_add(cost, cost_counter() - before - cost_of_looking());
     }
 }
 
@@ -56,32 +68,50 @@ static void print_number(uint32_t number) {
     console_write(&text[at]);
 }
 
-int main(void) {
-    static const uint32_t operators[] = {0, 10, 16, 64, HYST_PI_MAX_OPERATORS};
+static void print_cost(const cost_t *cost) {
+    print_number(cost->worst);
+    print_number((uint32_t)(cost->sum / cost->calls));
+}
+
+static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sections, generator_t *generator) {
     static hyst_parameters_t p;
     static hyst_compensator_t compensator;
-    generator_t generator = {.state = 1};
+    static hyst_q31_t steps[128];
+    cost_t step = {0};
+    cost_t loop_sine = {0};
+    cost_t loop_steps = {0};
+    for (unsigned model = 0; model < MODELS; model++) {
+        const bool nested = (model & 1U) != 0;
+        generate_parameters(generator, &p);
+        generate_hysteresis(generator, &p, operators, rate_dependent);
+        p.shape_sections = sections / 2U;
+        p.equalise_sections = sections / 2U;
+        build(&p, &compensator);
+        measure(&step, generator, &compensator, nested);
+        for (unsigned i = 0; i < 128; i++) {
+            steps[i] = nested ? nested_reversals(generator, 2U * i + (i & 1U)) : generate_signed(generator);
+        }
+        cost_measure_loop(&loop_sine, &p, COST_SINE, steps);
+        cost_measure_loop(&loop_steps, &p, COST_STEPS, steps);
+    }
+    print_number(operators);
+    console_write(rate_dependent ? "       yes" : "        no");
+    print_number(sections);
+    print_cost(&step);
+    print_cost(&loop_sine);
+    print_cost(&loop_steps);
+    console_write("\n");
+}
 
-    console_write(" operators      rate  sections     worst      mean\n");
+int main(void) {
+    static const uint32_t operators[] = {0, 10, 16, 64, HYST_PI_MAX_OPERATORS};
+    generator_t generator = {.state = 1};
+    console_write("                              compensator_step    loop_sample, sine   loop_sample, steps\n"
+                  " operators      rate  sections     worst      mean     worst      mean     worst      mean\n");
     for (unsigned n = 0; n < sizeof operators / sizeof operators[0]; n++) {
-        for (unsigned variant = 0; variant < 4; variant++) {
-            const bool rate_dependent = (variant & 1U) != 0;
-            const uint32_t sections = (variant & 2U) != 0 ? 2 : 0;
-            cost_t cost = {0};
-            for (unsigned model = 0; model < MODELS; model++) {
-                generate_parameters(&generator, &p);
-                generate_hysteresis(&generator, &p, operators[n], rate_dependent);
-                p.shape_sections = sections;
-                p.equalise_sections = sections;
-                build(&p, &compensator);
-                measure(&cost, &generator, &compensator);
-            }
-            print_number(operators[n]);
-            console_write(rate_dependent ? "       yes" : "        no");
-            print_number(2U * sections);
-            print_number(cost.worst);
-            print_number((uint32_t)(cost.sum / cost.calls));
-            console_write("\n");
+        for (uint32_t sections = 0; sections <= 4; sections += 4) {
+            measure_models(operators[n], false, sections, &generator);
+            measure_models(operators[n], true, sections, &generator);
         }
     }
     console_exit(0);

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+#include "cost_loop.h"
+#include "amplifier.h"
+#include "board.h"
+#include "capture.h"
+#include "console.h"
+#include "control.h"
+#include "loop.h"
+#include "registers.h"
+
+enum { POINTS = 128, SAMPLES = 1000 };
+
+const board_info_t board_info = {.latency_samples = 1,
+                                 .position_bits = 16,
+                                 .drive_bits = 16,
+                                 .sample_rate_mhz = 10000000,
+                                 .cost_rate_hz = 1000000000,
+                                 .modbus_silence_us = 1750};
+
+uint32_t board_cost_counter(void) {
+    return cost_counter();
+}
+
+uint32_t board_microseconds(void) {
+    return 0;
+}
+
+void board_modbus_send(const uint8_t *frame, size_t length) {
+    (void)frame;
+    (void)length;
+}
+
+uint32_t board_lock(void) {
+    return 0;
+}
+
+void board_unlock(uint32_t key) {
+    (void)key;
+}
+
+static void write_registers(uint16_t address, uint16_t count, const uint16_t *values) {
+    if (registers_write(address, count, values) != MODBUS_OK) {
+        console_write("cost: the amplifier refuses a setting\n");
+        console_exit(1);
+    }
+}
+
+static void write_word(uint16_t address, uint32_t word) {
+    const uint16_t values[2] = {(uint16_t)(word >> 16), (uint16_t)word};
+    write_registers(address, 2, values);
+}
+
+static void write_one(uint16_t address, uint16_t value) {
+    write_registers(address, 1, &value);
+}
+
+void cost_measure_loop(cost_t *cost, const hyst_parameters_t *parameters, cost_source_t source,
+                       const hyst_q31_t steps[128]) {
+    static uint32_t image[HYST_IMAGE_MAX_WORDS];
+    const size_t words = hyst_parameters_encode(parameters, image, HYST_IMAGE_MAX_WORDS);
+    const loop_input_t input = {.position_code = BOARD_CODE_MIDDLE};
+
+    amplifier_init(0);
+    for (size_t i = 0; i < words; i++) {
+        write_word((uint16_t)(ADDRESS_staging + 2U * i), image[i]);
+    }
+    write_one(ADDRESS_command, COMMAND_COMMIT);
+    (void)loop_sample(&input);
+    for (unsigned i = 0; i < POINTS; i++) {
+        write_word((uint16_t)(ADDRESS_waveform + 4U * i), 0);
+        write_word((uint16_t)(ADDRESS_waveform + 4U * i + 2U), (uint32_t)steps[i]);
+    }
+    write_one(ADDRESS_waveform_points, POINTS);
+    write_word(ADDRESS_source_amplitude, (uint32_t)HYST_Q31_MAX);
+    write_word(ADDRESS_source_increment, UINT32_MAX / 97U);
+    write_one(ADDRESS_source, source == COST_SINE ? SOURCE_SINE : SOURCE_BREAKPOINTS);
+    write_one(ADDRESS_mode, HYST_MODE_COMPENSATE);
+    write_one(ADDRESS_command, COMMAND_ARM_CAPTURE);
+    write_one(ADDRESS_command, COMMAND_START);
+    for (unsigned k = 0; k < SAMPLES; k++) {
+        const uint32_t before = cost_counter();
+        (void)loop_sample(&input);
+        cost_add(cost, cost_counter() - before - cost_of_looking());
+    }
+}
