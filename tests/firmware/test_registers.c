@@ -122,7 +122,7 @@ static void test_a_two_register_value_is_written_only_whole(void) {
 /* The whole control block in one request, one bad value at a time, at each place: nothing of it may stick. */
 static void test_a_request_with_one_bad_value_changes_nothing(void) {
     enum { FIRST = ADDRESS_command, COUNT = ADDRESS_watchdog + 1 - ADDRESS_command };
-    uint16_t good[COUNT] = {0};
+    uint16_t good[COUNT + 1] = {0};
     uint16_t before[COUNT], after[COUNT];
     good[ADDRESS_mode - FIRST] = HYST_MODE_LINEAR;
     good[ADDRESS_setpoint - FIRST] = 0x1000;

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Writes docs/REGISTERS.md to standard output. What is in a table of the program is printed from it; the prose around
+ * it is here.
+ */
+#include "hyst/parameters.h"
+#include "modbus_server.h"
+#include "register_table.h"
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const char *type_text(register_type_t type) {
+    static const char *const texts[] = {
+        [REGISTER_U16] = "U16", [REGISTER_ENUM] = "ENUM", [REGISTER_BITS] = "BITS", [REGISTER_U32] = "U32",
+        [REGISTER_S32] = "S32", [REGISTER_Q31] = "Q31",   [REGISTER_Q28] = "Q28",
+    };
+    return texts[type];
+}
+
+static const char *access_text(register_access_t access) {
+    static const char *const texts[] = {[REGISTER_RO] = "read", [REGISTER_RW] = "read, write", [REGISTER_WO] = "write"};
+    return texts[access];
+}
+
+static void print_introduction(void) {
+    printf(
+        "<!-- Written by firmware/tools/registers_markdown.c from firmware/app/registers.def; "
+        "`cmake --build` target `registers_markdown_update` renews it. -->\n"
+        "# Registers\n\n"
+        "Everything the amplifier does can be done by any Modbus RTU master, with this page alone.\n\n"
+        "## The line\n\n"
+        "Modbus RTU, server address %u, 115200 baud, 8 data bits, no parity, 1 stop bit. A silence ends a frame; how "
+        "long it has to be is the board's to say (1.75 ms on h405).\n\n"
+        "| function | what | most registers |\n|---|---|---|\n"
+        "| 3, 4 | read registers; both read this one map | %u |\n"
+        "| 6 | write one register | 1 |\n"
+        "| 16 | write registers | %u |\n"
+        "| 23 | write, then read | %u, %u |\n"
+        "| 43/14 | device identification: vendor, product, revision | |\n\n"
+        "A request to address %u is executed and not answered. A request succeeds or fails as a whole: one that is "
+        "refused has changed nothing.\n\n"
+        "| exception | meaning here |\n|---|---|\n"
+        "| 1 | unknown function |\n"
+        "| 2 | a register that does not exist, or is read only, or half of a two-register value |\n"
+        "| 3 | a value out of range, a command that is unknown or not possible now, or a malformed request |\n"
+        "| 4 | legal, but not now: the capture is being filled, or the breakpoints are being played |\n\n",
+        MODBUS_SERVER_ADDRESS, MODBUS_READ_MAX, MODBUS_WRITE_MAX, MODBUS_READ_WRITE_MAX, MODBUS_READ_MAX,
+        MODBUS_BROADCAST_ADDRESS);
+}
+
+static void print_numbers(void) {
+    printf("## Numbers\n\n"
+           "Addresses count from 0, as in the frame. (Masters that count from 1 add one.) U16, ENUM and BITS take one "
+           "register. U32, S32, Q31 and Q28 take two, **high word first**, and are written only whole.\n\n"
+           "* Q31 is a signed fraction of full scale: integer / 2^31, from -1 up to just below 1. 0.25 is 536870912 = "
+           "0x20000000.\n"
+           "* Q28 likewise: integer / 2^28, from -8 to 8.\n\n"
+           "Drive and position are fractions of their converter's half range around its middle. What that is in volts "
+           "and micrometres only the image in force says, in its words 5 to 8: drive in microvolts = word 5 + word 6 * "
+           "fraction, position in picometres = word 7 + word 8 * fraction.\n\n"
+           "A client reads `magic` and `abi` first and stops at a number it does not know.\n\n");
+}
+
+static void print_registers(uint16_t from, uint32_t to) {
+    printf("| address | decimal | name | type | access | unit | |\n|---|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < REGISTER_COUNT; i++) {
+        const register_info_t *info = &register_table[i];
+        if (info->address >= from && info->address < to) {
+            printf("| 0x%04X | %u | `%s` | %s | %s | %s | %s |\n", info->address, info->address, info->name,
+                   type_text(info->type), access_text(info->access), info->unit, info->text);
+        }
+    }
+    printf("\n");
+}
+
+static void print_table(void) {
+    printf("## Identity\n\n");
+    print_registers(ADDRESS_magic, ADDRESS_command);
+    printf("## Control\n\n");
+    print_registers(ADDRESS_command, ADDRESS_fault_code);
+    printf("## Parameters: result of the last commit\n\n");
+    print_registers(ADDRESS_fault_code, ADDRESS_sequence);
+    printf("## Telemetry\n\n"
+           "All values are of one sample. Reading `sequence` (or command 8) takes a new snapshot; the other registers "
+           "read from the snapshot until then. So a request over the whole block is consistent, and so is reading "
+           "`sequence` first and the rest piece by piece. Reading others alone shows an old snapshot. Counters "
+           "saturate.\n\n");
+    print_registers(ADDRESS_sequence, ADDRESS_waveform);
+    printf("## Blocks\n\n"
+           "A request that starts in a block must end in it.\n\n"
+           "| address | decimal | registers | name | access | |\n|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < register_block_count; i++) {
+        const register_block_info_t *block = &register_blocks[i];
+        printf("| 0x%04X | %u | %u | `%s` | %s | %s |\n", block->address, block->address, block->registers, block->name,
+               access_text(block->access), block->text);
+    }
+    printf("\n");
+}
+
+static void print_faults(void) {
+    printf("## Why an image is refused\n\n"
+           "The layout of an image is in `lib/hyst/include/hyst/parameters.h`.\n\n"
+           "| `fault_code` | |\n|---|---|\n");
+    for (int error = HYST_PARAMETERS_OK; error <= HYST_PARAMETERS_UNSTABLE; error++) {
+        printf("| %d | %s |\n", error, hyst_parameters_error_text((hyst_parameters_error_t)error));
+    }
+    printf("\n| `fault_field` | field of the image |\n|---|---|\n");
+    for (int field = HYST_FIELD_NONE; field < HYST_FIELD_COUNT; field++) {
+        printf("| %d | %s |\n", field, hyst_field_text((hyst_field_t)field));
+    }
+    printf("\nAn image for another sample rate than `sample_rate` is refused with %d at field %d.\n\n",
+           HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE);
+}
+
+/* The head of every example; LINE stands for the serial port. */
+#define MBPOLL "mbpoll -m rtu -a 1 -b 115200 -P none -0 -1 "
+
+static void print_examples(void) {
+    printf(
+        "## Examples with mbpoll\n\n"
+        "`-0` counts addresses from 0, `-t 4:int -B` reads and writes two-register values high word first. `$LINE` is "
+        "the serial port.\n\n");
+    printf("Is it an amplifier (0x4859), and which register map?\n\n"
+           "    " MBPOLL "-r %d -c 2 -t 4:hex $LINE\n\n",
+           ADDRESS_magic);
+    printf("One consistent snapshot of telemetry, all in one request:\n\n"
+           "    " MBPOLL "-r %d -c %d -t 4:hex $LINE\n\n",
+           ADDRESS_sequence, ADDRESS_frames_served + 1 - ADDRESS_sequence);
+    printf("Reference, drive and position of that snapshot as integers (divide by 2147483648):\n\n"
+           "    " MBPOLL "-r %d -c 3 -t 4:int -B $LINE\n\n",
+           ADDRESS_reference);
+    printf("Linear mode, then a setpoint of a quarter of full scale:\n\n"
+           "    " MBPOLL "-r %d -t 4 $LINE 2\n"
+           "    " MBPOLL "-r %d -t 4:int -B $LINE 536870912\n\n",
+           ADDRESS_mode, ADDRESS_setpoint);
+    printf("A sine of 10 Hz around 0, a tenth of full scale, for ever (10 Hz * 2^32 / 10 kHz = 4294967). Offset, "
+           "amplitude, increment and cycles follow each other, so one request sets them; the kind and the start are "
+           "one each:\n\n"
+           "    " MBPOLL "-r %d -t 4:int -B $LINE 0 214748365 4294967 0\n"
+           "    " MBPOLL "-r %d -t 4 $LINE 1\n"
+           "    " MBPOLL "-r %d -t 4 $LINE 2\n\n",
+           ADDRESS_source_offset, ADDRESS_source, ADDRESS_command);
+}
+
+static void print_commit_example(void) {
+    hyst_parameters_t parameters;
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    hyst_parameters_default(&parameters);
+    const size_t count = hyst_parameters_encode(&parameters, words, HYST_IMAGE_MAX_WORDS);
+    printf(
+        "Putting an image in force: write its words to `staging`, commit, look at the result (`fault_code`, 0 is "
+        "accepted). This is the default image, for 10 kHz; mbpoll takes 32-bit numbers as signed ones. A longer image "
+        "needs several requests, %u words each at the most:\n\n"
+        "    " MBPOLL "-r %d -t 4:int -B $LINE --",
+        MODBUS_WRITE_MAX / 2U, ADDRESS_staging);
+    for (size_t i = 0; i < count; i++) {
+        printf(" %" PRId32, (int32_t)words[i]);
+    }
+    printf("\n"
+           "    " MBPOLL "-r %d -t 4 $LINE 1\n"
+           "    " MBPOLL "-r %d -c 3 -t 4 $LINE\n",
+           ADDRESS_command, ADDRESS_fault_code);
+}
+
+int main(void) {
+    print_introduction();
+    print_numbers();
+    print_table();
+    print_faults();
+    print_examples();
+    print_commit_example();
+    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
