@@ -159,7 +159,7 @@ static void condition_and_check(hyst_mode_t mode) {
     const hyst_parameters_t p = limited_model();
     const hyst_q31_t rate = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
     hyst_q31_t highest = INT32_MIN, lowest = INT32_MAX;
-    hyst_q31_t last = fake_board_run(1), end = last;
+    hyst_q31_t last = fake_board_run(1), end;
     master_command(COMMAND_CONDITION);
     unsigned samples = 0;
     do {

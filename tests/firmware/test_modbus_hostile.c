@@ -113,7 +113,7 @@ static void check_answer(const uint8_t *frame, const uint8_t *reply, size_t leng
 
 static void test_random_bytes(void) {
     for (unsigned run = 0; run < 200000; run++) {
-        uint8_t frame[MODBUS_FRAME_MAX + 40], reply[MODBUS_FRAME_MAX];
+        uint8_t frame[MODBUS_FRAME_MAX + 40] = {0}, reply[MODBUS_FRAME_MAX];
         size_t reply_length;
         const size_t length = (size_t)random_between(&rng, 0, (int32_t)sizeof frame);
         for (size_t i = 0; i < length; i++) {

@@ -43,7 +43,7 @@ static hyst_parameters_error_t upload(const uint32_t *words, size_t length) {
 }
 
 static void read_active(uint16_t registers[LENGTH_active]) {
-    for (uint16_t at = 0; at < LENGTH_active; at = (uint16_t)(at + 96)) {
+    for (unsigned at = 0; at < LENGTH_active; at += 96) {
         TEST_ASSERT_EQUAL(MODBUS_OK, master_read((uint16_t)(ADDRESS_active + at), 96, registers + at));
     }
 }
