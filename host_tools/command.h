@@ -19,6 +19,7 @@ typedef struct {
 
 /* In the order in which `hyst --help` lists them. */
 #define COMMANDS(COMMAND)                                                                                              \
+    COMMAND(fit)                                                                                                       \
     COMMAND(simulate)                                                                                                  \
     COMMAND(compile)                                                                                                   \
     COMMAND(push)                                                                                                      \

@@ -61,7 +61,7 @@ static bool set_range(job_t *job, const double given[2], const char *fit_key, co
         range[1] += margin;
     }
     const double micro_center = floor(0.5e6 * (range[0] + range[1]) + 0.5);
-    const double micro_half = ceil(0.5e6 * (range[1] - range[0]));
+    const double micro_half = floor(0.5e6 * (range[1] - range[0]) + 0.5);
     if (!(fabs(micro_center) < 0x1p31 && micro_half >= 1.0 && micro_half < 0x1p31)) {
         return fail(job->failure, "%s %g:%g is beyond what an image can carry (2147 V or um)", option, range[0],
                     range[1]);

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "command.h"
+#include "fit.h"
+#include "json_output.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int run(int argc, char **argv);
+
+const command_t command_fit = {
+    .name = "fit",
+    .arguments = "RECORDING... [-o MODEL.json] [options]",
+    .summary = "Find the numbers of a hysteresis model from recordings",
+    .details =
+        "Several recordings are one fit. The last third of each is held out: the fit does not see it, and the held-out "
+        "error is\n"
+        "what the model is worth. NRMSE is the RMS error over the peak-to-peak displacement of the same samples.\n"
+        "With --operators auto the number of operators is chosen inside the first two thirds; above 64 operators the "
+        "density of\n"
+        "thresholds is smoothed (for a twin; compile merges it to what an amplifier holds).\n"
+        "A slow drift of the offset is taken out of the fit where that predicts better; the model's offset is then the "
+        "one at\n"
+        "the end of the training data.",
+    .run = run};
+
+static void print_block(const model_block_t *block) {
+    printf("%s\n", block->block->name);
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        const parameter_info_t *info = &block->block->parameter[p];
+        const parameter_t *parameter = &block->parameter[p];
+        for (size_t e = 0; e < parameter->count; e++) {
+            char name[64];
+            if (info->array) {
+                snprintf(name, sizeof name, "%s[%zu]", info->name, e);
+            } else {
+                snprintf(name, sizeof name, "%s", info->name);
+            }
+            printf("  %-22s %14.8g %s", name, parameter->value[e], info->unit);
+            if (parameter->sigma != NULL && parameter->sigma[e] > 0.0) {
+                printf("  +- %.2g", parameter->sigma[e]);
+            }
+            putchar('\n');
+        }
+    }
+}
+
+static void print_choice(const fit_report_t *report, bool given) {
+    printf("play operators %zu: ", report->operators);
+    if (given) {
+        puts("as asked for");
+    } else {
+        puts("the fewest within 1 % of the best validation error, fitted and judged inside the training data:");
+        for (size_t i = 0; i < report->candidates; i++) {
+            if (report->candidate[i].drift == report->drift) {
+                printf("  %3zu operators: %.4f %%\n", report->candidate[i].operators,
+                       report->candidate[i].validation_nrmse_percent);
+            }
+        }
+    }
+    if (report->drift) {
+        printf("offset drift %.4g um per decade of time, taken out of the fit: without that it predicts worse\n",
+               report->drift_um);
+    }
+    if (report->smoothing > 0.0) {
+        printf("density smoothed with weight %.0e, which costs less than 0.2 %% of the training error\n",
+               report->smoothing);
+    }
+    if (report->from_demagnetised) {
+        puts("the drive never erases the initial memory: estimated along with the weights, starting from demagnetised "
+             "at 0 V");
+    }
+}
+
+static void print_text(const model_t *model, const recording_t *recordings, const fit_report_t *report,
+                       const fit_options_t *options) {
+    for (size_t i = 0; i < model->blocks; i++) {
+        print_block(&model->block[i]);
+    }
+    putchar('\n');
+    print_choice(report, options->operators > 0);
+    if (report->smoothing <= 0.0) {
+        printf("standard errors (+-) count %.0f neighbouring samples as one: the residuals are that long correlated\n",
+               report->autocorrelation_samples);
+    }
+    if (options->rate_dependent) {
+        printf("held out with fixed thresholds instead: %.4f %%\n", report->static_held_out_nrmse_percent);
+    }
+    for (size_t i = 0; i < report->recordings; i++) {
+        const fit_recording_report_t *r = &report->recording[i];
+        printf("%s\n  held out, from t = %.6g s:  NRMSE %.4f %%, largest error %.4g um\n", recordings[i].name,
+               r->held_out_s, r->held_out_nrmse_percent, r->held_out_max_um);
+        printf("  training, from t = %.6g s:  NRMSE %.4f %%\n",
+               report->from_demagnetised ? recordings[i].start_s : r->determined_s, r->train_nrmse_percent);
+        if (r->determined_s > recordings[i].start_s) {
+            printf("  before t = %.6g s the memory depends on the past: estimated, mean error there %.4g um\n",
+                   r->determined_s, r->initial_mean_error_um);
+        }
+    }
+    if (options->use_all) {
+        puts("the errors above are of the fit to the first two thirds; the model was then fitted to everything");
+    }
+}
+
+static bool fit_and_report(const recording_t *recordings, size_t count, const fit_options_t *options,
+                           const char *output, bool as_json, failure_t *failure) {
+    model_t model;
+    fit_report_t report;
+    bool good;
+    if (!fit_recordings(recordings, count, options, &model, &report, failure)) {
+        return false;
+    }
+    good = output == NULL || model_write(&model, output, failure);
+    if (good && as_json) {
+        good = json_print(model_to_json(&model), JSON_INDENT(1), failure);
+    } else if (good) {
+        print_text(&model, recordings, &report, options);
+    }
+    fit_report_free(&report);
+    model_free(&model);
+    return good;
+}
+
+static bool read_operators(const char *text, size_t *operators) {
+    char *end;
+    if (strcmp(text, "auto") == 0) {
+        *operators = 0;
+        return true;
+    }
+    *operators = text[0] >= '0' && text[0] <= '9' ? strtoul(text, &end, 10) : 0;
+    return *operators >= 1 && *operators <= FIT_MAX_OPERATORS && *end == '\0';
+}
+
+static int run(int argc, char **argv) {
+    const char *family = "prandtl_ishlinskii", *operators = "auto", *output = NULL;
+    bool as_json = false, good = true;
+    fit_options_t settings = {0};
+    const option_t options[] = {
+        {"--family", NULL, OPTION_TEXT, "FAMILY", "prandtl_ishlinskii (default) or rate_dependent_prandtl_ishlinskii",
+         &family},
+        {"--operators", NULL, OPTION_TEXT, "N|auto", "number of play operators (default: auto)", &operators},
+        {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit the chosen structure to the whole recordings",
+         &settings.use_all},
+        {"--output", "-o", OPTION_TEXT, "MODEL.json", "write the model", &output},
+        {"--json", NULL, OPTION_FLAG, NULL, "print the model as JSON", &as_json}};
+    recording_t *recordings;
+    size_t positionals, count = 0;
+    failure_t failure;
+    const int status = options_parse(&command_fit, options, sizeof options / sizeof options[0], argc, argv, 1,
+                                     (size_t)argc, &positionals);
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    settings.rate_dependent = strcmp(family, "rate_dependent_prandtl_ishlinskii") == 0;
+    if (!settings.rate_dependent && strcmp(family, "prandtl_ishlinskii") != 0) {
+        return usage_error(&command_fit, "unknown family '%s'", family);
+    }
+    if (!read_operators(operators, &settings.operators)) {
+        return usage_error(&command_fit, "--operators: '%s' is not auto or a number from 1 to %d", operators,
+                           FIT_MAX_OPERATORS);
+    }
+    recordings = allocate(positionals, sizeof *recordings);
+    while (good && count < positionals) {
+        good = recording_read(&recordings[count], argv[count + 1], &failure);
+        count += good ? 1 : 0;
+    }
+    good = good && fit_and_report(recordings, count, &settings, output, as_json, &failure);
+    for (size_t i = 0; i < count; i++) {
+        recording_free(&recordings[i]);
+    }
+    free(recordings);
+    return good ? STATUS_DONE : failure_print(&failure);
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Linear least squares with lower bounds on some of the unknowns, from the normal equations.
+ *
+ * Minimises |A x - b|^2 with x_i >= lower_i wherever lower_i is finite. The rows of A are never stored: they are added
+ * block by block to A'A and A'b. The columns are scaled to unit length before solving, and 1e-12 of that is added to
+ * the diagonal, so that a column that the data do not excite gets a small number instead of none.
+ */
+#ifndef LEAST_SQUARES_H
+#define LEAST_SQUARES_H
+
+#include "failure.h"
+#include <stddef.h>
+
+typedef struct {
+    size_t unknowns;
+    size_t rows;    /**< added so far */
+    double *gram;   /**< A'A, unknowns^2, symmetric */
+    double *moment; /**< A'b */
+    double power;   /**< b'b */
+    /* rows that wait for the next block update */
+    double *block;
+    size_t waiting;
+} normal_equations_t;
+
+void normal_equations_create(normal_equations_t *equations, size_t unknowns);
+void normal_equations_free(normal_equations_t *equations);
+
+/** Adds one row: `row` has one element an unknown. */
+void normal_equations_add(normal_equations_t *equations, const double *row, double value);
+
+/** Must be called after the last row, before solving. */
+void normal_equations_finish(normal_equations_t *equations);
+
+/** Adds weight * (row' x)^2 to what is minimised. After normal_equations_finish. */
+void normal_equations_penalise(normal_equations_t *equations, const double *row, double weight);
+
+/**
+ * Lawson and Hanson's active set method. x has one element an unknown; lower likewise, -HUGE_VAL for no bound.
+ * bound[i] (may be NULL) says that x_i rests on its bound. Fails when the equations are singular beyond repair.
+ */
+bool solve_bounded(const normal_equations_t *equations, const double *lower, double *x, bool *bound,
+                   failure_t *failure);
+
+/** Sum of squared residuals of x, from the equations. Not negative. */
+double squared_error(const normal_equations_t *equations, const double *x);
+
+/** Diagonal of (A'A)^-1 over the unknowns that do not rest on a bound; 0 for those that do. */
+bool inverse_diagonal(const normal_equations_t *equations, const bool *bound, double *diagonal, failure_t *failure);
+
+#endif

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "play_basis.h"
+#include "catalogue.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void play_walk_begin(play_walk_t *walk, const play_basis_t *basis, const recording_t *recording,
+                     const double *initial_v) {
+    *walk = (play_walk_t){.basis = basis,
+                          .drive = recording->column[COLUMN_DRIVE],
+                          .memory_v = allocate(basis->operators, sizeof(double))};
+    if (initial_v != NULL) {
+        memcpy(walk->memory_v, initial_v, basis->operators * sizeof(double));
+    }
+    if (basis->rate_dependent) {
+        const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+        double values[] = {basis->beta_s, basis->rate_filter_s, basis->limit_v};
+        const parameter_t parameters[] = {{1, &values[0], NULL}, {1, &values[1], NULL}, {1, &values[2], NULL}};
+        signal_t first = {.value = walk->drive[0]};
+        walk->growth_state = allocate(block_rate_dependent_hysteresis.state_size(parameters, &setup), 1);
+        block_rate_dependent_hysteresis.open(walk->growth_state, parameters, &setup);
+        block_rate_dependent_hysteresis.settle(walk->growth_state, &first);
+    }
+}
+
+void play_walk_step(play_walk_t *walk) {
+    signal_t signal = {.value = walk->drive[walk->next++]};
+    if (walk->growth_state != NULL) {
+        block_rate_dependent_hysteresis.step(walk->growth_state, &signal);
+    }
+    for (size_t i = 0; i < walk->basis->operators; i++) {
+        const double r = walk->basis->threshold_v[i] + signal.threshold_growth_v;
+        walk->memory_v[i] = fmax(signal.value - r, fmin(signal.value + r, walk->memory_v[i]));
+    }
+}
+
+void play_walk_end(play_walk_t *walk) {
+    free(walk->memory_v);
+    free(walk->growth_state);
+}
+
+size_t play_memory_determined(const play_basis_t *basis, const recording_t *recording, size_t end) {
+    double *extreme = allocate(basis->operators, sizeof(double));
+    play_walk_t low, high;
+    size_t k = 0;
+    bool determined = basis->operators == 0;
+    for (size_t i = 0; i < basis->operators; i++) {
+        extreme[i] = -HUGE_VAL;
+    }
+    play_walk_begin(&low, basis, recording, extreme);
+    for (size_t i = 0; i < basis->operators; i++) {
+        extreme[i] = HUGE_VAL;
+    }
+    play_walk_begin(&high, basis, recording, extreme);
+    while (!determined && k < end) {
+        size_t settled = 0;
+        play_walk_step(&low);
+        play_walk_step(&high);
+        while (settled < basis->operators && !(low.memory_v[settled] < high.memory_v[settled])) {
+            settled++;
+        }
+        determined = settled == basis->operators;
+        k += determined ? 0 : 1;
+    }
+    play_walk_end(&low);
+    play_walk_end(&high);
+    free(extreme);
+    return k;
+}

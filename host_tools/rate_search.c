@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "rate_search.h"
+#include <gsl/gsl_multimin.h>
+#include <math.h>
+
+enum { GRID_BETA = 8, GRID_FILTER = 7, MOST_ITERATIONS = 60 };
+
+typedef struct {
+    play_basis_t basis; /* its thresholds belong to the caller */
+    const fit_span_t *spans;
+    size_t count;
+    const linear_options_t *options;
+    failure_t *failure;
+    progress_t *progress;
+    double tried;
+} search_t;
+
+/* Residual rms for one pair, or HUGE_VAL when the pair is not allowed. Keeps the fit if asked to. */
+static double try_pair(search_t *search, double beta_s, double filter_s, linear_fit_t *keep) {
+    linear_fit_t fit;
+    double sum = 0.0, rms;
+    progress_update(search->progress, search->tried++ / (GRID_BETA * GRID_FILTER + 2 * MOST_ITERATIONS));
+    search->basis.rate_dependent = beta_s > 0.0;
+    search->basis.beta_s = beta_s;
+    search->basis.rate_filter_s = filter_s;
+    if (!linear_fit(&search->basis, search->spans, search->count, search->options, &fit, search->failure)) {
+        return HUGE_VAL;
+    }
+    for (size_t i = 0; i <= fit.operators; i++) {
+        sum += fit.weight[i];
+    }
+    rms = beta_s * (sum - fit.weight[0]) <= RATE_FEEDBACK_LIMIT * filter_s * sum ? fit.rms_um : HUGE_VAL;
+    if (keep != NULL) {
+        *keep = fit;
+    } else {
+        linear_fit_free(&fit);
+    }
+    return rms;
+}
+
+static double rms_of_logs(const gsl_vector *logs, void *context) {
+    const double rms = try_pair(context, exp(gsl_vector_get(logs, 0)), exp(gsl_vector_get(logs, 1)), NULL);
+    return isfinite(rms) ? rms : 1e300; /* the simplex does not take infinity */
+}
+
+/* Largest drive rate in V/s, and the sample period. */
+static double largest_rate(const fit_span_t *spans, size_t count) {
+    double largest = 0.0;
+    for (size_t s = 0; s < count; s++) {
+        const double *drive = spans[s].recording->column[COLUMN_DRIVE];
+        for (size_t k = 1; k < spans[s].to; k++) {
+            largest = fmax(largest, fabs(drive[k] - drive[k - 1]) * spans[s].recording->sample_rate_hz);
+        }
+    }
+    return largest;
+}
+
+/* Coarse: growth at the largest drive rate from 1/300 to 1/2 of the largest threshold; filters from half a sample to 32
+ * samples. */
+static double search_grid(search_t *search, double fastest, double period_s, double *beta_s, double *filter_s) {
+    const double largest_v = search->basis.threshold_v[search->basis.operators - 1];
+    double least = HUGE_VAL;
+    for (int b = 0; b < GRID_BETA; b++) {
+        for (int f = 0; f < GRID_FILTER; f++) {
+            const double beta = 0.5 * largest_v / fastest * pow(2.0, b - GRID_BETA + 1);
+            const double filter = ldexp(period_s, f - 1), rms = try_pair(search, beta, filter, NULL);
+            if (rms < least) {
+                least = rms;
+                *beta_s = beta;
+                *filter_s = filter;
+            }
+        }
+    }
+    return least;
+}
+
+static double refine(search_t *search, double *beta_s, double *filter_s) {
+    gsl_multimin_fminimizer *minimiser = gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2);
+    gsl_multimin_function function = {.f = rms_of_logs, .n = 2, .params = search};
+    gsl_vector *start = gsl_vector_alloc(2), *step = gsl_vector_alloc(2);
+    double least;
+    gsl_vector_set(start, 0, log(*beta_s));
+    gsl_vector_set(start, 1, log(*filter_s));
+    gsl_vector_set_all(step, 0.3);
+    gsl_multimin_fminimizer_set(minimiser, &function, start, step);
+    for (int i = 0; i < MOST_ITERATIONS && gsl_multimin_fminimizer_size(minimiser) > 1e-4; i++) {
+        if (gsl_multimin_fminimizer_iterate(minimiser) != 0) {
+            break;
+        }
+    }
+    *beta_s = exp(gsl_vector_get(minimiser->x, 0));
+    *filter_s = exp(gsl_vector_get(minimiser->x, 1));
+    least = minimiser->fval;
+    gsl_multimin_fminimizer_free(minimiser);
+    gsl_vector_free(start);
+    gsl_vector_free(step);
+    return least;
+}
+
+/* From the second difference of the sum of squares: S(beta + d) - 2 S(beta) + S(beta - d) = 2 d^2 s^2 / sigma^2. */
+static double curvature_sigma(search_t *search, double beta_s, double filter_s, double rms, size_t samples) {
+    const double d = 0.02 * beta_s;
+    const double up = try_pair(search, beta_s + d, filter_s, NULL), down = try_pair(search, beta_s - d, filter_s, NULL);
+    const double bend = (up * up - 2.0 * rms * rms + down * down) * (double)samples;
+    return isfinite(bend) && bend > 0.0 ? rms * d * sqrt(2.0 / bend) : HUGE_VAL;
+}
+
+bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
+                 linear_fit_t *fit, double *beta_sigma_s, progress_t *progress, failure_t *failure) {
+    search_t search = {
+        .basis = *basis, .spans = spans, .count = count, .options = options, .failure = failure, .progress = progress};
+    const double fastest = largest_rate(spans, count), period_s = 1.0 / spans[0].recording->sample_rate_hz;
+    double beta_s = 0.0, filter_s = 0.0, rms = try_pair(&search, 0.0, 0.0, NULL);
+    if (!isfinite(rms)) {
+        return false;
+    }
+    *beta_sigma_s = HUGE_VAL;
+    if (basis->operators > 0 && fastest > 0.0) {
+        double trial_beta_s = 0.0, trial_filter_s = 0.0;
+        double trial = search_grid(&search, fastest, period_s, &trial_beta_s, &trial_filter_s);
+        if (isfinite(trial)) {
+            trial = refine(&search, &trial_beta_s, &trial_filter_s);
+        }
+        if (trial < rms) {
+            rms = trial;
+            beta_s = trial_beta_s;
+            filter_s = trial_filter_s;
+        }
+    }
+    if (!isfinite(try_pair(&search, beta_s, filter_s, fit))) {
+        return fail(failure, "the rate-dependent fit left the stable region");
+    }
+    basis->beta_s = beta_s;
+    basis->rate_filter_s = filter_s;
+    if (beta_s > 0.0) {
+        *beta_sigma_s = curvature_sigma(&search, beta_s, filter_s, rms, fit->samples);
+    }
+    return true;
+}
