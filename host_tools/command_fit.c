@@ -24,24 +24,59 @@ const command_t command_fit = {
         "the end of the training data.",
     .run = run};
 
+static void print_value(double value, const double *sigma) {
+    printf(" %14.8g", value);
+    if (sigma != NULL && *sigma > 0.0) {
+        printf(" +- %-8.2g", *sigma);
+    } else {
+        printf("            ");
+    }
+}
+
+/* The array parameters of a block as columns; a shorter array belongs to the last rows (w_0 has no threshold). */
+static void print_arrays(const model_block_t *block) {
+    size_t rows = 0;
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        if (block->block->parameter[p].array && block->parameter[p].count > 0) {
+            const size_t count = block->parameter[p].count;
+            char title[64];
+            rows = count > rows ? count : rows;
+            snprintf(title, sizeof title, "%s %s", block->block->parameter[p].name, block->block->parameter[p].unit);
+            printf("%s%-27s", p > 0 ? "" : "  ", title);
+        }
+    }
+    putchar('\n');
+    for (size_t row = 0; row < rows; row++) {
+        for (size_t p = 0; p < block->block->parameters; p++) {
+            const parameter_t *parameter = &block->parameter[p];
+            if (!block->block->parameter[p].array || parameter->count == 0) {
+                continue;
+            }
+            if (row + parameter->count < rows) {
+                printf("%27s", "");
+            } else {
+                const size_t e = row + parameter->count - rows;
+                print_value(parameter->value[e], parameter->sigma != NULL ? &parameter->sigma[e] : NULL);
+            }
+        }
+        putchar('\n');
+    }
+}
+
 static void print_block(const model_block_t *block) {
+    bool arrays = false;
     printf("%s\n", block->block->name);
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_info_t *info = &block->block->parameter[p];
-        const parameter_t *parameter = &block->parameter[p];
-        for (size_t e = 0; e < parameter->count; e++) {
-            char name[64];
-            if (info->array) {
-                snprintf(name, sizeof name, "%s[%zu]", info->name, e);
-            } else {
-                snprintf(name, sizeof name, "%s", info->name);
-            }
-            printf("  %-22s %14.8g %s", name, parameter->value[e], info->unit);
-            if (parameter->sigma != NULL && parameter->sigma[e] > 0.0) {
-                printf("  +- %.2g", parameter->sigma[e]);
-            }
-            putchar('\n');
+        arrays = arrays || info->array;
+        if (!info->array) {
+            printf("  %-16s", info->name);
+            print_value(block->parameter[p].value[0], block->parameter[p].sigma);
+            printf(" %s\n", info->unit);
         }
+    }
+    if (arrays) {
+        print_arrays(block);
     }
 }
 

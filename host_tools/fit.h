@@ -19,12 +19,14 @@
 #include "model.h"
 #include "progress.h"
 
+/** Most operators that are chosen by themselves, and fitted without smoothing. */
+#define FIT_MAX_PLAIN_OPERATORS 64
 /** Most operators that `operators` may ask for. */
 #define FIT_MAX_OPERATORS 1000
 
 typedef struct {
     bool rate_dependent;
-    size_t operators; /**< 0: chosen from the data; above HYST_PI_MAX_OPERATORS: a dense, smoothed density */
+    size_t operators; /**< 0: chosen from the data; above FIT_MAX_PLAIN_OPERATORS: a dense, smoothed density */
     bool use_all;     /**< after the held-out error is known, fit the same structure to the whole recordings */
 } fit_options_t;
 
