@@ -6,6 +6,7 @@
  * are not cycles: a Cortex-M4 takes more than one for loads, taken branches and divisions, and waits for flash.
  * docs/TIMING.md says what to make of the numbers.
  */
+#include "amplifier.h"
 #include "conformance.h"
 #include "console.h"
 #include "cost_loop.h"
@@ -80,6 +81,7 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
     cost_t step = {0};
     cost_t loop_sine = {0};
     cost_t loop_steps = {0};
+    cost_t loop_adopting = {0};
     for (unsigned model = 0; model < MODELS; model++) {
         const bool nested = (model & 1U) != 0;
         generate_parameters(generator, &p);
@@ -91,8 +93,8 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
         for (unsigned i = 0; i < 128; i++) {
             steps[i] = nested ? nested_reversals(generator, 2U * i + (i & 1U)) : generate_signed(generator);
         }
-        cost_measure_loop(&loop_sine, &p, COST_SINE, steps);
-        cost_measure_loop(&loop_steps, &p, COST_STEPS, steps);
+        cost_measure_loop(&loop_sine, &loop_adopting, &p, COST_SINE, steps);
+        cost_measure_loop(&loop_steps, &loop_adopting, &p, COST_STEPS, steps);
     }
     print_number(operators);
     console_write(rate_dependent ? "       yes" : "        no");
@@ -100,14 +102,18 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
     print_cost(&step);
     print_cost(&loop_sine);
     print_cost(&loop_steps);
+    print_cost(&loop_adopting);
     console_write("\n");
 }
 
 int main(void) {
     static const uint32_t operators[] = {0, 10, 16, 64, HYST_PI_MAX_OPERATORS};
     generator_t generator = {.state = 1};
-    console_write("                              compensator_step    loop_sample, sine   loop_sample, steps\n"
-                  " operators      rate  sections     worst      mean     worst      mean     worst      mean\n");
+    amplifier_init(0);
+    console_write("                              compensator_step    loop_sample, sine   loop_sample, steps   "
+                  "loop_sample, adopt\n"
+                  " operators      rate  sections     worst      mean     worst      mean     worst      mean     "
+                  "worst      mean\n");
     for (unsigned n = 0; n < sizeof operators / sizeof operators[0]; n++) {
         for (uint32_t sections = 0; sections <= 4; sections += 4) {
             measure_models(operators[n], false, sections, &generator);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "cost_loop.h"
-#include "amplifier.h"
 #include "board.h"
 #include "capture.h"
 #include "console.h"
@@ -54,18 +53,24 @@ static void write_one(uint16_t address, uint16_t value) {
     write_registers(address, 1, &value);
 }
 
-void cost_measure_loop(cost_t *cost, const hyst_parameters_t *parameters, cost_source_t source,
+static void cost_sample(cost_t *cost, const loop_input_t *input) {
+    const uint32_t before = cost_counter();
+    (void)loop_sample(input);
+    cost_add(cost, cost_counter() - before - cost_of_looking());
+}
+
+void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_t *parameters, cost_source_t source,
                        const hyst_q31_t steps[128]) {
     static uint32_t image[HYST_IMAGE_MAX_WORDS];
     const size_t words = hyst_parameters_encode(parameters, image, HYST_IMAGE_MAX_WORDS);
     const loop_input_t input = {.position_code = BOARD_CODE_MIDDLE};
 
-    amplifier_init(0);
     for (size_t i = 0; i < words; i++) {
         write_word((uint16_t)(ADDRESS_staging + 2U * i), image[i]);
     }
     write_one(ADDRESS_command, COMMAND_COMMIT);
-    (void)loop_sample(&input);
+    cost_sample(adopting, &input);
+    write_one(ADDRESS_command, COMMAND_STOP); /* breakpoints that play cannot be changed */
     for (unsigned i = 0; i < POINTS; i++) {
         write_word((uint16_t)(ADDRESS_waveform + 4U * i), 0);
         write_word((uint16_t)(ADDRESS_waveform + 4U * i + 2U), (uint32_t)steps[i]);
@@ -78,8 +83,6 @@ void cost_measure_loop(cost_t *cost, const hyst_parameters_t *parameters, cost_s
     write_one(ADDRESS_command, COMMAND_ARM_CAPTURE);
     write_one(ADDRESS_command, COMMAND_START);
     for (unsigned k = 0; k < SAMPLES; k++) {
-        const uint32_t before = cost_counter();
-        (void)loop_sample(&input);
-        cost_add(cost, cost_counter() - before - cost_of_looking());
+        cost_sample(playing, &input);
     }
 }

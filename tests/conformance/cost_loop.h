@@ -19,10 +19,11 @@ uint32_t cost_of_looking(void);
 void cost_add(cost_t *cost, uint32_t taken);
 
 /**
- * Commits the parameters through the registers, as a master would, and plays the source in compensate mode while the
- * capture runs. COST_STEPS goes to another one of the 128 `steps` in every sample.
+ * Commits the parameters through the registers, as a master would, while whatever the call before left is still
+ * playing: that sample's cost goes to `adopting`. Then plays the source in compensate mode while the capture runs.
+ * COST_STEPS goes to another one of the 128 `steps` in every sample. After amplifier_init.
  */
-void cost_measure_loop(cost_t *cost, const hyst_parameters_t *parameters, cost_source_t source,
+void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_t *parameters, cost_source_t source,
                        const hyst_q31_t steps[128]);
 
 #endif
