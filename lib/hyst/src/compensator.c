@@ -92,9 +92,20 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
     return drive;
 }
 
+/* Only the runs in use: the whole state is 6 KB. */
+static void copy_state(hyst_pi_state_t *to, const hyst_pi_state_t *from) {
+    to->runs = from->runs;
+    to->drive = from->drive;
+    to->rate = from->rate;
+    for (uint32_t k = 0; k < from->runs; k++) {
+        to->run[k] = from->run[k];
+    }
+}
+
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state) {
-    const hyst_pi_state_t old = state->hysteresis;
+    hyst_pi_state_t old;
+    copy_state(&old, &state->hysteresis);
     hyst_pi_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis);
     if (from->shape.sections != to->shape.sections || from->equalise.sections != to->equalise.sections) {
         state->settled = false; /* another cascade: its state starts settled at the next reference */

@@ -311,27 +311,99 @@ hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
     return drive;
 }
 
+/* A straight piece of the memory curve: memory = level + side * threshold. */
+typedef struct {
+    int64_t level;
+    int side;
+} line_t;
+
+static int64_t on_line(line_t line, int64_t threshold) {
+    return line.level + line.side * threshold;
+}
+
+/* Number of operators whose threshold is at most `threshold`. */
+static uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold) {
+    uint32_t low = 0;
+    uint32_t high = model->operators;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2U;
+        if (model->threshold[middle] <= threshold) {
+            low = middle + 1U;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+/* From threshold `up_to` inwards the curve is this line. A run that is left without operators vanishes. */
+static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, int64_t up_to, line_t line) {
+    const uint32_t end = operators_up_to(model, up_to);
+    int64_t outer = 0;
+    if (state->runs > 0) {
+        const hyst_pi_run_t *previous = &state->run[state->runs - 1U];
+        outer = previous->outer + run_sum(model, previous, end);
+        state->runs -= previous->end == end ? 1U : 0U;
+    }
+    if (end > 0) {
+        push(state, line.level, outer, end, line.side);
+    }
+}
+
+/*
+ * Inwards of the known point (threshold, memory) the curve is `line`, as far as it may be: a curve of slope at most 1
+ * through the point stays between the lines of slope -1 and +1 through it. Where `line` would leave these bounds, the
+ * bound takes its place.
+ */
+static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, int64_t threshold, int64_t memory,
+                           line_t line) {
+    const line_t highest = {memory + threshold, -1};
+    const line_t lowest = {memory - threshold, 1};
+    const line_t bound = on_line(line, threshold) > memory ? highest : lowest;
+    /* The line is within bounds up to the threshold where it meets the bound; parallel to it, everywhere or nowhere. */
+    const int64_t slope = line.side - bound.side;
+    const int64_t distance = bound.level - line.level;
+    int64_t meets = threshold;
+    if (slope > 0) {
+        meets = distance >> (slope - 1); /* rounded down: slope is 1 or 2 */
+    } else if (slope < 0) {
+        meets = -distance >> (-slope - 1);
+    }
+    lay(model, state, threshold - 1, bound);
+    lay(model, state, meets < threshold ? meets : threshold - 1, line);
+}
+
 void hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
                    hyst_pi_state_t *to_state) {
-    uint32_t below = 0;                   /* number of old operators whose threshold is not larger than the new one's */
-    uint32_t k = from_state->runs - 1U;   /* run of the last of them; not used before there is one */
-    hyst_q31_t curve = from_state->drive; /* the memory curve starts at the drive for threshold 0 */
-    hyst_q31_t nested = curve;
-    for (uint32_t j = 0; j < to->operators; j++) {
-        while (below < from->operators && from->threshold[below] <= to->threshold[j]) {
-            k -= from_state->run[k].end <= below ? 1U : 0U;
-            curve = (hyst_q31_t)(from_state->run[k].level + (int64_t)from_state->run[k].side * from->threshold[below]);
-            below++;
-        }
-        nested = j == 0 ? curve : hyst_play(to->threshold[j] - to->threshold[j - 1], nested, curve);
-        to_state->run[to->operators - 1U - j] = (hyst_pi_run_t){.level = nested, .end = (uint16_t)(j + 1U)};
-    }
-    to_state->runs = to->operators;
-    int64_t outer = 0;
-    for (uint32_t i = 0; i < to_state->runs; i++) {
-        to_state->run[i].outer = outer;
-        outer += run_sum(to, &to_state->run[i], first_of(to_state, i));
-    }
+    const line_t at_drive = {from_state->drive, 0};
+    to_state->runs = 0;
     to_state->drive = from_state->drive;
     to_state->rate = to->beta > 0 ? from_state->rate : 0;
+    if (from_state->runs == 0) {
+        lay(to, to_state, HYST_Q31_MAX, at_drive);
+        return;
+    }
+    /* Outside the known thresholds the memory keeps its last value, as far as a play operator can be displaced: |z| + a
+     * <= 1. */
+    const hyst_q31_t last = from->threshold[from->operators - 1U];
+    const hyst_q31_t memory = hyst_pi_memory(from, from_state, from->operators - 1U);
+    const line_t constant = {memory, 0};
+    if (memory >= 0) {
+        lay(to, to_state, HYST_Q31_MAX, (line_t){HYST_Q31_MAX, -1});
+        lay(to, to_state, (int64_t)HYST_Q31_MAX - memory, constant);
+    } else {
+        lay(to, to_state, HYST_Q31_MAX, (line_t){HYST_Q31_MIN, 1});
+        lay(to, to_state, memory - (int64_t)HYST_Q31_MIN, constant);
+    }
+    for (uint32_t k = 0; k < from_state->runs; k++) {
+        const line_t line = {from_state->run[k].level, from_state->run[k].side};
+        if (k == 0) {
+            lay(to, to_state, last, line);
+        } else {
+            const hyst_q31_t next = from->threshold[from_state->run[k].end];
+            lay_inwards_of(to, to_state, next, hyst_pi_memory(from, from_state, from_state->run[k].end), line);
+        }
+    }
+    /* The curve begins at the drive for threshold 0. */
+    lay_inwards_of(to, to_state, from->threshold[0], hyst_pi_memory(from, from_state, 0), at_drive);
 }

@@ -36,7 +36,7 @@
  * probes, whatever the history.
  *
  * Preconditions: a hyst_pi_t that hyst_pi_build accepted. Every function here is total for such a model and any input.
- * May be called from: interrupt, main loop, host (hyst_pi_build and hyst_pi_carry walk all operators: not per sample).
+ * May be called from: interrupt, main loop, host (hyst_pi_build walks all operators: not per sample).
  * Reentrant; the caller owns model and state. One state belongs to one context. One 64-by-32 bit division per solve.
  * Measured in docs/TIMING.md.
  */
@@ -132,10 +132,11 @@ hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t position, bool *saturated);
 
 /**
- * Carries the memory of one model over to another whose thresholds may differ: the memory of a play bank is a curve
- * over the threshold (slope at most 1), and the new operators read it at the nearest smaller old threshold, then are
- * nested. Equal thresholds keep the memory to the bit. Drive and rate are kept. to_state may not be from_state. No
- * division.
+ * Carries the memory of one model over to another whose thresholds may differ. The memory of a play bank is a curve
+ * over the threshold, of slope at most 1: the new operators read it off the runs' lines, and where old thresholds leave
+ * it open, off a continuation of them that keeps the slope. Equal thresholds keep the memory to the bit. Drive and rate
+ * are kept. to_state may not be from_state. Cost: linear in the number of runs, not of operators; a sample's worth for
+ * ordinary histories.
  */
 void hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
                    hyst_pi_state_t *to_state);
