@@ -74,7 +74,7 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
 
 /**
  * Call once between two steps when `to` replaces `from`. Filter state is kept, play memory is carried over
- * (hyst_pi_carry), and the next step turns the jump of the drive into a transition.
+ * (hyst_pi_carry), and the next step turns the jump of the drive into a transition. Needs some 6 KB of stack.
  */
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state);
