@@ -1,26 +1,33 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "peripheral_log.h"
 #include "monotonic_clock.h"
+#include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Addresses within the peripherals (RM0090), and the value that sets pin 5 of port B. */
 enum { DAC_CR = 0x00, DAC_DHR12L1 = 0x0C, GPIO_BSRR = 0x18, DRIVER_ENABLE = 1 << 5 };
 
+/* The number behind `label`, or ULONG_MAX. */
+static unsigned long number_behind(const char *line, const char *label) {
+    const char *at = strstr(line, label);
+    return at != NULL ? strtoul(at + strlen(label), NULL, 16) : ULONG_MAX;
+}
+
+static bool begins(const char *line, const char *with) {
+    return strncmp(line, with, strlen(with)) == 0;
+}
+
 static void take_line(peripheral_log_t *log) {
-    char name[32];
-    unsigned offset;
-    unsigned value;
-    if (sscanf(log->line, "%31[^:]: unimplemented device write (size 4, offset 0x%x, value 0x%x)", name, &offset,
-               &value) != 3) {
-        return;
-    }
-    if (strcmp(name, "DAC") == 0 && offset == DAC_DHR12L1 && log->codes < PERIPHERAL_LOG_CODES) {
+    const unsigned long offset = number_behind(log->line, "device write (size 4, offset 0x");
+    const unsigned long value = number_behind(log->line, "value 0x");
+    const bool converter = begins(log->line, "DAC:");
+    if (converter && offset == DAC_DHR12L1 && log->codes < PERIPHERAL_LOG_CODES) {
         log->code[log->codes++] = (uint16_t)value;
-    } else if (strcmp(name, "DAC") == 0 && offset == DAC_CR &&
-               log->controls < sizeof log->control / sizeof log->control[0]) {
+    } else if (converter && offset == DAC_CR && log->controls < sizeof log->control / sizeof log->control[0]) {
         log->codes_at_control[log->controls] = log->codes;
-        log->control[log->controls++] = value;
-    } else if (strcmp(name, "GPIOB") == 0 && offset == GPIO_BSRR && value == DRIVER_ENABLE) {
+        log->control[log->controls++] = (uint32_t)value;
+    } else if (begins(log->line, "GPIOB:") && offset == GPIO_BSRR && value == DRIVER_ENABLE) {
         log->codes_at_answer = log->codes;
         log->answers++;
     }
