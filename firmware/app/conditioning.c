@@ -31,6 +31,10 @@ bool conditioning_continues(conditioning_t *conditioning, const hyst_compensator
 }
 
 hyst_q31_t conditioning_step(conditioning_t *conditioning, const hyst_compensator_t *compensator, hyst_q31_t rate) {
+    if (!conditioning->begun) {
+        conditioning->begun = true; /* the first sample moves nothing, so the change of mode leaves no transition */
+        return conditioning->reference;
+    }
     conditioning->reference = source_approach(conditioning->reference, target(conditioning, compensator), rate);
     return conditioning->reference;
 }

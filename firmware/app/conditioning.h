@@ -17,6 +17,7 @@ typedef enum { CONDITIONING_OFF, CONDITIONING_UP, CONDITIONING_DOWN, CONDITIONIN
 
 typedef struct {
     conditioning_leg_t leg;
+    bool begun;           /**< the first sample was made */
     hyst_q31_t reference; /**< direct drive of the last sample */
 } conditioning_t;
 

@@ -18,9 +18,9 @@ static struct {
     uint16_t carried;          /* interrupt only: flags of items that found no room */
 } ring;
 
-/* The frame that is being put together. Main loop only. */
+/* The frame that is being put together. Main loop only. (An array of its own, so that the sanitizers guard its end.) */
+static uint8_t frame_bytes[MODBUS_FRAME_MAX];
 static struct {
-    uint8_t bytes[MODBUS_FRAME_MAX];
     size_t length;
     bool started;
     bool broken;
@@ -87,7 +87,7 @@ static void serve_frame(void) {
     uint8_t reply[MODBUS_FRAME_MAX];
     size_t reply_length = 0;
     const modbus_outcome_t outcome =
-        frame.broken ? MODBUS_FRAME_BROKEN : modbus_serve(frame.bytes, frame.length, reply, &reply_length);
+        frame.broken ? MODBUS_FRAME_BROKEN : modbus_serve(frame_bytes, frame.length, reply, &reply_length);
     frame.started = false;
     if (outcome == MODBUS_FRAME_BROKEN) {
         count(&counters.errors);
@@ -110,7 +110,7 @@ static void take(uint16_t item) {
     if ((item & ITEM_BROKEN) != 0 || frame.length == MODBUS_FRAME_MAX) {
         frame.broken = true;
     } else {
-        frame.bytes[frame.length++] = (uint8_t)item;
+        frame_bytes[frame.length++] = (uint8_t)item;
     }
 }
 

@@ -131,6 +131,19 @@ static void test_telemetry_is_aligned_too(void) {
     }
 }
 
+/* With an actuator that has no delay of its own, the drive of a snapshot is the one that its position shows. */
+static void test_telemetry_drive_is_aligned_with_position(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_source, SOURCE_SINE);
+    set(INDEX_source_amplitude, 1U << 30);
+    set(INDEX_source_increment, 1U << 27);
+    master_command(COMMAND_START);
+    for (unsigned i = 0; i < 200; i++) {
+        sample(0);
+        TEST_ASSERT_INT32_WITHIN(1 << 15, (int32_t)master_get(INDEX_drive), (int32_t)master_get(INDEX_position));
+    }
+}
+
 static void test_decimation_takes_every_nth_sample(void) {
     enum { DECIMATION = 7, FRAMES = 12 };
     int16_t levels[POINTS];
@@ -224,6 +237,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_frames_are_aligned_for_every_lookahead);
     RUN_TEST(test_telemetry_is_aligned_too);
+    RUN_TEST(test_telemetry_drive_is_aligned_with_position);
     RUN_TEST(test_decimation_takes_every_nth_sample);
     RUN_TEST(test_the_whole_buffer_at_once);
     RUN_TEST(test_frames_cannot_be_read_while_they_are_written);

@@ -3,7 +3,6 @@
  * The examples of docs/REGISTERS.md, run as a newcomer would: line by line, through a shell, with mbpoll, against the
  * amplifier on a pseudo-terminal. Skipped without mbpoll.
  */
-#define _POSIX_C_SOURCE 200809L /* popen, setenv */
 #include "loop.h"
 #include "register_table.h"
 #include "simulated_device.h"

@@ -3,8 +3,6 @@
  * What the interrupts share with the main loop, under real interruption: a timer signal plays the interrupt and strikes
  * between any two instructions, while the main loop does nothing but what can be disturbed.
  */
-#define _POSIX_C_SOURCE 200809L /* signals and timers */
-#define _DEFAULT_SOURCE         /* setitimer */
 #include "amplifier.h"
 #include "fake_board.h"
 #include "master.h"

@@ -155,10 +155,10 @@ static void test_parking_stops_everything(void) {
 }
 
 /* Conditioning, from any mode and with any left-over: whole range, no step, and back to work. */
-static void condition_and_check(hyst_mode_t mode) {
-    const hyst_parameters_t p = limited_model();
+static void condition_and_check(hyst_mode_t mode, hyst_parameters_t p) {
     const hyst_q31_t rate = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
     hyst_q31_t highest = INT32_MIN, lowest = INT32_MAX;
+    set(INDEX_setpoint_slew, (uint32_t)p.transition_slew); /* one bound for both ways back */
     hyst_q31_t last = fake_board_run(1), end;
     master_command(COMMAND_CONDITION);
     unsigned samples = 0;
@@ -191,7 +191,7 @@ static void test_conditioning_from_every_mode(void) {
         set(INDEX_mode, (uint32_t)mode);
         set(INDEX_setpoint, 1U << 28);
         const hyst_q31_t before = settle();
-        condition_and_check((hyst_mode_t)mode);
+        condition_and_check((hyst_mode_t)mode, p);
         const hyst_q31_t after = settle();
         if (mode != HYST_MODE_COMPENSATE) { /* there the drive depends on the memory, which is another one now */
             TEST_ASSERT_EQUAL_INT32(before, after);
@@ -200,23 +200,43 @@ static void test_conditioning_from_every_mode(void) {
     }
 }
 
-/* A transition that is still under way must not cut the sweep short. */
-static void test_conditioning_during_a_transition_and_a_sine(void) {
+/* A transition in direct mode that outlasts the way up must not cut the sweep short: the drive lags behind the sweep by
+ * up to a quarter of full scale, for 5400 samples; the way up takes 3700. */
+static void test_conditioning_during_a_transition(void) {
     hyst_parameters_t p = limited_model();
+    p.linear_offset = -(1 << 29);
+    p.transition_slew = 100000;
     commit(&p);
     set(INDEX_mode, HYST_MODE_LINEAR);
-    set(INDEX_setpoint, 1U << 30);
     (void)settle();
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    (void)fake_board_run(5);
+    condition_and_check(HYST_MODE_DIRECT, p);
+}
+
+/* And from another mode there is none, however slow transitions are. */
+static void test_conditioning_does_not_wait_for_slow_transitions(void) {
+    hyst_parameters_t p = limited_model();
+    p.linear_offset = -(1 << 29);
+    commit(&p);
+    set(INDEX_mode, HYST_MODE_LINEAR);
+    (void)settle();
+    p.transition_slew = 1;
+    commit(&p);
+    (void)fake_board_run(1);
+    condition_and_check(HYST_MODE_LINEAR, p);
+}
+
+static void test_conditioning_from_a_running_sine(void) {
+    const hyst_parameters_t p = limited_model();
+    commit(&p);
     set(INDEX_mode, HYST_MODE_DIRECT);
     set(INDEX_source, SOURCE_SINE);
     set(INDEX_source_amplitude, 1U << 29);
-    set(INDEX_source_offset, 0U - (1U << 29));
     set(INDEX_source_increment, 1U << 22);
     master_command(COMMAND_START);
-    (void)fake_board_run(5);
-    p.linear_offset = 1 << 29;
-    commit(&p);
-    condition_and_check(HYST_MODE_DIRECT);
+    (void)fake_board_run(300);
+    condition_and_check(HYST_MODE_DIRECT, p);
 }
 
 /* Two amplifiers with different pasts agree to the bit after conditioning: the memory is erased. */
@@ -386,7 +406,9 @@ int main(void) {
     RUN_TEST(test_stop_and_the_end_of_a_source_hold);
     RUN_TEST(test_parking_stops_everything);
     RUN_TEST(test_conditioning_from_every_mode);
-    RUN_TEST(test_conditioning_during_a_transition_and_a_sine);
+    RUN_TEST(test_conditioning_during_a_transition);
+    RUN_TEST(test_conditioning_does_not_wait_for_slow_transitions);
+    RUN_TEST(test_conditioning_from_a_running_sine);
     RUN_TEST(test_conditioning_erases_the_past);
     RUN_TEST(test_start_is_refused_while_conditioning_and_stop_ends_it);
     RUN_TEST(test_counters_count_and_clear);

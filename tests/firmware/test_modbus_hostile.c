@@ -72,6 +72,16 @@ static void test_every_truncation_is_dropped(void) {
     assert_nothing_happened();
 }
 
+/* An address with a right CRC, and nothing between them. */
+static void test_a_frame_without_a_function_is_dropped(void) {
+    static const uint8_t nothing[1];
+    uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+    size_t reply_length;
+    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, nothing, 0);
+    TEST_ASSERT_EQUAL_UINT(3, length);
+    TEST_ASSERT_EQUAL(MODBUS_FRAME_BROKEN, serve(frame, length, reply, &reply_length));
+}
+
 /* CRC-16 finds every error of one, two and three bits in frames this short, and every burst up to 16 bits. */
 static void test_every_flip_of_one_and_two_bits_is_dropped(void) {
     uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
@@ -179,6 +189,7 @@ int main(void) {
     rng = random_start("firmware_modbus_hostile", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_every_truncation_is_dropped);
+    RUN_TEST(test_a_frame_without_a_function_is_dropped);
     RUN_TEST(test_every_flip_of_one_and_two_bits_is_dropped);
     RUN_TEST(test_random_bytes);
     RUN_TEST(test_random_requests);

@@ -116,6 +116,8 @@ static void test_byte_count_that_disagrees_is_exception_3(void) {
         }
         ask(BYTES(16, 0x01, 0x02, 0, 2, (uint8_t)bytes, 1, 2, 3, 4), BYTES(0x90, 3));
     }
+    ask(BYTES(16, 0x01, 0x02, 0, 2, 4, 1, 2, 3), BYTES(0x90, 3));
+    ask(BYTES(16, 0x01, 0x02, 0, 2, 4, 1, 2, 3, 4, 5), BYTES(0x90, 3));
     /* Popular servers have run past their buffers here: 255 bytes promised, as many as fit sent. */
     uint8_t pdu[253] = {16, 0x10, 0x00, 0, 127, 255};
     uint8_t answer[MODBUS_FRAME_MAX];

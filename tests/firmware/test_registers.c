@@ -112,6 +112,7 @@ static void test_a_two_register_value_is_written_only_whole(void) {
     const uint16_t values[] = {1, 2, 3, 4};
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_setpoint, 1, values));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_setpoint + 1, 1, values));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_setpoint + 1, 2, values)); /* half, and source */
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_mode, 2, values)); /* mode and half a setpoint */
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_mode));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_setpoint));
