@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#define _XOPEN_SOURCE   700 /* pseudo-terminals */
+#define _DEFAULT_SOURCE     /* MAP_ANONYMOUS */
+#include "simulated_device.h"
+#include "amplifier.h"
+#include "control.h"
+#include "fake_board.h"
+#include "loop.h"
+#include "modbus_server.h"
+#include "monotonic_clock.h"
+#include "unity.h"
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+/* Samples the loop makes each millisecond: ten times real time, so that tests do not wait. */
+#define SAMPLES_PER_MS 100
+
+static line_control_t *line;
+static pid_t process = -1;
+static int holder = -1;
+static char port[64];
+
+/* The length of a request, or 0 while that is not known. Only the functions that the host uses. */
+static size_t request_length(const uint8_t *bytes, size_t count) {
+    if (count < 2) {
+        return 0;
+    }
+    if (bytes[1] != 16) {
+        return 8;
+    }
+    return count < 7 ? 0 : 9U + bytes[6];
+}
+
+static void send_bytes(int file, const uint8_t *bytes, size_t count) {
+    for (size_t sent = 0; sent < count;) {
+        const ssize_t part = write(file, bytes + sent, count - sent);
+        if (part <= 0) {
+            _exit(1);
+        }
+        sent += (size_t)part;
+    }
+}
+
+static void seal(uint8_t *frame, size_t length) {
+    const uint16_t crc = modbus_crc(frame, length - 2);
+    frame[length - 2] = (uint8_t)crc;
+    frame[length - 1] = (uint8_t)(crc >> 8);
+}
+
+/* The position shows the drive as late as the fake board says of itself. */
+static void sample(void) {
+    static uint16_t on_the_way[FAKE_LATENCY];
+    static bool settled;
+    if (!settled) {
+        for (int i = 0; i < FAKE_LATENCY; i++) {
+            on_the_way[i] = BOARD_CODE_MIDDLE;
+        }
+        settled = true;
+    }
+    const uint16_t position_code = on_the_way[0];
+    memmove(on_the_way, on_the_way + 1, sizeof on_the_way - sizeof on_the_way[0]);
+    on_the_way[FAKE_LATENCY - 1] = fake_board_sample((hyst_q31_t)((uint32_t)(position_code ^ BOARD_CODE_MIDDLE) << 16));
+}
+
+static void run_loop(double *done_s) {
+    const double now_s = monotonic_s();
+    const int samples = (int)((now_s - *done_s) * 1000.0) * SAMPLES_PER_MS;
+    if (samples > 0) {
+        *done_s = now_s;
+    }
+    for (int i = 0; i < samples && !line->loop_stands; i++) {
+        sample();
+    }
+}
+
+static line_fault_t present_fault(void) {
+    if (line->times == 0) {
+        return LINE_GOOD;
+    }
+    if (line->after > 0) {
+        line->after--;
+        return LINE_GOOD;
+    }
+    line->times--;
+    return line->fault;
+}
+
+static bool is_start(const uint8_t *request) {
+    return request[1] == 16 && request[2] == ADDRESS_command >> 8 && request[3] == (ADDRESS_command & 0xFF) &&
+           request[8] == COMMAND_START;
+}
+
+static void answer(int file, const uint8_t *request, size_t length) {
+    static const uint8_t noise[] = {0x00, 0xFF, 0x5A};
+    uint8_t reply[MODBUS_FRAME_MAX + 2];
+    size_t reply_length = 0;
+    const line_fault_t fault = present_fault();
+    line->requests++;
+    if (fault == LINE_HANGS_UP) {
+        _exit(0);
+    }
+    if (fault == LINE_LOSES_REQUEST) {
+        return;
+    }
+    if (fault == LINE_BUSY) {
+        reply[0] = request[0];
+        reply[1] = request[1] | 0x80U;
+        reply[2] = 6;
+        seal(reply, 5);
+        send_bytes(file, reply, 5);
+        return;
+    }
+    (void)modbus_serve(request, length, reply, &reply_length);
+    if (is_start(request)) {
+        line->starts++;
+    }
+    if (line->park_after > 0 && --line->park_after == 0) {
+        loop_set_mode(HYST_MODE_PARK);
+    }
+    /* A commit is in force from the next sample on; the host may ask before the clock has made one. */
+    if (!line->loop_stands) {
+        sample();
+    }
+    switch (fault) {
+    case LINE_LOSES_ANSWER:
+        return;
+    case LINE_DELAYS:
+        sleep_until(monotonic_s() + line->delay_ms / 1000.0);
+        break;
+    case LINE_FLIPS_BIT:
+        reply[reply_length / 2] ^= 0x10U;
+        break;
+    case LINE_CUTS:
+        reply_length -= 2;
+        break;
+    case LINE_WRONG_SLAVE:
+        reply[0]++;
+        seal(reply, reply_length);
+        break;
+    case LINE_LIES:
+        reply[reply_length - 3]++;
+        seal(reply, reply_length);
+        break;
+    case LINE_NOISE_BEFORE:
+        send_bytes(file, noise, sizeof noise);
+        break;
+    case LINE_ECHOES:
+        send_bytes(file, request, length);
+        break;
+    default:
+        break;
+    }
+    send_bytes(file, reply, reply_length);
+}
+
+static void serve(int file) {
+    uint8_t request[512];
+    size_t count = 0;
+    double done_s = monotonic_s();
+    fake_board_power_on(0);
+    for (;;) {
+        struct pollfd wait = {.fd = file, .events = POLLIN};
+        const int ready = poll(&wait, 1, 1);
+        run_loop(&done_s);
+        if (ready <= 0) {
+            continue;
+        }
+        const ssize_t got = read(file, request + count, sizeof request - count);
+        if (got <= 0) {
+            _exit(0);
+        }
+        count += (size_t)got;
+        const size_t length = request_length(request, count);
+        if (length > 0 && count >= length) {
+            answer(file, request, length);
+            count = 0;
+        }
+    }
+}
+
+/* Held open here as well, so that the terminal survives while nobody else has it open; and raw from the start. */
+static void hold_port(void) {
+    struct termios settings;
+    holder = open(port, O_RDWR | O_NOCTTY);
+    TEST_ASSERT_TRUE(holder >= 0 && tcgetattr(holder, &settings) == 0);
+    cfmakeraw(&settings);
+    TEST_ASSERT_EQUAL_INT(0, tcsetattr(holder, TCSANOW, &settings));
+}
+
+const char *simulated_device_start(void) {
+    const int file = posix_openpt(O_RDWR | O_NOCTTY);
+    TEST_ASSERT_TRUE(file >= 0 && grantpt(file) == 0 && unlockpt(file) == 0);
+    (void)strncpy(port, ptsname(file), sizeof port - 1);
+    hold_port();
+    line = mmap(NULL, sizeof *line, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    TEST_ASSERT_TRUE(line != MAP_FAILED);
+    process = fork();
+    if (process == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+        (void)close(holder);
+        serve(file);
+    }
+    TEST_ASSERT_TRUE(process > 0);
+    (void)close(file);
+    return port;
+}
+
+line_control_t *simulated_device_line(void) {
+    return line;
+}
+
+void simulated_device_fault(line_fault_t fault, unsigned after, unsigned times) {
+    line->times = 0;
+    line->fault = fault;
+    line->after = after;
+    line->times = times;
+}
+
+void simulated_device_stop(void) {
+    if (process > 0) {
+        (void)kill(process, SIGKILL);
+        (void)waitpid(process, NULL, 0);
+        process = -1;
+        (void)close(holder);
+        (void)munmap(line, sizeof *line);
+    }
+}

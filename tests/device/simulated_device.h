@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * An amplifier on a pseudo-terminal: the application on the fake board of tests/firmware, in a process of its own,
+ * behind a line that can be made to misbehave. Its actuator follows the drive one to one.
+ */
+#ifndef TESTS_SIMULATED_DEVICE_H
+#define TESTS_SIMULATED_DEVICE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/** What the line does to a request or its answer. */
+typedef enum {
+    LINE_GOOD,
+    LINE_LOSES_REQUEST, /**< not executed, not answered */
+    LINE_LOSES_ANSWER,  /**< executed, not answered */
+    LINE_DELAYS,        /**< the answer comes delay_ms late */
+    LINE_FLIPS_BIT,     /**< one bit in the middle of the answer */
+    LINE_CUTS,          /**< the last two bytes are missing */
+    LINE_WRONG_SLAVE,   /**< a valid answer by somebody else */
+    LINE_NOISE_BEFORE,  /**< bytes that belong to nothing, then the answer */
+    LINE_ECHOES,        /**< the request itself, then the answer */
+    LINE_BUSY,          /**< a valid exception 6 instead of the answer */
+    LINE_LIES,          /**< a valid answer whose last register is one more */
+    LINE_HANGS_UP       /**< the device disappears */
+} line_fault_t;
+
+/** Shared with the device's process: the test writes the first part, the device the second. */
+typedef struct {
+    volatile line_fault_t fault;
+    volatile unsigned after; /**< requests that pass before the fault begins */
+    volatile unsigned times; /**< requests it lasts; 0 ends it */
+    volatile unsigned delay_ms;
+    volatile bool loop_stands;    /**< the sample interrupt does not come */
+    volatile unsigned park_after; /**< requests until somebody parks the amplifier; 0: nobody does */
+
+    volatile unsigned requests; /**< that arrived */
+    volatile unsigned starts;   /**< commands `start` that were executed */
+} line_control_t;
+
+/** Starts the device. Returns its port. */
+const char *simulated_device_start(void);
+line_control_t *simulated_device_line(void);
+
+/** The next `times` requests, after `after` good ones, meet the fault. */
+void simulated_device_fault(line_fault_t fault, unsigned after, unsigned times);
+
+/** Ends its process, if it runs. */
+void simulated_device_stop(void);
+
+#endif

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The Modbus client against lines that lose, delay, damage and repeat: it recovers, or says in one line what is wrong.
+ */
+#include "capture.h"
+#include "device.h"
+#include "hyst/compensator.h"
+#include "simulated_device.h"
+#include "unity.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Short, so that faults cost little time, and long enough for a loaded machine to answer. */
+#define TIMEOUT_S 0.25
+
+static device_options_t options;
+static device_t *device;
+static failure_t failure;
+
+void setUp(void) {
+    options = (device_options_t)DEVICE_OPTIONS_DEFAULT;
+    options.port = simulated_device_start();
+    options.timeout_s = TIMEOUT_S;
+    device = NULL;
+    failure.text[0] = '\0';
+}
+
+void tearDown(void) {
+    device_close(device);
+    simulated_device_stop();
+}
+
+static void open_device(void) {
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+}
+
+static void expect_line(const char *part) {
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, part), failure.text);
+    TEST_ASSERT_NULL_MESSAGE(strchr(failure.text, '\n'), failure.text);
+}
+
+static void refuses_to_open(const char *part) {
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NULL(device);
+    expect_line(part);
+}
+
+static int64_t read_register(int which) {
+    int64_t value = -1;
+    TEST_ASSERT_TRUE_MESSAGE(device_read(device, which, &value, &failure), failure.text);
+    return value;
+}
+
+static void test_identity(void) {
+    open_device();
+    TEST_ASSERT_EQUAL_INT(REGISTERS_MAGIC, device_identity(device, INDEX_magic));
+    TEST_ASSERT_EQUAL_INT(0, device_identity(device, INDEX_board));
+    TEST_ASSERT_EQUAL_INT(CAPTURE_CAPACITY, device_identity(device, INDEX_capture_capacity));
+    TEST_ASSERT_TRUE(device_sample_rate_hz(device) == 10000.0);
+    TEST_ASSERT_EQUAL_UINT(0, device_repetitions(device));
+}
+
+static void test_values_of_every_width_and_sign_come_back(void) {
+    static const int64_t fractions[] = {0, 1, -1, INT32_MAX, INT32_MIN, 0x12345678, -0x12345678};
+    open_device();
+    for (size_t i = 0; i < sizeof fractions / sizeof fractions[0]; i++) {
+        TEST_ASSERT_TRUE(device_write(device, INDEX_source_offset, fractions[i], &failure));
+        TEST_ASSERT_EQUAL_INT64(fractions[i], read_register(INDEX_source_offset));
+    }
+    TEST_ASSERT_TRUE(device_write(device, INDEX_source_increment, UINT32_MAX, &failure));
+    TEST_ASSERT_EQUAL_INT64(UINT32_MAX, read_register(INDEX_source_increment));
+    TEST_ASSERT_TRUE(device_write(device, INDEX_capture_decimation, UINT16_MAX, &failure));
+    TEST_ASSERT_EQUAL_INT64(UINT16_MAX, read_register(INDEX_capture_decimation));
+}
+
+/* Every count up to four requests, at an offset, so that every way of cutting the block is used. */
+static void test_blocks_are_cut_into_requests_and_put_together_again(void) {
+    uint16_t out[400];
+    uint16_t in[400];
+    open_device();
+    for (size_t count = 4; count <= 400; count += 36) {
+        for (size_t i = 0; i < count; i++) {
+            out[i] = (uint16_t)(i * 257U + count);
+        }
+        TEST_ASSERT_TRUE_MESSAGE(device_write_block(device, ADDRESS_waveform, 8, count, out, &failure), failure.text);
+        memset(in, 0, sizeof in);
+        TEST_ASSERT_TRUE_MESSAGE(device_read_block(device, ADDRESS_waveform, 8, count, in, &failure), failure.text);
+        TEST_ASSERT_EQUAL_HEX16_ARRAY(out, in, count);
+    }
+}
+
+static void test_one_or_two_lost_requests_or_answers_are_made_good(void) {
+    open_device();
+    const line_fault_t faults[] = {LINE_LOSES_REQUEST, LINE_LOSES_ANSWER};
+    for (unsigned times = 1; times <= 2; times++) {
+        for (size_t i = 0; i < 2; i++) {
+            const unsigned long before = device_repetitions(device);
+            simulated_device_fault(faults[i], 0, times);
+            TEST_ASSERT_EQUAL_INT(CAPTURE_CAPACITY, read_register(INDEX_capture_length));
+            TEST_ASSERT_EQUAL_UINT(before + times, device_repetitions(device));
+        }
+    }
+}
+
+static void test_silence_is_one_line_and_the_line_works_again_afterwards(void) {
+    int64_t value;
+    open_device();
+    simulated_device_fault(LINE_LOSES_REQUEST, 0, 3);
+    TEST_ASSERT_FALSE(device_read(device, INDEX_mode, &value, &failure));
+    expect_line("no answer from ");
+    expect_line(options.port);
+    expect_line("(slave 1) after 3 tries, reading register mode");
+    TEST_ASSERT_EQUAL_INT(0, read_register(INDEX_mode));
+}
+
+static void test_nobody_there(void) {
+    options.slave = 7; /* the device is number 1 */
+    refuses_to_open("no answer from ");
+    expect_line("(slave 7)");
+}
+
+static void test_slow_answers_within_the_timeout_need_no_repetition(void) {
+    open_device();
+    simulated_device_line()->delay_ms = (unsigned)(TIMEOUT_S * 1000.0 / 3.0);
+    simulated_device_fault(LINE_DELAYS, 0, 3);
+    for (int i = 0; i < 3; i++) {
+        TEST_ASSERT_EQUAL_INT(CAPTURE_CAPACITY, read_register(INDEX_capture_length));
+    }
+    TEST_ASSERT_EQUAL_UINT(0, device_repetitions(device));
+}
+
+/*
+ * The answer of one request arrives while the client waits for the next one, which has an answer of the same shape. Ten
+ * different delays around one, two and three timeouts: whatever the client was doing then, no value may be another
+ * register's.
+ */
+static void test_a_late_answer_is_never_taken_for_another(void) {
+    open_device();
+    TEST_ASSERT_TRUE(device_write(device, INDEX_capture_length, 1111, &failure));
+    TEST_ASSERT_TRUE(device_write(device, INDEX_capture_decimation, 2222, &failure));
+    for (unsigned percent = 105; percent <= 285; percent += 20) {
+        simulated_device_line()->delay_ms = (unsigned)(TIMEOUT_S * 10.0 * percent);
+        simulated_device_fault(LINE_DELAYS, 0, 1);
+        TEST_ASSERT_EQUAL_INT(1111, read_register(INDEX_capture_length));
+        TEST_ASSERT_EQUAL_INT(2222, read_register(INDEX_capture_decimation));
+        TEST_ASSERT_EQUAL_INT(1111, read_register(INDEX_capture_length));
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT(10, device_repetitions(device));
+}
+
+static void test_damaged_answers_are_made_good(void) {
+    static const line_fault_t faults[] = {LINE_FLIPS_BIT,    LINE_CUTS, LINE_WRONG_SLAVE,
+                                          LINE_NOISE_BEFORE, LINE_BUSY, LINE_ECHOES};
+    open_device();
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+        simulated_device_fault(faults[i], 0, 2);
+        TEST_ASSERT_EQUAL_INT(CAPTURE_CAPACITY, read_register(INDEX_capture_length));
+        uint16_t block[100];
+        simulated_device_fault(faults[i], 0, 1);
+        TEST_ASSERT_TRUE_MESSAGE(device_read_block(device, ADDRESS_active, 0, 100, block, &failure), failure.text);
+        TEST_ASSERT_EQUAL_HEX16(0x4859, block[0]);
+        TEST_ASSERT_EQUAL_HEX16(0x5354, block[1]);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT(3 * sizeof faults / sizeof faults[0], device_repetitions(device));
+}
+
+static void test_damage_that_stays_is_one_line(void) {
+    int64_t value;
+    open_device();
+    simulated_device_fault(LINE_FLIPS_BIT, 0, 1000);
+    TEST_ASSERT_FALSE(device_read(device, INDEX_mode, &value, &failure));
+    expect_line("damaged answers in 3 tries, reading register mode");
+    simulated_device_fault(LINE_BUSY, 0, 1000);
+    TEST_ASSERT_FALSE(device_read(device, INDEX_mode, &value, &failure));
+    expect_line("(exception 6)");
+}
+
+static void test_a_line_that_echoes_is_named(void) {
+    simulated_device_fault(LINE_ECHOES, 0, 1000);
+    refuses_to_open("switch off the local echo");
+}
+
+static void test_a_register_map_of_the_future_is_refused(void) {
+    simulated_device_fault(LINE_LIES, 1, 1); /* magic is good, abi is one more */
+    refuses_to_open("register map version 2 is unknown here (known: 1): upgrade hyst");
+}
+
+static void test_something_else_is_not_taken_for_an_amplifier(void) {
+    simulated_device_fault(LINE_LIES, 0, 1);
+    refuses_to_open("is not a hyst amplifier: register magic is 0x485A");
+}
+
+static void test_refusals_name_register_value_and_exception(void) {
+    open_device();
+    TEST_ASSERT_FALSE(device_write(device, INDEX_mode, 17, &failure));
+    expect_line("refuses writing 17 to register mode: Illegal data value (exception 3)");
+    TEST_ASSERT_FALSE(device_write(device, INDEX_position, 1, &failure));
+    expect_line("register position: Illegal data address (exception 2)");
+    TEST_ASSERT_FALSE(device_command(device, COMMAND_START, &failure)); /* parked */
+    TEST_ASSERT_EQUAL_UINT(0, device_repetitions(device));
+}
+
+static void test_an_unplugged_device(void) {
+    int64_t value;
+    open_device();
+    simulated_device_fault(LINE_HANGS_UP, 0, 1);
+    TEST_ASSERT_FALSE(device_read(device, INDEX_mode, &value, &failure));
+    expect_line(options.port);
+}
+
+static void test_ports_that_are_none(void) {
+    options.port = "/dev/no-such-port";
+    refuses_to_open("cannot open /dev/no-such-port: No such file or directory");
+    options.port = "/dev/null";
+    refuses_to_open("cannot open /dev/null: not a serial port");
+}
+
+static void test_a_port_in_use_is_left_alone(void) {
+    open_device();
+    TEST_ASSERT_NULL(device_open(&options, &failure));
+    expect_line("is in use by another hyst");
+    TEST_ASSERT_EQUAL_INT(0, read_register(INDEX_mode));
+}
+
+/* Whether the request or the answer is lost, the source starts exactly once, and the capture has its beginning. */
+static void test_start_is_never_executed_twice(void) {
+    const line_fault_t faults[] = {LINE_GOOD, LINE_LOSES_REQUEST, LINE_LOSES_ANSWER, LINE_FLIPS_BIT};
+    open_device();
+    TEST_ASSERT_TRUE(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    TEST_ASSERT_TRUE(device_write(device, INDEX_source, 1, &failure));
+    TEST_ASSERT_TRUE(device_write(device, INDEX_source_increment, 1 << 16, &failure));
+    TEST_ASSERT_TRUE(device_write(device, INDEX_capture_trigger, CAPTURE_AT_SOURCE, &failure));
+    for (unsigned i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+        TEST_ASSERT_TRUE(device_command(device, COMMAND_STOP, &failure));
+        TEST_ASSERT_TRUE(device_command(device, COMMAND_ARM_CAPTURE, &failure));
+        simulated_device_fault(faults[i], 0, faults[i] == LINE_GOOD ? 0 : 1);
+        TEST_ASSERT_TRUE_MESSAGE(device_start(device, &failure), failure.text);
+        TEST_ASSERT_EQUAL_UINT(i + 1, simulated_device_line()->starts);
+        for (int look = 0; look < 100 && read_register(INDEX_capture_state) == CAPTURE_ARMED; look++) {
+        }
+        TEST_ASSERT_GREATER_OR_EQUAL_INT(CAPTURE_RUNNING, read_register(INDEX_capture_state));
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_identity);
+    RUN_TEST(test_values_of_every_width_and_sign_come_back);
+    RUN_TEST(test_blocks_are_cut_into_requests_and_put_together_again);
+    RUN_TEST(test_one_or_two_lost_requests_or_answers_are_made_good);
+    RUN_TEST(test_silence_is_one_line_and_the_line_works_again_afterwards);
+    RUN_TEST(test_nobody_there);
+    RUN_TEST(test_slow_answers_within_the_timeout_need_no_repetition);
+    RUN_TEST(test_a_late_answer_is_never_taken_for_another);
+    RUN_TEST(test_damaged_answers_are_made_good);
+    RUN_TEST(test_damage_that_stays_is_one_line);
+    RUN_TEST(test_a_line_that_echoes_is_named);
+    RUN_TEST(test_a_register_map_of_the_future_is_refused);
+    RUN_TEST(test_something_else_is_not_taken_for_an_amplifier);
+    RUN_TEST(test_refusals_name_register_value_and_exception);
+    RUN_TEST(test_an_unplugged_device);
+    RUN_TEST(test_ports_that_are_none);
+    RUN_TEST(test_a_port_in_use_is_left_alone);
+    RUN_TEST(test_start_is_never_executed_twice);
+    return UNITY_END();
+}

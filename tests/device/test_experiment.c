@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Upload and experiments against the application itself, whose actuator follows the drive one to one. */
+#include "amplifier_image.h"
+#include "compile.h"
+#include "experiment.h"
+#include "simulated_device.h"
+#include "unity.h"
+#include <math.h>
+#include <string.h>
+
+static device_t *device;
+static hyst_parameters_t parameters;
+static failure_t failure;
+
+/* Of the last run. */
+static recording_t r;
+static experiment_events_t events;
+
+/* Full scale: 10..90 V and -30..50 um; the whole range in 10 ms. */
+static void make_parameters(void) {
+    hyst_parameters_default(&parameters);
+    parameters.model_id = 0xC0FFEE;
+    parameters.drive_center_uv = 50000000;
+    parameters.drive_half_range_uv = 40000000;
+    parameters.position_center_pm = 10000000;
+    parameters.position_half_range_pm = 40000000;
+    parameters.transition_slew = 1 << 24;
+}
+
+void setUp(void) {
+    device_options_t options = DEVICE_OPTIONS_DEFAULT;
+    options.port = simulated_device_start();
+    failure.text[0] = '\0';
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    make_parameters();
+}
+
+void tearDown(void) {
+    recording_free(&r);
+    device_close(device);
+    simulated_device_stop();
+}
+
+static void expect_line(const char *part) {
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, part), failure.text);
+}
+
+static void upload(void) {
+    TEST_ASSERT_TRUE_MESSAGE(amplifier_image_write(device, &parameters, &failure), failure.text);
+}
+
+static void expect_in_force(uint32_t model_id) {
+    hyst_parameters_t active;
+    TEST_ASSERT_TRUE_MESSAGE(amplifier_image_read(device, &active, &failure), failure.text);
+    TEST_ASSERT_EQUAL_HEX32(model_id, active.model_id);
+}
+
+static void test_upload_comes_back(void) {
+    hyst_parameters_t active;
+    parameters.pi_operators = HYST_PI_MAX_OPERATORS; /* the longest block */
+    for (uint32_t i = 0; i < HYST_PI_MAX_OPERATORS; i++) {
+        parameters.pi_weight[i + 1] = HYST_Q28_ONE / HYST_PI_MAX_OPERATORS;
+        parameters.pi_threshold[i] = (hyst_q31_t)(i + 1) * (HYST_Q31_MAX / (HYST_PI_MAX_OPERATORS + 1));
+    }
+    upload();
+    TEST_ASSERT_TRUE_MESSAGE(amplifier_image_read(device, &active, &failure), failure.text);
+    TEST_ASSERT_EQUAL_MEMORY(parameters.pi_weight, active.pi_weight, sizeof active.pi_weight);
+    TEST_ASSERT_EQUAL_MEMORY(parameters.pi_threshold, active.pi_threshold, sizeof active.pi_threshold);
+    expect_in_force(0xC0FFEE);
+}
+
+static void test_upload_over_a_bad_line(void) {
+    const line_fault_t faults[] = {LINE_LOSES_REQUEST, LINE_LOSES_ANSWER, LINE_FLIPS_BIT};
+    for (unsigned request = 0; request < 6; request++) {
+        parameters.model_id = 100 + request;
+        simulated_device_fault(faults[request % 3], request, 1);
+        upload();
+        expect_in_force(100 + request);
+    }
+}
+
+static void test_refused_image_names_field_element_and_reason(void) {
+    upload();
+    parameters.model_id = 2;
+    parameters.pi_operators = 3;
+    for (int i = 0; i < 3; i++) {
+        parameters.pi_threshold[i] = (i + 1) << 24;
+    }
+    parameters.pi_weight[3] = -2 * HYST_Q28_ONE; /* slope behind corner 3 is negative */
+    TEST_ASSERT_FALSE(amplifier_image_write(device, &parameters, &failure));
+    expect_line("the amplifier refuses the image and keeps the one it has: ");
+    expect_line(hyst_field_text(HYST_FIELD_PI_WEIGHT));
+    expect_line("[3]");
+    expect_line(hyst_parameters_error_text(HYST_PARAMETERS_NOT_INVERTIBLE));
+    expect_in_force(0xC0FFEE);
+}
+
+static void test_image_for_another_rate_is_explained(void) {
+    parameters.sample_rate_mhz = 5000000;
+    TEST_ASSERT_FALSE(amplifier_image_write(device, &parameters, &failure));
+    expect_line("made for 5000 samples per second, the amplifier runs at 10000: compile it with --sample-rate 10000");
+    expect_in_force(0);
+}
+
+/* One register of the read-back differs: requests are staging (1), commit, result, length, then the image. */
+static void test_a_read_back_that_differs_is_noticed(void) {
+    simulated_device_fault(LINE_LIES, 4, 1);
+    TEST_ASSERT_FALSE(amplifier_image_write(device, &parameters, &failure));
+    expect_line("the image in force is not the one that was sent: word ");
+}
+
+static experiment_t experiment_of(hyst_mode_t mode, waveform_kind_t kind, double amplitude, double offset) {
+    return (experiment_t){
+        .mode = mode,
+        .condition = true,
+        .waveform = {
+            .kind = kind, .frequency_hz = 4.0, .amplitude = amplitude, .offset = offset, .cycles = 3, .steps = 5}};
+}
+
+/* Level of row `row`, by definition: the sine starts at phase 0, a polygon with the first sample on its way. */
+static double level_at(const waveform_t *w, size_t row) {
+    const double pi = acos(-1.0);
+    const double rate_hz = 10000.0;
+    if (w->kind == WAVEFORM_SINE) {
+        return w->offset + w->amplitude * sin(2.0 * pi * w->frequency_hz * (double)row / rate_hz);
+    }
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS];
+    const size_t corners = waveform_breakpoints(w, rate_hz, corner);
+    double left = (double)row + 1.0;
+    double level = waveform_start(w);
+    for (size_t i = 0;; i = (i + 1) % corners) {
+        if (left <= (double)corner[i].samples) {
+            return level + (corner[i].level - level) * left / (double)corner[i].samples;
+        }
+        left -= (double)corner[i].samples;
+        level = corner[i].level;
+    }
+}
+
+/*
+ * In direct mode the position is the drive of the same instant, so with the scales above displacement = drive - 40, to
+ * the last bit: an error of one sample in the alignment of the two would show at every corner.
+ */
+static void test_record_pairs_drive_and_position(void) {
+    upload();
+    for (waveform_kind_t kind = WAVEFORM_SINE; kind <= WAVEFORM_STAIRCASE; kind++) {
+        const experiment_t experiment = experiment_of(HYST_MODE_DIRECT, kind, 30.0, 45.0);
+        TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+        TEST_ASSERT_EQUAL_UINT(7500, r.samples);
+        TEST_ASSERT_TRUE(r.sample_rate_hz == 10000.0);
+        TEST_ASSERT_NULL(r.column[COLUMN_REFERENCE]);
+        for (size_t i = 0; i < r.samples; i++) {
+            const double drive = r.column[COLUMN_DRIVE][i];
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, drive - 40.0, r.column[COLUMN_DISPLACEMENT][i]);
+            /* Half a code is 40 V / 65536 = 0.61 mV. The sine's frequency is a multiple of 10 kHz / 2^32, wrong by at
+             * most half of that, which in 0.75 s is 30 V * 2 pi * 0.75 * 1.2e-6 = 0.17 mV. */
+            TEST_ASSERT_DOUBLE_WITHIN(0.0008, level_at(&experiment.waveform, i), drive);
+        }
+        TEST_ASSERT_EQUAL_INT64(0, events.drive_limited + events.overruns + events.unreachable);
+        recording_free(&r);
+    }
+}
+
+/* With gain 1 and no delay left the reference is the position, within the rounding of both to 16 bits. */
+static void test_track_pairs_reference_and_position(void) {
+    parameters.lookahead_samples = 0;
+    upload();
+    const experiment_t experiment = experiment_of(HYST_MODE_COMPENSATE, WAVEFORM_TRIANGLE, 30.0, 5.0);
+    TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+    for (size_t i = 0; i < r.samples; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1.01 * 80.0 / 65536.0, r.column[COLUMN_REFERENCE][i],
+                                  r.column[COLUMN_DISPLACEMENT][i]);
+    }
+    TEST_ASSERT_EQUAL_STRING("compensate", recording_key(&r, "mode"));
+}
+
+static void test_long_waveforms_are_thinned_to_fit(void) {
+    upload();
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_TRIANGLE, 30.0, 45.0);
+    experiment.waveform.frequency_hz = 1.0; /* 30000 samples into 8192 frames: every fourth */
+    TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT(7500, r.samples);
+    TEST_ASSERT_TRUE(r.sample_rate_hz == 2500.0);
+    /* Frame 624 is sample 2497 of the 2500 to the first top. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.0013, 45.0 + 30.0 * 2497.0 / 2500.0, r.column[COLUMN_DRIVE][624]);
+}
+
+static void test_events_are_counted(void) {
+    parameters.drive_high = HYST_Q31_MAX / 4; /* 60 V */
+    upload();
+    const experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_TRIANGLE, 30.0, 45.0);
+    TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+    TEST_ASSERT_GREATER_THAN_INT64(100, events.drive_limited);
+}
+
+static void test_a_loop_that_stands_still_is_noticed(void) {
+    upload();
+    simulated_device_line()->loop_stands = true;
+    const experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
+    expect_line("the amplifier's loop stands still at sample ");
+}
+
+static void test_an_amplifier_that_somebody_parks_ends_the_run(void) {
+    upload();
+    const experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    simulated_device_line()->park_after = 8; /* while it conditions */
+    TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
+    expect_line("the amplifier has parked (faults 0x0000)");
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_upload_comes_back);
+    RUN_TEST(test_upload_over_a_bad_line);
+    RUN_TEST(test_refused_image_names_field_element_and_reason);
+    RUN_TEST(test_image_for_another_rate_is_explained);
+    RUN_TEST(test_a_read_back_that_differs_is_noticed);
+    RUN_TEST(test_record_pairs_drive_and_position);
+    RUN_TEST(test_track_pairs_reference_and_position);
+    RUN_TEST(test_long_waveforms_are_thinned_to_fit);
+    RUN_TEST(test_events_are_counted);
+    RUN_TEST(test_a_loop_that_stands_still_is_noticed);
+    RUN_TEST(test_an_amplifier_that_somebody_parks_ends_the_run);
+    return UNITY_END();
+}

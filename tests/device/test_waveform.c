@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Waveforms: their corners are where and when they should be, and what cannot be played is refused. */
+#include "unity.h"
+#include "waveform.h"
+#include <math.h>
+
+static const command_t command = {"test", "", "", "", NULL};
+static const double range[2] = {-10.0, 30.0};
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+static waveform_t choose(const waveform_options_t *options) {
+    waveform_t w;
+    TEST_ASSERT_EQUAL_INT(OPTIONS_RUN, waveform_choose(&command, options, range, "V", &w));
+    return w;
+}
+
+static void test_defaults_use_four_fifths_of_the_range_around_its_middle(void) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = "sine";
+    const waveform_t w = choose(&options);
+    TEST_ASSERT_TRUE(w.offset == 10.0);
+    TEST_ASSERT_TRUE(w.amplitude == 16.0);
+    TEST_ASSERT_TRUE(waveform_start(&w) == 10.0);
+}
+
+/* At a rate that no period fits into, the corners stay within half a sample of their true times to the end. */
+static void test_rounding_to_samples_does_not_add_up(void) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = "triangle";
+    options.cycles = 63;
+    options.frequency_hz = 7.0;
+    const double rate_hz = 10007.3;
+    const waveform_t w = choose(&options);
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS];
+    const size_t corners = waveform_breakpoints(&w, rate_hz, corner);
+    TEST_ASSERT_EQUAL_UINT(127, corners);
+    double samples = 0.0;
+    for (size_t i = 0; i + 1 < corners; i++) {
+        samples += corner[i].samples;
+        const double cycles = 0.25 + 0.5 * (double)i;
+        TEST_ASSERT_DOUBLE_WITHIN(0.5, cycles * rate_hz / 7.0, samples);
+        const double swing = 16.0 * (63.0 - (double)(i / 2)) / 63.0;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, i % 2 == 0 ? 10.0 + swing : 10.0 - swing, corner[i].level);
+    }
+    samples += corner[corners - 1].samples;
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 9.0 * rate_hz, samples);
+    TEST_ASSERT_TRUE(corner[corners - 1].level == 10.0);
+}
+
+static void test_staircase_goes_up_and_down_and_closes(void) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = "staircase";
+    options.steps = 32;
+    const waveform_t w = choose(&options);
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS];
+    const size_t corners = waveform_breakpoints(&w, 10000.0, corner);
+    TEST_ASSERT_EQUAL_UINT(WAVEFORM_MAX_BREAKPOINTS, corners);
+    double samples = 0.0;
+    double previous = waveform_start(&w);
+    for (size_t i = 0; i < corners; i += 2) {
+        TEST_ASSERT_TRUE(corner[i].level == corner[i + 1].level); /* rises, then holds */
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, i < corners / 2 ? 1.0 : -1.0, corner[i].level - previous);
+        previous = corner[i].level;
+        samples += corner[i].samples + corner[i + 1].samples;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, waveform_start(&w), previous);
+    TEST_ASSERT_TRUE(samples == 10000.0);
+}
+
+static void refuse(const char *name, double frequency, double amplitude, double offset, unsigned long cycles,
+                   unsigned long steps) {
+    const waveform_options_t options = {name, frequency, amplitude, offset, cycles, steps};
+    waveform_t w;
+    TEST_ASSERT_EQUAL_INT(STATUS_USAGE, waveform_choose(&command, &options, range, "V", &w));
+}
+
+static void test_what_cannot_be_played_is_wrong_usage(void) {
+    refuse(NULL, 1.0, 5.0, 10.0, 1, 10);
+    refuse("square", 1.0, 5.0, 10.0, 1, 10);
+    refuse("sine", 0.0, 5.0, 10.0, 1, 10);
+    refuse("sine", -1.0, 5.0, 10.0, 1, 10);
+    refuse("sine", 1.0, 0.0, 10.0, 1, 10);
+    refuse("sine", 1.0, -5.0, 10.0, 1, 10);
+    refuse("sine", 1.0, 20.1, 10.0, 1, 10); /* both ends outside */
+    refuse("sine", 1.0, 5.0, 26.0, 1, 10);
+    refuse("sine", 1.0, 5.0, -6.0, 1, 10);
+    refuse("sine", 1.0, 5.0, 10.0, 0, 10);
+    refuse("triangle", 1.0, 5.0, 10.0, 64, 10);
+    refuse("staircase", 1.0, 5.0, 10.0, 1, 0);
+    refuse("staircase", 1.0, 5.0, 10.0, 1, 33);
+}
+
+static void test_the_whole_range_as_printed_is_accepted(void) {
+    const waveform_options_t options = {"sine", 1.0, 20.0 + 1e-6, 10.0, 1, 10};
+    (void)choose(&options);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_defaults_use_four_fifths_of_the_range_around_its_middle);
+    RUN_TEST(test_rounding_to_samples_does_not_add_up);
+    RUN_TEST(test_staircase_goes_up_and_down_and_closes);
+    RUN_TEST(test_what_cannot_be_played_is_wrong_usage);
+    RUN_TEST(test_the_whole_range_as_printed_is_accepted);
+    return UNITY_END();
+}
