@@ -75,6 +75,8 @@ static int compile(int argc, char **argv) {
         {"--drive-range", NULL, OPTION_RANGE, "LO:HI", "range of the drive converter in V", settings.drive_range_v},
         {"--position-range", NULL, OPTION_RANGE, "LO:HI", "range of the position converter in um",
          settings.position_range_um},
+        {"--delay", NULL, OPTION_NUMBER, "S",
+         "delay beyond the model's, as `hyst track` measures it; negative: the position is early", &settings.delay_s},
         {"--no-filters", NULL, OPTION_FLAG, NULL, "do not invert lags and modes, only look ahead over their delay",
          &settings.no_filters},
         {"--json", NULL, OPTION_FLAG, NULL, "print JSON", &as_json}};

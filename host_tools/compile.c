@@ -14,6 +14,8 @@ static const double free_merge = 0x1p-22;
 static const double closest_thresholds = 0x1p-24;
 /* The drive returns from a transition over its whole range within this time. */
 static const double transition_s = 0.05;
+/* A delay is exact to this part of a sample. */
+static const double least_fraction = 0.01;
 
 typedef struct {
     const model_t *model;
@@ -224,14 +226,34 @@ static bool compile_block(job_t *job, const model_block_t *block) {
     return fail(job->failure, "block %s: this amplifier has no inverse for it", name);
 }
 
+/*
+ * Whole samples of delay are looked ahead over. What the last of them is too much becomes a delay by linear
+ * interpolation, a shape section with b0 = 1 - f and b1 = f: the right phase at low frequencies, and a gain that falls
+ * to cos(pi * frequency / rate) for f = 1/2, by less otherwise.
+ */
 static bool set_lookahead(job_t *job) {
-    const double samples = job->delay_s * job->rate_hz, whole = floor(samples + 0.5);
+    hyst_parameters_t *p = job->parameters;
+    const bool interpolate = !job->options->no_filters && p->shape_sections < HYST_IIR_MAX_SECTIONS;
+    const double delay_s = job->delay_s + job->options->delay_s, samples = delay_s * job->rate_hz;
+    const double whole = fmax(0.0, interpolate ? ceil(samples - least_fraction) : floor(samples + 0.5));
+    const double fraction = whole - samples;
     if (whole > HYST_LOOKAHEAD_MAX) {
-        return fail(job->failure, "a delay of %.4g s is %.0f samples, the amplifier looks ahead at most %u",
-                    job->delay_s, whole, HYST_LOOKAHEAD_MAX);
+        return fail(job->failure, "a delay of %.4g s is %.0f samples, the amplifier looks ahead at most %u", delay_s,
+                    whole, HYST_LOOKAHEAD_MAX);
     }
-    job->parameters->lookahead_samples = (uint32_t)whole;
-    job->report->lookahead_remainder_s = (samples - whole) / job->rate_hz;
+    if (fraction > 1.0) {
+        return fail(job->failure, "a delay of %.4g s: the amplifier can wait for one sample at most, %.4g s", delay_s,
+                    1.0 / job->rate_hz);
+    }
+    p->lookahead_samples = (uint32_t)whole;
+    if (!interpolate || fraction < least_fraction) {
+        job->report->lookahead_remainder_s = -fraction / job->rate_hz;
+        return true;
+    }
+    const inverse_filter_t wait = {.section = true, .b1 = fraction};
+    p->shape[p->shape_sections++] = quantise_section(&wait);
+    note(job, "delay: looks %u samples ahead and waits %.4g us in a shape section", (unsigned)whole,
+         1e6 * fraction / job->rate_hz);
     return true;
 }
 

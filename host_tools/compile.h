@@ -2,12 +2,13 @@
 /**
  * From a model to the parameter image of the amplifier: the chain inverted, in fixed point.
  *
- *   prandtl_ishlinskii, rate_dependent_hysteresis   the play bank that the amplifier inverts sample by sample
- *   transport_delay                                 lookahead, in whole samples
- *   amplifier_bandwidth                             an equalise section: the lag inverted, rolled off at up to four
- * times its cutoff resonance                                       a shape section: the mode inverted, rolled off as a
- * mode of the same frequency and damping 0.7 sensor_bandwidth                                a shape section, as
- * amplifier_bandwidth sensor_noise, quantisation                      nothing to invert
+ *   prandtl_ishlinskii,         the play bank that the amplifier inverts sample by sample
+ *   rate_dependent_hysteresis
+ *   transport_delay             lookahead in whole samples; a shape section interpolates to the fraction
+ *   amplifier_bandwidth         an equalise section: the lag inverted, rolled off at up to four times its cutoff
+ *   resonance                   a shape section: the mode inverted, rolled off like a mode of damping 0.7
+ *   sensor_bandwidth            a shape section, as amplifier_bandwidth
+ *   sensor_noise, quantisation  nothing to invert
  *
  * What a roll-off leaves is a delay at low frequencies, and the lookahead covers it. A lag or mode too fast for the
  * sample rate gets no section, only its delay. Every other block is refused: an image must not look as if it undid what
@@ -25,6 +26,11 @@ typedef struct {
     double sample_rate_hz;       /**< 0: the model's */
     double drive_range_v[2];     /**< converter range; both 0: range of the fitted recordings, widened by 5 % */
     double position_range_um[2]; /**< likewise */
+    /**
+     * Delay beyond the model's and the converters' latency, as `hyst track` measures it. Negative when the position is
+     * early: mechanics with a mode follow a held drive half a sample before the whole sample that the latency counts.
+     */
+    double delay_s;
     bool no_filters; /**< leave shape and equalise empty; the lookahead then covers the delay of lags and modes */
 } compile_options_t;
 
@@ -35,7 +41,8 @@ typedef struct {
     size_t model_operators; /**< of the model; the image's are in the parameters */
     double
         merge_error_um; /**< largest difference of a branch that merging operators makes, anywhere in the drive range */
-    double lookahead_remainder_s; /**< delay that is not a whole number of samples, from minus to plus half a sample */
+    double lookahead_remainder_s; /**< delay that neither lookahead nor interpolation covers; without filters up to half
+                                     a sample */
     double growth_limit_v; /**< largest threshold growth the amplifier can represent; 0 without rate dependence */
     size_t notes;
     char note[COMPILE_MAX_NOTES][200]; /**< one line each: filters and their roll-off, what was left out */
@@ -46,8 +53,8 @@ typedef struct {
 bool compile_model(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,
                    compile_report_t *report, failure_t *failure);
 
-/** Only what compile_model makes of the ranges: the four scale numbers, drive_low, drive_high and drive_park. For a twin
- * that shall stand behind the same converters. */
+/** Only what compile_model makes of the ranges: the four scale numbers, drive_low, drive_high and drive_park. For a
+ * twin that shall stand behind the same converters. */
 bool compile_scales(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,
                     failure_t *failure);
 
