@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "support.h"
+#include "catalogue.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <stdio.h>
+#include <string.h>
+
+void write_file(const char *name, const char *content, size_t length) {
+    FILE *file = fopen(name, "wb");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_UINT64(length, fwrite(content, 1, length, file));
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+}
+
+void expect_line(const failure_t *failure, const char *text) {
+    TEST_ASSERT_NULL_MESSAGE(strchr(failure->text, '\n'), failure->text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure->text, text), failure->text);
+}
+
+double random_uniform(random_t *random) { /* xorshift64*, Vigna 2016; the state must not be 0 */
+    random->state ^= random->state >> 12;
+    random->state ^= random->state << 25;
+    random->state ^= random->state >> 27;
+    return (double)((random->state * 0x2545F4914F6CDD1DU) >> 11) * 0x1p-53;
+}
+
+double random_normal(random_t *random) {
+    const double radius = sqrt(-2.0 * log(1.0 - random_uniform(random)));
+    return radius * cos(2.0 * M_PI * random_uniform(random));
+}
+
+void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
+                     const double *thresholds_v) {
+    model_block_t *block;
+    model_create(model, sample_rate_hz);
+    block = model_append(model, &block_prandtl_ishlinskii);
+    model_set(block, "offset_um", offset_um);
+    model_set_array(block, "weights", operators + 1, weights, NULL);
+    model_set_array(block, "thresholds_v", operators, thresholds_v, NULL);
+}
+
+void simulate_into(recording_t *recording, const model_t *model, uint64_t seed) {
+    failure_t failure = {{0}};
+    TEST_ASSERT_TRUE_MESSAGE(chain_simulate(model, recording, seed, recording->column[COLUMN_DISPLACEMENT], &failure),
+                             failure.text);
+}
+
+void fill_lines(double *values, size_t samples, const double *corner, size_t count, size_t per_line) {
+    for (size_t k = 0; k < samples; k++) {
+        const size_t line = k / per_line;
+        const double from = corner[line % count], to = corner[(line + 1) % count];
+        values[k] = from + (to - from) * (double)(k % per_line) / (double)per_line;
+    }
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** What the tests of the host tools share. */
+#ifndef SUPPORT_H
+#define SUPPORT_H
+
+#include "chain.h"
+
+/** Writes a file of that name into the working directory. */
+void write_file(const char *name, const char *content, size_t length);
+
+/** TEST_FAIL unless the failure line is one line and contains the text. */
+void expect_line(const failure_t *failure, const char *text);
+
+/** Deterministic random numbers; print the seed of a test that fails. */
+typedef struct {
+    uint64_t state;
+} random_t;
+
+/** Uniform in [0, 1). */
+double random_uniform(random_t *random);
+/** Mean 0, variance 1. */
+double random_normal(random_t *random);
+
+/** A model with one Prandtl-Ishlinskii block. */
+void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
+                     const double *thresholds_v);
+
+/** Fills the displacement of a recording with the simulated chain. */
+void simulate_into(recording_t *recording, const model_t *model, uint64_t seed);
+
+/** Fills values with straight lines through `count` corners, over and over, `per_line` samples a line. Corners are met
+ * exactly. */
+void fill_lines(double *values, size_t samples, const double *corner, size_t count, size_t per_line);
+
+#endif

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Each block against the closed solution of its own equation, written independently of the block. */
+#include "catalogue.h"
+#include "chain.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* A chain of one block behind or before a hysteresis that does nothing. */
+static chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed) {
+    static const double one = 1.0;
+    model_t model;
+    chain_t *chain;
+    failure_t failure = {{0}};
+    model_create(&model, rate_hz);
+    if (block->place < PLACE_HYSTERESIS) {
+        model_append(&model, block);
+    }
+    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, &one, NULL);
+    if (block->place > PLACE_HYSTERESIS) {
+        model_append(&model, block);
+    }
+    for (size_t p = 0; p < block->parameters; p++) {
+        model_set(&model.block[block->place < PLACE_HYSTERESIS ? 0 : 1], block->parameter[p].name, values[p]);
+    }
+    chain = chain_open(&model, rate_hz, seed, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
+    model_free(&model);
+    return chain;
+}
+
+/* A ramp of slope s from rest: the first-order hold has nothing to approximate, so rounding alone is left. */
+static void test_resonance_answers_a_ramp_exactly(void) {
+    const double rate = 5000.0, f = 870.0, zeta = 0.013, s = 3.0, omega = 2.0 * M_PI * f;
+    const double damped = omega * sqrt(1.0 - zeta * zeta);
+    chain_t *chain = open_block(&block_resonance, (const double[]){f, zeta}, rate, 1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, chain_settle(chain, 0.0));
+    for (int k = 1; k < 2000; k++) {
+        const double t = k / rate, e = exp(-zeta * omega * t);
+        const double d0 = 2.0 * zeta * s / omega; /* deviation from the steady ramp at t = 0, its rate is -s */
+        const double d = e * (d0 * cos(damped * t) + (-s + zeta * omega * d0) / damped * sin(damped * t));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, s * t - d0 + d, chain_step(chain, s * t));
+    }
+    chain_close(chain);
+}
+
+static void test_lags_answer_a_ramp_exactly(void) {
+    const double rate = 10000.0, cutoff = 400.0, s = 7.0, tau = 1.0 / (2.0 * M_PI * cutoff);
+    const block_t *const blocks[] = {&block_amplifier_bandwidth, &block_sensor_bandwidth};
+    for (size_t i = 0; i < 2; i++) {
+        chain_t *chain = open_block(blocks[i], &cutoff, rate, 1);
+        chain_settle(chain, 0.0);
+        for (int k = 1; k < 500; k++) {
+            const double t = k / rate;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-13, s * (t - tau + tau * exp(-t / tau)), chain_step(chain, s * t));
+        }
+        chain_close(chain);
+    }
+}
+
+/* A sine at the cutoff of a 400 Hz lag sampled at 10 kHz: 3 dB down and 45 degrees late. A zero-order hold would be 7
+ * degrees off. */
+static void test_a_lag_has_its_cutoff_where_it_says(void) {
+    const double rate = 10000.0, cutoff = 400.0;
+    chain_t *chain = open_block(&block_amplifier_bandwidth, &cutoff, rate, 1);
+    double in_phase = 0.0, quadrature = 0.0;
+    chain_settle(chain, 0.0);
+    for (int k = 0; k < 2000; k++) {
+        const double phase = 2.0 * M_PI * cutoff * k / rate, y = chain_step(chain, sin(phase));
+        if (k >= 1000) { /* 40 whole periods */
+            in_phase += y * sin(phase) / 500.0;
+            quadrature += y * cos(phase) / 500.0;
+        }
+    }
+    /* A first-order hold of a sine at 0.04 of the sample rate loses (pi 0.04)^2 / 3 = 0.5 % of amplitude. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.006, sqrt(0.5), hypot(in_phase, quadrature));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -M_PI / 4.0, atan2(quadrature, in_phase));
+    chain_close(chain);
+}
+
+static void test_delay_is_exact_in_whole_samples_and_linear_between(void) {
+    const double rate = 1000.0;
+    random_t random = {3};
+    for (int whole = 0; whole < 5; whole++) {
+        const double fraction = whole == 0 ? 0.25 : 0.0, delay = (whole + fraction) / rate;
+        double past[16] = {0};
+        chain_t *chain = open_block(&block_transport_delay, &delay, rate, 1);
+        chain_settle(chain, 0.0);
+        for (int k = 0; k < 100; k++) {
+            const double u = random_normal(&random), y = chain_step(chain, u);
+            past[k % 16] = u;
+            const double late = k >= whole ? past[(k - whole) % 16] : 0.0;
+            const double later = k > whole ? past[(k - whole - 1) % 16] : 0.0;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, late + fraction * (later - late), y); /* delay * rate is rounded */
+        }
+        chain_close(chain);
+    }
+}
+
+static void test_settled_means_at_rest(void) {
+    for (size_t i = 0; i < catalogue_count; i++) {
+        const block_t *block = catalogue[i];
+        const double values[] = {block == &block_resonance ? 300.0 : block == &block_sensor_noise ? 0.0 : 0.001, 0.05};
+        if (block->place == PLACE_HYSTERESIS) {
+            continue;
+        }
+        chain_t *chain = open_block(block, values, 10000.0, 1);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 42.125, chain_settle(chain, 42.125));
+        for (int k = 0; k < 100; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, 42.125, chain_step(chain, 42.125), block->name);
+        }
+        chain_close(chain);
+    }
+}
+
+static void test_noise_has_its_size_and_repeats_with_its_seed(void) {
+    enum { SAMPLES = 200000 };
+    const double rms = 0.3;
+    chain_t *first = open_block(&block_sensor_noise, &rms, 1000.0, 11);
+    chain_t *same = open_block(&block_sensor_noise, &rms, 1000.0, 11);
+    chain_t *other = open_block(&block_sensor_noise, &rms, 1000.0, 12);
+    double sum = 0.0, squares = 0.0, lagged = 0.0, previous = 0.0;
+    int equal = 0;
+    for (int k = 0; k < SAMPLES; k++) {
+        const double y = chain_step(first, 0.0);
+        TEST_ASSERT_TRUE(y == chain_step(same, 0.0));
+        equal += y == chain_step(other, 0.0) ? 1 : 0;
+        sum += y;
+        squares += y * y;
+        lagged += y * previous;
+        previous = y;
+    }
+    TEST_ASSERT_EQUAL_INT(0, equal);
+    /* Five standard errors each. */
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * rms / sqrt(SAMPLES), 0.0, sum / SAMPLES);
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * rms * rms * sqrt(2.0 / SAMPLES), rms * rms, squares / SAMPLES);
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * rms * rms / sqrt(SAMPLES), 0.0, lagged / SAMPLES);
+    chain_close(first);
+    chain_close(same);
+    chain_close(other);
+}
+
+static void test_quantisation_rounds_to_the_nearest_step(void) {
+    const double step = 0.25;
+    chain_t *chain = open_block(&block_quantisation, &step, 1000.0, 1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, chain_step(chain, 0.3));
+    TEST_ASSERT_EQUAL_DOUBLE(-0.25, chain_step(chain, -0.3));
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, chain_step(chain, 0.375));
+    TEST_ASSERT_EQUAL_DOUBLE(-0.25, chain_step(chain, -0.375)); /* halves up */
+    chain_close(chain);
+}
+
+/* Where the rate-dependent block stands among the hysteresis blocks does not matter, and it delays the rate by one
+ * sample. */
+static void test_rate_dependence_widens_the_thresholds_one_sample_later(void) {
+    const double rate = 100.0, weights[] = {0.0, 1.0}, threshold = 1.0;
+    for (int behind = 0; behind < 2; behind++) {
+        model_t model;
+        chain_t *chain;
+        failure_t failure;
+        model_create(&model, rate);
+        for (int i = 0; i < 2; i++) {
+            if (i == behind) {
+                model_block_t *block = model_append(&model, &block_rate_dependent_hysteresis);
+                model_set(block, "beta_s", 0.02); /* 2 samples */
+                model_set(block, "limit_v", 3.0);
+            } else {
+                model_block_t *block = model_append(&model, &block_prandtl_ishlinskii);
+                model_set_array(block, "weights", 2, weights, NULL);
+                model_set_array(block, "thresholds_v", 1, &threshold, NULL);
+            }
+        }
+        chain = chain_open(&model, rate, 1, &failure);
+        TEST_ASSERT_NOT_NULL(chain);
+        chain_settle(chain, 0.0);
+        TEST_ASSERT_EQUAL_DOUBLE(3.0, chain_step(chain, 4.0));   /* the rate was 0: play of threshold 1 */
+        TEST_ASSERT_EQUAL_DOUBLE(3.0, chain_step(chain, 5.0));   /* rate 4 a sample: 1 + min(8, 3) = 4 */
+        TEST_ASSERT_EQUAL_DOUBLE(17.0, chain_step(chain, 20.0)); /* rate 1 a sample: 1 + 2 = 3 */
+        chain_close(chain);
+        model_free(&model);
+    }
+}
+
+static void test_initial_memory_is_used_and_made_reachable(void) {
+    const double weights[] = {0.0, 1.0, 10.0}, thresholds[] = {1.0, 2.0}, initial[] = {0.5, 9.0};
+    model_t model;
+    chain_t *chain;
+    failure_t failure;
+    make_bank_model(&model, 100.0, 0.0, 2, weights, thresholds);
+    model_set_array(&model.block[0], "initial_memory_v", 2, initial, NULL);
+    chain = chain_open(&model, 100.0, 1, &failure);
+    TEST_ASSERT_NOT_NULL(chain);
+    TEST_ASSERT_EQUAL_DOUBLE(0.5 + 20.0, chain_settle(chain, 0.0)); /* 9 V is out of reach of a threshold of 2 V: 2 V */
+    chain_close(chain);
+    model_free(&model);
+}
+
+static void test_chain_refuses_a_rate_that_is_none(void) {
+    const double weights[] = {1.0};
+    model_t model;
+    failure_t failure;
+    make_bank_model(&model, 100.0, 0.0, 0, weights, NULL);
+    TEST_ASSERT_NULL(chain_open(&model, 0.0, 1, &failure));
+    expect_line(&failure, "sample rate of 0 Hz");
+    TEST_ASSERT_NULL(chain_open(&model, NAN, 1, &failure));
+    model_free(&model);
+}
+
+static void test_error_measure(void) {
+    const double measured[] = {0.0, 1.0, 2.0, 4.0}, simulated[] = {0.0, 1.0, 0.0, 4.0};
+    const error_measure_t error = measure_error(measured, simulated, 4);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, error.rms_um);
+    TEST_ASSERT_EQUAL_DOUBLE(25.0, error.nrmse_percent);
+    TEST_ASSERT_EQUAL_DOUBLE(2.0, error.max_um);
+    TEST_ASSERT_EQUAL_UINT64(2, error.max_sample);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_resonance_answers_a_ramp_exactly);
+    RUN_TEST(test_lags_answer_a_ramp_exactly);
+    RUN_TEST(test_a_lag_has_its_cutoff_where_it_says);
+    RUN_TEST(test_delay_is_exact_in_whole_samples_and_linear_between);
+    RUN_TEST(test_settled_means_at_rest);
+    RUN_TEST(test_noise_has_its_size_and_repeats_with_its_seed);
+    RUN_TEST(test_quantisation_rounds_to_the_nearest_step);
+    RUN_TEST(test_rate_dependence_widens_the_thresholds_one_sample_later);
+    RUN_TEST(test_initial_memory_is_used_and_made_reachable);
+    RUN_TEST(test_chain_refuses_a_rate_that_is_none);
+    RUN_TEST(test_error_measure);
+    return UNITY_END();
+}

@@ -1,0 +1,120 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The hyst command as its user meets it. Usage: test_command.sh HYST FOLDER (made anew)
+set -u
+hyst=$1
+folder=$2
+rm -rf "$folder" && mkdir -p "$folder" && cd "$folder" || exit 1
+failures=0
+
+complain() {
+    echo "FAIL: $*"
+    sed 's/^/    /' stderr
+    failures=$((failures + 1))
+}
+
+# expect STATUS TEXT ARGUMENT...   status, and on stderr nothing (TEXT empty) or exactly one line that contains TEXT
+expect() {
+    status=$1
+    text=$2
+    shift 2
+    "$hyst" "$@" >stdout 2>stderr
+    got=$?
+    [ "$got" -eq "$status" ] || complain "hyst $*: exit status $got, expected $status"
+    if [ -z "$text" ]; then
+        [ ! -s stderr ] || complain "hyst $*: unexpected message"
+    else
+        [ "$(wc -l <stderr)" -eq 1 ] || complain "hyst $*: stderr is not one line"
+        grep -qF -- "$text" stderr || complain "hyst $*: no '$text' in the message"
+    fi
+}
+
+# stdout_has TEXT   what the last command printed
+stdout_has() {
+    grep -qF -- "$1" stdout || complain "no '$1' on stdout"
+}
+
+# A synthetic recording: two full triangles with minor loops, a play operator of 20 V, a little noise from a fixed sequence.
+awk 'BEGIN {
+    print "# sample_rate_hz: 1000\n# drive_unit: V\n# displacement_unit: um\nt,drive,displacement"
+    n = split("0 100 -100 60 -20 100 -100 100 20 100 -100 50 0 100 -100 100", corner, " ")
+    z = 0; noise = 1
+    for (k = 0; k < 6000; k++) {
+        line = int(k / 100); a = corner[line % n + 1]; b = corner[(line + 1) % n + 1]
+        u = a + (b - a) * (k % 100) / 100
+        if (z < u - 20) z = u - 20
+        if (z > u + 20) z = u + 20
+        noise = (noise * 16807) % 2147483647
+        printf "%.3f,%.4f,%.6f\n", k / 1000, u, 5 + 0.1 * u + 0.05 * z + 0.02 * (noise / 2147483647 - 0.5)
+    }
+}' >good.csv
+
+expect 0 '' --help
+stdout_has 'Exit status'
+expect 0 '' --version
+stdout_has 'hyst '
+expect 2 'which command'
+expect 2 "unknown command 'fi'" fi
+for command in fit simulate compile; do
+    expect 0 '' $command --help
+    stdout_has "hyst $command"
+    expect 2 'missing argument' $command
+    expect 2 'unknown option --frobnicate' $command --frobnicate
+done
+expect 2 'too many arguments' compile a b
+expect 2 "--operators: 'many' is not" fit good.csv --operators many
+expect 2 "--operators: '0' is not" fit good.csv --operators 0
+expect 2 "unknown family 'ellipse'" fit good.csv --family ellipse
+expect 2 '--output needs a value' fit good.csv -o
+expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1
+expect 2 "--sample-rate: 'fast' is not a valid HZ" compile model.json --sample-rate fast
+expect 2 '--json takes no value' compile model.json --json=1
+
+# The path: fit, simulate, compile; text and JSON.
+expect 0 '' fit good.csv -o model.json --operators 4
+stdout_has 'um/V'
+stdout_has 'held out'
+expect 0 '' fit good.csv --operators=4 --json
+stdout_has '"hyst-model-1"'
+expect 0 '' fit good.csv good.csv --family rate_dependent_prandtl_ishlinskii --operators 3 -o rate.json
+stdout_has 'beta_s'
+expect 0 '' simulate model.json good.csv -o out.csv
+stdout_has 'NRMSE'
+expect 0 '' simulate model.json good.csv --json
+stdout_has '"nrmse_percent"'
+expect 0 '' simulate model.json out.csv # what simulate wrote is a recording again, and the model's own
+stdout_has 'NRMSE 0.0000 %'
+expect 0 '' compile model.json -o image
+stdout_has 'play operators'
+[ -s image ] || complain 'no image was written'
+expect 0 '' compile rate.json --json
+stdout_has '"beta_samples"'
+expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
+stdout_has '20000 Hz'
+
+# Faults of the input: one line that names the place, exit status 1.
+expect 1 'nowhere.csv: No such file' fit nowhere.csv
+sed '100d' good.csv >gap.csv
+expect 1 'gap.csv:100: gap' fit gap.csv
+sed '100s/,[^,]*$/,nan/' good.csv >nan.csv
+expect 1 "nan.csv:100: column 'displacement': 'nan' is not" simulate model.json nan.csv
+sed 's/,displacement$/,position/' good.csv >column.csv
+expect 1 "column.csv:4: missing column 'displacement'" fit column.csv
+sed 's/^# sample_rate_hz: 1000/# sample_rate_hz: 500/' good.csv >rate.csv
+expect 1 'rate.csv:6: wrong rate' fit rate.csv
+: >empty.csv
+expect 1 'empty.csv: empty file' fit empty.csv
+cp "$hyst" binary.csv
+expect 1 'binary.csv:1: binary data' fit binary.csv
+expect 1 'good.csv:1:' simulate good.csv good.csv
+sed 's/prandtl_ishlinskii/prandtl/' model.json >unknown.json
+expect 1 'unknown.json: chain[0]: unknown block "prandtl"' compile unknown.json
+expect 1 'nowhere/image: No such file' compile model.json -o nowhere/image
+expect 1 'nowhere/model.json' fit good.csv --operators 2 -o nowhere/model.json
+if [ -w /dev/full ]; then
+    "$hyst" fit good.csv --operators 2 >/dev/full 2>stderr
+    [ $? -eq 1 ] || complain 'a full disk must not look like success'
+fi
+
+echo "$failures failures"
+[ "$failures" -eq 0 ]

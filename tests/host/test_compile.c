@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Compiling: the amplifier's fixed point computes what the model says, and what cannot be compiled is refused in plain
+ * words. */
+#include "catalogue.h"
+#include "chain.h"
+#include "compile.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <stdio.h>
+
+static const uint64_t seed = 99;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* A random bank over +-half_v with mean slope near 1 of full scale. */
+static void random_bank(random_t *random, model_t *model, size_t n, double half_v, double half_um) {
+    double weights[HYST_PI_MAX_OPERATORS + 1], thresholds[HYST_PI_MAX_OPERATORS], r = 0.0;
+    weights[0] = 0.4 * half_um / half_v;
+    for (size_t i = 0; i < n; i++) {
+        r += 0.8 * half_v * (0.1 + random_uniform(random)) / (double)n; /* at most 0.88 of the half range */
+        thresholds[i] = r;
+        weights[i + 1] = 0.5 * random_uniform(random) * half_um / half_v / (double)n;
+    }
+    make_bank_model(model, 10000.0, 0.1 * half_um * random_uniform(random), n, weights, thresholds);
+}
+
+static void compile_good(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,
+                         compile_report_t *report, hyst_compensator_t *compensator) {
+    failure_t failure = {{0}};
+    TEST_ASSERT_TRUE_MESSAGE(compile_model(model, options, parameters, report, &failure), failure.text);
+    TEST_ASSERT_EQUAL_INT(HYST_PARAMETERS_OK, hyst_parameters_build(parameters, compensator).error);
+}
+
+/* Largest difference, in parts of the position half range, over random drives after one sweep of the whole range. */
+static double worst_difference(random_t *random, const model_t *model, const hyst_parameters_t *parameters,
+                               const hyst_compensator_t *compensator) {
+    static hyst_pi_state_t state;
+    failure_t failure;
+    chain_t *chain = chain_open(model, 10000.0, 1, &failure);
+    double worst = 0.0, slow = 0.0;
+    TEST_ASSERT_NOT_NULL(chain);
+    chain_settle(chain, 0.0);
+    hyst_pi_reset(&compensator->hysteresis, &state, drive_from_volts(parameters, 0.0));
+    for (int k = 0; k < 20000; k++) {
+        const double low = drive_to_volts(parameters, HYST_Q31_MIN), high = drive_to_volts(parameters, HYST_Q31_MAX);
+        const double jump = random_uniform(random);
+        slow =
+            fmax(0.0, fmin(1.0, slow + 0.05 * (random_uniform(random) - 0.5))); /* wanders; at times jumps anywhere */
+        slow = jump < 0.01 ? random_uniform(random) : slow;
+        const double u = k < 300 ? (k < 100 ? low : k < 200 ? high : low) : low + (high - low) * slow;
+        const hyst_q31_t drive = drive_from_volts(parameters, u);
+        const double exact = chain_step(chain, drive_to_volts(parameters, drive));
+        const double fixed =
+            position_to_micrometres(parameters, hyst_pi_forward(&compensator->hysteresis, &state, drive));
+        if (k >= 300) {
+            worst = fmax(worst, fabs(exact - fixed) / (1e-6 * parameters->position_half_range_pm));
+        }
+    }
+    chain_close(chain);
+    return worst;
+}
+
+/*
+ * What separates the two: n + 1 weights rounded to Q28 (half a step, 2^-29 each, on memories of at most 1), thresholds
+ * and drive rounded to Q31 times a sum of weights below 1, the offset and the output rounded to Q31. 2^-29 (n + 3)
+ * covers them all. Merging may cost more, so it must not have happened.
+ */
+static void test_fixed_point_forward_model_is_the_double_one(void) {
+    random_t random = {seed};
+    double worst_part = 0.0;
+    for (int turn = 0; turn < 60; turn++) {
+        const size_t n = (size_t)(random_uniform(&random) * 64.0);
+        const compile_options_t options = {.drive_range_v = {-40.0, 120.0}, .position_range_um = {-70.0, 150.0}};
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        hyst_compensator_t compensator;
+        model_t model;
+        random_bank(&random, &model, n, 80.0, 60.0);
+        compile_good(&model, &options, &parameters, &report, &compensator);
+        const double bound = 0x1p-29 * ((double)n + 3.0) + report.merge_error_um * 20.0 / 110.0;
+        const double worst = worst_difference(&random, &model, &parameters, &compensator);
+        TEST_ASSERT_TRUE(report.merge_error_um <= 0x1p-21 * 110.0);
+        worst_part = fmax(worst_part, worst / bound);
+        TEST_ASSERT_TRUE(worst <= bound);
+        model_free(&model);
+    }
+    printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed, worst_part);
+}
+
+/*
+ * Rate dependence adds the rounding of beta (Q20, half a step of it on a rate of at most 2), of the rate gain and of
+ * the rate (Q30): each moves the thresholds by its error times beta, and a play operator passes on no more than the
+ * change of its threshold.
+ */
+static void test_rate_dependent_fixed_point_is_the_double_one(void) {
+    random_t random = {seed + 1};
+    double worst_part = 0.0;
+    for (int turn = 0; turn < 30; turn++) {
+        const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-120.0, 120.0}};
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        hyst_compensator_t compensator;
+        model_t model;
+        model_block_t *block;
+        random_bank(&random, &model, 10, 100.0, 80.0);
+        block = model_append(&model, &block_rate_dependent_hysteresis);
+        const double filter_samples = 2.0 + 20.0 * random_uniform(&random), beta_samples = 0.8 * filter_samples;
+        model_set(block, "beta_s", beta_samples / 10000.0);
+        model_set(block, "rate_filter_s", filter_samples / 10000.0);
+        compile_good(&model, &options, &parameters, &report, &compensator);
+        model_set(block, "limit_v", report.growth_limit_v);
+        const double rate_error = 0x1p-30 * filter_samples + 0x1p-31 * 2.0 * filter_samples;
+        const double bound =
+            0x1p-29 * 13.0 + 2.0 * 0x1p-21 + beta_samples * rate_error + report.merge_error_um * 20.0 / 120.0;
+        const double worst = worst_difference(&random, &model, &parameters, &compensator);
+        worst_part = fmax(worst_part, worst / bound);
+        TEST_ASSERT_TRUE(worst <= bound);
+        model_free(&model);
+    }
+    printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)(seed + 1), worst_part);
+}
+
+static void test_linear_line_is_the_middle_of_the_major_loop(void) {
+    const double weights[] = {0.5, 0.25}, threshold = 50.0;
+    const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-100.0, 100.0}};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    hyst_compensator_t compensator;
+    model_t model;
+    make_bank_model(&model, 10000.0, 10.0, 1, weights, &threshold);
+    compile_good(&model, &options, &parameters, &report, &compensator);
+    /* Operator at half the range: on the way up z = -0.5 for u < 0, then u - 0.5. Mean of u z over u in -1..1 is 1/6,
+     * of u u 1/3. */
+    const double slope = 0.5 + 0.25 * 0.5;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0 / slope, parameters.linear_gain * 0x1p-28);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.1 / slope, parameters.linear_offset * 0x1p-31);
+    TEST_ASSERT_EQUAL_INT32(HYST_Q31_MIN, parameters.drive_low); /* no recorded range is known */
+    TEST_ASSERT_EQUAL_INT32(0, parameters.drive_park);
+    model_free(&model);
+}
+
+static void test_ranges_default_to_the_recordings_widened(void) {
+    const double weights[] = {1.0};
+    const compile_options_t options = {0};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    hyst_compensator_t compensator;
+    model_t model;
+    make_bank_model(&model, 10000.0, 0.0, 0, weights, NULL);
+    model.fit = json_pack("{s:[f,f], s:[f,f]}", "drive_range_v", 20.0, 120.0, "displacement_range_um", 0.0, 200.0);
+    compile_good(&model, &options, &parameters, &report, &compensator);
+    TEST_ASSERT_EQUAL_INT32(70000000, parameters.drive_center_uv);
+    TEST_ASSERT_EQUAL_INT32(52500000, parameters.drive_half_range_uv);
+    TEST_ASSERT_EQUAL_INT32(105000000, parameters.position_half_range_pm);
+    /* Never beyond what was recorded; 0 V is outside, so it parks at the nearest drive. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, drive_to_volts(&parameters, parameters.drive_low));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 120.0, drive_to_volts(&parameters, parameters.drive_high));
+    TEST_ASSERT_EQUAL_INT32(parameters.drive_low, parameters.drive_park);
+    model_free(&model);
+}
+
+/*
+ * A 100 Hz reference through the inverse filters, then through the mode at 1 kHz, comes out as itself, later by the
+ * lookahead. What the roll-off leaves at a tenth of its frequency: 0.0005 in phase, 0.0002 in amplitude; first-order
+ * hold at 0.01 of the sample rate: 0.0003. 0.002 in all, where the mode alone is 0.01 too large.
+ */
+static void test_inverse_of_a_mode_and_a_lag(void) {
+    const double weights[] = {1.0}, rate = 10000.0, f = 100.0;
+    const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-100.0, 100.0}};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    hyst_compensator_t compensator;
+    hyst_compensator_state_t state;
+    model_t model;
+    failure_t failure;
+    double worst = 0.0;
+    model_create(&model, rate);
+    model_set(model_append(&model, &block_amplifier_bandwidth), "cutoff_hz", 1500.0);
+    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, weights, NULL);
+    model_set(model_append(&model, &block_resonance), "frequency_hz", 1000.0);
+    model_set(&model.block[2], "damping_ratio", 0.02);
+    compile_good(&model, &options, &parameters, &report, &compensator);
+    TEST_ASSERT_EQUAL_UINT32(1, parameters.shape_sections);
+    TEST_ASSERT_EQUAL_UINT32(1, parameters.equalise_sections);
+    chain_t *chain = chain_open(&model, rate, 1, &failure);
+    hyst_compensator_reset(&compensator, &state);
+    chain_settle(chain, 0.0);
+    const double delay = parameters.lookahead_samples + report.lookahead_remainder_s * rate;
+    for (int k = 0; k < 4000; k++) {
+        unsigned events;
+        const double y = 50.0 * sin(2.0 * M_PI * f * k / rate);
+        const hyst_q31_t drive = hyst_compensator_step(&compensator, &state, HYST_MODE_COMPENSATE,
+                                                       position_from_micrometres(&parameters, y), &events);
+        const double position = chain_step(chain, drive_to_volts(&parameters, drive));
+        if (k > 2000) {
+            worst = fmax(worst, fabs(position - 50.0 * sin(2.0 * M_PI * f * (k - delay) / rate)) / 50.0);
+        }
+    }
+    printf("inverse of mode and lag: worst error %.5f of the amplitude, delay %.3f samples\n", worst, delay);
+    TEST_ASSERT_TRUE(worst < 0.002);
+    chain_close(chain);
+    model_free(&model);
+}
+
+static void test_no_filters_only_looks_ahead(void) {
+    const double weights[] = {1.0};
+    const compile_options_t options = {
+        .drive_range_v = {-100.0, 100.0}, .position_range_um = {-100.0, 100.0}, .no_filters = true};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    hyst_compensator_t compensator;
+    model_t model;
+    model_create(&model, 10000.0);
+    model_set(model_append(&model, &block_transport_delay), "delay_s", 3.3e-4);
+    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, weights, NULL);
+    model_set(model_append(&model, &block_sensor_bandwidth), "cutoff_hz", 1e4 / (2.0 * M_PI)); /* 0.1 ms */
+    model_set(model_append(&model, &block_sensor_noise), "rms_um", 1.0);
+    compile_good(&model, &options, &parameters, &report, &compensator);
+    TEST_ASSERT_EQUAL_UINT32(0, parameters.shape_sections);
+    TEST_ASSERT_EQUAL_UINT32(4, parameters.lookahead_samples);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.3e-4, report.lookahead_remainder_s);
+    TEST_ASSERT_EQUAL_UINT64(2, report.notes);
+    model_free(&model);
+}
+
+static void expect_refusal(const model_t *model, const compile_options_t *options, const char *line) {
+    hyst_parameters_t parameters;
+    failure_t failure = {{0}};
+    TEST_ASSERT_FALSE_MESSAGE(compile_model(model, options, &parameters, NULL, &failure), line);
+    expect_line(&failure, line);
+}
+
+static void test_refuses_in_plain_words(void) {
+    const double falling[] = {1.0, -0.999}, plain[] = {1.0, 0.5}, threshold = 1.0;
+    const compile_options_t good = {.drive_range_v = {-10.0, 10.0}, .position_range_um = {-20.0, 20.0}};
+    compile_options_t options = {0};
+    model_t model;
+    make_bank_model(&model, 10000.0, 0.0, 1, plain, &threshold);
+    expect_refusal(&model, &options, "does not say its drive_range_v: give --drive-range");
+    options = good;
+    options.drive_range_v[1] = 9999.0;
+    expect_refusal(&model, &options, "--drive-range -10:9999 is beyond what an image can carry");
+    options = good;
+    options.position_range_um[0] = 15.0;
+    expect_refusal(&model, &options, "block prandtl_ishlinskii: the position at the middle of the drive range");
+    options = good;
+    options.position_range_um[0] = -0.5;
+    options.position_range_um[1] = 0.5;
+    expect_refusal(&model, &options, "block prandtl_ishlinskii: a weight = 20 does not fit");
+    model_set(model_append(&model, &block_rate_dependent_hysteresis), "beta_s", 1.0);
+    expect_refusal(&model, &good, "block rate_dependent_hysteresis: beta in samples = 10000 does not fit");
+    model_set(&model.block[1], "beta_s", 0.001);
+    expect_refusal(&model, &good, hyst_field_text(HYST_FIELD_PI_BETA));
+    model_set(&model.block[1], "beta_s", 0.0);
+    for (int i = 0; i < HYST_IIR_MAX_SECTIONS + 1; i++) {
+        model_set(model_append(&model, &block_resonance), "frequency_hz", 900.0);
+        model_set(&model.block[model.blocks - 1], "damping_ratio", 0.1);
+    }
+    expect_refusal(&model, &good, "block resonance: the amplifier has no more than 4 sections");
+    model_free(&model);
+    make_bank_model(&model, 10000.0, 0.0, 1, falling, &threshold);
+    expect_refusal(&model, &good, "compiled image: refused");
+    model_free(&model);
+    model_create(&model, 10000.0);
+    model_set(model_append(&model, &block_transport_delay), "delay_s", 0.01);
+    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, plain, NULL);
+    expect_refusal(&model, &good, "a delay of 0.01 s is 100 samples");
+    model_free(&model);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_fixed_point_forward_model_is_the_double_one);
+    RUN_TEST(test_rate_dependent_fixed_point_is_the_double_one);
+    RUN_TEST(test_linear_line_is_the_middle_of_the_major_loop);
+    RUN_TEST(test_ranges_default_to_the_recordings_widened);
+    RUN_TEST(test_inverse_of_a_mode_and_a_lag);
+    RUN_TEST(test_no_filters_only_looks_ahead);
+    RUN_TEST(test_refuses_in_plain_words);
+    return UNITY_END();
+}

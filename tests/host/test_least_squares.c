@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Bounded least squares against its optimality conditions, computed here from the rows themselves. */
+#include "least_squares.h"
+#include "support.h"
+#include "unity.h"
+#include <math.h>
+#include <stdio.h>
+
+enum { MOST = 12, ROWS = 300 };
+
+static const uint64_t seed = 42;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* A minimum of a convex problem with bounds is where every free gradient is 0 and every bound one pushes into its
+ * bound. */
+static void test_random_problems_meet_the_optimality_conditions(void) {
+    random_t random = {seed};
+    size_t bound_seen = 0, free_seen = 0;
+    for (int problem = 0; problem < 500; problem++) {
+        const size_t n = 1 + (size_t)(random_uniform(&random) * MOST);
+        static double rows[ROWS][MOST], values[ROWS];
+        double x[MOST], lower[MOST], error = 0.0;
+        bool bound[MOST];
+        normal_equations_t equations;
+        failure_t failure;
+        normal_equations_create(&equations, n);
+        for (size_t r = 0; r < ROWS; r++) { /* more than one block of rows; neighbouring columns are nearly equal */
+            double common = random_normal(&random);
+            values[r] = random_normal(&random);
+            for (size_t i = 0; i < n; i++) {
+                common += 0.1 * random_normal(&random);
+                rows[r][i] = common * pow(10.0, (double)i - 6.0);
+            }
+            normal_equations_add(&equations, rows[r], values[r]);
+        }
+        normal_equations_finish(&equations);
+        for (size_t i = 0; i < n; i++) {
+            lower[i] = i == 0 ? -HUGE_VAL : random_normal(&random) > 0.0 ? 0.0 : -0.01;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(solve_bounded(&equations, lower, x, bound, &failure), failure.text);
+        for (size_t i = 0; i < n; i++) {
+            double gradient = 0.0, length = 0.0;
+            for (size_t r = 0; r < ROWS; r++) {
+                double residual = values[r];
+                for (size_t j = 0; j < n; j++) {
+                    residual -= rows[r][j] * x[j];
+                }
+                gradient += rows[r][i] * residual;
+                length += rows[r][i] * rows[r][i];
+                error += i == 0 ? residual * residual : 0.0;
+            }
+            gradient /= sqrt(length) * sqrt((double)ROWS);
+            /* The ridge of 1e-12 and rounding at a condition near 1e4 stay below 1e-7 of the data's unit size. */
+            TEST_ASSERT_TRUE(x[i] >= lower[i]);
+            TEST_ASSERT_TRUE(gradient < 1e-7);
+            TEST_ASSERT_TRUE(bound[i] || gradient > -1e-7);
+            TEST_ASSERT_TRUE(!bound[i] || x[i] == lower[i]);
+            bound_seen += bound[i] ? 1 : 0;
+            free_seen += bound[i] ? 0 : 1;
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * ROWS, error, squared_error(&equations, x));
+        normal_equations_free(&equations);
+    }
+    printf("seed %llu: %zu unknowns on a bound, %zu free\n", (unsigned long long)seed, bound_seen, free_seen);
+    TEST_ASSERT_GREATER_THAN_UINT64(100, bound_seen);
+    TEST_ASSERT_GREATER_THAN_UINT64(100, free_seen);
+}
+
+/* Two unknowns, inverted by hand. */
+static void test_inverse_diagonal_of_a_known_matrix(void) {
+    const double rows[3][2] = {{1.0, 0.0}, {1.0, 1.0}, {1.0, 2.0}}; /* A'A = [3 3; 3 5], inverse [5 -3; -3 3] / 6 */
+    const bool none[2] = {false, false}, second[2] = {false, true};
+    double diagonal[2];
+    normal_equations_t equations;
+    failure_t failure;
+    normal_equations_create(&equations, 2);
+    for (int r = 0; r < 3; r++) {
+        normal_equations_add(&equations, rows[r], 1.0);
+    }
+    normal_equations_finish(&equations);
+    TEST_ASSERT_TRUE(inverse_diagonal(&equations, none, diagonal, &failure));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 5.0 / 6.0, diagonal[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5, diagonal[1]);
+    TEST_ASSERT_TRUE(inverse_diagonal(&equations, second, diagonal, &failure));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 / 3.0, diagonal[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, diagonal[1]);
+    normal_equations_free(&equations);
+}
+
+/* A column that never moves must not spoil the others. */
+static void test_a_column_of_zeros_is_harmless(void) {
+    const double lower[2] = {0.0, 0.0};
+    double x[2];
+    normal_equations_t equations;
+    failure_t failure;
+    normal_equations_create(&equations, 2);
+    for (int r = 1; r < 10; r++) {
+        normal_equations_add(&equations, (const double[]){r, 0.0}, 3.0 * r);
+    }
+    normal_equations_finish(&equations);
+    TEST_ASSERT_TRUE(solve_bounded(&equations, lower, x, NULL, &failure));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 3.0, x[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, x[1]);
+    normal_equations_free(&equations);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_random_problems_meet_the_optimality_conditions);
+    RUN_TEST(test_inverse_diagonal_of_a_known_matrix);
+    RUN_TEST(test_a_column_of_zeros_is_harmless);
+    return UNITY_END();
+}

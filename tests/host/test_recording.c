@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Recordings: what is read, what is written, and that every kind of broken file is refused with one line naming file
+ * and line. */
+#include "recording.h"
+#include "support.h"
+#include "unity.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char file[] = "test_recording.csv";
+
+void setUp(void) {
+}
+void tearDown(void) {
+    remove(file);
+}
+
+#define HEADER "# sample_rate_hz: 100\n# drive_unit: V\n# displacement_unit: um\n"
+#define NAMES  HEADER "t,drive,displacement\n"
+
+static void test_reads_columns_in_any_order_and_keeps_keys(void) {
+    static const char text[] = "# sample_rate_hz: 100\r\n# actuator: P-885: two colons\n# a remark\n"
+                               "temperature , displacement,other,t,drive\n"
+                               "20.5,1.5,text,5.00,-1e1\n21,  2.5,,5.01,10\n22,3.5,x,5.02,+.5";
+    recording_t recording;
+    failure_t failure;
+    write_file(file, text, strlen(text));
+    TEST_ASSERT_TRUE_MESSAGE(recording_read(&recording, file, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT64(3, recording.samples);
+    TEST_ASSERT_EQUAL_DOUBLE(100.0, recording.sample_rate_hz);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, recording.start_s);
+    TEST_ASSERT_EQUAL_DOUBLE(-10.0, recording.column[COLUMN_DRIVE][0]);
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, recording.column[COLUMN_DRIVE][2]);
+    TEST_ASSERT_EQUAL_DOUBLE(3.5, recording.column[COLUMN_DISPLACEMENT][2]);
+    TEST_ASSERT_EQUAL_DOUBLE(21.0, recording.column[COLUMN_TEMPERATURE][1]);
+    TEST_ASSERT_NULL(recording.column[COLUMN_REFERENCE]);
+    TEST_ASSERT_EQUAL_STRING("P-885: two colons", recording_key(&recording, "actuator"));
+    TEST_ASSERT_NULL(recording_key(&recording, "amplifier"));
+    recording_free(&recording);
+}
+
+static void test_write_then_read_gives_the_same_numbers(void) {
+    random_t random = {20250101};
+    recording_t written, read;
+    failure_t failure;
+    recording_create(&written, "x", 12345.678, 5000);
+    written.start_s = 3.25;
+    recording_add_column(&written, COLUMN_CURRENT);
+    for (size_t k = 0; k < written.samples; k++) {
+        written.column[COLUMN_DRIVE][k] = 150.0 * random_normal(&random);
+        written.column[COLUMN_DISPLACEMENT][k] = ldexp(random_normal(&random), (int)(k % 200) - 100);
+        written.column[COLUMN_CURRENT][k] = (double)k;
+    }
+    recording_set_key(&written, "actuator", "first");
+    recording_set_key(&written, "actuator", "second");
+    TEST_ASSERT_TRUE(recording_write(&written, file, &failure));
+    TEST_ASSERT_TRUE_MESSAGE(recording_read(&read, file, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT64(written.samples, read.samples);
+    TEST_ASSERT_TRUE(written.sample_rate_hz == read.sample_rate_hz);
+    for (column_t c = 0; c < COLUMN_COUNT; c++) {
+        TEST_ASSERT_EQUAL(written.column[c] != NULL, read.column[c] != NULL);
+        if (read.column[c] != NULL) {
+            TEST_ASSERT_EQUAL_MEMORY(written.column[c], read.column[c], read.samples * sizeof(double));
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("second", recording_key(&read, "actuator"));
+    recording_free(&written);
+    recording_free(&read);
+}
+
+typedef struct {
+    const char *text, *line;
+} bad_t;
+
+static const bad_t bad_recordings[] = {
+    {"", "test_recording.csv: empty file"},
+    {HEADER, ":3: the recording ends after 0 samples"},
+    {NAMES, ":4: the recording ends after 0 samples"},
+    {NAMES "0,1,2\n", ":5: the recording ends after 1 samples"},
+    {"t,drive,displacement\n0,1,2\n0.01,1,2\n", ":1: no header line '# sample_rate_hz"},
+    {"# sample_rate_hz: fast\nt,drive,displacement\n", ":1: sample_rate_hz is not a positive number: 'fast'"},
+    {"# sample_rate_hz: -5\nt,drive,displacement\n", ":1: sample_rate_hz is not a positive number"},
+    {"# sample_rate_hz: 0\nt,drive,displacement\n", ":1: sample_rate_hz is not a positive number"},
+    {"# sample_rate_hz: inf\nt,drive,displacement\n", ":1: sample_rate_hz is not a positive number"},
+    {"# sample_rate_hz: 100\n# sample_rate_hz: 200\n", ":2: second sample_rate_hz"},
+    {"# sample_rate_hz: 100\n# drive_unit: mV\n", ":2: drive_unit is 'mV', only V"},
+    {"# sample_rate_hz: 100\n# displacement_unit: nm\n", ":2: displacement_unit is 'nm', only um"},
+    {HEADER "t,drive\n0,1\n0.01,1\n", ":4: missing column 'displacement'"},
+    {HEADER "t,displacement\n", ":4: missing column 'drive'"},
+    {HEADER "drive,displacement\n", ":4: missing column 't'"},
+    {HEADER "t,drive,displacement,drive\n", ":4: column 'drive' appears twice"},
+    {HEADER "0,1,2\n", ":4: a number where the column names should be"},
+    {NAMES "0,1,2\n0.01,1,2\n0.03,1,2\n", ":7: gap: t goes from 0.01 s to 0.03 s"},
+    {NAMES "0,1,2\n0.01,1,2\n0.01,1,2\n", ":7: duplicate or backward time"},
+    {NAMES "0,1,2\n0.01,1,2\n0.00,1,2\n", ":7: duplicate or backward time"},
+    {NAMES "0,1,2\n0.02,1,2\n0.04,1,2\n", ":6: wrong rate: the first samples are 0.02 s apart"},
+    {NAMES "0,1,2\n0.01001,1,2\n0.02002,1,2\n0.0315,1,2\n0.0425,1,2\n0.0535,1,2\n",
+     ":9: wrong rate or uneven sampling"},
+    {NAMES "0,1,2\n0.01,abc,2\n", ":6: column 'drive': 'abc' is not a finite number"},
+    {NAMES "0,1,2\n0.01,nan,2\n", ":6: column 'drive': 'nan' is not a finite number"},
+    {NAMES "0,1,2\n0.01,1,-inf\n", ":6: column 'displacement': '-inf' is not a finite number"},
+    {NAMES "0,1,2\n0.01,1,1e999\n", ":6: column 'displacement': '1e999' is not a finite number"},
+    {NAMES "0,1,2\n0.01,0x10,2\n", ":6: column 'drive': '0x10' is not a finite number"},
+    {NAMES "0,1,2\n0.01,1 2,2\n", ":6: column 'drive': '1 2' is not a finite number"},
+    {NAMES "0,1,2\n0.01,,2\n", ":6: column 'drive': '' is not a finite number"},
+    {NAMES "0,1,2\nx,1,2\n", ":6: column 't': 'x' is not a finite number"},
+    {NAMES "0,1,2\n0.01,1\n", ":6: ragged line, expected 3 columns"},
+    {NAMES "0,1,2\n0.01,1,2,3\n", ":6: ragged line, expected 3 columns"},
+    {NAMES "0,1,2\n\n0.01,1,2\n", ":6: empty line"},
+    {NAMES "0,1,2\n# late: header\n", ":6: header line after the column names"},
+    {"\x7f"
+     "ELF\x02\x01",
+     ":1: binary data"},
+    {NAMES "0,1,2\n0.01,\x01,2\n", ":6: binary data"},
+};
+
+static void test_refuses_broken_files(void) {
+    for (size_t i = 0; i < sizeof bad_recordings / sizeof bad_recordings[0]; i++) {
+        recording_t recording;
+        failure_t failure = {{0}};
+        write_file(file, bad_recordings[i].text, strlen(bad_recordings[i].text));
+        TEST_ASSERT_FALSE_MESSAGE(recording_read(&recording, file, &failure), bad_recordings[i].line);
+        expect_line(&failure, bad_recordings[i].line);
+        expect_line(&failure, file);
+    }
+}
+
+static void test_refuses_zero_bytes_and_long_lines(void) {
+    recording_t recording;
+    failure_t failure;
+    char text[2000];
+    const size_t start = (size_t)snprintf(text, sizeof text, "%s0,1,", NAMES);
+    memset(text + start, '0', sizeof text - start);
+    write_file(file, text, sizeof text);
+    TEST_ASSERT_FALSE(recording_read(&recording, file, &failure));
+    expect_line(&failure, ":5: line is longer than 1000 characters");
+    memset(text + start, 0, sizeof text - start);
+    write_file(file, text, sizeof text);
+    TEST_ASSERT_FALSE(recording_read(&recording, file, &failure));
+    expect_line(&failure, ":5: binary data");
+}
+
+static void test_refuses_what_is_not_a_file(void) {
+    recording_t recording;
+    failure_t failure;
+    TEST_ASSERT_FALSE(recording_read(&recording, "no_such_file.csv", &failure));
+    expect_line(&failure, "no_such_file.csv: No such file");
+    TEST_ASSERT_FALSE(recording_read(&recording, ".", &failure));
+    expect_line(&failure, "directory");
+}
+
+/* Any damage to a good file is either refused with a line, or leaves numbers that are finite: nothing in between, and
+ * no crash. */
+static void test_random_damage_is_refused_or_harmless(void) {
+    const uint64_t seed = 7;
+    random_t random = {seed};
+    char good[4000];
+    size_t length = (size_t)snprintf(good, sizeof good, "%s", NAMES), refused = 0;
+    for (int k = 0; k < 100; k++) {
+        length += (size_t)snprintf(good + length, sizeof good - length, "%.2f,%d,%d\n", 0.01 * k, k, 2 * k);
+    }
+    for (int turn = 0; turn < 3000; turn++) {
+        char text[sizeof good];
+        recording_t recording;
+        failure_t failure = {{0}};
+        memcpy(text, good, length);
+        for (int i = 0; i < 3; i++) {
+            text[(size_t)(random_uniform(&random) * (double)length)] = (char)(256.0 * random_uniform(&random));
+        }
+        write_file(file, text, (size_t)((double)length * fmin(1.0, 0.5 + random_uniform(&random))));
+        if (!recording_read(&recording, file, &failure)) {
+            TEST_ASSERT_NOT_NULL(strstr(failure.text, file));
+            refused++;
+            continue;
+        }
+        for (size_t k = 0; k < recording.samples; k++) {
+            TEST_ASSERT_TRUE(isfinite(recording.column[COLUMN_DRIVE][k]));
+        }
+        recording_free(&recording);
+    }
+    printf("seed %llu: %zu of 3000 damaged files refused\n", (unsigned long long)seed, refused);
+    TEST_ASSERT_GREATER_THAN_UINT64(1500, refused); /* the test would prove nothing if damage went unnoticed */
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_reads_columns_in_any_order_and_keeps_keys);
+    RUN_TEST(test_write_then_read_gives_the_same_numbers);
+    RUN_TEST(test_refuses_broken_files);
+    RUN_TEST(test_refuses_zero_bytes_and_long_lines);
+    RUN_TEST(test_refuses_what_is_not_a_file);
+    RUN_TEST(test_random_damage_is_refused_or_harmless);
+    return UNITY_END();
+}
