@@ -176,6 +176,13 @@ static void write_number(FILE *file, const json_t *fit, const char *key, const c
     }
 }
 
+/* A time that the fit states about its only recording, or NAN. */
+static double fit_time(const model_t *model, const char *key) {
+    const json_t *recordings = json_object_get(model->fit, "recordings"); /* NULL of NULL */
+    const json_t *time_s = json_object_get(json_array_get(recordings, 0), key);
+    return json_array_size(recordings) == 1 && json_is_number(time_s) ? json_number_value(time_s) : NAN;
+}
+
 static bool write_model(FILE *file, const report_t *report, failure_t *failure) {
     const recording_t *recording = report->recording;
     double *position_um = allocate(recording->samples, sizeof *position_um);
@@ -193,7 +200,14 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     const plot_line_t loop[] = {
         {"before under", "recorded", recording->column[COLUMN_DRIVE], measured_um, recording->samples},
         {"after", "model", recording->column[COLUMN_DRIVE], position_um, recording->samples}};
-    const plot_line_t error = {"plain", "model - recorded", time_s, error_um, recording->samples};
+    /* Before that time the error is what the recording's unknown past left in the actuator. */
+    const double determined_s = fit_time(report->model, "memory_determined_from_s");
+    size_t from = 0;
+    while (from + 2 < recording->samples && time_s[from] < determined_s) {
+        from++;
+    }
+    const plot_line_t error = {"plain", "model − recorded", time_s + from, error_um + from, recording->samples - from};
+    const bool held_out = !json_is_true(json_object_get(report->model->fit, "fitted_to_all"));
 
     fprintf(file, "<h2>The model and its recording</h2>\n<p>Recording: ");
     const char *slash = strrchr(recording->name, '/');
@@ -213,7 +227,9 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     write_number(file, report->model->fit, "nrmse_percent", "On the fitted part:");
     fprintf(file, "</p>\n<div class=\"row\">\n");
     plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, NAN});
-    plot_write(file, &(plot_t){"Model − recorded", "time, s", "error, µm", &error, 1, NAN});
+    plot_write(file,
+               &(plot_t){held_out ? "Model − recorded (shaded: held out of the fit)" : "Model − recorded", "time, s",
+                         "error, µm", &error, 1, held_out ? fit_time(report->model, "held_out_from_s") : NAN});
     fprintf(file, "</div>\n");
     free(error_um);
     free(time_s);
