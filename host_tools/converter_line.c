@@ -14,8 +14,10 @@
 #define START_PATIENCE_MS 20
 /* Afterwards: an emulator on a busy machine stands still for a while, and a repeated sample would be one too many. */
 #define PATIENCE_MS 10000
-/* Answers to repeated frames have all arrived when the line has been silent for this long. */
-#define SILENCE_MS 20
+/* Answers to repeated frames have all arrived when the line has been silent for as long as the first answer took, and
+ * this; a board that only has to start takes no longer than a second to answer. */
+#define SILENCE_MS      20
+#define SILENCE_MOST_MS 1000
 /* A signal may come just before a wait; then this long passes until it is noticed. */
 #define STOP_LOOK_MS 200
 
@@ -177,7 +179,7 @@ static converter_status_t receive_code(converter_line_t *line, int patience_ms, 
 }
 
 converter_status_t converter_exchange(converter_line_t *line, uint16_t position, uint16_t *drive, failure_t *failure) {
-    bool repeated = false;
+    const unsigned long repetitions = line->repetitions;
     for (;;) {
         bool silent = false;
         converter_status_t status = send_code(line, position, failure);
@@ -194,14 +196,16 @@ converter_status_t converter_exchange(converter_line_t *line, uint16_t position,
             (void)fail(failure, "%s: no drive code for %d s", line->name, PATIENCE_MS / 1000);
             return CONVERTER_FAILED;
         }
-        repeated = true;
         line->repetitions++;
     }
     line->answered = true;
     /* Further answers belong to the repeated frames; taking one for the answer to the next code would add a sample of
      * delay for good. */
-    for (bool silent = !repeated; !silent;) {
-        const converter_status_t status = receive_code(line, SILENCE_MS, drive, &silent, failure);
+    const unsigned long frames = line->repetitions - repetitions + 1;
+    const unsigned long waited_ms = frames * START_PATIENCE_MS;
+    const int silence_ms = SILENCE_MS + (int)(waited_ms < SILENCE_MOST_MS ? waited_ms : SILENCE_MOST_MS);
+    for (bool silent = frames == 1; !silent;) {
+        const converter_status_t status = receive_code(line, silence_ms, drive, &silent, failure);
         if (status != CONVERTER_DONE) {
             return status;
         }

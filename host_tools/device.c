@@ -272,7 +272,9 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
 
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure) {
     int64_t values[REGISTER_COUNT];
-    if (!device_read_span(device, which, which, values, failure)) {
+    const bool telemetry = which >= INDEX_sequence && which <= INDEX_frames_served;
+    if (telemetry ? !device_read_telemetry(device, values, failure)
+                  : !device_read_span(device, which, which, values, failure)) {
         return false;
     }
     *value = values[which];

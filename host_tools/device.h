@@ -54,11 +54,13 @@ int64_t device_identity(const device_t *device, int which);
 /** Samples per second of the loop. */
 double device_sample_rate_hz(const device_t *device);
 
+/** The present value; of a telemetry register that of a new snapshot. */
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure);
 
 /**
  * Reads the registers first..last, which must have neighbouring addresses, in one request, so that they belong
- * together. value has REGISTER_COUNT elements; those of first..last are written.
+ * together. value has REGISTER_COUNT elements; those of first..last are written. Telemetry registers show the snapshot
+ * that was taken when `sequence` was last read.
  */
 bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure);
 
