@@ -180,7 +180,7 @@ static void write_number(FILE *file, const json_t *fit, const char *key, const c
 static double fit_time(const model_t *model, const char *key) {
     const json_t *recordings = json_object_get(model->fit, "recordings"); /* NULL of NULL */
     const json_t *time_s = json_object_get(json_array_get(recordings, 0), key);
-    return json_array_size(recordings) == 1 && json_is_number(time_s) ? json_number_value(time_s) : NAN;
+    return json_array_size(recordings) == 1 && json_is_number(time_s) ? json_number_value(time_s) : (double)NAN;
 }
 
 static bool write_model(FILE *file, const report_t *report, failure_t *failure) {
@@ -229,7 +229,7 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, NAN});
     plot_write(file,
                &(plot_t){held_out ? "Model − recorded (shaded: held out of the fit)" : "Model − recorded", "time, s",
-                         "error, µm", &error, 1, held_out ? fit_time(report->model, "held_out_from_s") : NAN});
+                         "error, µm", &error, 1, held_out ? fit_time(report->model, "held_out_from_s") : (double)NAN});
     fprintf(file, "</div>\n");
     free(error_um);
     free(time_s);
