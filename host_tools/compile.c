@@ -96,7 +96,7 @@ static bool set_ranges(job_t *job) {
     return true;
 }
 
-/* Fits a straight line to the major loop (both branches over the whole range, evenly in the drive) and inverts it. */
+/* Fits a straight line to the major loop (once around it, evenly in the drive) and inverts it. */
 static bool set_linear(job_t *job, const play_bank_t *bank, double offset) {
     enum { POINTS = 1000 };
     double *memory = allocate(bank->operators, sizeof(double));
@@ -105,7 +105,7 @@ static bool set_linear(job_t *job, const play_bank_t *bank, double offset) {
         memory[i] = -1.0 + bank->threshold[i];
     }
     for (int k = 0; k < 2 * POINTS; k++) {
-        const double u = k < POINTS ? -1.0 + (2.0 * k + 1.0) / POINTS : 3.0 - (2.0 * k + 1.0) / POINTS;
+        const double u = k < POINTS ? -1.0 + 2.0 * k / POINTS : 3.0 - 2.0 * k / POINTS;
         double y = offset + bank->weight[0] * u;
         for (size_t i = 0; i < bank->operators; i++) {
             memory[i] = fmax(u - bank->threshold[i], fmin(u + bank->threshold[i], memory[i]));

@@ -7,6 +7,12 @@ static const double highest_rolloff =
 static const double lag_rolloff_ratio = 4.0; /* keeps every coefficient inside Q28 and the noise gain at 4 */
 static const double mode_rolloff_damping = 0.7;
 
+/* Group delay at frequency 0 in samples: that of the numerator less that of the denominator, whose sums are equal. */
+static double delay_at_rest(const inverse_filter_t *filter) {
+    const double gain = filter->b0 + filter->b1 + filter->b2;
+    return (filter->b1 + 2.0 * filter->b2 - filter->a1 - 2.0 * filter->a2) / gain;
+}
+
 inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_filters) {
     inverse_filter_t filter = {.delay_s = 1.0 / (2.0 * M_PI * cutoff_hz)};
     const double rolloff_hz = fmin(lag_rolloff_ratio * cutoff_hz, highest_rolloff * sample_rate_hz);
@@ -17,10 +23,10 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
     const double c = sample_rate_hz / (M_PI * cutoff_hz), r = sample_rate_hz / (M_PI * rolloff_hz);
     filter.section = true;
     filter.rolloff_hz = rolloff_hz;
-    filter.delay_s = 1.0 / (2.0 * M_PI * rolloff_hz);
     filter.b0 = (1.0 + c) / (1.0 + r);
     filter.b1 = (1.0 - c) / (1.0 + r);
     filter.a1 = (1.0 - r) / (1.0 + r);
+    filter.delay_s += delay_at_rest(&filter) / sample_rate_hz;
     return filter;
 }
 
@@ -35,12 +41,12 @@ inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double s
     const double a0 = k2 + denominator + 1.0;
     filter.section = true;
     filter.rolloff_hz = frequency_hz;
-    filter.delay_s = mode_rolloff_damping / (M_PI * frequency_hz);
     filter.b0 = (k2 + numerator + 1.0) / a0;
     filter.b1 = 2.0 * (1.0 - k2) / a0;
     filter.b2 = (k2 - numerator + 1.0) / a0;
     filter.a1 = filter.b1;
     filter.a2 = (k2 - denominator + 1.0) / a0;
+    filter.delay_s += delay_at_rest(&filter) / sample_rate_hz;
     return filter;
 }
 

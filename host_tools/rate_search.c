@@ -3,6 +3,9 @@
 #include <gsl/gsl_multimin.h>
 #include <math.h>
 
+/* Rate dependence must lower the residual by this much: two more free numbers lower it by some 1 / samples by chance. */
+static const double worth_it = 0.999;
+
 enum { GRID_BETA = 8, GRID_FILTER = 7, MOST_ITERATIONS = 60 };
 
 typedef struct {
@@ -121,7 +124,7 @@ bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, con
         if (isfinite(trial)) {
             trial = refine(&search, &trial_beta_s, &trial_filter_s);
         }
-        if (trial < rms) {
+        if (trial < worth_it * rms) {
             rms = trial;
             beta_s = trial_beta_s;
             filter_s = trial_filter_s;
