@@ -118,7 +118,8 @@ static bool factorise(const normal_equations_t *equations, const bool *bound, fr
     gsl_set_error_handler(handler);
     if (status != GSL_SUCCESS) {
         free_part_free(part);
-        return fail(failure, "the least squares problem is singular: the recording does not determine the parameters");
+        fail(failure, "the least squares problem is singular: the recording does not determine the parameters");
+        return false;
     }
     return true;
 }

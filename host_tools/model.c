@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "catalogue.h"
 #include "model.h"
+#include "catalogue.h"
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>

@@ -3,7 +3,8 @@
 #include <gsl/gsl_multimin.h>
 #include <math.h>
 
-/* Rate dependence must lower the residual by this much: two more free numbers lower it by some 1 / samples by chance. */
+/* Rate dependence must lower the residual by this much: two more free numbers lower it by some 1 / samples by chance.
+ */
 static const double worth_it = 0.999;
 
 enum { GRID_BETA = 8, GRID_FILTER = 7, MOST_ITERATIONS = 60 };

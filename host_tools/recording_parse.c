@@ -211,7 +211,7 @@ static bool read_sample(reader_t *reader) {
     char *field = reader->text;
     make_room(reader);
     for (size_t i = 0; i < reader->columns; i++) {
-        char *comma = strchr(field, ',');
+        char *comma = strchr(field, ','), *next = comma != NULL ? comma + 1 : field + strlen(field);
         double number = 0.0;
         if ((comma == NULL) != (i + 1 == reader->columns)) {
             return fail(reader->failure, "%s:%lu: ragged line, expected %zu columns", reader->path, reader->line,
@@ -232,7 +232,7 @@ static bool read_sample(reader_t *reader) {
         } else if (reader->meaning[i] != IGNORED_COLUMN) {
             recording->column[reader->meaning[i]][k] = number;
         }
-        field = comma + 1;
+        field = next;
     }
     if (k == 0) {
         recording->start_s = reader->time[1];

@@ -12,8 +12,8 @@
 extern const parameter_info_t first_order_lag_parameters[1];
 
 size_t first_order_lag_state_size(const parameter_t *parameter, const stage_setup_t *setup);
-void first_order_lag_open(void *state, const parameter_t *parameter, const stage_setup_t *setup);
-void first_order_lag_settle(void *state, signal_t *signal);
-void first_order_lag_step(void *state, signal_t *signal);
+void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup);
+void first_order_lag_settle(void *memory, signal_t *signal);
+void first_order_lag_step(void *memory, signal_t *signal);
 
 #endif

@@ -54,7 +54,7 @@ stdout_has 'Exit status'
 expect 0 '' --version
 stdout_has 'hyst '
 expect 2 'which command'
-expect 2 "unknown command 'fi'" fi
+expect 2 "unknown command 'calibrate'" calibrate
 for command in fit simulate compile; do
     expect 0 '' $command --help
     stdout_has "hyst $command"

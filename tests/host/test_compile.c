@@ -121,7 +121,7 @@ static void test_rate_dependent_fixed_point_is_the_double_one(void) {
         TEST_ASSERT_TRUE(worst <= bound);
         model_free(&model);
     }
-    printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)(seed + 1), worst_part);
+    printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed + 1, worst_part);
 }
 
 static void test_linear_line_is_the_middle_of_the_major_loop(void) {

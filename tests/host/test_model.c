@@ -135,13 +135,16 @@ static void test_refuses_broken_models(void) {
 }
 
 static void test_refuses_too_many_blocks(void) {
-    char text[4000] = "{\"format\":\"hyst-model-1\",\"sample_rate_hz\":1,\"chain\":[" GOOD_BANK;
+    char text[4000];
+    size_t length = (size_t)snprintf(text, sizeof text, "%s",
+                                     "{\"format\":\"hyst-model-1\",\"sample_rate_hz\":1,\"chain\":[" GOOD_BANK);
     model_t model;
     failure_t failure;
     for (int i = 0; i < MODEL_MAX_BLOCKS; i++) {
-        strcat(text, "," BLOCK("quantisation", "\"step_um\":1"));
+        length +=
+            (size_t)snprintf(text + length, sizeof text - length, "%s", "," BLOCK("quantisation", "\"step_um\":1"));
     }
-    strcat(text, "]}");
+    snprintf(text + length, sizeof text - length, "]}");
     TEST_ASSERT_FALSE(read_text(&model, text, &failure));
     expect_line(&failure, "chain has 33 blocks");
 }
