@@ -13,8 +13,9 @@
 #include <unistd.h>
 
 #define TRIES 3
-/* Longest write that does not cut a breakpoint (4 registers) in two. */
-#define WRITE_MOST (MODBUS_MAX_WRITE_REGISTERS / 4 * 4)
+/* Longest and shortest part of a block that is written at once. Multiples of 4, not to cut a breakpoint in two. */
+#define WRITE_MOST  (MODBUS_MAX_WRITE_REGISTERS / 4 * 4)
+#define WRITE_LEAST 8
 
 struct device {
     modbus_t *modbus;
@@ -323,25 +324,21 @@ bool device_start(device_t *device, failure_t *failure) {
     }
 }
 
-static const char *block_name(int address) {
+/* "block capture at 1200", for messages. */
+static void describe(int block, size_t offset, char text[100]) {
     size_t i = 0;
-    while (i + 1 < register_block_count && register_blocks[i].address != address) {
+    while (i + 1 < register_block_count && register_blocks[i].address != block) {
         i++;
     }
-    return register_blocks[i].name;
+    (void)snprintf(text, 100, "block %s at %zu", register_blocks[i].name, offset);
 }
 
-/* Cuts a block into the longest requests that Modbus allows. Exactly one of read_to and write_from is not NULL. */
-static bool transfer_block(device_t *device, int block, size_t offset, size_t count, uint16_t *read_to,
-                           const uint16_t *write_from, failure_t *failure) {
-    const size_t most = write_from != NULL ? WRITE_MOST : MODBUS_MAX_READ_REGISTERS;
+bool device_read_block(device_t *device, int block, size_t offset, size_t count, uint16_t *value, failure_t *failure) {
     for (size_t done = 0; done < count;) {
-        const size_t part = count - done < most ? count - done : most;
+        const size_t part = count - done < MODBUS_MAX_READ_REGISTERS ? count - done : MODBUS_MAX_READ_REGISTERS;
         char what[100];
-        (void)snprintf(what, sizeof what, "block %s at %zu", block_name(block), offset + done);
-        const request_t request = {what, block + (int)(offset + done), (int)part,
-                                   read_to != NULL ? read_to + done : NULL,
-                                   write_from != NULL ? write_from + done : NULL};
+        describe(block, offset + done, what);
+        const request_t request = {what, block + (int)(offset + done), (int)part, value + done, NULL};
         if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
             return false;
         }
@@ -350,11 +347,26 @@ static bool transfer_block(device_t *device, int block, size_t offset, size_t co
     return true;
 }
 
-bool device_read_block(device_t *device, int block, size_t offset, size_t count, uint16_t *value, failure_t *failure) {
-    return transfer_block(device, block, offset, count, value, NULL, failure);
-}
-
+/* A long request that is lost is followed by shorter ones: on a line that is disturbed now and then, or by an emulator
+ * that pauses, they are likelier to arrive whole. */
 bool device_write_block(device_t *device, int block, size_t offset, size_t count, const uint16_t *value,
                         failure_t *failure) {
-    return transfer_block(device, block, offset, count, NULL, value, failure);
+    size_t most = WRITE_MOST;
+    for (size_t done = 0; done < count;) {
+        const size_t part = count - done < most ? count - done : most;
+        const bool shortest = part <= WRITE_LEAST;
+        char what[100];
+        describe(block, offset + done, what);
+        const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done};
+        const outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
+        if (outcome == OUTCOME_DONE) {
+            done += part;
+        } else if (outcome == OUTCOME_REFUSED || shortest) {
+            return false;
+        } else {
+            most = part / 8 * 4 < WRITE_LEAST ? WRITE_LEAST : part / 8 * 4;
+            device->repetitions++;
+        }
+    }
+    return true;
 }
