@@ -39,10 +39,9 @@ typedef struct {
 /** What compiling gave up, in numbers. */
 typedef struct {
     size_t model_operators; /**< of the model; the image's are in the parameters */
-    double
-        merge_error_um; /**< largest difference of a branch that merging operators makes, anywhere in the drive range */
-    double lookahead_remainder_s; /**< delay that neither lookahead nor interpolation covers; without filters up to half
-                                     a sample */
+    double merge_error_um;  /**< largest difference that merging makes to a branch, anywhere in the drive range */
+    /** Delay that neither lookahead nor interpolation covers; without filters up to half a sample. */
+    double lookahead_remainder_s;
     double growth_limit_v; /**< largest threshold growth the amplifier can represent; 0 without rate dependence */
     size_t notes;
     char note[COMPILE_MAX_NOTES][200]; /**< one line each: filters and their roll-off, what was left out */

@@ -44,13 +44,13 @@ typedef struct {
     double held_out_max_um;
     double determined_s; /**< time from which the memory is determined */
     double held_out_s;   /**< time at which the held-out part begins */
-    double
-        initial_mean_error_um; /**< mean absolute error of the samples before determined_s with the estimated memory */
+    /** Mean absolute error of the samples before determined_s, with the estimated memory. */
+    double initial_mean_error_um;
 } fit_recording_report_t;
 
 typedef struct {
     size_t candidates;
-    fit_candidate_t candidate[FIT_MAX_CANDIDATES]; /**< none when the number of operators was given */
+    fit_candidate_t candidate[FIT_MAX_CANDIDATES]; /**< two when the number was given: without and with drift */
     size_t operators;
     bool drift;
     double drift_um;        /**< per decade of time; taken out, not in the model */
