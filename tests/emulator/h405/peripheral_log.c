@@ -53,14 +53,22 @@ void peripheral_log_read(peripheral_log_t *log) {
     }
 }
 
-bool peripheral_log_wait(peripheral_log_t *log, size_t codes, double seconds) {
+static bool wait_for(peripheral_log_t *log, const size_t *count, size_t wanted, double seconds) {
     const double until_s = monotonic_s() + seconds;
     peripheral_log_read(log);
-    while (log->codes < codes && monotonic_s() < until_s) {
+    while (*count < wanted && monotonic_s() < until_s) {
         sleep_until(monotonic_s() + 0.005);
         peripheral_log_read(log);
     }
-    return log->codes >= codes;
+    return *count >= wanted;
+}
+
+bool peripheral_log_wait(peripheral_log_t *log, size_t codes, double seconds) {
+    return wait_for(log, &log->codes, codes, seconds);
+}
+
+bool peripheral_log_wait_for_control(peripheral_log_t *log, size_t controls, double seconds) {
+    return wait_for(log, &log->controls, controls, seconds);
 }
 
 void peripheral_log_close(peripheral_log_t *log) {

@@ -35,6 +35,9 @@ void peripheral_log_read(peripheral_log_t *log);
 /** Reads until there are this many codes. False when that takes longer than `seconds`. */
 bool peripheral_log_wait(peripheral_log_t *log, size_t codes, double seconds);
 
+/** Likewise for writes to the converter's control register. */
+bool peripheral_log_wait_for_control(peripheral_log_t *log, size_t controls, double seconds);
+
 /** A log that was never opened is allowed. */
 void peripheral_log_close(peripheral_log_t *log);
 

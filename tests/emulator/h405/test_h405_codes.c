@@ -12,21 +12,15 @@
  * earlier than its mark says. The replay tries that for one command at a time before it calls the codes different.
  */
 #include "control.h"
-#include "device.h"
-#include "emulator.h"
+#include "emulated_h405.h"
 #include "fake_board.h"
 #include "hyst/parameters.h"
 #include "master.h"
-#include "peripheral_log.h"
 #include "source.h"
 #include "unity.h"
-#include <stdlib.h>
 
 #define Q31(x) ((hyst_q31_t)((x)*2147483648.0))
 #define Q28(x) ((hyst_q28_t)((x)*268435456.0))
-
-/* Emulated time follows the instructions, so it may be slow. What takes longer than this hangs. */
-#define PATIENCE_S 60.0
 
 /* A register to write, and samples to run then. */
 typedef struct {
@@ -66,9 +60,6 @@ enum { WAVEFORM_WORDS = sizeof waveform / sizeof waveform[0] };
 
 static uint32_t image[HYST_IMAGE_MAX_WORDS];
 static size_t image_words;
-static emulator_t emulator;
-static device_t *device;
-static peripheral_log_t log_of_image;
 /* Codes that were written before each action's answer. */
 static size_t mark[ACTIONS];
 
@@ -109,32 +100,28 @@ static void to_registers(const uint32_t *words, size_t count, uint16_t *register
     }
 }
 
-static void check(bool ok, const failure_t *failure) {
-    TEST_ASSERT_TRUE_MESSAGE(ok, failure->text);
-}
-
 /* Everything the test does to the emulated image. */
 static void steer(void) {
     failure_t failure;
     uint16_t registers[2 * HYST_IMAGE_MAX_WORDS];
     to_registers(image, image_words, registers);
-    check(device_write_block(device, ADDRESS_staging, 0, 2 * image_words, registers, &failure), &failure);
+    check(device_write_block(h405_device, ADDRESS_staging, 0, 2 * image_words, registers, &failure), &failure);
     to_registers(waveform, WAVEFORM_WORDS, registers);
-    check(device_write_block(device, ADDRESS_waveform, 0, (size_t)2 * WAVEFORM_WORDS, registers, &failure), &failure);
+    check(device_write_block(h405_device, ADDRESS_waveform, 0, (size_t)2 * WAVEFORM_WORDS, registers, &failure),
+          &failure);
     for (unsigned i = 0; i < ACTIONS; i++) {
-        check(device_write(device, (int)actions[i].index, actions[i].value, &failure), &failure);
-        peripheral_log_read(&log_of_image);
-        mark[i] = log_of_image.codes_at_answer;
-        TEST_ASSERT_TRUE_MESSAGE(peripheral_log_wait(&log_of_image, mark[i] + actions[i].samples, PATIENCE_S),
-                                 "the loop stands still");
+        h405_write(actions[i].index, actions[i].value);
+        peripheral_log_read(&h405_log);
+        mark[i] = h405_log.codes_at_answer;
+        h405_wait(mark[i] + actions[i].samples);
     }
     int64_t value[REGISTER_COUNT];
-    check(device_read(device, INDEX_fault_code, &value[INDEX_fault_code], &failure), &failure);
+    check(device_read(h405_device, INDEX_fault_code, &value[INDEX_fault_code], &failure), &failure);
     TEST_ASSERT_EQUAL_INT64_MESSAGE(HYST_PARAMETERS_OK, value[INDEX_fault_code], "the image was refused");
 
     /* The emulated chip has no clock control and no conversion ever ends: both waits were bounded, and both are
      * reported. */
-    check(device_read_telemetry(device, value, &failure), &failure);
+    check(device_read_telemetry(h405_device, value, &failure), &failure);
     TEST_ASSERT_EQUAL_HEX64(FAULT_CLOCK_FALLBACK | FAULT_CONVERTER_TIMEOUT, value[INDEX_faults_sticky]);
     TEST_ASSERT_EQUAL_INT64(value[INDEX_samples], value[INDEX_converter_timeouts]);
     TEST_ASSERT_EQUAL_INT64(0, value[INDEX_overruns]);
@@ -142,29 +129,10 @@ static void steer(void) {
 }
 
 static void run_emulated(void) {
-    failure_t failure;
-    TEST_ASSERT_EQUAL(0, setenv("HYST_EMULATOR_LOG", H405_LOG, 1));
-    (void)remove(H405_LOG);
-    check(emulator_start(&emulator, LOGGED_EMULATOR, H405_IMAGE, &failure), &failure);
-    TEST_ASSERT_TRUE_MESSAGE(peripheral_log_open(&log_of_image, H405_LOG), "the emulator writes no log");
-    /* The line is deaf until the clocks' waits are over. */
-    TEST_ASSERT_TRUE_MESSAGE(peripheral_log_wait(&log_of_image, 2, PATIENCE_S), "the image does not start its loop");
-    const device_options_t options = {.port = emulator.port, .baud = 115200, .slave = 1, .timeout_s = 5.0};
-    device = device_open(&options, &failure);
-    check(device != NULL, &failure);
+    h405_start();
     steer();
-    TEST_ASSERT_EQUAL_MESSAGE(0, device_repetitions(device), "a request was repeated: the marks mean nothing");
-    peripheral_log_read(&log_of_image);
-}
-
-/* Outside of any test, so that a failed one leaves no emulator behind. */
-static void end_emulation(void) {
-    failure_t failure;
-    device_close(device);
-    peripheral_log_close(&log_of_image);
-    if (!emulator_stop(&emulator, &failure)) {
-        (void)failure_print(&failure);
-    }
+    TEST_ASSERT_EQUAL_MESSAGE(0, device_repetitions(h405_device), "a request was repeated: the marks mean nothing");
+    peripheral_log_read(&h405_log);
 }
 
 /*
@@ -177,34 +145,34 @@ static size_t replay(unsigned early, uint16_t *expected) {
     master_write_words(ADDRESS_waveform, waveform, WAVEFORM_WORDS);
     unsigned next = 0;
     /* Code 0 was written by the initialisation, before the first sample. */
-    for (size_t i = 1; i < log_of_image.codes; i++) {
+    for (size_t i = 1; i < h405_log.codes; i++) {
         while (next < ACTIONS && mark[next] - (next == early ? 1U : 0U) <= i) {
             TEST_ASSERT_EQUAL(MODBUS_OK, master_set(actions[next].index, actions[next].value));
             next++;
         }
         *expected = fake_board_sample(0);
-        if (*expected != log_of_image.code[i]) {
+        if (*expected != h405_log.code[i]) {
             return i;
         }
     }
-    return log_of_image.codes;
+    return h405_log.codes;
 }
 
 static void test_every_code_is_what_the_library_computes(void) {
     uint16_t expected = 0;
     const size_t first_difference = replay(NONE, &expected);
     size_t best = first_difference;
-    for (unsigned early = 0; early < ACTIONS && best < log_of_image.codes; early++) {
+    for (unsigned early = 0; early < ACTIONS && best < h405_log.codes; early++) {
         uint16_t ignored;
         const size_t difference = replay(early, &ignored);
         best = difference > best ? difference : best;
     }
     char text[128];
-    (void)snprintf(text, sizeof text, "%zu codes; code %zu is 0x%04x, the library says 0x%04x", log_of_image.codes,
-                   first_difference, first_difference < log_of_image.codes ? log_of_image.code[first_difference] : 0U,
+    (void)snprintf(text, sizeof text, "%zu codes; code %zu is 0x%04x, the library says 0x%04x", h405_log.codes,
+                   first_difference, first_difference < h405_log.codes ? h405_log.code[first_difference] : 0U,
                    expected);
-    TEST_ASSERT_EQUAL_UINT_MESSAGE(log_of_image.codes, best, text);
-    (void)printf("%zu codes equal\n", log_of_image.codes);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(h405_log.codes, best, text);
+    (void)printf("%zu codes equal\n", h405_log.codes);
 }
 
 /* Otherwise equal codes would prove little. */
@@ -212,11 +180,11 @@ static void test_the_codes_move(void) {
     uint16_t low = UINT16_MAX;
     uint16_t high = 0;
     size_t changes = 0;
-    for (size_t i = 1; i < log_of_image.codes; i++) {
-        low = log_of_image.code[i] < low ? log_of_image.code[i] : low;
-        high = log_of_image.code[i] > high ? log_of_image.code[i] : high;
-        changes += log_of_image.code[i] != log_of_image.code[i - 1] ? 1U : 0U;
-        TEST_ASSERT_EQUAL_HEX16_MESSAGE(0, log_of_image.code[i] & 0xFU, "the converter has 12 bits");
+    for (size_t i = 1; i < h405_log.codes; i++) {
+        low = h405_log.code[i] < low ? h405_log.code[i] : low;
+        high = h405_log.code[i] > high ? h405_log.code[i] : high;
+        changes += h405_log.code[i] != h405_log.code[i - 1] ? 1U : 0U;
+        TEST_ASSERT_EQUAL_HEX16_MESSAGE(0, h405_log.code[i] & 0xFU, "the converter has 12 bits");
     }
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(0x2000, low);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT16(0xF000, high);
@@ -225,18 +193,18 @@ static void test_the_codes_move(void) {
 
 /* Control values: on without a trigger; then triggered by TIM2 (TSEL 4). */
 static void test_the_safe_code_comes_before_the_output_is_on(void) {
-    TEST_ASSERT_EQUAL_UINT(2, log_of_image.controls);
-    TEST_ASSERT_EQUAL_HEX32(0x01, log_of_image.control[0]);
-    TEST_ASSERT_EQUAL_UINT(1, log_of_image.codes_at_control[0]);
-    TEST_ASSERT_EQUAL_HEX16(BOARD_CODE_MIDDLE, log_of_image.code[0]);
-    TEST_ASSERT_EQUAL_HEX32(0x25, log_of_image.control[1]);
-    TEST_ASSERT_EQUAL_UINT(1, log_of_image.codes_at_control[1]);
+    TEST_ASSERT_EQUAL_UINT(2, h405_log.controls);
+    TEST_ASSERT_EQUAL_HEX32(0x01, h405_log.control[0]);
+    TEST_ASSERT_EQUAL_UINT(1, h405_log.codes_at_control[0]);
+    TEST_ASSERT_EQUAL_HEX16(BOARD_CODE_MIDDLE, h405_log.code[0]);
+    TEST_ASSERT_EQUAL_HEX32(0x25, h405_log.control[1]);
+    TEST_ASSERT_EQUAL_UINT(1, h405_log.codes_at_control[1]);
 }
 
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(run_emulated);
-    end_emulation();
+    h405_end();
     if (Unity.TestFailures == 0) {
         RUN_TEST(test_every_code_is_what_the_library_computes);
         RUN_TEST(test_the_codes_move);

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "emulated_h405.h"
+#include "emulator.h"
+#include "unity.h"
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+device_t *h405_device;
+peripheral_log_t h405_log;
+
+static emulator_t emulator = {.process = -1, .converter_line = -1, .output = -1, .port_holder = -1};
+
+/* In the working folder. The log stays there, to be looked at. */
+static const char log_path[] = "h405.log";
+static const struct sockaddr_un debugger = {.sun_family = AF_UNIX, .sun_path = "h405.debugger"};
+
+void check(bool ok, const failure_t *failure) {
+    TEST_ASSERT_TRUE_MESSAGE(ok, failure->text);
+}
+
+void h405_start(void) {
+    failure_t failure;
+    (void)unlink(log_path);
+    (void)unlink(debugger.sun_path);
+    TEST_ASSERT_EQUAL(0, setenv("HYST_EMULATOR_LOG", log_path, 1));
+    TEST_ASSERT_EQUAL(0, setenv("HYST_EMULATOR_DEBUGGER", debugger.sun_path, 1));
+    check(emulator_start(&emulator, LOGGED_EMULATOR, H405_IMAGE, &failure), &failure);
+    TEST_ASSERT_TRUE_MESSAGE(peripheral_log_open(&h405_log, log_path), "the emulator writes no log");
+    /* The line is deaf until the clocks' waits are over. */
+    h405_wait(2);
+    const device_options_t options = {.port = emulator.port, .baud = 115200, .slave = 1, .timeout_s = 5.0};
+    h405_device = device_open(&options, &failure);
+    check(h405_device != NULL, &failure);
+}
+
+void h405_write(unsigned index, int64_t value) {
+    failure_t failure;
+    check(device_write(h405_device, (int)index, value, &failure), &failure);
+}
+
+void h405_wait(size_t codes) {
+    TEST_ASSERT_TRUE_MESSAGE(peripheral_log_wait(&h405_log, codes, PATIENCE_S), "the loop stands still");
+}
+
+/* One packet of the gdb remote serial protocol: $text#checksum. */
+static void tell_debugger(int line, const char *text) {
+    unsigned sum = 0;
+    for (const char *c = text; *c != '\0'; c++) {
+        sum += (unsigned char)*c;
+    }
+    char packet[64];
+    const int length = snprintf(packet, sizeof packet, "+$%s#%02x", text, sum & 0xFFU);
+    TEST_ASSERT_EQUAL(length, send(line, packet, (size_t)length, MSG_NOSIGNAL));
+}
+
+/* Connecting stops the processor, detaching lets it go on. */
+void h405_crash(void) {
+    const int line = socket(AF_UNIX, SOCK_STREAM, 0);
+    const struct timeval patience = {.tv_sec = 10};
+    TEST_ASSERT_GREATER_OR_EQUAL(0, line);
+    TEST_ASSERT_EQUAL(0, setsockopt(line, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience));
+    TEST_ASSERT_EQUAL(0, connect(line, (const struct sockaddr *)&debugger, sizeof debugger));
+    /* The vector of interrupt 28, TIM2: 16 + 28 words into the table. Its new value, 0x60000000, is no code. */
+    tell_debugger(line, "M80000b0,4:00000060");
+    char answer = '\0';
+    while (answer != 'K' && recv(line, &answer, 1, 0) == 1) { /* until the end of OK */
+    }
+    TEST_ASSERT_EQUAL_HEX8_MESSAGE('K', answer, "the debugger's stub does not write the vector");
+    tell_debugger(line, "D");
+    (void)recv(line, &answer, 1, 0);
+    (void)close(line);
+}
+
+void h405_end(void) {
+    failure_t failure;
+    device_close(h405_device);
+    h405_device = NULL;
+    peripheral_log_close(&h405_log);
+    if (emulator.process > 0 && !emulator_stop(&emulator, &failure)) {
+        (void)failure_print(&failure);
+    }
+    (void)unlink(debugger.sun_path);
+}
