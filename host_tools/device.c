@@ -338,7 +338,8 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         const size_t part = count - done < MODBUS_MAX_READ_REGISTERS ? count - done : MODBUS_MAX_READ_REGISTERS;
         char what[100];
         describe(block, offset + done, what);
-        const request_t request = {what, block + (int)(offset + done), (int)part, value + done, NULL};
+        uint16_t *const to = value + done;
+        const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL};
         if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
             return false;
         }

@@ -116,7 +116,7 @@ static bool load_sine(device_t *device, const hyst_parameters_t *image, const ex
 
 static bool load_breakpoints(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
                              failure_t *failure) {
-    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS];
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
     const size_t corners = waveform_breakpoints(&experiment->waveform, device_sample_rate_hz(device), corner);
     if ((int64_t)corners > device_identity(device, INDEX_waveform_capacity)) {
         return fail(failure, "the amplifier holds %" PRId64 " breakpoints, this waveform has %zu",
@@ -237,7 +237,7 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
 
 bool experiment_run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
                     recording_t *recording, experiment_events_t *events, failure_t *failure) {
-    capture_plan_t plan;
+    capture_plan_t plan = {0};
     if (!plan_capture(device, &experiment->waveform, &plan, failure) ||
         !go_to_start(device, image, experiment, failure)) {
         return false;

@@ -1,14 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "twin_options.h"
 #include "compile.h"
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static bool read_resonance(twin_settings_t *settings) {
-    char rest = '\0';
+    char *end = NULL;
     twin_options_t *twin = &settings->twin;
-    return sscanf(settings->resonance, "%lf:%lf%c", &twin->resonance_hz, &twin->resonance_damping, &rest) == 2 &&
-           twin->resonance_hz > 0.0;
+    twin->resonance_hz = strtod(settings->resonance, &end);
+    if (*end != ':') {
+        return false;
+    }
+    twin->resonance_damping = strtod(end + 1, &end);
+    return *end == '\0' && isfinite(twin->resonance_hz) && twin->resonance_hz > 0.0 &&
+           isfinite(twin->resonance_damping);
 }
 
 int twin_options_check(const command_t *command, twin_settings_t *settings) {

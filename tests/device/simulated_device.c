@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#define _XOPEN_SOURCE   700 /* pseudo-terminals */
-#define _DEFAULT_SOURCE     /* MAP_ANONYMOUS */
 #include "simulated_device.h"
 #include "amplifier.h"
 #include "control.h"

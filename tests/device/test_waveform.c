@@ -43,7 +43,8 @@ static void test_rounding_to_samples_does_not_add_up(void) {
         samples += corner[i].samples;
         const double cycles = 0.25 + 0.5 * (double)i;
         TEST_ASSERT_DOUBLE_WITHIN(0.5, cycles * rate_hz / 7.0, samples);
-        const double swing = 16.0 * (63.0 - (double)(i / 2)) / 63.0;
+        const size_t cycle = i / 2;
+        const double swing = 16.0 * (63.0 - (double)cycle) / 63.0;
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, i % 2 == 0 ? 10.0 + swing : 10.0 - swing, corner[i].level);
     }
     samples += corner[corners - 1].samples;
