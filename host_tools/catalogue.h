@@ -11,6 +11,7 @@
     BLOCK(amplifier_bandwidth)                                                                                         \
     BLOCK(rate_dependent_hysteresis)                                                                                   \
     BLOCK(prandtl_ishlinskii)                                                                                          \
+    BLOCK(creep)                                                                                                       \
     BLOCK(resonance)                                                                                                   \
     BLOCK(sensor_bandwidth)                                                                                            \
     BLOCK(sensor_noise)                                                                                                \

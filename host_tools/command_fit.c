@@ -21,7 +21,7 @@ const command_t command_fit = {
         "thresholds is smoothed (for a twin; compile merges it to what an amplifier holds).\n"
         "A slow drift of the offset is taken out of the fit where that predicts better; the model's offset is then the "
         "one at\n"
-        "the end of the training data.",
+        "the end of the training data. With --creep a block creep takes its place, which the amplifier can undo.",
     .run = run};
 
 static void print_value(double value, const double *sigma) {
@@ -80,9 +80,9 @@ static void print_block(const model_block_t *block) {
     }
 }
 
-static void print_choice(const fit_report_t *report, bool given) {
+static void print_choice(const fit_report_t *report, const fit_options_t *options) {
     printf("play operators %zu: ", report->operators);
-    if (given) {
+    if (options->operators > 0) {
         puts("as asked for");
     } else {
         puts("the fewest within 1 % of the best validation error, fitted and judged inside the training data:");
@@ -92,6 +92,9 @@ static void print_choice(const fit_report_t *report, bool given) {
                        report->candidate[i].validation_nrmse_percent);
             }
         }
+    }
+    if (options->creep && !report->creep) {
+        puts("creep: no minimum between -2 and 8 % a decade, so these recordings do not determine it; left out");
     }
     if (report->drift) {
         printf("offset drift %.4g um per decade of time, taken out of the fit: without that it predicts worse\n",
@@ -113,7 +116,7 @@ static void print_text(const model_t *model, const recording_t *recordings, cons
         print_block(&model->block[i]);
     }
     putchar('\n');
-    print_choice(report, options->operators > 0);
+    print_choice(report, options);
     if (report->smoothing <= 0.0) {
         printf("standard errors (+-) count %.0f neighbouring samples as one: the residuals are that long correlated\n",
                report->autocorrelation_samples);
@@ -174,6 +177,7 @@ static int run(int argc, char **argv) {
         {"--family", NULL, OPTION_TEXT, "FAMILY", "prandtl_ishlinskii (default) or rate_dependent_prandtl_ishlinskii",
          &family},
         {"--operators", NULL, OPTION_TEXT, "N|auto", "number of play operators (default: auto)", &operators},
+        {"--creep", NULL, OPTION_FLAG, NULL, "find creep too: gamma_per_decade of a block creep", &settings.creep},
         {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit the chosen structure to the whole recordings",
          &settings.use_all},
         {"--output", "-o", OPTION_TEXT, "MODEL.json", "write the model", &output},

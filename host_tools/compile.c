@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compile.h"
 #include "compile_filters.h"
+#include "creep_cells.h"
 #include "play_curve.h"
 #include <math.h>
 #include <stdarg.h>
@@ -124,13 +125,43 @@ static bool set_linear(job_t *job, const play_bank_t *bank, double offset) {
            to_fixed(job, -(sum_y / (2.0 * POINTS)) / slope, 31, "linear_offset", &job->parameters->linear_offset);
 }
 
+static creep_cells_t cells_of(const model_block_t *block, double rate_hz) {
+    return creep_cells(model_parameter(block, "gamma_per_decade")->value[0],
+                       model_parameter(block, "shortest_s")->value[0], model_parameter(block, "longest_s")->value[0],
+                       rate_hz);
+}
+
+static bool set_creep(job_t *job, const model_block_t *block) {
+    hyst_parameters_t *p = job->parameters;
+    const creep_cells_t cells = cells_of(block, job->rate_hz);
+    p->creep_cells = (uint32_t)cells.cells;
+    for (size_t j = 0; j < cells.cells; j++) {
+        if (!to_fixed(job, cells.gain, 31, "creep gain", &p->creep[j].gain) ||
+            !to_fixed(job, cells.rate[j], 31, "creep rate", &p->creep[j].rate)) {
+            return fail_in(job->failure, "block %s", block->block->name);
+        }
+    }
+    return true;
+}
+
+/* The middle of the position range before creep: at rest creep multiplies it by its gain. */
+static double center_before_creep(const job_t *job) {
+    const model_block_t *block = model_find(job->model, "creep");
+    const double center = 1e-6 * job->parameters->position_center_pm;
+    if (block == NULL) {
+        return center;
+    }
+    const creep_cells_t cells = cells_of(block, job->rate_hz);
+    return center / creep_gain_at_rest(&cells);
+}
+
 static bool set_hysteresis(job_t *job, const model_block_t *block) {
     hyst_parameters_t *p = job->parameters;
     const parameter_t *weights = model_parameter(block, "weights"),
                       *thresholds = model_parameter(block, "thresholds_v");
     const double drive_center = 1e-6 * p->drive_center_uv, drive_half = 1e-6 * p->drive_half_range_uv;
-    const double position_center = 1e-6 * p->position_center_pm, position_half = 1e-6 * p->position_half_range_pm;
-    double offset = model_parameter(block, "offset_um")->value[0] - position_center;
+    const double position_half = 1e-6 * p->position_half_range_pm;
+    double offset = model_parameter(block, "offset_um")->value[0] - center_before_creep(job);
     play_bank_t bank = {.operators = thresholds->count,
                         .weight = allocate(weights->count, sizeof(double)),
                         .threshold = allocate(thresholds->count, sizeof(double))};
@@ -207,6 +238,9 @@ static bool compile_block(job_t *job, const model_block_t *block) {
     }
     if (strcmp(name, "rate_dependent_hysteresis") == 0) {
         return true; /* needs the thresholds: set_rate_dependence, later */
+    }
+    if (strcmp(name, "creep") == 0) {
+        return set_creep(job, block);
     }
     if (strcmp(name, "resonance") == 0) {
         return add_filter(job, block,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fit.h"
+#include "creep_search.h"
 #include "fit_model.h"
 #include "initial_memory.h"
 #include "rate_search.h"
@@ -23,7 +24,8 @@ static const double rate_threshold_part = 0.8;
 static const size_t least_samples = 30;
 
 typedef struct {
-    const recording_t *recordings;
+    const recording_t *recordings; /* what the bank is fitted to: without creep, if creep is asked for */
+    const recording_t *measured;
     size_t count;
     const fit_options_t *options;
     fit_report_t *report;
@@ -149,21 +151,22 @@ static bool choose_structure(job_t *job) {
     fit_report_t *report = job->report;
     const bool given = job->options->operators > 0;
     const size_t count = given ? 1 : sizeof numbers / sizeof numbers[0];
+    const size_t drifts = report->creep ? 1 : 2; /* creep explains the drift, or nothing here does */
     double best = HUGE_VAL, best_of_drift[2] = {HUGE_VAL, HUGE_VAL};
     play_basis_t widest = make_basis(job, FIT_MAX_PLAIN_OPERATORS);
     skip_undetermined(&widest, job->train, job->count);
     free(widest.threshold_v);
-    for (size_t i = 0; i < 2 * count; i++) {
-        const size_t wanted = given ? job->options->operators : numbers[i / 2];
+    for (size_t i = 0; i < drifts * count; i++) {
+        const size_t wanted = given ? job->options->operators : numbers[i / drifts];
         fit_candidate_t *candidate = &report->candidate[report->candidates++];
         /* Whether to take out drift is judged with few operators too: a dense bank would take minutes. */
         *candidate = (fit_candidate_t){.operators = wanted < FIT_MAX_PLAIN_OPERATORS ? wanted : FIT_MAX_PLAIN_OPERATORS,
-                                       .drift = i % 2 == 1};
+                                       .drift = i % drifts == 1};
         if (!validate(job, candidate)) {
             return false;
         }
-        best_of_drift[i % 2] = fmin(best_of_drift[i % 2], candidate->validation_nrmse_percent);
-        progress_update(&job->progress, (double)(i + 1) / (double)(2 * count));
+        best_of_drift[i % drifts] = fmin(best_of_drift[i % drifts], candidate->validation_nrmse_percent);
+        progress_update(&job->progress, (double)(i + 1) / (double)(drifts * count));
     }
     report->drift = best_of_drift[1] * good_enough < best_of_drift[0];
     best = best_of_drift[report->drift ? 1 : 0];
@@ -236,11 +239,28 @@ static bool alternate(job_t *job, play_basis_t *basis, linear_fit_t *fit, double
     return true;
 }
 
+/* Of the whole chain over the span of recording i. */
+static error_measure_t span_error(const job_t *job, const play_basis_t *basis, const linear_fit_t *fit, size_t i,
+                                  const fit_span_t *span) {
+    const recording_t *measured = &job->measured[i];
+    double *position = allocate(span->to, sizeof(double));
+    error_measure_t error;
+    linear_fit_predict(basis, fit, span, position);
+    if (job->report->creep) {
+        const creep_cells_t cells = creep_default_cells(job->report->gamma_per_decade, measured->sample_rate_hz);
+        creep_apply(&cells, position, span->to, creep_initial(&cells, measured), position);
+    }
+    error =
+        measure_error(measured->column[COLUMN_DISPLACEMENT] + span->from, position + span->from, span->to - span->from);
+    free(position);
+    return error;
+}
+
 static void measure(job_t *job, const play_basis_t *basis, const linear_fit_t *fit) {
     fit_report_t *report = job->report;
     for (size_t i = 0; i < job->count; i++) {
-        const error_measure_t train = linear_fit_error(basis, fit, &job->train[i]);
-        const error_measure_t held_out = linear_fit_error(basis, fit, &job->held_out[i]);
+        const error_measure_t train = span_error(job, basis, fit, i, &job->train[i]);
+        const error_measure_t held_out = span_error(job, basis, fit, i, &job->held_out[i]);
         report->recording[i].train_nrmse_percent = train.nrmse_percent;
         report->recording[i].held_out_nrmse_percent = held_out.nrmse_percent;
         report->recording[i].held_out_max_um = held_out.max_um;
@@ -258,7 +278,7 @@ static bool measure_static(job_t *job, const play_basis_t *basis) {
         return false;
     }
     for (size_t i = 0; i < job->count; i++) {
-        const error_measure_t error = linear_fit_error(&fixed, &fit, &job->held_out[i]);
+        const error_measure_t error = span_error(job, &fixed, &fit, i, &job->held_out[i]);
         job->report->static_held_out_nrmse_percent =
             fmax(job->report->static_held_out_nrmse_percent, error.nrmse_percent);
     }
@@ -300,18 +320,42 @@ static bool fit_structure(job_t *job, play_basis_t *basis, linear_fit_t *fit, do
                                                            &report->autocorrelation_samples, job->failure);
 }
 
-static bool fit_all(job_t *job, model_t *model) {
+/* Finds gamma on the training data with a bank of this many operators, and goes on with the displacement without creep.
+ */
+static bool find_creep(job_t *job, recording_t **elastic) {
+    enum { OPERATORS = 32 };
+    fit_report_t *report = job->report;
+    play_basis_t basis = make_basis(job, OPERATORS);
+    bool good;
+    skip_undetermined(&basis, job->train, job->count);
+    good = creep_search(&basis, job->train, job->count, &job->linear, &report->gamma_per_decade, &report->gamma_sigma,
+                        &job->progress, job->failure);
+    free(basis.threshold_v);
+    report->creep = good && isfinite(report->gamma_sigma);
+    if (report->creep) {
+        *elastic = creep_recordings(job->measured, job->count, report->gamma_per_decade);
+        job->recordings = *elastic;
+        for (size_t i = 0; i < job->count; i++) {
+            job->train[i].recording = &job->recordings[i];
+            job->held_out[i].recording = &job->recordings[i];
+        }
+    }
+    return good;
+}
+
+static bool fit_all(job_t *job, model_t *model, recording_t **elastic) {
     play_basis_t basis;
     linear_fit_t fit = {0};
     double beta_sigma_s = HUGE_VAL;
     bool good;
-    if (!check_recordings(job) || !prepare(job) || !choose_structure(job)) {
+    if (!check_recordings(job) || !prepare(job) || (job->options->creep && !find_creep(job, elastic)) ||
+        !choose_structure(job)) {
         return false;
     }
     basis = make_basis(job, job->report->operators);
     good = fit_structure(job, &basis, &fit, &beta_sigma_s);
     if (good) {
-        make_fitted_model(job->recordings, job->count, &basis, &fit, beta_sigma_s,
+        make_fitted_model(job->measured, job->count, &basis, &fit, beta_sigma_s,
                           job->count == 1 ? job->initial_v[0] : NULL, job->options, job->report, model);
         good = model_check(model, "fitted model", job->failure);
         if (!good) {
@@ -325,17 +369,26 @@ static bool fit_all(job_t *job, model_t *model) {
 
 bool fit_recordings(const recording_t *recordings, size_t count, const fit_options_t *options, model_t *model,
                     fit_report_t *report, failure_t *failure) {
-    job_t job = {.recordings = recordings, .count = count, .options = options, .report = report, .failure = failure};
+    job_t job = {.recordings = recordings,
+                 .measured = recordings,
+                 .count = count,
+                 .options = options,
+                 .report = report,
+                 .failure = failure};
+    recording_t *elastic = NULL;
     bool good;
     *report = (fit_report_t){.recordings = count, .recording = allocate(count, sizeof *report->recording)};
     job.train = allocate(count, sizeof *job.train);
     job.held_out = allocate(count, sizeof *job.held_out);
     job.initial_v = allocate(count, sizeof *job.initial_v);
     progress_begin(&job.progress, "fitting");
-    good = fit_all(&job, model);
+    good = fit_all(&job, model, &elastic);
     progress_end(&job.progress);
     for (size_t i = 0; i < count; i++) {
         free(job.initial_v[i]);
+    }
+    if (elastic != NULL) {
+        creep_recordings_free(elastic, count);
     }
     free(job.initial_v);
     free(job.train);

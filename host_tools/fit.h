@@ -8,6 +8,9 @@
  * offset is taken out) is chosen inside the training data: fitted on its first two thirds, judged on its last third;
  * the smallest number within 1 % of the best wins.
  *
+ * With creep, gamma_per_decade is searched first; then the bank is fitted to the displacement without creep, and every
+ * error is again that of the whole chain. Creep takes the recording's first sample for rest.
+ *
  * Samples whose play memory still depends on what happened before the recording do not take part in the fit of the
  * weights; the initial memory is then estimated from them. If they are most of the training data, the actuator is first
  * taken as demagnetised at 0 V, and weights and initial memory are estimated in turn.
@@ -26,6 +29,7 @@
 
 typedef struct {
     bool rate_dependent;
+    bool creep;       /**< find a block creep too */
     size_t operators; /**< 0: chosen from the data; above FIT_MAX_PLAIN_OPERATORS: a dense, smoothed density */
     bool use_all;     /**< after the held-out error is known, fit the same structure to the whole recordings */
 } fit_options_t;
@@ -53,6 +57,9 @@ typedef struct {
     fit_candidate_t candidate[FIT_MAX_CANDIDATES]; /**< two when the number was given: without and with drift */
     size_t operators;
     bool drift;
+    bool creep; /**< found, and part of the model */
+    double gamma_per_decade,
+        gamma_sigma;        /**< what the search found; sigma, for white residuals, HUGE_VAL: undetermined */
     double drift_um;        /**< per decade of time; taken out, not in the model */
     bool from_demagnetised; /**< too little of the training data had a determined memory */
     double smoothing;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fit_model.h"
 #include "catalogue.h"
+#include "creep_search.h"
 #include "json_output.h"
 #include <math.h>
 
@@ -88,6 +89,17 @@ void make_fitted_model(const recording_t *recordings, size_t count, const play_b
     model_set_array(block, "thresholds_v", basis->operators, basis->threshold_v, NULL);
     if (initial_v != NULL) {
         model_set_array(block, "initial_memory_v", basis->operators, initial_v, NULL);
+    }
+    if (report->creep) {
+        const double sigma = report->gamma_sigma * sqrt(report->autocorrelation_samples);
+        block = model_append(model, &block_creep);
+        model_set_array(block, "gamma_per_decade", 1, &report->gamma_per_decade,
+                        isfinite(sigma) && sigma > 0.0 ? &sigma : NULL);
+        if (count == 1) {
+            const creep_cells_t cells = creep_default_cells(report->gamma_per_decade, recordings[0].sample_rate_hz);
+            const double initial = creep_initial(&cells, &recordings[0]);
+            model_set_array(block, "initial_um", 1, &initial, NULL);
+        }
     }
     model->fit = fit_to_json(recordings, count, options, report);
 }

@@ -140,6 +140,11 @@ void generate_parameters(generator_t *generator, hyst_parameters_t *p) {
         p->shape[i] = generate_section(generator);
         p->equalise[i] = generate_section(generator);
     }
+    p->creep_cells = generate_below(generator, HYST_CREEP_MAX_CELLS + 1U);
+    for (uint32_t i = 0; i < HYST_CREEP_MAX_CELLS; i++) {
+        p->creep[i].gain = generate_signed(generator) / (HYST_CREEP_MAX_CELLS + 1);
+        p->creep[i].rate = 1 + (hyst_q31_t)(generate_below(generator, INT32_MAX) >> generate_below(generator, 31));
+    }
 }
 
 void build(const hyst_parameters_t *parameters, hyst_compensator_t *compensator) {

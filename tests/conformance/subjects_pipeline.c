@@ -151,6 +151,9 @@ static void digest_compensator_state(digest_t *digest, const hyst_compensator_t 
     digest_add_signed(digest, state->hysteresis.drive);
     digest_add_signed(digest, state->hysteresis.rate);
     digest_filter_state(digest, &c->shape, &state->shape);
+    for (uint32_t i = 0; i < c->creep.cells; i++) {
+        digest_add_wide(digest, state->creep.level[i]);
+    }
     digest_filter_state(digest, &c->equalise, &state->equalise);
     digest_add_wide(digest, state->transition);
 }

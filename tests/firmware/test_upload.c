@@ -44,10 +44,11 @@ static hyst_parameters_error_t upload(const uint32_t *words, size_t length) {
 
 static void read_active(uint16_t registers[LENGTH_active]) {
     for (unsigned at = 0; at < LENGTH_active; at += 96) {
-        TEST_ASSERT_EQUAL(MODBUS_OK, master_read((uint16_t)(ADDRESS_active + at), 96, registers + at));
+        const unsigned left = LENGTH_active - at;
+        const uint16_t count = (uint16_t)(left < 96 ? left : 96);
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_read((uint16_t)(ADDRESS_active + at), count, registers + at));
     }
 }
-_Static_assert(LENGTH_active % 96 == 0, "read_active reads whole parts");
 
 static void assert_active(const uint32_t *words, size_t length) {
     uint16_t active[LENGTH_active];

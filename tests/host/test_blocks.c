@@ -28,6 +28,9 @@ static chain_t *open_block(const block_t *block, const double *values, double ra
         model_append(&model, block);
     }
     for (size_t p = 0; p < block->parameters; p++) {
+        if (block->parameter[p].array) {
+            continue;
+        }
         model_set(&model.block[block->place < PLACE_HYSTERESIS ? 0 : 1], block->parameter[p].name, values[p]);
     }
     chain = chain_open(&model, rate_hz, seed, &failure);
@@ -104,17 +107,41 @@ static void test_delay_is_exact_in_whole_samples_and_linear_between(void) {
     }
 }
 
+/* A step: the sum of the cells' exponentials, and over log time a straight line of slope gamma. */
+static void test_creep_answers_a_step_with_its_exponentials(void) {
+    const double rate = 100.0, gamma = 0.02;
+    chain_t *chain = open_block(&block_creep, (const double[]){gamma, 0.1, 1000.0}, rate, 1);
+    double at_1_s = 0.0, at_10_s = 0.0;
+    chain_settle(chain, 0.0);
+    for (int k = 0; k <= 3000; k++) {
+        const double y = chain_step(chain, 1.0);
+        double expected = 1.0;
+        for (int j = 0; j < 9; j++) {
+            expected += 0.5 * gamma * -expm1(-k / rate / (0.1 * pow(10.0, 0.5 * j)));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, expected, y);
+        at_1_s = k == 100 ? y : at_1_s;
+        at_10_s = k == 1000 ? y : at_10_s;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.03 * gamma, gamma, at_10_s - at_1_s); /* the ripple that creep_cells.h states */
+    chain_close(chain);
+}
+
 static void test_settled_means_at_rest(void) {
     for (size_t i = 0; i < catalogue_count; i++) {
         const block_t *block = catalogue[i];
-        const double values[] = {block == &block_resonance ? 300.0 : block == &block_sensor_noise ? 0.0 : 0.001, 0.05};
+        const double values[] = {block == &block_resonance      ? 300.0
+                                 : block == &block_sensor_noise ? 0.0
+                                                                : 0.001,
+                                 0.05, 1000.0};
         if (block->place == PLACE_HYSTERESIS) {
             continue;
         }
         chain_t *chain = open_block(block, values, 10000.0, 1);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 42.125, chain_settle(chain, 42.125));
+        const double at_rest = block == &block_creep ? 42.125 * (1.0 + 10.0 * 0.001 / 2.0) : 42.125; /* 10 cells */
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, at_rest, chain_settle(chain, 42.125));
         for (int k = 0; k < 100; k++) {
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, 42.125, chain_step(chain, 42.125), block->name);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, at_rest, chain_step(chain, 42.125), block->name);
         }
         chain_close(chain);
     }
@@ -224,6 +251,7 @@ static void test_error_measure(void) {
 
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_creep_answers_a_step_with_its_exponentials);
     RUN_TEST(test_resonance_answers_a_ramp_exactly);
     RUN_TEST(test_lags_answer_a_ramp_exactly);
     RUN_TEST(test_a_lag_has_its_cutoff_where_it_says);

@@ -39,12 +39,14 @@ static void compile_good(const model_t *model, const compile_options_t *options,
 static double worst_difference(random_t *random, const model_t *model, const hyst_parameters_t *parameters,
                                const hyst_compensator_t *compensator) {
     static hyst_pi_state_t state;
+    static hyst_creep_state_t creep;
     failure_t failure;
     chain_t *chain = chain_open(model, 10000.0, 1, &failure);
     double worst = 0.0, slow = 0.0;
     TEST_ASSERT_NOT_NULL(chain);
     chain_settle(chain, 0.0);
     hyst_pi_reset(&compensator->hysteresis, &state, drive_from_volts(parameters, 0.0));
+    hyst_creep_settle(&compensator->creep, &creep, hyst_pi_output(&compensator->hysteresis, &state));
     for (int k = 0; k < 20000; k++) {
         const double low = drive_to_volts(parameters, HYST_Q31_MIN), high = drive_to_volts(parameters, HYST_Q31_MAX);
         const double jump = random_uniform(random);
@@ -54,8 +56,10 @@ static double worst_difference(random_t *random, const model_t *model, const hys
         const double u = k < 300 ? (k < 100 ? low : k < 200 ? high : low) : low + (high - low) * slow;
         const hyst_q31_t drive = drive_from_volts(parameters, u);
         const double exact = chain_step(chain, drive_to_volts(parameters, drive));
-        const double fixed =
-            position_to_micrometres(parameters, hyst_pi_forward(&compensator->hysteresis, &state, drive));
+        const hyst_q31_t elastic = hyst_pi_forward(&compensator->hysteresis, &state, drive);
+        const double fixed = position_to_micrometres(
+            parameters, hyst_saturate(elastic + hyst_creep_offset(&compensator->creep, &creep)));
+        hyst_creep_advance(&compensator->creep, &creep, elastic);
         if (k >= 300) {
             worst = fmax(worst, fabs(exact - fixed) / (1e-6 * parameters->position_half_range_pm));
         }
@@ -122,6 +126,36 @@ static void test_rate_dependent_fixed_point_is_the_double_one(void) {
         model_free(&model);
     }
     printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed + 1, worst_part);
+}
+
+/*
+ * Creep adds, per cell: the gain rounded to Q31 on a level of at most 1, the level rounded to Q31 times the gain, and
+ * the rate rounded to Q31 (2^-32), which after k samples has moved a level that is at most 2 away by 2^-32 * 2 k too
+ * much or too little.
+ */
+static void test_creep_in_fixed_point_is_the_double_one(void) {
+    enum { SAMPLES = 20000 };
+    random_t random = {seed + 2};
+    double worst_part = 0.0;
+    for (int turn = 0; turn < 20; turn++) {
+        const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-90.0, 150.0}};
+        const double gamma = 0.04 * random_uniform(&random);
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        hyst_compensator_t compensator;
+        model_t model;
+        random_bank(&random, &model, 10, 100.0, 60.0);
+        model_set(model_append(&model, &block_creep), "gamma_per_decade", gamma);
+        compile_good(&model, &options, &parameters, &report, &compensator);
+        TEST_ASSERT_EQUAL_UINT32(9, parameters.creep_cells); /* 0.1 to 1000 s, two a decade */
+        const double a_cell = 0x1p-32 + 0.5 * gamma * (0x1p-32 + 0x1p-31 * SAMPLES);
+        const double bound = 0x1p-29 * 13.0 + 9.0 * a_cell + report.merge_error_um * 20.0 / 120.0;
+        const double worst = worst_difference(&random, &model, &parameters, &compensator);
+        worst_part = fmax(worst_part, worst / bound);
+        TEST_ASSERT_TRUE(worst <= bound);
+        model_free(&model);
+    }
+    printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed + 2, worst_part);
 }
 
 static void test_linear_line_is_the_middle_of_the_major_loop(void) {
@@ -318,6 +352,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_fixed_point_forward_model_is_the_double_one);
     RUN_TEST(test_rate_dependent_fixed_point_is_the_double_one);
+    RUN_TEST(test_creep_in_fixed_point_is_the_double_one);
     RUN_TEST(test_linear_line_is_the_middle_of_the_major_loop);
     RUN_TEST(test_ranges_default_to_the_recordings_widened);
     RUN_TEST(test_inverse_of_a_mode_and_a_lag);

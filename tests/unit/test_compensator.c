@@ -94,6 +94,39 @@ static void test_tracks_exactly_after_the_transition(void) {
     }
 }
 
+/* The same with creep, at rest and in motion: the plant creeps, the position does not. */
+static void test_tracks_exactly_with_creep(void) {
+    pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+    hyst_parameters_t p = parameters_of(&a);
+    p.creep_cells = 4;
+    for (uint32_t j = 0; j < p.creep_cells; j++) {
+        p.creep[j] = (hyst_creep_cell_t){HYST_Q31_MAX / 40, HYST_Q31_MAX >> (5 + 3 * j)};
+    }
+    const hyst_compensator_t c = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&c, &s);
+    hyst_pi_state_t plant;
+    hyst_pi_reset(&c.hysteresis, &plant, 0);
+    hyst_creep_state_t creep;
+    hyst_creep_settle(&c.creep, &creep, hyst_pi_output(&c.hysteresis, &plant));
+    hyst_q31_t reference = 0;
+    int64_t moved = 0; /* of the drive while the reference rests */
+    for (int k = 0; k < 40000; k++) {
+        const bool rests = k % 4000 > 1000;
+        reference = rests ? reference : hyst_add(reference, k / 4000 % 2 == 0 ? 1 << 18 : -(1 << 18));
+        const hyst_q31_t before = s.drive;
+        const hyst_q31_t drive = step(&c, &s, HYST_MODE_COMPENSATE, reference);
+        moved += rests ? llabs((int64_t)drive - before) : 0;
+        const hyst_q31_t elastic = hyst_pi_forward(&c.hysteresis, &plant, drive);
+        const int64_t position = elastic + hyst_creep_offset(&c.creep, &creep);
+        hyst_creep_advance(&c.creep, &creep, elastic);
+        if (k > 3000) {
+            TEST_ASSERT_TRUE(llabs(position - reference) <= 1); /* the inverse of creep is exact: as without it */
+        }
+    }
+    TEST_ASSERT_TRUE(moved > 1000000); /* there was creep to work against */
+}
+
 /* At a constant reference, changing the mode or the parameters moves the drive by at most transition_slew per sample.
  */
 static void test_changes_do_not_bump(void) {
@@ -199,6 +232,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_memory_follows_the_applied_drive_in_every_mode);
     RUN_TEST(test_tracks_exactly_after_the_transition);
+    RUN_TEST(test_tracks_exactly_with_creep);
     RUN_TEST(test_changes_do_not_bump);
     RUN_TEST(test_adopting_the_same_parameters_changes_nothing);
     RUN_TEST(test_modes_do_what_they_say);

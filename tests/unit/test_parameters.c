@@ -31,6 +31,9 @@ static hyst_parameters_t sample_parameters(uint32_t operators) {
     p.shape[1] = notch;
     p.equalise_sections = 1;
     p.equalise[0] = notch;
+    p.creep_cells = 2;
+    p.creep[0] = (hyst_creep_cell_t){HYST_Q31_MAX / 50, 1};
+    p.creep[1] = (hyst_creep_cell_t){HYST_Q31_MAX / 50, HYST_Q31_MAX};
     return p;
 }
 
@@ -51,7 +54,7 @@ static void test_round_trip(void) {
         const hyst_parameters_t p = sample_parameters(operators);
         uint32_t image[HYST_IMAGE_MAX_WORDS];
         const size_t length = hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS);
-        TEST_ASSERT_EQUAL_UINT32(22 + 1 + 2 * operators + 5 * 3 + 1, length);
+        TEST_ASSERT_EQUAL_UINT32(23 + 1 + 2 * operators + 5 * 3 + 2 * 2 + 1, length);
         hyst_parameters_t back;
         expect(hyst_parameters_decode(image, length, &back), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
         uint32_t again[HYST_IMAGE_MAX_WORDS];
@@ -67,6 +70,7 @@ static void test_largest_image_fits_exactly(void) {
     hyst_parameters_t p = sample_parameters(HYST_PI_MAX_OPERATORS);
     p.shape_sections = HYST_IIR_MAX_SECTIONS;
     p.equalise_sections = HYST_IIR_MAX_SECTIONS;
+    p.creep_cells = HYST_CREEP_MAX_CELLS;
     uint32_t image[HYST_IMAGE_MAX_WORDS];
     TEST_ASSERT_EQUAL_UINT32(HYST_IMAGE_MAX_WORDS, hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS));
     TEST_ASSERT_EQUAL_UINT32(0, hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS - 1));
@@ -135,14 +139,17 @@ static void test_validator_names_the_field(void) {
     expect(forged(19, 0), range, HYST_FIELD_PI_RATE_GAIN, 0);
     expect(forged(20, 5), range, HYST_FIELD_SHAPE_SECTIONS, 0);
     expect(forged(21, UINT32_MAX), range, HYST_FIELD_EQUALISE_SECTIONS, 0);
-    expect(forged(22, 0), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, 0);
-    expect(forged(22 + 4, 0x7FFFFFFF), range, HYST_FIELD_PI_WEIGHT, 4);
-    expect(forged(33, 0), range, HYST_FIELD_PI_THRESHOLD, 0);
-    expect(forged(33 + 9, 1), clash, HYST_FIELD_PI_THRESHOLD, 9);
-    expect(forged(43 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 0);
-    expect(forged(43 + 9, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 1);
-    expect(forged(53, 0x80000000U), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
-    expect(forged(53 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_EQUALISE, 0);
+    expect(forged(23, 0), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, 0);
+    expect(forged(23 + 4, 0x7FFFFFFF), range, HYST_FIELD_PI_WEIGHT, 4);
+    expect(forged(34, 0), range, HYST_FIELD_PI_THRESHOLD, 0);
+    expect(forged(34 + 9, 1), clash, HYST_FIELD_PI_THRESHOLD, 9);
+    expect(forged(44 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 0);
+    expect(forged(44 + 9, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 1);
+    expect(forged(54, 0x80000000U), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+    expect(forged(54 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_EQUALISE, 0);
+    expect(forged(22, HYST_CREEP_MAX_CELLS + 1), range, HYST_FIELD_CREEP_CELLS, 0);
+    expect(forged(59, 0x7FFFFFFF), range, HYST_FIELD_CREEP, 1);
+    expect(forged(59 + 3, 0), range, HYST_FIELD_CREEP, 1);
 }
 
 static void test_unstable_rate_feedback_is_refused(void) {

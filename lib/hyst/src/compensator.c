@@ -3,6 +3,7 @@
 
 void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state) {
     hyst_pi_reset(&compensator->hysteresis, &state->hysteresis, compensator->drive_park);
+    hyst_creep_settle(&compensator->creep, &state->creep, hyst_pi_output(&compensator->hysteresis, &state->hysteresis));
     hyst_iir_reset(&state->shape);
     hyst_iir_reset(&state->equalise);
     state->mode = HYST_MODE_PARK;
@@ -30,8 +31,10 @@ static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_st
         hyst_iir_settle(&c->shape, &state->shape, reference);
     }
     const hyst_q31_t position = hyst_iir_step(&c->shape, &state->shape, reference, &filter_saturated);
+    /* |position - offset| < 2^32. Saturating makes it the farthest the hysteresis could be asked for. */
+    const hyst_q31_t elastic = hyst_saturate(position - hyst_creep_offset(&c->creep, &state->creep));
     stage_drive_t drive;
-    drive.hysteresis = hyst_pi_solve(&c->hysteresis, &state->hysteresis, position, &unreachable);
+    drive.hysteresis = hyst_pi_solve(&c->hysteresis, &state->hysteresis, elastic, &unreachable);
     if (!state->settled) {
         hyst_iir_settle(&c->equalise, &state->equalise, drive.hysteresis);
         state->settled = true;
@@ -88,6 +91,10 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
                                 : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition),
                                              compensator->drive_low, compensator->drive_high);
     hyst_pi_advance(&compensator->hysteresis, &state->hysteresis, seen);
+    if (compensator->creep.cells > 0) {
+        hyst_creep_advance(&compensator->creep, &state->creep,
+                           hyst_pi_output(&compensator->hysteresis, &state->hysteresis));
+    }
     state->drive = drive;
     return drive;
 }
@@ -107,6 +114,9 @@ void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensat
     hyst_pi_state_t old;
     copy_state(&old, &state->hysteresis);
     hyst_pi_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis);
+    if (from->creep.cells != to->creep.cells) {
+        hyst_creep_settle(&to->creep, &state->creep, hyst_pi_output(&to->hysteresis, &state->hysteresis));
+    }
     if (from->shape.sections != to->shape.sections || from->equalise.sections != to->equalise.sections) {
         state->settled = false; /* another cascade: its state starts settled at the next reference */
     }

@@ -2,8 +2,6 @@
 #include "hyst/parameters.h"
 #include <string.h>
 
-#define SECTION_WORDS 5U
-
 /* One and the same table of the header's scalar words serves both directions. */
 typedef struct {
     uint8_t word;
@@ -23,11 +21,37 @@ static const scalar_t scalars[] = {
     SCALAR(15, lookahead_samples), SCALAR(16, pi_operators),
     SCALAR(17, pi_offset),         SCALAR(18, pi_beta),
     SCALAR(19, pi_rate_gain),      SCALAR(20, shape_sections),
-    SCALAR(21, equalise_sections),
+    SCALAR(21, equalise_sections), SCALAR(22, creep_cells),
 };
 #define SCALARS (sizeof scalars / sizeof scalars[0])
 _Static_assert(SCALARS == HYST_IMAGE_HEADER_WORDS - 3U, "every header word after the length has its member");
-_Static_assert(sizeof(hyst_iir_section_t) == SECTION_WORDS * sizeof(uint32_t), "a section is five words");
+
+/* The arrays behind the header, in their order: count + extra elements of `words` 32-bit words each. */
+typedef struct {
+    uint16_t count; /* offset of the member that counts the elements */
+    uint16_t array; /* offset of the first element */
+    uint16_t most;
+    uint8_t extra;
+    uint8_t words;
+    hyst_field_t count_field; /* what a count out of range is reported as */
+} array_t;
+
+#define ARRAY(count_member, array_member, limit, more, field)                                                          \
+    {                                                                                                                  \
+        .count = (uint16_t)offsetof(hyst_parameters_t, count_member),                                                  \
+        .array = (uint16_t)offsetof(hyst_parameters_t, array_member), .most = (limit), .extra = (more),                \
+        .words = sizeof((hyst_parameters_t *)0)->array_member[0] / sizeof(uint32_t), .count_field = (field)            \
+    }
+
+static const array_t arrays[] = {
+    ARRAY(pi_operators, pi_weight, HYST_PI_MAX_OPERATORS, 1, HYST_FIELD_PI_OPERATORS),
+    ARRAY(pi_operators, pi_threshold, HYST_PI_MAX_OPERATORS, 0, HYST_FIELD_PI_OPERATORS),
+    ARRAY(shape_sections, shape, HYST_IIR_MAX_SECTIONS, 0, HYST_FIELD_SHAPE_SECTIONS),
+    ARRAY(equalise_sections, equalise, HYST_IIR_MAX_SECTIONS, 0, HYST_FIELD_EQUALISE_SECTIONS),
+    ARRAY(creep_cells, creep, HYST_CREEP_MAX_CELLS, 0, HYST_FIELD_CREEP_CELLS),
+};
+#define ARRAYS (sizeof arrays / sizeof arrays[0])
+_Static_assert(sizeof(hyst_iir_section_t) == 20 && sizeof(hyst_creep_cell_t) == 8, "elements are words, unpadded");
 
 uint32_t hyst_crc32(const uint32_t *words, size_t count) {
     uint32_t crc = 0xFFFFFFFFU;
@@ -40,28 +64,33 @@ uint32_t hyst_crc32(const uint32_t *words, size_t count) {
     return ~crc;
 }
 
-/* Length of an image with these counts, or 0 when a count is out of range. */
-static size_t image_words(uint32_t operators, uint32_t shape, uint32_t equalise) {
-    if (operators > HYST_PI_MAX_OPERATORS || shape > HYST_IIR_MAX_SECTIONS || equalise > HYST_IIR_MAX_SECTIONS) {
-        return 0;
+static uint32_t count_of(const hyst_parameters_t *parameters, const array_t *array) {
+    uint32_t count;
+    memcpy(&count, (const char *)parameters + array->count, sizeof count);
+    return count;
+}
+
+/* Words that the array takes in the image; its count is in range. */
+static size_t array_words(const hyst_parameters_t *parameters, const array_t *array) {
+    return ((size_t)count_of(parameters, array) + array->extra) * array->words;
+}
+
+/* Length of the image, or 0 when a count is out of range; *field is the count's then. */
+static size_t image_words(const hyst_parameters_t *parameters, hyst_field_t *field) {
+    size_t length = HYST_IMAGE_HEADER_WORDS + 1U;
+    for (size_t i = 0; i < ARRAYS; i++) {
+        if (count_of(parameters, &arrays[i]) > arrays[i].most) {
+            *field = arrays[i].count_field;
+            return 0;
+        }
+        length += array_words(parameters, &arrays[i]);
     }
-    return HYST_IMAGE_HEADER_WORDS + operators + 1U + operators + SECTION_WORDS * (shape + equalise) + 1U;
-}
-
-/* Appends count words and returns the position behind them. */
-static uint32_t *put(uint32_t *at, const void *from, size_t count) {
-    memcpy(at, from, count * sizeof *at);
-    return at + count;
-}
-
-static const uint32_t *get(void *to, const uint32_t *at, size_t count) {
-    memcpy(to, at, count * sizeof *at);
-    return at + count;
+    return length;
 }
 
 size_t hyst_parameters_encode(const hyst_parameters_t *parameters, uint32_t *words, size_t capacity) {
-    const size_t length =
-        image_words(parameters->pi_operators, parameters->shape_sections, parameters->equalise_sections);
+    hyst_field_t field;
+    const size_t length = image_words(parameters, &field);
     if (length == 0 || length > capacity) {
         return 0;
     }
@@ -72,10 +101,11 @@ size_t hyst_parameters_encode(const hyst_parameters_t *parameters, uint32_t *wor
         memcpy(&words[scalars[i].word], (const char *)parameters + scalars[i].offset, sizeof words[0]);
     }
     uint32_t *at = words + HYST_IMAGE_HEADER_WORDS;
-    at = put(at, parameters->pi_weight, parameters->pi_operators + 1U);
-    at = put(at, parameters->pi_threshold, parameters->pi_operators);
-    at = put(at, parameters->shape, SECTION_WORDS * parameters->shape_sections);
-    at = put(at, parameters->equalise, SECTION_WORDS * parameters->equalise_sections);
+    for (size_t i = 0; i < ARRAYS; i++) {
+        const size_t count = array_words(parameters, &arrays[i]);
+        memcpy(at, (const char *)parameters + arrays[i].array, count * sizeof *at);
+        at += count;
+    }
     *at = hyst_crc32(words, length - 1U);
     return length;
 }
@@ -108,23 +138,20 @@ hyst_parameters_fault_t hyst_parameters_decode(const uint32_t *words, size_t cou
     for (size_t i = 0; i < SCALARS; i++) {
         memcpy((char *)parameters + scalars[i].offset, &words[scalars[i].word], sizeof words[0]);
     }
-    if (parameters->pi_operators > HYST_PI_MAX_OPERATORS) {
-        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_OPERATORS, 0);
+    hyst_field_t field = HYST_FIELD_NONE;
+    const size_t length = image_words(parameters, &field);
+    if (length == 0) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, field, 0);
     }
-    if (parameters->shape_sections > HYST_IIR_MAX_SECTIONS) {
-        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_SHAPE_SECTIONS, 0);
-    }
-    if (parameters->equalise_sections > HYST_IIR_MAX_SECTIONS) {
-        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_EQUALISE_SECTIONS, 0);
-    }
-    if (count != image_words(parameters->pi_operators, parameters->shape_sections, parameters->equalise_sections)) {
+    if (count != length) {
         return fault(HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
     }
     const uint32_t *at = words + HYST_IMAGE_HEADER_WORDS;
-    at = get(parameters->pi_weight, at, parameters->pi_operators + 1U);
-    at = get(parameters->pi_threshold, at, parameters->pi_operators);
-    at = get(parameters->shape, at, SECTION_WORDS * parameters->shape_sections);
-    (void)get(parameters->equalise, at, SECTION_WORDS * parameters->equalise_sections);
+    for (size_t i = 0; i < ARRAYS; i++) {
+        const size_t size = array_words(parameters, &arrays[i]);
+        memcpy((char *)parameters + arrays[i].array, at, size * sizeof *at);
+        at += size;
+    }
     return no_fault();
 }
 
@@ -192,6 +219,19 @@ static hyst_parameters_fault_t filter_fault(hyst_iir_status_t status, hyst_field
     return fault(HYST_PARAMETERS_UNSTABLE, field, element);
 }
 
+static hyst_parameters_fault_t creep_fault(hyst_creep_status_t status, uint32_t element) {
+    switch (status) {
+    case HYST_CREEP_OK:
+        return no_fault();
+    case HYST_CREEP_TOO_MANY_CELLS:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_CREEP_CELLS, 0);
+    case HYST_CREEP_GAIN_TOO_LARGE:
+    case HYST_CREEP_RATE_NOT_POSITIVE:
+        break;
+    }
+    return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_CREEP, element);
+}
+
 hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameters, hyst_compensator_t *compensator) {
     uint32_t element = 0;
     hyst_parameters_fault_t found = check_scalars(parameters);
@@ -210,6 +250,11 @@ hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameter
         const hyst_iir_status_t status =
             hyst_iir_build(&compensator->equalise, parameters->equalise_sections, parameters->equalise, &element);
         found = filter_fault(status, HYST_FIELD_EQUALISE_SECTIONS, HYST_FIELD_EQUALISE, element);
+    }
+    if (found.error == HYST_PARAMETERS_OK) {
+        const hyst_creep_status_t status =
+            hyst_creep_build(&compensator->creep, parameters->creep_cells, parameters->creep, &element);
+        found = creep_fault(status, element);
     }
     compensator->drive_low = parameters->drive_low;
     compensator->drive_high = parameters->drive_high;
@@ -274,6 +319,8 @@ const char *hyst_field_text(hyst_field_t field) {
         [HYST_FIELD_SHAPE] = "shape",
         [HYST_FIELD_EQUALISE_SECTIONS] = "equalise_sections",
         [HYST_FIELD_EQUALISE] = "equalise",
+        [HYST_FIELD_CREEP_CELLS] = "creep_cells",
+        [HYST_FIELD_CREEP] = "creep",
     };
     const size_t index = (size_t)field;
     return index < HYST_FIELD_COUNT ? texts[index] : "unknown field";

@@ -2,8 +2,8 @@
 /**
  * The per-sample pipeline from reference to drive: the signal chain inverted, right to left.
  *
- *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse hysteresis -> equalise (IIR:
- * inverse of the electronics) -> transition offset -> limits -> drive
+ *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse creep -> inverse hysteresis ->
+ *     equalise (IIR: inverse of the electronics) -> transition offset -> limits -> drive
  *
  * Modes
  *   park        the drive is the parking drive; the reference is ignored
@@ -11,8 +11,8 @@
  *   linear      drive = linear_offset + linear_gain * reference: what an amplifier without a model would do
  *   compensate  the whole pipeline
  *
- * In every mode the hysteresis memory is advanced with the drive that leaves this function (with equalise sections:
- * with what entered them, plus the transition offset, since the actuator sees the equalised drive through the
+ * In every mode the memory of hysteresis and creep is advanced with the drive that leaves this function (with equalise
+ * sections: with what entered them, plus the transition offset, since the actuator sees the equalised drive through the
  * electronics). So the model stays in step with the actuator.
  *
  * A change of mode or of parameters does not step the drive: the drive repeats its last value for that sample, and the
@@ -25,6 +25,7 @@
 #ifndef HYST_COMPENSATOR_H
 #define HYST_COMPENSATOR_H
 
+#include "hyst/creep.h"
 #include "hyst/iir.h"
 #include "hyst/prandtl_ishlinskii.h"
 
@@ -34,6 +35,7 @@ typedef enum { HYST_MODE_PARK = 0, HYST_MODE_DIRECT = 1, HYST_MODE_LINEAR = 2, H
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
 typedef struct {
     hyst_pi_t hysteresis;
+    hyst_creep_t creep;
     hyst_iir_t shape;
     hyst_iir_t equalise;
     hyst_q31_t drive_low, drive_high; /**< limits of the drive, low < high */
@@ -45,6 +47,7 @@ typedef struct {
 
 typedef struct {
     hyst_pi_state_t hysteresis;
+    hyst_creep_state_t creep;
     hyst_iir_state_t shape;
     hyst_iir_state_t equalise;
     hyst_mode_t mode; /**< of the previous sample */
@@ -73,8 +76,9 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
                                  hyst_mode_t mode, hyst_q31_t reference, unsigned *events);
 
 /**
- * Call once between two steps when `to` replaces `from`. Filter state is kept, play memory is carried over
- * (hyst_pi_carry), and the next step turns the jump of the drive into a transition. Needs some 6 KB of stack.
+ * Call once between two steps when `to` replaces `from`. Filter state is kept, and so is creep with equally many cells
+ * (with others it starts settled); play memory is carried over (hyst_pi_carry), and the next step turns the jump of the
+ * drive into a transition. Needs some 6 KB of stack.
  */
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state);

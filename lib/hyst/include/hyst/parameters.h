@@ -15,10 +15,14 @@
  *     12 linear_offset  Q31                 13  linear_gain  Q28
  *     14 transition_slew  Q31, > 0          15  lookahead_samples  0..HYST_LOOKAHEAD_MAX
  *     16 pi_operators n   17 pi_offset Q31  18  pi_beta Q20 (samples)            19 pi_rate_gain Q30
- *     20 shape_sections   21 equalise_sections
- *     22 ... w_0..w_n Q28, then a_1..a_n Q31, then 5 words (b0 b1 b2 a1 a2, Q28) per shape section, then per equalise
- * section last  CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least
- * significant byte first
+ *     20 shape_sections   21 equalise_sections   22 creep_cells
+ *     23 ...
+ *        w_0..w_n            Q28
+ *        a_1..a_n            Q31
+ *        b0 b1 b2 a1 a2      Q28, per shape section, then per equalise section
+ *        gain rate           Q31, per creep cell
+ *     last word: CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least
+ *     significant byte first
  *
  * The format has its own version, separate from the firmware's and the register map's.
  * May be called from: main loop, host. Not from the interrupt (a decode walks the whole image).
@@ -31,10 +35,11 @@
 
 #define HYST_IMAGE_MAGIC        0x48595354U
 #define HYST_IMAGE_VERSION      1U
-#define HYST_IMAGE_HEADER_WORDS 22U
+#define HYST_IMAGE_HEADER_WORDS 23U
 #define HYST_IMAGE_MIN_WORDS    (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
 #define HYST_IMAGE_MAX_WORDS                                                                                           \
-    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + 2U * 5U * HYST_IIR_MAX_SECTIONS + 1U)
+    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + 2U * 5U * HYST_IIR_MAX_SECTIONS +                     \
+     2U * HYST_CREEP_MAX_CELLS + 1U)
 #define HYST_LOOKAHEAD_MAX 63U
 
 /** The image, decoded. */
@@ -60,6 +65,8 @@ typedef struct {
     hyst_iir_section_t shape[HYST_IIR_MAX_SECTIONS];
     uint32_t equalise_sections;
     hyst_iir_section_t equalise[HYST_IIR_MAX_SECTIONS];
+    uint32_t creep_cells;
+    hyst_creep_cell_t creep[HYST_CREEP_MAX_CELLS];
 } hyst_parameters_t;
 
 /** Why an image is refused. Values are part of the Modbus interface: append only. */
@@ -100,6 +107,8 @@ typedef enum {
     HYST_FIELD_SHAPE,
     HYST_FIELD_EQUALISE_SECTIONS,
     HYST_FIELD_EQUALISE,
+    HYST_FIELD_CREEP_CELLS,
+    HYST_FIELD_CREEP,
     HYST_FIELD_COUNT
 } hyst_field_t;
 

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The position keeps moving after the drive has stopped, in proportion to the logarithm of time. docs/MODELS.md,
+ * section 5. */
+#include "catalogue.h"
+#include "creep_cells.h"
+#include <math.h>
+
+static const parameter_info_t parameters[] = {
+    {.name = "gamma_per_decade",
+     .unit = "1",
+     .low = -0.1,
+     .high = 0.1,
+     .text = "growth of a step per decade of time, as a part of the step"},
+    {.name = "shortest_s",
+     .unit = "s",
+     .low = 1e-3,
+     .high = 1e3,
+     .optional = true,
+     .default_value = 0.1,
+     .text = "creep is logarithmic from this time on"},
+    {.name = "longest_s",
+     .unit = "s",
+     .low = 1e-2,
+     .high = 1e5,
+     .optional = true,
+     .default_value = 1000.0,
+     .text = "to this time"},
+    {.name = "initial_um",
+     .unit = "um",
+     .low = -HUGE_VAL,
+     .high = HUGE_VAL,
+     .array = true,
+     .optional = true,
+     .text = "one value: what had been present, before creep, when the recording began (default: its first sample)"}};
+
+typedef struct {
+    creep_cells_t cells;
+    double level[CREEP_MAX_CELLS];
+    double input;
+    bool has_initial;
+    double initial;
+} state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    const double shortest = parameter[1].value[0], longest = parameter[2].value[0];
+    const double decades = (CREEP_MAX_CELLS - 1) / (double)CREEP_CELLS_PER_DECADE;
+    if (!(longest >= shortest && log10(longest / shortest) <= decades)) {
+        return fail(failure, "longest_s must be at least shortest_s, and at most %g decades longer", decades);
+    }
+    if (parameter[3].count > 1) {
+        return fail(failure, "initial_um is one value, not %zu", parameter[3].count);
+    }
+    return true;
+}
+
+static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)parameter;
+    (void)setup;
+    return sizeof(state_t);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    state->cells =
+        creep_cells(parameter[0].value[0], parameter[1].value[0], parameter[2].value[0], setup->sample_rate_hz);
+    state->has_initial = parameter[3].count > 0;
+    state->initial = state->has_initial ? parameter[3].value[0] : 0.0;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    state->input = signal->value;
+    const double rest = state->has_initial ? state->initial : signal->value;
+    for (size_t j = 0; j < state->cells.cells; j++) {
+        state->level[j] = rest;
+    }
+    signal->value += rest * (creep_gain_at_rest(&state->cells) - 1.0);
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    double sum = 0.0;
+    for (size_t j = 0; j < state->cells.cells; j++) {
+        state->level[j] += state->cells.rate[j] * (state->input - state->level[j]);
+        sum += state->level[j];
+    }
+    state->input = signal->value;
+    signal->value += state->cells.gain * sum;
+}
+
+const block_t block_creep = {.name = "creep",
+                             .place = PLACE_SLOW,
+                             .text = "log-type creep: slow motion after the drive has stopped",
+                             .parameter = parameters,
+                             .parameters = 4,
+                             .check = check,
+                             .state_size = state_size,
+                             .open = open,
+                             .settle = settle,
+                             .step = step};

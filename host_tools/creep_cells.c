@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "creep_cells.h"
+#include <math.h>
+
+creep_cells_t creep_cells(double gamma_per_decade, double shortest_s, double longest_s, double sample_rate_hz) {
+    creep_cells_t cells = {.gain = gamma_per_decade / CREEP_CELLS_PER_DECADE};
+    const double steps = floor(CREEP_CELLS_PER_DECADE * log10(longest_s / shortest_s) + 0.5);
+    cells.cells = (size_t)fmin(steps, CREEP_MAX_CELLS - 1) + 1;
+    for (size_t j = 0; j < cells.cells; j++) {
+        const double tau_s = shortest_s * pow(10.0, (double)j / CREEP_CELLS_PER_DECADE);
+        cells.rate[j] = -expm1(-1.0 / (tau_s * sample_rate_hz));
+    }
+    return cells;
+}
+
+double creep_gain_at_rest(const creep_cells_t *cells) {
+    return 1.0 + cells->gain * (double)cells->cells;
+}

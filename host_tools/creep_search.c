@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "creep_search.h"
+#include "catalogue.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* Piezo ceramics creep by 1 to 2 % a decade, 5 % at most; a search beyond finds what is not creep. */
+static const double lowest_gamma = -0.02, highest_gamma = 0.08;
+/* Nearer to an end of the range than this, the minimum is not inside. */
+static const double range_end = 1e-4;
+/* Shrinks the bracket to 1e-5 of its width and less. */
+enum { STEPS = 24 };
+
+/* What the cells add at this sample, and their move to the next. */
+static double cells_step(const creep_cells_t *cells, double *level) {
+    double sum = 0.0;
+    for (size_t j = 0; j < cells->cells; j++) {
+        sum += level[j];
+    }
+    return cells->gain * sum;
+}
+
+static void cells_follow(const creep_cells_t *cells, double *level, double elastic) {
+    for (size_t j = 0; j < cells->cells; j++) {
+        level[j] += cells->rate[j] * (elastic - level[j]);
+    }
+}
+
+static void settle(const creep_cells_t *cells, double elastic, double *level) {
+    for (size_t j = 0; j < cells->cells; j++) {
+        level[j] = elastic;
+    }
+}
+
+void creep_remove(const creep_cells_t *cells, const double *position, size_t samples, double initial, double *elastic) {
+    double level[CREEP_MAX_CELLS];
+    settle(cells, initial, level);
+    for (size_t k = 0; k < samples; k++) {
+        elastic[k] = position[k] - cells_step(cells, level);
+        cells_follow(cells, level, elastic[k]);
+    }
+}
+
+void creep_apply(const creep_cells_t *cells, const double *elastic, size_t samples, double initial, double *position) {
+    double level[CREEP_MAX_CELLS];
+    settle(cells, initial, level);
+    for (size_t k = 0; k < samples; k++) {
+        const double present = elastic[k];
+        position[k] = present + cells_step(cells, level);
+        cells_follow(cells, level, present);
+    }
+}
+
+double creep_initial(const creep_cells_t *cells, const recording_t *recording) {
+    return recording->column[COLUMN_DISPLACEMENT][0] / creep_gain_at_rest(cells);
+}
+
+creep_cells_t creep_default_cells(double gamma_per_decade, double sample_rate_hz) {
+    return creep_cells(gamma_per_decade, block_creep.parameter[1].default_value, block_creep.parameter[2].default_value,
+                       sample_rate_hz);
+}
+
+recording_t *creep_recordings(const recording_t *recordings, size_t count, double gamma_per_decade) {
+    recording_t *elastic = allocate(count, sizeof *elastic);
+    for (size_t i = 0; i < count; i++) {
+        const creep_cells_t cells = creep_default_cells(gamma_per_decade, recordings[i].sample_rate_hz);
+        elastic[i] = recordings[i];
+        elastic[i].column[COLUMN_DISPLACEMENT] = allocate(recordings[i].samples, sizeof(double));
+        creep_remove(&cells, recordings[i].column[COLUMN_DISPLACEMENT], recordings[i].samples,
+                     creep_initial(&cells, &recordings[i]), elastic[i].column[COLUMN_DISPLACEMENT]);
+    }
+    return elastic;
+}
+
+void creep_recordings_free(recording_t *elastic, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        free(elastic[i].column[COLUMN_DISPLACEMENT]); /* everything else is borrowed */
+    }
+    free(elastic);
+}
+
+typedef struct {
+    const play_basis_t *basis;
+    const fit_span_t *spans;
+    size_t count;
+    const linear_options_t *options;
+    size_t samples; /* of the last fit */
+    failure_t *failure;
+} problem_t;
+
+/* Mean square of what the best bank leaves, in *mean_square. */
+static bool evaluate(problem_t *problem, double gamma, double *mean_square) {
+    fit_span_t *spans = allocate(problem->count, sizeof *spans);
+    recording_t *elastic = allocate(problem->count, sizeof *elastic);
+    linear_fit_t fit;
+    bool good;
+    for (size_t i = 0; i < problem->count; i++) {
+        recording_t *copy = creep_recordings(problem->spans[i].recording, 1, gamma);
+        elastic[i] = *copy;
+        free(copy);
+        spans[i] = problem->spans[i];
+        spans[i].recording = &elastic[i];
+    }
+    good = linear_fit(problem->basis, spans, problem->count, problem->options, &fit, problem->failure);
+    if (good) {
+        *mean_square = fit.rms_um * fit.rms_um;
+        problem->samples = fit.samples;
+        linear_fit_free(&fit);
+    }
+    creep_recordings_free(elastic, problem->count);
+    free(spans);
+    return good;
+}
+
+/* From the curvature of the sum of squares at the minimum. */
+static bool standard_error(problem_t *problem, double gamma, double *sigma) {
+    const double step = 1e-3;
+    double below, at, above;
+    if (!evaluate(problem, gamma - step, &below) || !evaluate(problem, gamma, &at) ||
+        !evaluate(problem, gamma + step, &above)) {
+        return false;
+    }
+    const double curvature = (below - 2.0 * at + above) / (step * step);
+    *sigma = curvature > 0.0 ? sqrt(2.0 * at / ((double)problem->samples * curvature)) : HUGE_VAL;
+    return true;
+}
+
+bool creep_search(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
+                  double *gamma_per_decade, double *sigma, progress_t *progress, failure_t *failure) {
+    problem_t problem = {.basis = basis, .spans = spans, .count = count, .options = options, .failure = failure};
+    const double golden = 0.5 * (sqrt(5.0) - 1.0);
+    double low = lowest_gamma, high = highest_gamma;
+    double x[2] = {high - golden * (high - low), low + golden * (high - low)}, value[2];
+    if (!evaluate(&problem, x[0], &value[0]) || !evaluate(&problem, x[1], &value[1])) {
+        return false;
+    }
+    for (int i = 0; i < STEPS; i++) { /* golden section */
+        const int fresh = value[0] < value[1] ? 0 : 1;
+        if (fresh == 0) {
+            high = x[1];
+            x[1] = x[0];
+            value[1] = value[0];
+            x[0] = high - golden * (high - low);
+        } else {
+            low = x[0];
+            x[0] = x[1];
+            value[0] = value[1];
+            x[1] = low + golden * (high - low);
+        }
+        if (!evaluate(&problem, x[fresh], &value[fresh])) {
+            return false;
+        }
+        progress_update(progress, (double)(i + 1) / STEPS);
+    }
+    *gamma_per_decade = 0.5 * (low + high);
+    if (fmin(*gamma_per_decade - lowest_gamma, highest_gamma - *gamma_per_decade) < range_end) {
+        *sigma = HUGE_VAL;
+        return true;
+    }
+    return standard_error(&problem, *gamma_per_decade, sigma);
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Search of gamma_per_decade around the linear problem: creep is taken out of the displacement, the bank fitted to
+ * what is left. */
+#ifndef CREEP_SEARCH_H
+#define CREEP_SEARCH_H
+
+#include "creep_cells.h"
+#include "linear_fit.h"
+#include "progress.h"
+
+/**
+ * The exact inverse of block creep, and the block itself, over a whole signal. Before the first sample
+ * `initial` (elastic) had been present for ever. elastic and position have `samples` elements and may be the same
+ * array.
+ */
+void creep_remove(const creep_cells_t *cells, const double *position, size_t samples, double initial, double *elastic);
+void creep_apply(const creep_cells_t *cells, const double *elastic, size_t samples, double initial, double *position);
+
+/**
+ * Finds the gamma_per_decade with which a play bank explains the spans best. spans[i].recording is left alone. *sigma:
+ * standard error from the curvature, for white residuals; HUGE_VAL where the data do not determine gamma: no
+ * minimum inside the range searched (-2 to 8 % a decade; piezo ceramics creep by 1 to 2, 5 at most).
+ */
+bool creep_search(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
+                  double *gamma_per_decade, double *sigma, progress_t *progress, failure_t *failure);
+
+/** The elastic position that was present before the recording, if its first sample was at rest. */
+double creep_initial(const creep_cells_t *cells, const recording_t *recording);
+
+/** Copies of the recordings whose displacement has creep removed, from creep_initial on. Freed with
+ * creep_recordings_free. */
+recording_t *creep_recordings(const recording_t *recordings, size_t count, double gamma_per_decade);
+void creep_recordings_free(recording_t *elastic, size_t count);
+
+/** The cells of block creep with its default times. */
+creep_cells_t creep_default_cells(double gamma_per_decade, double sample_rate_hz);
+
+#endif
