@@ -281,7 +281,7 @@ static bool set_lookahead(job_t *job) {
     }
     p->lookahead_samples = (uint32_t)whole;
     if (!interpolate || fraction < least_fraction) {
-        job->report->lookahead_remainder_s = -fraction / job->rate_hz;
+        job->report->lookahead_remainder_s = (samples - whole) / job->rate_hz;
         return true;
     }
     const inverse_filter_t wait = {.section = true, .b1 = fraction};
