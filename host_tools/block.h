@@ -63,13 +63,18 @@ typedef struct block {
 
     /** Checks what the ranges alone cannot (lengths, order), or NULL. `parameter` is in the order of the table. */
     bool (*check)(const parameter_t *parameter, failure_t *failure);
-    /** Bytes of state; the state is aligned like malloc's and zeroed before `open`. */
-    size_t (*state_size)(const parameter_t *parameter, const stage_setup_t *setup);
+    /** Bytes of state, and further ones that depend on the parameters (NULL: none). The state is aligned like malloc's
+     * and zeroed before `open`. */
+    size_t state_bytes;
+    size_t (*further_bytes)(const parameter_t *parameter, const stage_setup_t *setup);
     void (*open)(void *state, const parameter_t *parameter, const stage_setup_t *setup);
     /** Goes to the state in which this input has been present for ever, and replaces *signal by the output. */
     void (*settle)(void *state, signal_t *signal);
     /** One sample: replaces *signal by the output. */
     void (*step)(void *state, signal_t *signal);
 } block_t;
+
+/** The zeroed and opened state of a stage, to be freed by the caller. */
+void *block_open(const block_t *block, const parameter_t *parameter, const stage_setup_t *setup);
 
 #endif

@@ -19,8 +19,7 @@ static void add_stage(chain_t *chain, const model_t *model, size_t index, double
                                  .seed = seed + 0x632BE59BD9B4E019U * (uint64_t)(index + 1)};
     stage_t *stage = &chain->stage[chain->stages++];
     stage->block = from->block;
-    stage->state = allocate(from->block->state_size(from->parameter, &setup), 1);
-    stage->block->open(stage->state, from->parameter, &setup);
+    stage->state = block_open(from->block, from->parameter, &setup);
 }
 
 chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure) {

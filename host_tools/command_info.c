@@ -152,12 +152,7 @@ static int run(int argc, char **argv) {
         DEVICE_OPTIONS(line),
         {"--json", NULL, OPTION_FLAG, NULL, "result as JSON on stdout", &json},
     };
-    size_t arguments = 0;
-    int status =
-        options_parse(&command_info, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
-    if (status == OPTIONS_RUN) {
-        status = device_options_check(&command_info, &line);
-    }
+    int status = device_options_parse(&command_info, options, sizeof options / sizeof options[0], argc, argv, 0, &line);
     if (status != OPTIONS_RUN) {
         return status;
     }

@@ -111,12 +111,8 @@ static int run(int argc, char **argv) {
         {"--count", "-n", OPTION_COUNT, "N", "lines to print; 0, the default: until stopped", &count},
         {"--json", NULL, OPTION_FLAG, NULL, "one JSON object a line", &json},
     };
-    size_t arguments = 0;
     int status =
-        options_parse(&command_monitor, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
-    if (status == OPTIONS_RUN) {
-        status = device_options_check(&command_monitor, &port);
-    }
+        device_options_parse(&command_monitor, options, sizeof options / sizeof options[0], argc, argv, 0, &port);
     if (status == OPTIONS_RUN && !(interval_s >= 0.0 && interval_s <= 86400.0)) {
         status = usage_error(&command_monitor, "--interval %g: outside 0..86400 s", interval_s);
     }

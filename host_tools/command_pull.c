@@ -35,12 +35,7 @@ static int run(int argc, char **argv) {
         {"--output", "-o", OPTION_TEXT, "IMAGE", "file to write", &output},
         {"--json", NULL, OPTION_FLAG, NULL, "result as JSON on stdout", &json},
     };
-    size_t arguments = 0;
-    int status =
-        options_parse(&command_pull, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
-    if (status == OPTIONS_RUN) {
-        status = device_options_check(&command_pull, &line);
-    }
+    int status = device_options_parse(&command_pull, options, sizeof options / sizeof options[0], argc, argv, 0, &line);
     if (status == OPTIONS_RUN && output == NULL) {
         status = usage_error(&command_pull, "-o IMAGE is missing");
     }

@@ -102,12 +102,8 @@ static int run(int argc, char **argv) {
         {"--output", "-o", OPTION_TEXT, "CSV", "recording to write", &s.output},
         {"--json", NULL, OPTION_FLAG, NULL, "result as JSON on stdout", &s.json},
     };
-    size_t arguments = 0;
     int status =
-        options_parse(&command_record, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
-    if (status == OPTIONS_RUN) {
-        status = device_options_check(&command_record, &s.line);
-    }
+        device_options_parse(&command_record, options, sizeof options / sizeof options[0], argc, argv, 0, &s.line);
     if (status == OPTIONS_RUN && s.output == NULL) {
         status = usage_error(&command_record, "-o CSV is missing");
     }

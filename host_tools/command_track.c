@@ -184,7 +184,7 @@ static int check(const settings_t *settings) {
         strcmp(settings->mode, mode_name(HYST_MODE_COMPENSATE)) != 0) {
         return usage_error(&command_track, "--mode %s: not linear or compensate", settings->mode);
     }
-    return device_options_check(&command_track, &settings->line);
+    return OPTIONS_RUN;
 }
 
 static int run(int argc, char **argv) {
@@ -199,9 +199,8 @@ static int run(int argc, char **argv) {
          "recording to write; with --both two, named CSV-linear and CSV-compensate", &s.output},
         {"--json", NULL, OPTION_FLAG, NULL, "result as JSON on stdout", &s.json},
     };
-    size_t arguments = 0;
     int status =
-        options_parse(&command_track, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
+        device_options_parse(&command_track, options, sizeof options / sizeof options[0], argc, argv, 0, &s.line);
     if (status == OPTIONS_RUN) {
         status = check(&s);
     }

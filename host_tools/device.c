@@ -143,7 +143,7 @@ static outcome_t transfer(device_t *device, const request_t *request, int tries,
     return worth_repeating(error) && !is_exception(error) ? OUTCOME_NO_ANSWER : OUTCOME_REFUSED;
 }
 
-int device_options_check(const command_t *command, const device_options_t *options) {
+static int check_line(const command_t *command, const device_options_t *options) {
     static const unsigned long rates[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
     if (options->port == NULL) {
         return usage_error(command, "--port DEV is missing");
@@ -162,6 +162,13 @@ int device_options_check(const command_t *command, const device_options_t *optio
         return usage_error(command, "--timeout %g: outside 0.01..60 s", options->timeout_s);
     }
     return OPTIONS_RUN;
+}
+
+int device_options_parse(const command_t *command, const option_t *options, size_t count, int argc, char **argv,
+                         size_t arguments, const device_options_t *line) {
+    size_t positionals = 0;
+    const int status = options_parse(command, options, count, argc, argv, arguments, arguments, &positionals);
+    return status == OPTIONS_RUN ? check_line(command, line) : status;
 }
 
 static bool connect_port(device_t *device, const device_options_t *options, failure_t *failure) {

@@ -39,9 +39,12 @@ typedef struct {
 
 typedef struct device device_t;
 
-/** Whether the options make sense. Prints the usage error otherwise and returns its status; OPTIONS_RUN if all is well.
+/**
+ * options_parse for a command with exactly `arguments` positional arguments, whose option table fills *line; checks the
+ * line's options too.
  */
-int device_options_check(const command_t *command, const device_options_t *options);
+int device_options_parse(const command_t *command, const option_t *options, size_t count, int argc, char **argv,
+                         size_t arguments, const device_options_t *line);
 
 /** Connects, takes the port for itself, and checks that an amplifier with a register map known here answers. NULL on
  * failure. */

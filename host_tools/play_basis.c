@@ -18,8 +18,7 @@ void play_walk_begin(play_walk_t *walk, const play_basis_t *basis, const recordi
         double values[] = {basis->beta_s, basis->rate_filter_s, basis->limit_v};
         const parameter_t parameters[] = {{1, &values[0], NULL}, {1, &values[1], NULL}, {1, &values[2], NULL}};
         signal_t first = {.value = walk->drive[0]};
-        walk->growth_state = allocate(block_rate_dependent_hysteresis.state_size(parameters, &setup), 1);
-        block_rate_dependent_hysteresis.open(walk->growth_state, parameters, &setup);
+        walk->growth_state = block_open(&block_rate_dependent_hysteresis, parameters, &setup);
         block_rate_dependent_hysteresis.settle(walk->growth_state, &first);
     }
 }

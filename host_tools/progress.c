@@ -1,29 +1,23 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "progress.h"
+#include "monotonic_clock.h"
 #include <stdio.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { BAR_WIDTH = 40 };
 
-static double now_s(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 void progress_begin(progress_t *progress, const char *what) {
     progress->what = what;
     progress->terminal = isatty(STDERR_FILENO) == 1;
-    progress->drawn_s = progress->terminal ? now_s() : 0.0;
+    progress->drawn_s = progress->terminal ? monotonic_s() : 0.0;
 }
 
 void progress_update(progress_t *progress, double fraction) {
     int filled;
-    if (!progress->terminal || now_s() - progress->drawn_s < 0.1) {
+    if (!progress->terminal || monotonic_s() - progress->drawn_s < 0.1) {
         return;
     }
-    progress->drawn_s = now_s();
+    progress->drawn_s = monotonic_s();
     fraction = fraction < 0.0 ? 0.0 : fraction > 1.0 ? 1.0 : fraction;
     filled = (int)(fraction * BAR_WIDTH);
     fprintf(stderr, "\r%s [%.*s%*s] %3.0f %%", progress->what, filled, "########################################",

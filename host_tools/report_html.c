@@ -100,9 +100,9 @@ static void write_track(FILE *file, const report_track_t *track) {
     fprintf(file, "<h3>");
     write_escaped(file, track->name);
     fprintf(file, "</h3>\n<div class=\"row\">\n");
-    plot_write(file, &(plot_t){"Loop", "reference, µm", "position, µm", loop, 2, NAN});
-    plot_write(file, &(plot_t){"Error", "time, s", ERROR_LABEL, error, 2, NAN});
-    plot_write(file, &(plot_t){"Error that remains", "time, s", ERROR_LABEL, &error[1], 1, NAN});
+    plot_write(file, &(plot_t){"Loop", "reference, µm", "position, µm", loop, 2, PLOT_NO_SHADE});
+    plot_write(file, &(plot_t){"Error", "time, s", ERROR_LABEL, error, 2, PLOT_NO_SHADE});
+    plot_write(file, &(plot_t){"Error that remains", "time, s", ERROR_LABEL, &error[1], 1, PLOT_NO_SHADE});
     fprintf(file, "</div>\n");
     trace_free(&before);
     trace_free(&after);
@@ -226,10 +226,10 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     write_number(file, report->model->fit, "held_out_nrmse_percent", "Error on the part that was held out of the fit:");
     write_number(file, report->model->fit, "nrmse_percent", "On the fitted part:");
     fprintf(file, "</p>\n<div class=\"row\">\n");
-    plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, NAN});
-    plot_write(file,
-               &(plot_t){held_out ? "Model − recorded (shaded: held out of the fit)" : "Model − recorded", "time, s",
-                         "error, µm", &error, 1, held_out ? fit_time(report->model, "held_out_from_s") : (double)NAN});
+    plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, PLOT_NO_SHADE});
+    plot_write(file, &(plot_t){held_out ? "Model − recorded (shaded: held out of the fit)" : "Model − recorded",
+                               "time, s", "error, µm", &error, 1,
+                               held_out ? fit_time(report->model, "held_out_from_s") : PLOT_NO_SHADE});
     fprintf(file, "</div>\n");
     free(error_um);
     free(time_s);
@@ -286,7 +286,7 @@ bool report_write_picture(const report_t *report, const char *path, failure_t *f
         trace[2 * i + 1] = error_trace(&report->track[i].after);
         line[2 * i] = trace_line(&trace[2 * i], "before", "linear drive");
         line[2 * i + 1] = trace_line(&trace[2 * i + 1], "after", "compensated");
-        plot[i] = (plot_t){report->track[i].name, "time, s", ERROR_LABEL, &line[2 * i], 2, NAN};
+        plot[i] = (plot_t){report->track[i].name, "time, s", ERROR_LABEL, &line[2 * i], 2, PLOT_NO_SHADE};
     }
     plot_write_sheet(file, plot, report->tracks, 2);
     for (size_t i = 0; i < 2 * report->tracks; i++) {

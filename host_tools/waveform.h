@@ -44,7 +44,7 @@ typedef struct {
 } waveform_options_t;
 
 #define WAVEFORM_OPTIONS_DEFAULT                                                                                       \
-    { .name = NULL, .frequency_hz = 1.0, .amplitude = NAN, .offset = NAN, .cycles = 3, .steps = 10 }
+    { .name = NULL, .frequency_hz = 1.0, .amplitude = (double)NAN, .offset = (double)NAN, .cycles = 3, .steps = 10 }
 
 /** Lines of an option_t table that fill a waveform_options_t. `unit`: "V" or "UM". */
 #define WAVEFORM_OPTIONS(options, unit)                                                                                \

@@ -53,12 +53,6 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
     return true;
 }
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    (void)parameter;
-    (void)setup;
-    return sizeof(state_t);
-}
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     state->cells =
@@ -94,7 +88,7 @@ const block_t block_creep = {.name = "creep",
                              .parameter = parameters,
                              .parameters = 4,
                              .check = check,
-                             .state_size = state_size,
+                             .state_bytes = sizeof(state_t),
                              .open = open,
                              .settle = settle,
                              .step = step};

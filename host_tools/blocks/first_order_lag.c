@@ -8,19 +8,8 @@ const parameter_info_t first_order_lag_parameters[1] = {{.name = "cutoff_hz",
                                                          .high = 1e9,
                                                          .text = "frequency at which the gain is down by 3 dB"}};
 
-typedef struct {
-    double input, output;
-    double decay, present, past; /* y[k] = decay y[k-1] + present u[k] + past u[k-1] */
-} state_t;
-
-size_t first_order_lag_state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    (void)parameter;
-    (void)setup;
-    return sizeof(state_t);
-}
-
 void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
-    state_t *state = memory;
+    first_order_lag_t *state = memory;
     const double x = 2.0 * M_PI * parameter[0].value[0] / setup->sample_rate_hz;
     const double mean = -expm1(-x) / x; /* of the decay over one sample */
     state->decay = exp(-x);
@@ -29,13 +18,13 @@ void first_order_lag_open(void *memory, const parameter_t *parameter, const stag
 }
 
 void first_order_lag_settle(void *memory, signal_t *signal) {
-    state_t *state = memory;
+    first_order_lag_t *state = memory;
     state->input = signal->value;
     state->output = signal->value;
 }
 
 void first_order_lag_step(void *memory, signal_t *signal) {
-    state_t *state = memory;
+    first_order_lag_t *state = memory;
     state->output = state->decay * state->output + state->present * signal->value + state->past * state->input;
     state->input = signal->value;
     signal->value = state->output;

@@ -11,7 +11,11 @@
 /** The one parameter of such a block, cutoff_hz. */
 extern const parameter_info_t first_order_lag_parameters[1];
 
-size_t first_order_lag_state_size(const parameter_t *parameter, const stage_setup_t *setup);
+typedef struct {
+    double input, output;
+    double decay, present, past; /**< y[k] = decay y[k-1] + present u[k] + past u[k-1] */
+} first_order_lag_t;
+
 void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup);
 void first_order_lag_settle(void *memory, signal_t *signal);
 void first_order_lag_step(void *memory, signal_t *signal);

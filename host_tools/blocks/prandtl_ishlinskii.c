@@ -52,9 +52,9 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
     return true;
 }
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
+static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
-    return sizeof(state_t) + 4 * parameter[THRESHOLDS].count * sizeof(double);
+    return 4 * parameter[THRESHOLDS].count * sizeof(double);
 }
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
@@ -97,7 +97,8 @@ const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .parameter = parameters,
                                           .parameters = 4,
                                           .check = check,
-                                          .state_size = state_size,
+                                          .state_bytes = sizeof(state_t),
+                                          .further_bytes = further_bytes,
                                           .open = open,
                                           .settle = settle,
                                           .step = step};

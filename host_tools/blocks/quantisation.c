@@ -6,12 +6,6 @@
 static const parameter_info_t parameters[] = {
     {.name = "step_um", .unit = "um", .low = 1e-12, .high = 1e6, .text = "size of one step"}};
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    (void)parameter;
-    (void)setup;
-    return sizeof(double);
-}
-
 static void open(void *state, const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
     *(double *)state = parameter[0].value[0];
@@ -27,7 +21,7 @@ const block_t block_quantisation = {.name = "quantisation",
                                     .text = "steps of the position converter",
                                     .parameter = parameters,
                                     .parameters = 1,
-                                    .state_size = state_size,
+                                    .state_bytes = sizeof(double),
                                     .open = open,
                                     .settle = quantise,
                                     .step = quantise};

@@ -30,12 +30,6 @@ typedef struct {
     double input, rate; /* V, V per sample */
 } state_t;
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    (void)parameter;
-    (void)setup;
-    return sizeof(state_t);
-}
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     const double filter_s = parameter[1].value[0];
@@ -64,7 +58,7 @@ const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hystere
                                                  .text = "play thresholds that grow with the drive rate",
                                                  .parameter = parameters,
                                                  .parameters = 3,
-                                                 .state_size = state_size,
+                                                 .state_bytes = sizeof(state_t),
                                                  .open = open,
                                                  .settle = settle,
                                                  .step = step};

@@ -19,12 +19,6 @@ typedef struct {
     double transition[2][2];
 } state_t;
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    (void)parameter;
-    (void)setup;
-    return sizeof(state_t);
-}
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     const double omega = 2.0 * M_PI * parameter[0].value[0] / setup->sample_rate_hz; /* rad per sample */
@@ -59,7 +53,7 @@ const block_t block_resonance = {.name = "resonance",
                                  .text = "inertia and damping: one mode of the mechanics",
                                  .parameter = parameters,
                                  .parameters = 2,
-                                 .state_size = state_size,
+                                 .state_bytes = sizeof(state_t),
                                  .open = open,
                                  .settle = settle,
                                  .step = step};

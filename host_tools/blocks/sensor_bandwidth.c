@@ -7,7 +7,7 @@ const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .text = "first-order low pass of the position sensor",
                                         .parameter = first_order_lag_parameters,
                                         .parameters = 1,
-                                        .state_size = first_order_lag_state_size,
+                                        .state_bytes = sizeof(first_order_lag_t),
                                         .open = first_order_lag_open,
                                         .settle = first_order_lag_settle,
                                         .step = first_order_lag_step};

@@ -11,12 +11,6 @@ typedef struct {
     uint64_t random;
 } state_t;
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    (void)parameter;
-    (void)setup;
-    return sizeof(state_t);
-}
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     state->rms_um = parameter[0].value[0];
@@ -48,7 +42,7 @@ const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .text = "white noise of the position sensor",
                                     .parameter = parameters,
                                     .parameters = 1,
-                                    .state_size = state_size,
+                                    .state_bytes = sizeof(state_t),
                                     .open = open,
                                     .settle = settle,
                                     .step = step};

@@ -16,8 +16,8 @@ static size_t whole_samples(const parameter_t *parameter, const stage_setup_t *s
     return (size_t)floor(parameter[0].value[0] * setup->sample_rate_hz);
 }
 
-static size_t state_size(const parameter_t *parameter, const stage_setup_t *setup) {
-    return sizeof(state_t) + (whole_samples(parameter, setup) + 2) * sizeof(double);
+static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
+    return (whole_samples(parameter, setup) + 2) * sizeof(double);
 }
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
@@ -48,7 +48,8 @@ const block_t block_transport_delay = {.name = "transport_delay",
                                        .text = "pure delay between command and voltage",
                                        .parameter = parameters,
                                        .parameters = 1,
-                                       .state_size = state_size,
+                                       .state_bytes = sizeof(state_t),
+                                       .further_bytes = further_bytes,
                                        .open = open,
                                        .settle = settle,
                                        .step = step};
