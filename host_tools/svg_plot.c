@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "svg_plot.h"
-#include <math.h>
 
 /* Sizes in units of the picture, of which one is about a pixel. */
 #define WIDTH     460.0
@@ -124,8 +123,8 @@ static void write_line(FILE *file, const plot_line_t *line, const axis_t *x, con
 }
 
 static bool plot_extent(const plot_t *plot, double low[2], double high[2]) {
-    low[0] = low[1] = INFINITY;
-    high[0] = high[1] = -INFINITY;
+    low[0] = low[1] = HUGE_VAL;
+    high[0] = high[1] = -HUGE_VAL;
     for (size_t i = 0; i < plot->lines; i++) {
         for (size_t k = 0; k < plot->line[i].count; k++) {
             low[0] = fmin(low[0], plot->line[i].x[k]);

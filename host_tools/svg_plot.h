@@ -8,7 +8,7 @@
 #ifndef SVG_PLOT_H
 #define SVG_PLOT_H
 
-#include <stdbool.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -31,8 +31,10 @@ typedef struct {
     const char *x_label, *y_label;
     const plot_line_t *line; /**< drawn in this order: the last one is on top */
     size_t lines;
-    double shade_from; /**< x from which the background is shaded; NAN for none */
+    double shade_from; /**< x from which the background is shaded, or PLOT_NO_SHADE */
 } plot_t;
+
+#define PLOT_NO_SHADE ((double)NAN)
 
 /**
  * Writes one <figure>. Axes include all points; a plot without extent in one direction gets a small one. Points closer

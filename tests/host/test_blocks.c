@@ -236,7 +236,7 @@ static void test_chain_refuses_a_rate_that_is_none(void) {
     make_bank_model(&model, 100.0, 0.0, 0, weights, NULL);
     TEST_ASSERT_NULL(chain_open(&model, 0.0, 1, &failure));
     expect_line(&failure, "sample rate of 0 Hz");
-    TEST_ASSERT_NULL(chain_open(&model, NAN, 1, &failure));
+    TEST_ASSERT_NULL(chain_open(&model, (double)NAN, 1, &failure));
     model_free(&model);
 }
 

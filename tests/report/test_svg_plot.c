@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a picture may not lose, and what must not break it. */
 #include "svg_plot.h"
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unity.h>
@@ -33,8 +32,8 @@ static size_t points_drawn(double *left, double *right, double *top, double *bot
     TEST_ASSERT_NOT_NULL(at);
     at += strlen("points=\"");
     size_t count = 0;
-    *left = *top = INFINITY;
-    *right = *bottom = -INFINITY;
+    *left = *top = HUGE_VAL;
+    *right = *bottom = -HUGE_VAL;
     while (*at != '"') {
         char *next = NULL;
         const double px = strtod(at, &next);
@@ -59,7 +58,7 @@ static void test_one_sample_spike_keeps_its_height(void) {
     y[7777] = 1.0;
     y[15555] = -1.0;
     const plot_line_t line = {"after", "a", x, y, POINTS};
-    draw(&line, 1, "spikes", NAN);
+    draw(&line, 1, "spikes", PLOT_NO_SHADE);
     double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
     const size_t count = points_drawn(&left, &right, &top, &bottom);
     /* The axes are 5 % wider than the data: 262 units of height show -1.1 to 1.1. Coordinates have one decimal. */
@@ -73,7 +72,7 @@ static void test_picture_does_not_grow_with_a_smooth_curve(void) {
         y[k] = sin(6.283185307179586 * (double)k / POINTS);
     }
     const plot_line_t line = {"after", "a", x, y, POINTS};
-    draw(&line, 1, "circle", NAN);
+    draw(&line, 1, "circle", PLOT_NO_SHADE);
     double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
     const size_t count = points_drawn(&left, &right, &top, &bottom);
     TEST_ASSERT_TRUE(count > 390 && count <= 2 * 4 * 391); /* 391 columns of pixels, up to four points in each, twice */
@@ -88,7 +87,7 @@ static void test_flat_and_tiny_and_huge_data_have_axes(void) {
             y[k] = scale[i];
         }
         const plot_line_t line = {"after", "a", x, y, 10};
-        draw(&line, 1, "flat", NAN);
+        draw(&line, 1, "flat", PLOT_NO_SHADE);
         TEST_ASSERT_NULL_MESSAGE(strstr(text, "nan"), text);
         TEST_ASSERT_NULL_MESSAGE(strstr(text, "inf"), text);
         TEST_ASSERT_NOT_NULL(strstr(text, "tick level"));
@@ -102,7 +101,7 @@ static void test_text_cannot_break_the_page(void) {
     const plot_line_t lines[] = {line, line};
     x[0] = y[0] = 0.0;
     x[1] = y[1] = 1.0;
-    draw(lines, 2, "a<b>&\"c\"", NAN);
+    draw(lines, 2, "a<b>&\"c\"", PLOT_NO_SHADE);
     TEST_ASSERT_NULL(strstr(text, "<script>"));
     TEST_ASSERT_NOT_NULL(strstr(text, "a&lt;b&gt;&amp;&quot;c&quot;"));
 }
@@ -120,7 +119,7 @@ static void test_shade_lies_inside_the_frame(void) {
 
 static void test_nothing_to_draw_draws_nothing(void) {
     const plot_line_t line = {"after", "a", x, y, 0};
-    draw(&line, 1, "empty", NAN);
+    draw(&line, 1, "empty", PLOT_NO_SHADE);
     TEST_ASSERT_EQUAL_UINT64(0U, length);
 }
 
