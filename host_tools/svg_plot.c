@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "svg_plot.h"
+#include <stdbool.h>
 
 /* Sizes in units of the picture, of which one is about a pixel. */
 #define WIDTH     460.0
