@@ -155,6 +155,14 @@ static double center_before_creep(const job_t *job) {
     return center / creep_gain_at_rest(&cells);
 }
 
+static double weight_sum(const play_bank_t *bank) {
+    double sum = 0.0;
+    for (size_t i = 0; i <= bank->operators; i++) {
+        sum += fabs(bank->weight[i]);
+    }
+    return sum;
+}
+
 static bool set_hysteresis(job_t *job, const model_block_t *block) {
     hyst_parameters_t *p = job->parameters;
     const parameter_t *weights = model_parameter(block, "weights"),
@@ -184,6 +192,12 @@ static bool set_hysteresis(job_t *job, const model_block_t *block) {
     for (size_t i = 0; good && i <= bank.operators; i++) {
         good = to_fixed(job, bank.weight[i], 28, "a weight", &p->pi_weight[i]) &&
                (i == 0 || to_fixed(job, bank.threshold[i - 1], 31, "a threshold", &p->pi_threshold[i - 1]));
+    }
+    if (good && weight_sum(&bank) * HYST_Q28_ONE > (double)HYST_PI_MAX_WEIGHT_SUM) {
+        good = fail(job->failure,
+                    "the weights add up to %.3g position ranges a drive range, the amplifier takes %g: widen "
+                    "--position-range, or fit fewer operators",
+                    weight_sum(&bank), (double)HYST_PI_MAX_WEIGHT_SUM / HYST_Q28_ONE);
     }
     good = good && set_linear(job, &bank, offset);
     free(bank.weight);

@@ -59,7 +59,7 @@ static double largest_rate(const fit_span_t *spans, size_t count) {
     return largest;
 }
 
-/* Coarse: growth at the largest drive rate from 1/300 to 1/2 of the largest threshold; filters from half a sample to 32
+/* Coarse: growth at the largest drive rate from 1/256 to 1/2 of the largest threshold; filters from half a sample to 32
  * samples. */
 static double search_grid(search_t *search, double fastest, double period_s, double *beta_s, double *filter_s) {
     const double largest_v = search->basis.threshold_v[search->basis.operators - 1];

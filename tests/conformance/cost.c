@@ -74,7 +74,11 @@ static void print_cost(const cost_t *cost) {
     print_number((uint32_t)(cost->sum / cost->calls));
 }
 
-static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sections, generator_t *generator) {
+/* 0.1 s to 1000 s, two a decade: what hyst compile makes of a block creep. */
+#define COMPILED_CELLS 9U
+
+static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sections, uint32_t cells,
+                           generator_t *generator) {
     static hyst_parameters_t p;
     static hyst_compensator_t compensator;
     static hyst_q31_t steps[128];
@@ -88,6 +92,7 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
         generate_hysteresis(generator, &p, operators, rate_dependent);
         p.shape_sections = sections / 2U;
         p.equalise_sections = sections / 2U;
+        p.creep_cells = cells;
         build(&p, &compensator);
         measure(&step, generator, &compensator, nested);
         for (unsigned i = 0; i < 128; i++) {
@@ -99,6 +104,7 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
     print_number(operators);
     console_write(rate_dependent ? "       yes" : "        no");
     print_number(sections);
+    print_number(cells);
     print_cost(&step);
     print_cost(&loop_sine);
     print_cost(&loop_steps);
@@ -110,15 +116,19 @@ int main(void) {
     static const uint32_t operators[] = {0, 10, 16, 64, HYST_PI_MAX_OPERATORS};
     generator_t generator = {.state = 1};
     amplifier_init(0);
-    console_write("                              compensator_step    loop_sample, sine   loop_sample, steps   "
-                  "loop_sample, adopt\n"
-                  " operators      rate  sections     worst      mean     worst      mean     worst      mean     "
-                  "worst      mean\n");
+    console_write(
+        "                                        compensator_step    loop_sample, sine   loop_sample, steps   "
+        "loop_sample, adopt\n"
+        " operators      rate  sections     cells     worst      mean     worst      mean     worst      mean     "
+        "worst      mean\n");
     for (unsigned n = 0; n < sizeof operators / sizeof operators[0]; n++) {
         for (uint32_t sections = 0; sections <= 4; sections += 4) {
-            measure_models(operators[n], false, sections, &generator);
-            measure_models(operators[n], true, sections, &generator);
+            measure_models(operators[n], false, sections, 0, &generator);
+            measure_models(operators[n], true, sections, 0, &generator);
         }
     }
+    measure_models(10, false, 0, COMPILED_CELLS, &generator);
+    measure_models(10, true, 4, HYST_CREEP_MAX_CELLS, &generator);
+    measure_models(HYST_PI_MAX_OPERATORS, true, 4, HYST_CREEP_MAX_CELLS, &generator);
     console_exit(0);
 }

@@ -327,6 +327,9 @@ static void test_refuses_in_plain_words(void) {
     options.position_range_um[0] = -0.5;
     options.position_range_um[1] = 0.5;
     expect_refusal(&model, &options, "block prandtl_ishlinskii: a weight = 20 does not fit");
+    options.position_range_um[0] = -3.0;
+    options.position_range_um[1] = 3.0;
+    expect_refusal(&model, &options, "the weights add up to 5 position ranges a drive range, the amplifier takes 4");
     model_set(model_append(&model, &block_rate_dependent_hysteresis), "beta_s", 1.0);
     expect_refusal(&model, &good, "block rate_dependent_hysteresis: beta in samples = 10000 does not fit");
     model_set(&model.block[1], "beta_s", 0.001);
