@@ -166,7 +166,7 @@ static void write_remaining(FILE *file, const report_t *report) {
         "up to the square of the error. Offset and gain: what a corrected straight line would remove. Delay: what a "
         "shift in time would remove (positive: the position is late). Noise: what changes from sample to sample. "
         "Rest: hysteresis that the model does not have, ringing, and whatever else. For a sine, a resonance shows as "
-        "gain and delay.</p>\n");
+        "gain and delay; on a slow track, what is left of hysteresis shows as a long delay.</p>\n");
 }
 
 static void write_number(FILE *file, const json_t *fit, const char *key, const char *text) {
