@@ -144,6 +144,10 @@ static void test_changes_do_not_bump(void) {
                 p.shape_sections = 1;
                 p.shape[0] = (hyst_iir_section_t){HYST_Q28_ONE / 4, 0, 0, -HYST_Q28_ONE / 4 * 3, 0};
             }
+            if (random_unit(&rng) < 0.3) {
+                p.equalise_sections = 1;
+                p.equalise[0] = (hyst_iir_section_t){HYST_Q28_ONE, 0, 0, 0, 0};
+            }
             c[i] = build(&p);
         }
         hyst_compensator_state_t s;
@@ -172,6 +176,30 @@ static void test_changes_do_not_bump(void) {
      * monotone path does not change where its end leads (wiping out), so the model's wish stands still meanwhile.
      */
     TEST_ASSERT_TRUE_MESSAGE(worst <= INT64_C(1) << 22, "the drive jumped");
+}
+
+/* Creep that appears with new parameters starts at rest where the actuator is: the drive goes on from its value and the
+ * cells are still. */
+static void test_new_creep_starts_at_rest(void) {
+    const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+    hyst_parameters_t p = parameters_of(&a);
+    const hyst_compensator_t without = build(&p);
+    p.creep_cells = 2;
+    p.creep[0] = (hyst_creep_cell_t){HYST_Q31_MAX / 50, HYST_Q31_MAX / 1000};
+    p.creep[1] = (hyst_creep_cell_t){HYST_Q31_MAX / 50, HYST_Q31_MAX / 30};
+    const hyst_compensator_t with = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&without, &s);
+    for (int k = 0; k < 3000; k++) {
+        (void)step(&without, &s, HYST_MODE_DIRECT, HYST_Q31_MAX / 3);
+    }
+    const hyst_q31_t before = s.drive;
+    hyst_compensator_adopt(&without, &with, &s);
+    const int64_t offset = hyst_creep_offset(&with.creep, &s.creep);
+    for (int k = 0; k < 3000; k++) {
+        TEST_ASSERT_EQUAL_INT32(before, step(&with, &s, HYST_MODE_DIRECT, HYST_Q31_MAX / 3));
+        TEST_ASSERT_INT64_WITHIN(1, offset, hyst_creep_offset(&with.creep, &s.creep)); /* rounding of the levels */
+    }
 }
 
 static void test_adopting_the_same_parameters_changes_nothing(void) {
@@ -234,6 +262,7 @@ int main(void) {
     RUN_TEST(test_tracks_exactly_after_the_transition);
     RUN_TEST(test_tracks_exactly_with_creep);
     RUN_TEST(test_changes_do_not_bump);
+    RUN_TEST(test_new_creep_starts_at_rest);
     RUN_TEST(test_adopting_the_same_parameters_changes_nothing);
     RUN_TEST(test_modes_do_what_they_say);
     RUN_TEST(test_events);

@@ -163,6 +163,27 @@ static void test_unstable_rate_feedback_is_refused(void) {
     expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_PI_BETA, 1);
 }
 
+/* Parameters need not come from an image: the validator bounds the counts itself. */
+static void test_counts_are_bounded_without_an_image_too(void) {
+    hyst_compensator_t compensator;
+    hyst_parameters_t p = sample_parameters(10);
+    p.pi_operators = HYST_PI_MAX_OPERATORS + 1;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PI_OPERATORS, 0);
+    p = sample_parameters(10);
+    p.shape_sections = HYST_IIR_MAX_SECTIONS + 1;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_SHAPE_SECTIONS, 0);
+    p = sample_parameters(10);
+    p.equalise_sections = UINT32_MAX;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_EQUALISE_SECTIONS, 0);
+    p = sample_parameters(10);
+    p.creep_cells = HYST_CREEP_MAX_CELLS + 1;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_CREEP_CELLS, 0);
+    p = sample_parameters(10);
+    p.shape[1].b0 = INT32_MIN;
+    p.shape[1].b1 = INT32_MAX;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_SHAPE, 1);
+}
+
 /* Random words behind a right frame: whatever is accepted must run without a sanitizer's complaint. */
 static void test_random_images_never_break_anything(void) {
     unsigned accepted = 0;
@@ -219,6 +240,7 @@ int main(void) {
     RUN_TEST(test_every_truncation_is_noticed);
     RUN_TEST(test_validator_names_the_field);
     RUN_TEST(test_unstable_rate_feedback_is_refused);
+    RUN_TEST(test_counts_are_bounded_without_an_image_too);
     RUN_TEST(test_random_images_never_break_anything);
     RUN_TEST(test_default_is_valid);
     RUN_TEST(test_texts_exist_for_every_code);
