@@ -22,6 +22,7 @@ typedef struct {
     COMMAND(fit)                                                                                                       \
     COMMAND(simulate)                                                                                                  \
     COMMAND(compile)                                                                                                   \
+    COMMAND(blocks)                                                                                                    \
     COMMAND(push)                                                                                                      \
     COMMAND(pull)                                                                                                      \
     COMMAND(info)                                                                                                      \

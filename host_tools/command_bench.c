@@ -77,7 +77,7 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_bench = {
-    "bench", "--image ELF --model MODEL", "the amplifier's firmware under emulation, with its twin",
+    "bench", "--image ELF --model MODEL", "Run the amplifier's firmware under emulation, with its twin",
     "Starts qemu-system-arm and the twin. As soon as the loop runs, the first line on stdout says where the "
     "amplifier's\n"
     "Modbus line is, as `port: /dev/pts/N`, which is what the other commands take as --port. Runs until Ctrl-C.",

@@ -175,7 +175,7 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_info = {"info", "--port DEV",
-                                "what the amplifier is, which image is in force, and how it has fared",
+                                "Say what the amplifier is, which image is in force, and how it has fared",
                                 "Volts and micrometres come from the scales of the image in force. An amplifier that "
                                 "was given no image yet holds a\n"
                                 "neutral one, in which 1 V and 1 um stand for half of a converter's range.",

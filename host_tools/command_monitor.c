@@ -127,5 +127,5 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_monitor = {
-    "monitor", "--port DEV", "telemetry of the amplifier, line by line",
+    "monitor", "--port DEV", "Show telemetry of the amplifier, line by line",
     "Reference, drive and position of a line belong to the same sample. Ends cleanly on Ctrl-C.", run};

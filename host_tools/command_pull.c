@@ -46,5 +46,5 @@ static int run(int argc, char **argv) {
     return pull(output, &line, json, &failure) ? STATUS_DONE : failure_print(&failure);
 }
 
-const command_t command_pull = {"pull", "--port DEV -o IMAGE", "copy the parameter image in force into a file",
+const command_t command_pull = {"pull", "--port DEV -o IMAGE", "Copy the parameter image in force into a file",
                                 "The file is what `hyst push` takes; see `hyst info` for what it says.", run};

@@ -46,7 +46,7 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_push = {
-    "push", "IMAGE --port DEV", "put a parameter image into the amplifier",
+    "push", "IMAGE --port DEV", "Put a parameter image into the amplifier",
     "Checks the image as the amplifier would, uploads and commits it, and reads it back. The amplifier changes over\n"
     "between two samples and without a step of the drive. What it refuses changes nothing.",
     run};

@@ -121,7 +121,7 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_record = {
-    "record", "--port DEV --waveform NAME -o CSV", "drive the actuator directly and record what it does",
+    "record", "--port DEV --waveform NAME -o CSV", "Drive the actuator directly and record what it does",
     "Sweeps the whole drive range once, so that the past is forgotten, then plays the waveform as a drive and writes\n"
     "drive and displacement: the input of `hyst fit`. An amplifier without a model does not know its units: give it\n"
     "--drive-range and --position-range the first time.\n"

@@ -87,7 +87,8 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_report = {
-    "report", "MODEL RECORDING NAME=BEFORE.csv,AFTER.csv...", "tracks with and without compensation, as one HTML page",
+    "report", "MODEL RECORDING NAME=BEFORE.csv,AFTER.csv...",
+    "Show tracks with and without compensation, as one HTML page",
     "MODEL is what the amplifier was given, RECORDING what it was fitted to. Each BEFORE and AFTER is a recording of\n"
     "the same reference by `hyst track`, with linear drive and compensated.",
     run};

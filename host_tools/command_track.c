@@ -218,7 +218,7 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_track = {
-    "track", "--port DEV --waveform NAME --mode MODE", "let the amplifier follow a reference, and measure the error",
+    "track", "--port DEV --waveform NAME --mode MODE", "Let the amplifier follow a reference, and measure the error",
     "Sweeps the whole drive range once, goes to the start of the reference, plays it and captures reference and\n"
     "position of the same instants. NRMSE is the RMS of position - reference over the reference's peak to peak; the\n"
     "whole capture counts, from the first sample on. The waveforms are those of `hyst record`.",

@@ -61,7 +61,7 @@ static int run(int argc, char **argv) {
 }
 
 const command_t command_twin = {
-    "twin", "MODEL --converter PATH", "stand in for the actuator, between the amplifier's converters",
+    "twin", "MODEL --converter PATH", "Stand in for the actuator, between the amplifier's converters",
     "Runs the model in double precision against the converter line of the bench, sample for sample, until the line is\n"
     "closed or Ctrl-C. `hyst bench` starts the emulated amplifier and its twin together.",
     run};

@@ -111,6 +111,15 @@ sed 's/prandtl_ishlinskii/prandtl/' model.json >unknown.json
 expect 1 'unknown.json: chain[0]: unknown block "prandtl"' compile unknown.json
 expect 1 'nowhere/image: No such file' compile model.json -o nowhere/image
 expect 1 'nowhere/model.json' fit good.csv --operators 2 -o nowhere/model.json
+# The catalogue lists what a model may contain, and the model in use is made of it.
+expect 0 '' blocks
+stdout_has 'prandtl_ishlinskii (hysteresis)'
+stdout_has 'gamma_per_decade   1     -0.1 .. 0.1'
+expect 0 '' blocks --json
+stdout_has '"format": "hyst-blocks-1"'
+stdout_has '"place": "slow"'
+expect 2 'too many arguments' blocks model.json
+
 if [ -w /dev/full ]; then
     "$hyst" fit good.csv --operators 2 >/dev/full 2>stderr
     [ $? -eq 1 ] || complain 'a full disk must not look like success'
