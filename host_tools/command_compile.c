@@ -40,12 +40,17 @@ static bool print_json(const hyst_parameters_t *p, const compile_report_t *repor
     return json_print(json, JSON_INDENT(2), failure);
 }
 
+/* A microvolt is the finest that the image's scales say; what is below is rounding of Q31. */
+static double shown_volts(const hyst_parameters_t *p, hyst_q31_t drive) {
+    return 1e-6 * round(1e6 * drive_to_volts(p, drive)) + 0.0; /* + 0.0: no negative zero */
+}
+
 static void print_text(const hyst_parameters_t *p, const compile_report_t *report) {
     printf("model id           %08x\n", (unsigned)p->model_id);
     printf("sample rate        %.6g Hz\n", 1e-3 * p->sample_rate_mhz);
     printf("drive converter    %.6g to %.6g V, limited to %.6g to %.6g V, parked at %.6g V\n",
-           drive_to_volts(p, HYST_Q31_MIN), drive_to_volts(p, HYST_Q31_MAX), drive_to_volts(p, p->drive_low),
-           drive_to_volts(p, p->drive_high), drive_to_volts(p, p->drive_park));
+           shown_volts(p, HYST_Q31_MIN), shown_volts(p, HYST_Q31_MAX), shown_volts(p, p->drive_low),
+           shown_volts(p, p->drive_high), shown_volts(p, p->drive_park));
     printf("position converter %.6g to %.6g um\n", position_to_micrometres(p, HYST_Q31_MIN),
            position_to_micrometres(p, HYST_Q31_MAX));
     printf("play operators     %u, from %zu of the model (merging changes a branch by at most %.3g um)\n",

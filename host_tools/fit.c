@@ -61,6 +61,20 @@ static void range_of(const double *values, size_t count, double range[2]) {
     }
 }
 
+/* Whether the displacement follows the drive downhill: a sign turned somewhere, which no play bank represents. */
+static bool falls(const recording_t *recording, size_t samples) {
+    double drive = 0.0, displacement = 0.0, covariance = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        drive += recording->column[COLUMN_DRIVE][k] / (double)samples;
+        displacement += recording->column[COLUMN_DISPLACEMENT][k] / (double)samples;
+    }
+    for (size_t k = 0; k < samples; k++) {
+        covariance +=
+            (recording->column[COLUMN_DRIVE][k] - drive) * (recording->column[COLUMN_DISPLACEMENT][k] - displacement);
+    }
+    return covariance < 0.0;
+}
+
 /* Cuts the recordings, and measures the range of the training data. */
 static bool prepare(job_t *job) {
     double slope = HUGE_VAL;
@@ -75,6 +89,11 @@ static bool prepare(job_t *job) {
         if (!(drive[1] > drive[0]) || !(displacement[1] > displacement[0])) {
             return fail(job->failure, "%s: the %s does not change in the first two thirds: nothing to fit",
                         recording->name, drive[1] > drive[0] ? "displacement" : "drive");
+        }
+        if (falls(recording, cut)) {
+            return fail(job->failure,
+                        "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit",
+                        recording->name);
         }
         job->half_range_v = fmax(job->half_range_v, 0.5 * (drive[1] - drive[0]));
         slope = fmin(slope, (displacement[1] - displacement[0]) / (drive[1] - drive[0]));

@@ -104,6 +104,8 @@ sed 's/^# sample_rate_hz: 1000/# sample_rate_hz: 500/' good.csv >rate.csv
 expect 1 'rate.csv:6: wrong rate' fit rate.csv
 : >empty.csv
 expect 1 'empty.csv: empty file' fit empty.csv
+awk -F, '/^[0-9]/ { print $1 "," $2 "," (-$3); next } { print }' good.csv >falling.csv
+expect 1 'falling.csv: the displacement falls where the drive rises' fit falling.csv
 cp "$hyst" binary.csv
 expect 1 'binary.csv:1: binary data' fit binary.csv
 expect 1 'good.csv:1:' simulate good.csv good.csv
