@@ -18,18 +18,6 @@ void expect_line(const failure_t *failure, const char *text) {
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure->text, text), failure->text);
 }
 
-double random_uniform(random_t *random) { /* xorshift64*, Vigna 2016; the state must not be 0 */
-    random->state ^= random->state >> 12;
-    random->state ^= random->state << 25;
-    random->state ^= random->state >> 27;
-    return (double)((random->state * 0x2545F4914F6CDD1DU) >> 11) * 0x1p-53;
-}
-
-double random_normal(random_t *random) {
-    const double radius = sqrt(-2.0 * log(1.0 - random_uniform(random)));
-    return radius * cos(2.0 * M_PI * random_uniform(random));
-}
-
 void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
                      const double *thresholds_v) {
     model_block_t *block;

@@ -4,22 +4,13 @@
 #define SUPPORT_H
 
 #include "chain.h"
+#include "random.h"
 
 /** Writes a file of that name into the working directory. */
 void write_file(const char *name, const char *content, size_t length);
 
 /** TEST_FAIL unless the failure line is one line and contains the text. */
 void expect_line(const failure_t *failure, const char *text);
-
-/** Deterministic random numbers; print the seed of a test that fails. */
-typedef struct {
-    uint64_t state;
-} random_t;
-
-/** Uniform in [0, 1). */
-double random_uniform(random_t *random);
-/** Mean 0, variance 1. */
-double random_normal(random_t *random);
 
 /** A model with one Prandtl-Ishlinskii block. */
 void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,

@@ -21,11 +21,11 @@ static void random_bank(random_t *random, model_t *model, size_t n, double half_
     double weights[HYST_PI_MAX_OPERATORS + 1], thresholds[HYST_PI_MAX_OPERATORS], r = 0.0;
     weights[0] = 0.4 * half_um / half_v;
     for (size_t i = 0; i < n; i++) {
-        r += 0.8 * half_v * (0.1 + random_uniform(random)) / (double)n; /* at most 0.88 of the half range */
+        r += 0.8 * half_v * (0.1 + random_unit(random)) / (double)n; /* at most 0.88 of the half range */
         thresholds[i] = r;
-        weights[i + 1] = 0.5 * random_uniform(random) * half_um / half_v / (double)n;
+        weights[i + 1] = 0.5 * random_unit(random) * half_um / half_v / (double)n;
     }
-    make_bank_model(model, 10000.0, 0.1 * half_um * random_uniform(random), n, weights, thresholds);
+    make_bank_model(model, 10000.0, 0.1 * half_um * random_unit(random), n, weights, thresholds);
 }
 
 static void compile_good(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,
@@ -49,10 +49,9 @@ static double worst_difference(random_t *random, const model_t *model, const hys
     hyst_creep_settle(&compensator->creep, &creep, hyst_pi_output(&compensator->hysteresis, &state));
     for (int k = 0; k < 20000; k++) {
         const double low = drive_to_volts(parameters, HYST_Q31_MIN), high = drive_to_volts(parameters, HYST_Q31_MAX);
-        const double jump = random_uniform(random);
-        slow =
-            fmax(0.0, fmin(1.0, slow + 0.05 * (random_uniform(random) - 0.5))); /* wanders; at times jumps anywhere */
-        slow = jump < 0.01 ? random_uniform(random) : slow;
+        const double jump = random_unit(random);
+        slow = fmax(0.0, fmin(1.0, slow + 0.05 * (random_unit(random) - 0.5))); /* wanders; at times jumps anywhere */
+        slow = jump < 0.01 ? random_unit(random) : slow;
         const double u = k < 300 ? (k < 100 ? low : k < 200 ? high : low) : low + (high - low) * slow;
         const hyst_q31_t drive = drive_from_volts(parameters, u);
         const double exact = chain_step(chain, drive_to_volts(parameters, drive));
@@ -77,7 +76,7 @@ static void test_fixed_point_forward_model_is_the_double_one(void) {
     random_t random = {seed};
     double worst_part = 0.0;
     for (int turn = 0; turn < 60; turn++) {
-        const size_t n = (size_t)(random_uniform(&random) * 64.0);
+        const size_t n = (size_t)(random_unit(&random) * 64.0);
         const compile_options_t options = {.drive_range_v = {-40.0, 120.0}, .position_range_um = {-70.0, 150.0}};
         hyst_parameters_t parameters;
         compile_report_t report;
@@ -112,7 +111,7 @@ static void test_rate_dependent_fixed_point_is_the_double_one(void) {
         model_block_t *block;
         random_bank(&random, &model, 10, 100.0, 80.0);
         block = model_append(&model, &block_rate_dependent_hysteresis);
-        const double filter_samples = 2.0 + 20.0 * random_uniform(&random), beta_samples = 0.8 * filter_samples;
+        const double filter_samples = 2.0 + 20.0 * random_unit(&random), beta_samples = 0.8 * filter_samples;
         model_set(block, "beta_s", beta_samples / 10000.0);
         model_set(block, "rate_filter_s", filter_samples / 10000.0);
         compile_good(&model, &options, &parameters, &report, &compensator);
@@ -139,7 +138,7 @@ static void test_creep_in_fixed_point_is_the_double_one(void) {
     double worst_part = 0.0;
     for (int turn = 0; turn < 20; turn++) {
         const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-90.0, 150.0}};
-        const double gamma = 0.04 * random_uniform(&random);
+        const double gamma = 0.04 * random_unit(&random);
         hyst_parameters_t parameters;
         compile_report_t report;
         hyst_compensator_t compensator;

@@ -21,7 +21,7 @@ static void test_random_problems_meet_the_optimality_conditions(void) {
     random_t random = {seed};
     size_t bound_seen = 0, free_seen = 0;
     for (int problem = 0; problem < 500; problem++) {
-        const size_t n = 1 + (size_t)(random_uniform(&random) * MOST);
+        const size_t n = 1 + (size_t)(random_unit(&random) * MOST);
         static double rows[ROWS][MOST], values[ROWS];
         double x[MOST], lower[MOST], error = 0.0;
         bool bound[MOST];

@@ -31,14 +31,13 @@ static void test_reported_error_bounds_every_branch(void) {
     for (int turn = 0; turn < 200; turn++) {
         double weight[MOST + 1], threshold[MOST], old_weight[MOST + 1], old_threshold[MOST], worst = 0.0, reported,
                                                                                              r = 0.0;
-        const size_t n = 1 + (size_t)(random_uniform(&random) * MOST),
-                     most = 1 + (size_t)(random_uniform(&random) * 64.0);
+        const size_t n = 1 + (size_t)(random_unit(&random) * MOST), most = 1 + (size_t)(random_unit(&random) * 64.0);
         play_bank_t bank = {n, weight, threshold}, old = {n, old_weight, old_threshold};
-        weight[0] = random_uniform(&random);
+        weight[0] = random_unit(&random);
         for (size_t i = 0; i < n; i++) { /* the last thresholds lie beyond the range */
-            r += 2.2 * random_uniform(&random) / (double)n;
+            r += 2.2 * random_unit(&random) / (double)n;
             threshold[i] = r + 1e-9;
-            weight[i + 1] = (random_uniform(&random) - 0.2) / (double)n;
+            weight[i + 1] = (random_unit(&random) - 0.2) / (double)n;
         }
         memcpy(old_weight, weight, sizeof weight);
         memcpy(old_threshold, threshold, sizeof threshold);

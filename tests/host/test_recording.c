@@ -166,9 +166,9 @@ static void test_random_damage_is_refused_or_harmless(void) {
         failure_t failure = {{0}};
         memcpy(text, good, length);
         for (int i = 0; i < 3; i++) {
-            text[(size_t)(random_uniform(&random) * (double)length)] = (char)(256.0 * random_uniform(&random));
+            text[(size_t)(random_unit(&random) * (double)length)] = (char)(256.0 * random_unit(&random));
         }
-        write_file(file, text, (size_t)((double)length * fmin(1.0, 0.5 + random_uniform(&random))));
+        write_file(file, text, (size_t)((double)length * fmin(1.0, 0.5 + random_unit(&random))));
         if (!recording_read(&recording, file, &failure)) {
             TEST_ASSERT_NOT_NULL(strstr(failure.text, file));
             refused++;

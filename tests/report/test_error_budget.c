@@ -1,35 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The error budget finds the flaws that were put in. */
 #include "error_budget.h"
+#include "random.h"
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <unity.h>
 
 #define SAMPLES 8192
 #define RATE_HZ 10000.0
 
 static double reference[SAMPLES], position[SAMPLES];
-static uint64_t seed, state;
+static random_t generator;
 
 void setUp(void) {
-    state = seed;
 }
 
 void tearDown(void) {
-}
-
-/* (0, 1), xorshift64 */
-static double uniform(void) {
-    state ^= state << 13;
-    state ^= state >> 7;
-    state ^= state << 17;
-    return ((double)(state >> 11) + 0.5) / 9007199254740992.0;
-}
-
-static double normal(void) {
-    return sqrt(-2.0 * log(uniform())) * cos(6.283185307179586 * uniform());
 }
 
 static double wave(double t) {
@@ -56,7 +42,7 @@ static void test_delay_gain_and_noise_are_told_apart(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
         const double t = (double)k / RATE_HZ;
         reference[k] = wave(t);
-        position[k] = offset_um + gain * wave(t - delay_s) + noise_um * normal();
+        position[k] = offset_um + gain * wave(t - delay_s) + noise_um * random_normal(&generator);
     }
     const error_budget_t budget = error_budget(reference, position, SAMPLES, RATE_HZ);
     check_squares(&budget);
@@ -106,9 +92,8 @@ static void test_short_and_resting_tracks_are_finite(void) {
     TEST_ASSERT_TRUE(isfinite(budget.delay_s) && isfinite(budget.noise_um) && isfinite(budget.rest_um));
 }
 
-int main(int argc, char **argv) {
-    seed = argc > 1 ? strtoull(argv[1], NULL, 0) : 20261121;
-    printf("seed %llu (give it as argument to repeat)\n", (unsigned long long)seed);
+int main(void) {
+    generator = random_start("test_error_budget", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_delay_gain_and_noise_are_told_apart);
     RUN_TEST(test_hysteresis_is_the_rest);

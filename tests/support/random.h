@@ -26,4 +26,7 @@ int32_t random_between(random_t *random, int32_t low, int32_t high);
 /** Uniform in [0, 1). */
 double random_unit(random_t *random);
 
+/** Normal, mean 0, variance 1. */
+double random_normal(random_t *random);
+
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "random.h"
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -29,4 +30,9 @@ int32_t random_between(random_t *random, int32_t low, int32_t high) {
 
 double random_unit(random_t *random) {
     return (double)(random_bits(random) >> 11) * 0x1p-53;
+}
+
+double random_normal(random_t *random) { /* Box and Muller */
+    const double radius = sqrt(-2.0 * log(1.0 - random_unit(random)));
+    return radius * cos(6.283185307179586 * random_unit(random));
 }
