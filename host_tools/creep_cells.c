@@ -16,3 +16,23 @@ creep_cells_t creep_cells(double gamma_per_decade, double shortest_s, double lon
 double creep_gain_at_rest(const creep_cells_t *cells) {
     return 1.0 + cells->gain * (double)cells->cells;
 }
+
+void creep_settle(const creep_cells_t *cells, double *level, double h) {
+    for (size_t j = 0; j < cells->cells; j++) {
+        level[j] = h;
+    }
+}
+
+double creep_offset(const creep_cells_t *cells, const double *level) {
+    double sum = 0.0;
+    for (size_t j = 0; j < cells->cells; j++) {
+        sum += level[j];
+    }
+    return cells->gain * sum;
+}
+
+void creep_follow(const creep_cells_t *cells, double *level, double h) {
+    for (size_t j = 0; j < cells->cells; j++) {
+        level[j] += cells->rate[j] * (h - level[j]);
+    }
+}

@@ -29,4 +29,13 @@ creep_cells_t creep_cells(double gamma_per_decade, double shortest_s, double lon
 /** y / h at rest: 1 + sum c_j. */
 double creep_gain_at_rest(const creep_cells_t *cells);
 
+/* One sample is creep_offset, then creep_follow. level has CREEP_MAX_CELLS elements. */
+
+/** The levels s_j after h has been present for ever. */
+void creep_settle(const creep_cells_t *cells, double *level, double h);
+/** sum c_j s_j: what creep adds to h at this sample. It does not depend on this sample's h. */
+double creep_offset(const creep_cells_t *cells, const double *level);
+/** Moves the levels to the next sample. */
+void creep_follow(const creep_cells_t *cells, double *level, double h);
+
 #endif

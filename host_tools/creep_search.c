@@ -11,43 +11,22 @@ static const double range_end = 1e-4;
 /* Shrinks the bracket to 1e-5 of its width and less. */
 enum { STEPS = 24 };
 
-/* What the cells add at this sample, and their move to the next. */
-static double cells_step(const creep_cells_t *cells, double *level) {
-    double sum = 0.0;
-    for (size_t j = 0; j < cells->cells; j++) {
-        sum += level[j];
-    }
-    return cells->gain * sum;
-}
-
-static void cells_follow(const creep_cells_t *cells, double *level, double elastic) {
-    for (size_t j = 0; j < cells->cells; j++) {
-        level[j] += cells->rate[j] * (elastic - level[j]);
-    }
-}
-
-static void settle(const creep_cells_t *cells, double elastic, double *level) {
-    for (size_t j = 0; j < cells->cells; j++) {
-        level[j] = elastic;
-    }
-}
-
 void creep_remove(const creep_cells_t *cells, const double *position, size_t samples, double initial, double *elastic) {
     double level[CREEP_MAX_CELLS];
-    settle(cells, initial, level);
+    creep_settle(cells, level, initial);
     for (size_t k = 0; k < samples; k++) {
-        elastic[k] = position[k] - cells_step(cells, level);
-        cells_follow(cells, level, elastic[k]);
+        elastic[k] = position[k] - creep_offset(cells, level);
+        creep_follow(cells, level, elastic[k]);
     }
 }
 
 void creep_apply(const creep_cells_t *cells, const double *elastic, size_t samples, double initial, double *position) {
     double level[CREEP_MAX_CELLS];
-    settle(cells, initial, level);
+    creep_settle(cells, level, initial);
     for (size_t k = 0; k < samples; k++) {
         const double present = elastic[k];
-        position[k] = present + cells_step(cells, level);
-        cells_follow(cells, level, present);
+        position[k] = present + creep_offset(cells, level);
+        creep_follow(cells, level, present);
     }
 }
 

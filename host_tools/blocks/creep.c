@@ -36,7 +36,6 @@ static const parameter_info_t parameters[] = {
 typedef struct {
     creep_cells_t cells;
     double level[CREEP_MAX_CELLS];
-    double input;
     bool has_initial;
     double initial;
 } state_t;
@@ -63,23 +62,15 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
-    state->input = signal->value;
-    const double rest = state->has_initial ? state->initial : signal->value;
-    for (size_t j = 0; j < state->cells.cells; j++) {
-        state->level[j] = rest;
-    }
-    signal->value += rest * (creep_gain_at_rest(&state->cells) - 1.0);
+    creep_settle(&state->cells, state->level, state->has_initial ? state->initial : signal->value);
+    signal->value += creep_offset(&state->cells, state->level);
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    double sum = 0.0;
-    for (size_t j = 0; j < state->cells.cells; j++) {
-        state->level[j] += state->cells.rate[j] * (state->input - state->level[j]);
-        sum += state->level[j];
-    }
-    state->input = signal->value;
-    signal->value += state->cells.gain * sum;
+    const double elastic = signal->value;
+    signal->value += creep_offset(&state->cells, state->level);
+    creep_follow(&state->cells, state->level, elastic);
 }
 
 const block_t block_creep = {.name = "creep",

@@ -10,8 +10,7 @@ hyst_creep_status_t hyst_creep_build(hyst_creep_t *creep, uint32_t cells, const 
     int64_t sum = 0;
     for (uint32_t j = 0; j < cells; j++) {
         *element = j;
-        const int64_t gain = cell[j].gain;
-        sum += gain < 0 ? -gain : gain;
+        sum += hyst_magnitude(cell[j].gain);
         if (sum > HYST_Q31_MAX) {
             return HYST_CREEP_GAIN_TOO_LARGE;
         }

@@ -5,17 +5,14 @@
 #define MAGNITUDE_LIMIT (15 * (int64_t)HYST_Q28_ONE)
 #define HALF_UNIT       (HYST_Q28_ONE / 2)
 
-static int64_t magnitude(int64_t x) {
-    return x < 0 ? -x : x;
-}
-
 static hyst_iir_status_t check(const hyst_iir_section_t *s) {
-    if (magnitude(s->b0) + magnitude(s->b1) + magnitude(s->b2) + magnitude(s->a1) + magnitude(s->a2) >=
+    if (hyst_magnitude(s->b0) + hyst_magnitude(s->b1) + hyst_magnitude(s->b2) + hyst_magnitude(s->a1) +
+            hyst_magnitude(s->a2) >=
         MAGNITUDE_LIMIT) {
         return HYST_IIR_COEFFICIENTS_TOO_LARGE;
     }
     const int64_t one_plus_a2 = (int64_t)HYST_Q28_ONE + s->a2;
-    if (magnitude(s->a2) >= HYST_Q28_ONE || magnitude(s->a1) >= one_plus_a2) {
+    if (hyst_magnitude(s->a2) >= HYST_Q28_ONE || hyst_magnitude(s->a1) >= one_plus_a2) {
         return HYST_IIR_UNSTABLE;
     }
     return HYST_IIR_OK;

@@ -5,15 +5,10 @@
  * z_i, |W| <= 2^61 (Q59).
  */
 #include "hyst/prandtl_ishlinskii.h"
-#include "hyst/play.h"
 
 /* The limits 0.9 and -0.45 on the rate feedback, in Q20. docs/MODELS.md, section 3.4. */
 #define FEEDBACK_MAX ((hyst_q20_t)(HYST_Q20_ONE / 10 * 9))
 #define FEEDBACK_MIN (-(hyst_q20_t)(HYST_Q20_ONE / 20 * 9))
-
-static int64_t magnitude(int64_t x) {
-    return x < 0 ? -x : x;
-}
 
 static hyst_pi_status_t check_thresholds(uint32_t operators, const hyst_q31_t threshold[], uint32_t *element) {
     for (uint32_t i = 0; i < operators; i++) {
@@ -33,7 +28,7 @@ static hyst_pi_status_t check_weights(uint32_t operators, const hyst_q28_t weigh
     int64_t slope = 0; /* likewise */
     for (uint32_t j = 0; j <= operators; j++) {
         *element = j;
-        sum += magnitude(weight[j]);
+        sum += hyst_magnitude(weight[j]);
         if (sum > HYST_PI_MAX_WEIGHT_SUM) {
             return HYST_PI_WEIGHT_SUM_TOO_LARGE;
         }
@@ -109,7 +104,7 @@ hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t 
 /* Common growth of all thresholds, known before the sample. threshold + kappa <= HYST_Q31_MAX by kappa_limit. */
 static hyst_q31_t kappa(const hyst_pi_t *model, const hyst_pi_state_t *state) {
     /* beta |v|: Q20 * Q30 = Q50, <= 2^62; 19 bits down is Q31. */
-    const int64_t growth = hyst_round_shift((int64_t)model->beta * magnitude(state->rate), 19);
+    const int64_t growth = hyst_round_shift((int64_t)model->beta * hyst_magnitude(state->rate), 19);
     return growth < model->kappa_limit ? (hyst_q31_t)growth : model->kappa_limit;
 }
 
@@ -149,7 +144,7 @@ static void push(hyst_pi_state_t *state, int64_t level, int64_t outer, uint32_t 
 
 /*
  * A movement outward or a search for a position asks every operator the same question, from the innermost on: does it
- * reach you? The answers are yes up to some operator and no behind it (nesting). reached_t says what the question is;
+ * reach you? The answers are yes up to some operator and no behind it (nesting). question_t is the question;
  * reach() bisects, first over runs, then within one, and returns the number of operators with yes. *run is the run of
  * the last of them (when there is one).
  */
@@ -277,7 +272,7 @@ static int64_t solve_outward(const question_t *q, int64_t from_memory) {
     }
     /* Behind the corner of the last operator passed the slope is S_passed. */
     const int64_t corner = corner_of(q->model, &q->state->run[k], passed - 1U, q->outward);
-    const uint64_t rest = (uint64_t)magnitude(q->goal - response_at(q, k, passed - 1U, corner));
+    const uint64_t rest = (uint64_t)hyst_magnitude(q->goal - response_at(q, k, passed - 1U, corner));
     const uint64_t slope = (uint64_t)q->model->slope[passed];
     return corner + q->outward * (q->growth + (int64_t)((rest + slope / 2U) / slope));
 }

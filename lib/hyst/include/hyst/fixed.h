@@ -72,6 +72,11 @@ static inline int64_t hyst_round_shift(int64_t x, unsigned shift) {
     return (x + ((int64_t)1 << (shift - 1U))) >> shift;
 }
 
+/** |x|; x > INT64_MIN. */
+static inline int64_t hyst_magnitude(int64_t x) {
+    return x < 0 ? -x : x;
+}
+
 /** x limited to [low, high]; low <= high. */
 static inline int32_t hyst_clamp(int32_t x, int32_t low, int32_t high) {
     if (x < low) {
