@@ -41,6 +41,7 @@ typedef struct {
 typedef struct {
     double sample_rate_hz; /**< of the simulation */
     uint64_t seed;         /**< for noise; differs from stage to stage */
+    double preload_n;      /**< force on the actuator: key preload_n of the recording, 0 without */
 } stage_setup_t;
 
 /**

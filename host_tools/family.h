@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * A family of models: a structure of the chain with a hysteresis in it, and how its numbers are found from recordings.
+ *
+ * Adding one is one file in families/ that defines a family_t, and one line in FAMILIES. What all have in common stands
+ * in fit.h: cutting off the held-out part, judging by simulating the finished chain, standard errors, the table of
+ * `hyst fit --family all`.
+ */
+#ifndef FAMILY_H
+#define FAMILY_H
+
+#include "model.h"
+#include "progress.h"
+#include "recording.h"
+
+/* In the order in which the help and the table list them. */
+#define FAMILIES(FAMILY)                                                                                               \
+    FAMILY(prandtl_ishlinskii)                                                                                         \
+    FAMILY(rate_dependent_prandtl_ishlinskii)
+
+#define FAMILY_MAX_NOTES 40
+
+/** What a family has to say about its fit, a line each. */
+typedef struct {
+    size_t count;
+    char line[FAMILY_MAX_NOTES][200];
+} family_notes_t;
+
+/** What a family fits to. It may look at samples [0, train_to[i]) of recordings[i], and at nothing behind them. */
+typedef struct {
+    const recording_t *recordings; /**< one sample rate, checked */
+    size_t count;
+    const size_t *train_to; /**< one a recording */
+    size_t operators;       /**< asked for; 0: the family chooses */
+    bool creep;             /**< find a block creep too, if the family can */
+    progress_t *progress;
+} family_job_t;
+
+typedef struct family {
+    const char *name; /**< as in --family */
+    const char *text; /**< one line: what it is, and what it takes */
+    /**
+     * Fills *model (an unused one) with the whole chain, sample rate included, that fits the training samples. Parameters
+     * whose standard errors the family knows carry them; fit.h finds the others. On failure *model is unused. A recording
+     * that the family is not made for is a failure whose line says what it needs ("needs sinusoidal drives").
+     */
+    bool (*fit)(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure);
+} family_t;
+
+#define FAMILY_DECLARE(name) extern const family_t family_##name;
+FAMILIES(FAMILY_DECLARE)
+#undef FAMILY_DECLARE
+
+extern const family_t *const families[];
+extern const size_t families_count;
+
+/** The family of that name, or NULL. */
+const family_t *family_find(const char *name);
+
+/** Adds a line; one too many is dropped. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void family_note(family_notes_t *notes, const char *format, ...);
+
+#endif
