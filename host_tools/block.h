@@ -54,6 +54,8 @@ typedef struct {
     double threshold_growth_v; /**< added to every play threshold at this sample */
 } signal_t;
 
+struct compile_job;
+
 typedef struct block {
     const char *name; /**< as in the model file */
     place_t place;
@@ -73,6 +75,9 @@ typedef struct block {
     void (*settle)(void *state, signal_t *signal);
     /** One sample: replaces *signal by the output. */
     void (*step)(void *state, signal_t *signal);
+    /** Puts the block's inverse into the amplifier's parameters (compile_job.h), or NULL: the amplifier cannot undo it.
+     */
+    bool (*compile)(struct compile_job *job, const parameter_t *parameter);
 } block_t;
 
 /** The zeroed and opened state of a stage, to be freed by the caller. */

@@ -2,17 +2,10 @@
 /**
  * From a model to the parameter image of the amplifier: the chain inverted, in fixed point.
  *
- *   prandtl_ishlinskii,         the play bank that the amplifier inverts sample by sample
- *   rate_dependent_hysteresis
- *   transport_delay             lookahead in whole samples; a shape section interpolates to the fraction
- *   amplifier_bandwidth         an equalise section: the lag inverted, rolled off at up to four times its cutoff
- *   resonance                   a shape section: the mode inverted, rolled off like a mode of damping 0.7
- *   sensor_bandwidth            a shape section, as amplifier_bandwidth
- *   sensor_noise, quantisation  nothing to invert
- *
- * What a roll-off leaves is a delay at low frequencies, and the lookahead covers it. A lag or mode too fast for the
- * sample rate gets no section, only its delay. Every other block is refused: an image must not look as if it undid what
- * it does not.
+ * Each block says with its `compile` hook (compile_job.h) what undoes it: the hysteresis an exact inverse, a lag or a
+ * mode an inverse filter with a roll-off, a delay the lookahead; noise and quantisation are left out, and the report
+ * says so. What a roll-off leaves is a delay at low frequencies, and the lookahead covers it. A block without a hook is
+ * refused: an image must not look as if it undid what it does not.
  *
  * The image file holds the image's 32-bit words, least significant byte first.
  */

@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The amplifier's output stage with the actuator's capacitance as its load. */
 #include "catalogue.h"
+#include "compile_job.h"
 #include "first_order_lag.h"
+
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    return compile_equalise(job, invert_lag(parameter[0].value[0], job->rate_hz, job->options->no_filters));
+}
 
 const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .place = PLACE_ELECTRONICS,
@@ -11,4 +16,5 @@ const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .state_bytes = sizeof(first_order_lag_t),
                                            .open = first_order_lag_open,
                                            .settle = first_order_lag_settle,
-                                           .step = first_order_lag_step};
+                                           .step = first_order_lag_step,
+                                           .compile = compile};

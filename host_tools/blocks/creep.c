@@ -2,6 +2,7 @@
 /* The position keeps moving after the drive has stopped, in proportion to the logarithm of time. docs/MODELS.md,
  * section 5. */
 #include "catalogue.h"
+#include "compile_job.h"
 #include "creep_cells.h"
 #include <math.h>
 
@@ -73,6 +74,21 @@ static void step(void *memory, signal_t *signal) {
     creep_follow(&state->cells, state->level, elastic);
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    hyst_parameters_t *p = job->parameters;
+    const creep_cells_t cells =
+        creep_cells(parameter[0].value[0], parameter[1].value[0], parameter[2].value[0], job->rate_hz);
+    p->creep_cells = (uint32_t)cells.cells;
+    job->elastic_center_um /= creep_gain_at_rest(&cells); /* at rest creep multiplies the position by its gain */
+    for (size_t j = 0; j < cells.cells; j++) {
+        if (!compile_to_fixed(job, cells.gain, 31, "creep gain", &p->creep[j].gain) ||
+            !compile_to_fixed(job, cells.rate[j], 31, "creep rate", &p->creep[j].rate)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 const block_t block_creep = {.name = "creep",
                              .place = PLACE_SLOW,
                              .text = "log-type creep: slow motion after the drive has stopped",
@@ -82,4 +98,5 @@ const block_t block_creep = {.name = "creep",
                              .state_bytes = sizeof(state_t),
                              .open = open,
                              .settle = settle,
-                             .step = step};
+                             .step = step,
+                             .compile = compile};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Weighted sum of play operators, offset_um + w_0 u + sum w_i z_i with z_i = max(u - r_i, min(u + r_i, z_i)). */
 #include "catalogue.h"
+#include "compile_job.h"
 #include <math.h>
 #include <string.h>
 
@@ -91,6 +92,11 @@ static void settle(void *memory, signal_t *signal) {
     step(state, signal);
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    return compile_play_bank(job, parameter[OFFSET].value[0], parameter[THRESHOLDS].count, parameter[WEIGHTS].value,
+                             parameter[THRESHOLDS].value);
+}
+
 const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .place = PLACE_HYSTERESIS,
                                           .text = "hysteresis as a weighted sum of play operators",
@@ -101,4 +107,5 @@ const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .further_bytes = further_bytes,
                                           .open = open,
                                           .settle = settle,
-                                          .step = step};
+                                          .step = step,
+                                          .compile = compile};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Rounding of the position to the converter's steps. */
 #include "catalogue.h"
+#include "compile_job.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -16,6 +17,11 @@ static void quantise(void *state, signal_t *signal) {
     signal->value = step_um * floor(signal->value / step_um + 0.5);
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    (void)parameter;
+    return compile_leave_out(job);
+}
+
 const block_t block_quantisation = {.name = "quantisation",
                                     .place = PLACE_SENSOR,
                                     .text = "steps of the position converter",
@@ -24,4 +30,5 @@ const block_t block_quantisation = {.name = "quantisation",
                                     .state_bytes = sizeof(double),
                                     .open = open,
                                     .settle = quantise,
-                                    .step = quantise};
+                                    .step = quantise,
+                                    .compile = compile};

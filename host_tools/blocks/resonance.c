@@ -7,6 +7,7 @@
  * ramp.
  */
 #include "catalogue.h"
+#include "compile_job.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -48,6 +49,11 @@ static void step(void *memory, signal_t *signal) {
     signal->value = state->output;
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    return compile_shape(
+        job, invert_mode(parameter[0].value[0], parameter[1].value[0], job->rate_hz, job->options->no_filters));
+}
+
 const block_t block_resonance = {.name = "resonance",
                                  .place = PLACE_MECHANICS,
                                  .text = "inertia and damping: one mode of the mechanics",
@@ -56,4 +62,5 @@ const block_t block_resonance = {.name = "resonance",
                                  .state_bytes = sizeof(state_t),
                                  .open = open,
                                  .settle = settle,
-                                 .step = step};
+                                 .step = step,
+                                 .compile = compile};

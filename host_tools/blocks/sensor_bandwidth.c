@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "catalogue.h"
+#include "compile_job.h"
 #include "first_order_lag.h"
+
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    return compile_shape(job, invert_lag(parameter[0].value[0], job->rate_hz, job->options->no_filters));
+}
 
 const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .place = PLACE_SENSOR,
@@ -10,4 +15,5 @@ const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .state_bytes = sizeof(first_order_lag_t),
                                         .open = first_order_lag_open,
                                         .settle = first_order_lag_settle,
-                                        .step = first_order_lag_step};
+                                        .step = first_order_lag_step,
+                                        .compile = compile};

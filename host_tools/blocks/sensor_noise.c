@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* White Gaussian noise of the position sensor. The same seed gives the same noise. */
 #include "catalogue.h"
+#include "compile_job.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -37,6 +38,11 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->rms_um * radius * cos(2.0 * M_PI * uniform(state));
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    (void)parameter;
+    return compile_leave_out(job);
+}
+
 const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .place = PLACE_SENSOR,
                                     .text = "white noise of the position sensor",
@@ -45,4 +51,5 @@ const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .state_bytes = sizeof(state_t),
                                     .open = open,
                                     .settle = settle,
-                                    .step = step};
+                                    .step = step,
+                                    .compile = compile};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Pure delay. Between samples the drive is taken as linear, which is what the other blocks assume too. */
 #include "catalogue.h"
+#include "compile_job.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -43,6 +44,11 @@ static void step(void *memory, signal_t *signal) {
     signal->value = state->ring[next] + state->fraction * (state->ring[oldest] - state->ring[next]);
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    job->delay_s += parameter[0].value[0];
+    return true;
+}
+
 const block_t block_transport_delay = {.name = "transport_delay",
                                        .place = PLACE_ELECTRONICS,
                                        .text = "pure delay between command and voltage",
@@ -52,4 +58,5 @@ const block_t block_transport_delay = {.name = "transport_delay",
                                        .further_bytes = further_bytes,
                                        .open = open,
                                        .settle = settle,
-                                       .step = step};
+                                       .step = step,
+                                       .compile = compile};

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * What a block's `compile` hook works with (block.h): the parameter image under construction and the helpers that turn
+ * a stage of the chain into its inverse in the amplifier.
+ *
+ * Hooks run in the order of the chain, except that the hysteresis comes last but for the blocks that modify it. So when
+ * the hysteresis is set, everything behind it has said what it does to the position: the hysteresis has to deliver
+ * positions of elastic_center_um +- elastic_half_um for the position converter's whole range.
+ */
+#ifndef COMPILE_JOB_H
+#define COMPILE_JOB_H
+
+#include "compile.h"
+#include "compile_filters.h"
+
+typedef struct compile_job {
+    const model_t *model;
+    const compile_options_t *options;
+    hyst_parameters_t *parameters;
+    compile_report_t *report;
+    failure_t *failure;
+    const char *block; /**< name of the block that is being compiled, for messages */
+    double rate_hz;
+    double delay_s;                      /**< sum over the chain; becomes lookahead */
+    double drive_center_v, drive_half_v; /**< u = center + half * Q31 fraction */
+    double elastic_center_um, elastic_half_um;
+} compile_job_t;
+
+/** A line for the user: what was inverted up to where, or left out. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void compile_note(compile_job_t *job, const char *format, ...);
+
+/** value * 2^bits, rounded; a failure that names `what` outside 32 bits. */
+bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *what, int32_t *fixed);
+
+/** Adds a section to the filter behind the hysteresis' inverse (equalise: undoes electronics) or before it (shape:
+ * undoes mechanics and sensor), or only the delay of a filter that has no section. */
+bool compile_equalise(compile_job_t *job, inverse_filter_t filter);
+bool compile_shape(compile_job_t *job, inverse_filter_t filter);
+
+/** The hysteresis is this play bank, y = offset_um + weight[0] u + sum weight[i] play_i(u): thinned to what the
+ * amplifier holds, scaled, rounded. weight has operators + 1 elements. */
+bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, const double *weight,
+                       const double *threshold_v);
+
+/** For a block that cannot be compensated but does no harm to the inverse of the others: notes that it is left out. */
+bool compile_leave_out(compile_job_t *job);
+
+#endif
