@@ -68,7 +68,7 @@ static bool set_linear(compile_job_t *job, const model_block_t *hysteresis) {
     signal_t signal = {.value = job->drive_center_v - job->drive_half_v};
     hysteresis->block->settle(state, &signal);
     for (int k = 0; k < 2 * POINTS; k++) {
-        const double u = 1.0 - 2.0 * fabs(1.0 - (double)(k % POINTS) / (POINTS / 2));
+        const double u = 1.0 - 2.0 * fabs(1.0 - 2.0 * (double)(k % POINTS) / POINTS);
         double y;
         signal = (signal_t){.value = job->drive_center_v + job->drive_half_v * u};
         hysteresis->block->step(state, &signal);

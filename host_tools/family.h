@@ -40,9 +40,10 @@ typedef struct family {
     const char *name; /**< as in --family */
     const char *text; /**< one line: what it is, and what it takes */
     /**
-     * Fills *model (an unused one) with the whole chain, sample rate included, that fits the training samples. Parameters
-     * whose standard errors the family knows carry them; fit.h finds the others. On failure *model is unused. A recording
-     * that the family is not made for is a failure whose line says what it needs ("needs sinusoidal drives").
+     * Fills *model (an unused one) with the whole chain, sample rate included, that fits the training samples.
+     * Parameters whose standard errors the family knows carry them; fit.h finds the others. On failure *model is
+     * unused. A recording that the family is not made for is a failure whose line says what it needs ("needs sinusoidal
+     * drives").
      */
     bool (*fit)(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure);
 } family_t;

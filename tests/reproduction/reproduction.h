@@ -16,7 +16,8 @@
 
 typedef struct reproduction reproduction_t;
 
-/** Whether the run is of reduced length (fewer frequencies, shorter recordings): then nothing is claimed on the page. */
+/** Whether the run is of reduced length (fewer frequencies, shorter recordings): then nothing is claimed on the page.
+ */
 bool reproduction_reduced(const reproduction_t *reproduction);
 
 /** How `ours` has to stand to `paper` for the row to be met. */
