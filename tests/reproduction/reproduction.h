@@ -2,10 +2,10 @@
 /**
  * Reproductions: what each of the five papers reports, beside what this project reaches on the same work.
  *
- * One file a paper, seed_NNN.c, with one function reproduce_NNN. It makes the paper's recordings from a twin
- * (twins/twin_NNN.[ch]), which is written from what the paper reports and shares no code and no formula with the models
- * under test, runs the project's own tools on them and reports rows, text and pictures. The program `reproduce` writes
- * them as a page, as pictures and as JSON. Everything is seeded: the same run gives the same bytes.
+ * One file a paper, seed_NNN.c, with one function reproduce_NNN, and one line in SEEDS. It makes the paper's recordings
+ * from a twin (twins/twin_NNN.[ch]), which is written from what the paper reports and shares no code and no formula
+ * with the models under test, runs the project's own tools on them and reports rows, text and pictures. The program
+ * `reproduce` writes them as a page, as pictures and as JSON. Everything is seeded: the same run gives the same bytes.
  */
 #ifndef REPRODUCTION_H
 #define REPRODUCTION_H
@@ -13,6 +13,9 @@
 #include "svg_plot.h"
 #include <stdbool.h>
 #include <stddef.h>
+
+/* One line a paper: its number, as three digits, and a short title for the page. */
+#define SEEDS(SEED)
 
 typedef struct reproduction reproduction_t;
 
@@ -35,6 +38,14 @@ typedef enum {
 void reproduction_row(reproduction_t *reproduction, const char *quantity, double paper, double ours, const char *unit,
                       met_t met, double tolerance);
 
+/** Why the row reported last is not met (Markdown, one paragraph, at most 1999 characters). Says nothing on the page if
+ * it is met; a row that is neither met nor explained fails a run at full length. */
+void reproduction_explain(reproduction_t *reproduction, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 2, 3)))
+#endif
+    ;
+
 /** A paragraph (Markdown) of this paper's section: what the twin is, what is reported, what was chosen, what is off. */
 void reproduction_text(reproduction_t *reproduction, const char *format, ...)
 #if defined(__GNUC__)
@@ -49,11 +60,9 @@ void reproduction_picture(reproduction_t *reproduction, const char *name, const 
 /** "path of a scratch folder", existing and writable, for files between the tools. */
 const char *reproduction_folder(const reproduction_t *reproduction);
 
-/* One a paper. false: the run itself failed (not: a row is not met), with a line on stderr. */
-bool reproduce_000(reproduction_t *reproduction);
-bool reproduce_001(reproduction_t *reproduction);
-bool reproduce_002(reproduction_t *reproduction);
-bool reproduce_003(reproduction_t *reproduction);
-bool reproduce_004(reproduction_t *reproduction);
+/* false: the run itself failed (not: a row is not met), with a line on stderr. */
+#define SEED_DECLARE(number, title) bool reproduce_##number(reproduction_t *reproduction);
+SEEDS(SEED_DECLARE)
+#undef SEED_DECLARE
 
 #endif
