@@ -11,8 +11,12 @@
     BLOCK(amplifier_bandwidth)                                                                                         \
     BLOCK(rate_dependent_hysteresis)                                                                                   \
     BLOCK(prandtl_ishlinskii)                                                                                          \
+    BLOCK(stop_prandtl_ishlinskii)                                                                                     \
+    BLOCK(inertial_hysteresis)                                                                                         \
     BLOCK(creep)                                                                                                       \
     BLOCK(resonance)                                                                                                   \
+    BLOCK(inertial_terms)                                                                                              \
+    BLOCK(preload)                                                                                                     \
     BLOCK(sensor_bandwidth)                                                                                            \
     BLOCK(sensor_noise)                                                                                                \
     BLOCK(quantisation)

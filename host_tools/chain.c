@@ -13,16 +13,17 @@ struct chain {
     stage_t stage[MODEL_MAX_BLOCKS];
 };
 
-static void add_stage(chain_t *chain, const model_t *model, size_t index, double sample_rate_hz, uint64_t seed) {
+static void add_stage(chain_t *chain, const model_t *model, size_t index, stage_setup_t setup) {
     const model_block_t *from = &model->block[index];
-    const stage_setup_t setup = {.sample_rate_hz = sample_rate_hz,
-                                 .seed = seed + 0x632BE59BD9B4E019U * (uint64_t)(index + 1)};
     stage_t *stage = &chain->stage[chain->stages++];
+    setup.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
     stage->block = from->block;
     stage->state = block_open(from->block, from->parameter, &setup);
 }
 
-chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure) {
+chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint64_t seed, double preload_n,
+                              failure_t *failure) {
+    const stage_setup_t setup = {.sample_rate_hz = sample_rate_hz, .seed = seed, .preload_n = preload_n};
     chain_t *chain;
     if (!model_check(model, "model", failure)) {
         return NULL;
@@ -37,15 +38,19 @@ chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, 
         if (block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis) {
             for (size_t m = 0; m < model->blocks; m++) {
                 if (model->block[m].block->modifies_hysteresis) {
-                    add_stage(chain, model, m, sample_rate_hz, seed);
+                    add_stage(chain, model, m, setup);
                 }
             }
         }
         if (!block->modifies_hysteresis) {
-            add_stage(chain, model, i, sample_rate_hz, seed);
+            add_stage(chain, model, i, setup);
         }
     }
     return chain;
+}
+
+chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure) {
+    return chain_open_preloaded(model, sample_rate_hz, seed, 0.0, failure);
 }
 
 double chain_settle(chain_t *chain, double drive_v) {
@@ -76,7 +81,12 @@ void chain_close(chain_t *chain) {
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure) {
     const double *drive = recording->column[COLUMN_DRIVE];
-    chain_t *chain = chain_open(model, recording->sample_rate_hz, seed, failure);
+    double preload_n;
+    chain_t *chain;
+    if (!recording_preload(recording, &preload_n, failure)) {
+        return false;
+    }
+    chain = chain_open_preloaded(model, recording->sample_rate_hz, seed, preload_n, failure);
     if (chain == NULL) {
         return false;
     }

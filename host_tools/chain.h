@@ -17,6 +17,10 @@ typedef struct chain chain_t;
 /** The model may be freed afterwards. `seed` makes noise repeatable. NULL on failure. */
 chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure);
 
+/** chain_open on an actuator that is pressed with a force: block preload without a force of its own takes it. */
+chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint64_t seed, double preload_n,
+                              failure_t *failure);
+
 /** Goes to the state in which drive_v has been present for ever (hysteresis: its initial memory, or demagnetised at 0
  * V, then a slow move there). */
 double chain_settle(chain_t *chain, double drive_v);
@@ -26,7 +30,8 @@ double chain_step(chain_t *chain, double drive_v);
 
 void chain_close(chain_t *chain);
 
-/** Settles at the first drive of the recording, then runs it. position_um has recording->samples elements. */
+/** Settles at the first drive of the recording, then runs it under the recording's preload. position_um has
+ * recording->samples elements. */
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure);
 

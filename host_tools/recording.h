@@ -66,6 +66,8 @@ double *recording_add_column(recording_t *recording, column_t column);
 void recording_set_key(recording_t *recording, const char *key, const char *value);
 /** The value of a header key, or NULL. */
 const char *recording_key(const recording_t *recording, const char *key);
+/** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
+bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
 
 /** Frees what the recording holds and clears it. A cleared recording may be freed again. */
 void recording_free(recording_t *recording);

@@ -292,3 +292,12 @@ bool recording_read(recording_t *recording, const char *path, failure_t *failure
     free(reader);
     return good;
 }
+
+bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure) {
+    const char *text = recording_key(recording, "preload_n");
+    *preload_n = 0.0;
+    if (text != NULL && !(parse_number(text, preload_n) && *preload_n >= 0.0)) {
+        return fail(failure, "%s: header key preload_n is '%s', not a force of 0 N or more", recording->name, text);
+    }
+    return true;
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Inertia and damping as the source prints them in play form: y = u - c u' - m u''. The first-order expansion of a mode
+ * (block resonance) far below its frequency, with differences that look backwards:
+ *
+ *     u'  = (3 u[k] - 4 u[k-1] + u[k-2]) / (2 dt),      u'' = (u[k] - 2 u[k-1] + u[k-2]) / dt^2
+ *
+ * docs/MODELS.md, section 11.
+ */
+#include "catalogue.h"
+
+static const parameter_info_t parameters[] = {
+    {.name = "damping_s", .unit = "s", .low = -1.0, .high = 1.0, .text = "position lost per rate"},
+    {.name = "mass_s2", .unit = "s2", .low = -1.0, .high = 1.0, .text = "position lost per acceleration"}};
+
+typedef struct {
+    double weight[3]; /* of the present and the two inputs before it; add up to 1 */
+    double past[2];
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const double c = parameter[0].value[0] * setup->sample_rate_hz;
+    const double m = parameter[1].value[0] * setup->sample_rate_hz * setup->sample_rate_hz;
+    state->weight[0] = 1.0 - 1.5 * c - m;
+    state->weight[1] = 2.0 * (c + m);
+    state->weight[2] = -0.5 * c - m;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    state->past[0] = state->past[1] = signal->value;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double input = signal->value;
+    signal->value = state->weight[0] * input + state->weight[1] * state->past[0] + state->weight[2] * state->past[1];
+    state->past[1] = state->past[0];
+    state->past[0] = input;
+}
+
+const block_t block_inertial_terms = {.name = "inertial_terms",
+                                      .place = PLACE_MECHANICS,
+                                      .text = "inertia and damping to first order: less c rate and m acceleration",
+                                      .parameter = parameters,
+                                      .parameters = 2,
+                                      .state_bytes = sizeof(state_t),
+                                      .open = open,
+                                      .settle = settle,
+                                      .step = step};

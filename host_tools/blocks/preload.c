@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A force against the motion, from a mount that may be a spring: y = (u - s F) / (1 + s K + c F).
+ *
+ * An actuator of compliance s (um/N) under the force F + (K + kappa F) y, with c = s kappa: the mount pushes with F at
+ * position 0 and is stiffer the harder it was tightened. docs/MODELS.md, section 11.
+ */
+#include "catalogue.h"
+#include <math.h>
+
+enum { COMPLIANCE, FORCE, SHIFT, SPRING };
+
+static const parameter_info_t parameters[] = {
+    {.name = "compliance_per_n",
+     .unit = "1/N",
+     .low = 0.0,
+     .high = 1e3,
+     .text = "stroke lost per force, as a part of what is left"},
+    {.name = "force_n",
+     .unit = "N",
+     .low = 0.0,
+     .high = 1e6,
+     .optional = true,
+     .default_value = HUGE_VAL,
+     .text = "the preload; absent: that of the recording (header key preload_n)"},
+    {.name = "shift_um_per_n",
+     .unit = "um/N",
+     .low = 0.0,
+     .high = 1e3,
+     .optional = true,
+     .text = "compliance of the actuator: position lost per force; 0 where the sensor was set to zero under load"},
+    {.name = "spring_n_per_um",
+     .unit = "N/um",
+     .low = 0.0,
+     .high = 1e6,
+     .optional = true,
+     .text = "stiffness of the mount without preload; takes part through shift_um_per_n"}};
+
+typedef struct {
+    double gain, shift_um;
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const double force = isfinite(parameter[FORCE].value[0]) ? parameter[FORCE].value[0] : setup->preload_n;
+    const double shift = parameter[SHIFT].value[0];
+    state->gain = 1.0 / (1.0 + shift * parameter[SPRING].value[0] + parameter[COMPLIANCE].value[0] * force);
+    state->shift_um = shift * force;
+}
+
+static void step(void *memory, signal_t *signal) {
+    const state_t *state = memory;
+    signal->value = state->gain * (signal->value - state->shift_um);
+}
+
+const block_t block_preload = {.name = "preload",
+                               .place = PLACE_MECHANICS,
+                               .text = "a force against the motion that costs stroke",
+                               .parameter = parameters,
+                               .parameters = 4,
+                               .state_bytes = sizeof(state_t),
+                               .open = open,
+                               .settle = step,
+                               .step = step};
