@@ -35,6 +35,8 @@ int main(void) {
         {"broken_images", subject_broken_images},
         {"texts", subject_texts},
         {"compensator", subject_compensator},
+        {"preisach", subject_preisach},
+        {"preisach_refusals", subject_preisach_refusals},
     };
     static const struct {
         const char *name;

@@ -71,6 +71,8 @@ void subject_play_and_stop(digest_t *digest, generator_t *generator);
 void subject_pi_refusals(digest_t *digest, generator_t *generator);
 void subject_pi(digest_t *digest, generator_t *generator, uint32_t operators, bool rate_dependent);
 void subject_pi_carry(digest_t *digest, generator_t *generator);
+void subject_preisach(digest_t *digest, generator_t *generator);
+void subject_preisach_refusals(digest_t *digest, generator_t *generator);
 void subject_iir(digest_t *digest, generator_t *generator);
 void subject_iir_refusals(digest_t *digest, generator_t *generator);
 void subject_image(digest_t *digest, generator_t *generator);
