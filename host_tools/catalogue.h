@@ -11,6 +11,7 @@
     BLOCK(amplifier_bandwidth)                                                                                         \
     BLOCK(rate_dependent_hysteresis)                                                                                   \
     BLOCK(prandtl_ishlinskii)                                                                                          \
+    BLOCK(stop_density)                                                                                                \
     BLOCK(stop_prandtl_ishlinskii)                                                                                     \
     BLOCK(inertial_hysteresis)                                                                                         \
     BLOCK(creep)                                                                                                       \
