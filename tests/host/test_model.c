@@ -163,8 +163,8 @@ static void test_every_block_of_the_catalogue_is_complete(void) {
         const block_t *block = catalogue[i];
         TEST_ASSERT_EQUAL_PTR(block, catalogue_find(block->name));
         TEST_ASSERT_TRUE(block->parameters <= BLOCK_MAX_PARAMETERS);
-        TEST_ASSERT_TRUE(block->text != NULL && block->state_bytes > 0 && block->open != NULL &&
-                         block->settle != NULL && block->step != NULL);
+        TEST_ASSERT_TRUE(block->text != NULL && (block->state_bytes > 0 || block->further_bytes != NULL) &&
+                         block->open != NULL && block->settle != NULL && block->step != NULL);
         for (size_t p = 0; p < block->parameters; p++) {
             TEST_ASSERT_TRUE(block->parameter[p].low < block->parameter[p].high);
             TEST_ASSERT_TRUE(block->parameter[p].unit != NULL && block->parameter[p].text != NULL);
