@@ -25,7 +25,10 @@ typedef struct {
     const char *unit; /**< "V", "um", "Hz", "s", "1" ... */
     double low, high; /**< inclusive; low may be -HUGE_VAL and high HUGE_VAL */
     bool array;
-    bool optional;        /**< may be absent from a model */
+    bool optional; /**< may be absent from a model */
+    /** A choice (thresholds, grids, limits) or a state at the start, rather than a property of the actuator: it is not
+     * counted among the numbers that a fit has found, and gets no standard error. */
+    bool chosen;
     double default_value; /**< of an absent scalar */
     const char *text;     /**< what it means */
 } parameter_info_t;

@@ -98,6 +98,63 @@ bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t
     return true;
 }
 
+/* The hysteresis, and what stands before it. */
+static void cut_behind_hysteresis(chain_t *chain) {
+    size_t keep = 0;
+    while (chain->stage[keep].block->place != PLACE_HYSTERESIS || chain->stage[keep].block->modifies_hysteresis) {
+        keep++;
+    }
+    while (chain->stages > keep + 1) {
+        free(chain->stage[--chain->stages].state);
+    }
+}
+
+/* Leads the hysteresis, the last stage, from the drive it has settled at to another one and back, in small steps. */
+static void lead_there_and_back(chain_t *chain, double from_v, double to_v) {
+    enum { STEPS = 256 };
+    stage_t *hysteresis = &chain->stage[chain->stages - 1];
+    for (int i = 1; i <= 2 * STEPS; i++) {
+        const double way = (double)(i <= STEPS ? i : 2 * STEPS - i) / STEPS;
+        signal_t signal = {.value = from_v + way * (to_v - from_v)};
+        hysteresis->block->step(hysteresis->state, &signal);
+    }
+}
+
+size_t chain_memory_determined(const model_t *model, const recording_t *recording, size_t end) {
+    const double tolerance = 1e-4, *drive = recording->column[COLUMN_DRIVE];
+    double *difference = allocate(end, sizeof(double)), low_v = HUGE_VAL, high_v = -HUGE_VAL, low_um = HUGE_VAL,
+           high_um = -HUGE_VAL;
+    size_t determined = end;
+    failure_t failure;
+    chain_t *low = chain_open(model, recording->sample_rate_hz, 0, &failure);
+    chain_t *high = chain_open(model, recording->sample_rate_hz, 0, &failure);
+    for (size_t k = 0; k < end; k++) {
+        low_v = fmin(low_v, drive[k]);
+        high_v = fmax(high_v, drive[k]);
+    }
+    if (low != NULL && high != NULL && end > 0) {
+        cut_behind_hysteresis(low);
+        cut_behind_hysteresis(high);
+        chain_settle(low, drive[0]);
+        chain_settle(high, drive[0]);
+        lead_there_and_back(low, drive[0], low_v - (high_v - low_v));
+        lead_there_and_back(high, drive[0], high_v + (high_v - low_v));
+        for (size_t k = 0; k < end; k++) {
+            const double output = chain_step(low, drive[k]);
+            difference[k] = fabs(chain_step(high, drive[k]) - output);
+            low_um = fmin(low_um, output);
+            high_um = fmax(high_um, output);
+        }
+        while (determined > 0 && difference[determined - 1] <= tolerance * (high_um - low_um)) {
+            determined--;
+        }
+    }
+    chain_close(low);
+    chain_close(high);
+    free(difference);
+    return determined;
+}
+
 error_measure_t measure_error(const double *measured, const double *simulated, size_t samples) {
     error_measure_t error = {0};
     double low = measured[0], high = measured[0], squares = 0.0;

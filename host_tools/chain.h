@@ -35,6 +35,14 @@ void chain_close(chain_t *chain);
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure);
 
+/**
+ * First sample of [0, end) from which on the hysteresis output no longer depends on what happened before the recording,
+ * or `end`: the outputs that follow a past at the bottom and a past at the top of the drive's range (widened to three
+ * times its width) stay within 1e-4 of the output's peak-to-peak value. What slow and mechanical stages remember is not
+ * asked.
+ */
+size_t chain_memory_determined(const model_t *model, const recording_t *recording, size_t end);
+
 /** Error of a simulation or of a track, over a run of samples. */
 typedef struct {
     double rms_um;

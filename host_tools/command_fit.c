@@ -24,6 +24,15 @@ const command_t command_fit = {
         "the end of the training data. With --creep a block creep takes its place, which the amplifier can undo.",
     .run = run};
 
+/* One line a family, under each other in the help. */
+static void list_families(char *text, size_t size) {
+    size_t length = (size_t)snprintf(text, size, "what the hysteresis is made of (default: the first)");
+    for (size_t i = 0; i < families_count && length < size; i++) {
+        length +=
+            (size_t)snprintf(text + length, size - length, "\n%35s%s: %s", "", families[i]->name, families[i]->text);
+    }
+}
+
 static void print_value(double value, const double *sigma) {
     printf(" %14.8g", value);
     if (sigma != NULL && *sigma > 0.0) {
@@ -80,33 +89,13 @@ static void print_block(const model_block_t *block) {
     }
 }
 
-static void print_choice(const fit_report_t *report, const fit_options_t *options) {
-    printf("play operators %zu: ", report->operators);
-    if (options->operators > 0) {
-        puts("as asked for");
-    } else {
-        puts("the fewest within 1 % of the best validation error, fitted and judged inside the training data:");
-        for (size_t i = 0; i < report->candidates; i++) {
-            if (report->candidate[i].drift == report->drift) {
-                printf("  %3zu operators: %.4f %%\n", report->candidate[i].operators,
-                       report->candidate[i].validation_nrmse_percent);
-            }
-        }
-    }
-    if (options->creep && !report->creep) {
-        puts("creep: no minimum between -2 and 8 % a decade, so these recordings do not determine it; left out");
-    }
-    if (report->drift) {
-        printf("offset drift %.4g um per decade of time, taken out of the fit: without that it predicts worse\n",
-               report->drift_um);
-    }
-    if (report->smoothing > 0.0) {
-        printf("density smoothed with weight %.0e, which costs less than 0.2 %% of the training error\n",
-               report->smoothing);
-    }
-    if (report->from_demagnetised) {
-        puts("the drive never erases the initial memory: estimated along with the weights, starting from demagnetised "
-             "at 0 V");
+static void print_recording(const recording_t *recording, const fit_recording_report_t *r) {
+    printf("%s\n  held out, from t = %.6g s:  NRMSE %.4f %%, largest error %.4g um at t = %.6g s\n", recording->name,
+           r->held_out_s, r->held_out_nrmse_percent, r->held_out_max_um, r->held_out_max_s);
+    printf("  training, from t = %.6g s:  NRMSE %.4f %%\n", r->train_s, r->train_nrmse_percent);
+    if (r->determined_s > recording->start_s) {
+        printf("  before t = %.6g s the memory depends on the past: mean error there %.4g um\n", r->determined_s,
+               r->initial_mean_error_um);
     }
 }
 
@@ -116,36 +105,27 @@ static void print_text(const model_t *model, const recording_t *recordings, cons
         print_block(&model->block[i]);
     }
     putchar('\n');
-    print_choice(report, options);
-    if (report->smoothing <= 0.0) {
-        printf("standard errors (+-) count %.0f neighbouring samples as one: the residuals are that long correlated\n",
-               report->autocorrelation_samples);
+    for (size_t i = 0; i < report->notes.count; i++) {
+        puts(report->notes.line[i]);
     }
-    if (options->rate_dependent) {
-        printf("held out with fixed thresholds instead: %.4f %%\n", report->static_held_out_nrmse_percent);
+    if (report->family->without != NULL) {
+        printf("held out with %s instead: %.4f %%\n", report->family->without->name,
+               report->without_held_out_nrmse_percent);
     }
     for (size_t i = 0; i < report->recordings; i++) {
-        const fit_recording_report_t *r = &report->recording[i];
-        printf("%s\n  held out, from t = %.6g s:  NRMSE %.4f %%, largest error %.4g um\n", recordings[i].name,
-               r->held_out_s, r->held_out_nrmse_percent, r->held_out_max_um);
-        printf("  training, from t = %.6g s:  NRMSE %.4f %%\n",
-               report->from_demagnetised ? recordings[i].start_s : r->determined_s, r->train_nrmse_percent);
-        if (r->determined_s > recordings[i].start_s) {
-            printf("  before t = %.6g s the memory depends on the past: estimated, mean error there %.4g um\n",
-                   r->determined_s, r->initial_mean_error_um);
-        }
+        print_recording(&recordings[i], &report->recording[i]);
     }
     if (options->use_all) {
         puts("the errors above are of the fit to the first two thirds; the model was then fitted to everything");
     }
 }
 
-static bool fit_and_report(const recording_t *recordings, size_t count, const fit_options_t *options,
-                           const char *output, bool as_json, failure_t *failure) {
+static bool fit_and_report(const family_t *family, const recording_t *recordings, size_t count,
+                           const fit_options_t *options, const char *output, bool as_json, failure_t *failure) {
     model_t model;
     fit_report_t report;
     bool good;
-    if (!fit_recordings(recordings, count, options, &model, &report, failure)) {
+    if (!fit_recordings(family, recordings, count, options, &model, &report, failure)) {
         return false;
     }
     good = output == NULL || model_write(&model, output, failure);
@@ -166,44 +146,47 @@ static bool read_operators(const char *text, size_t *operators) {
         return true;
     }
     *operators = text[0] >= '0' && text[0] <= '9' ? strtoul(text, &end, 10) : 0;
-    return *operators >= 1 && *operators <= FIT_MAX_OPERATORS && *end == '\0';
+    return *operators >= 1 && *operators <= FAMILY_MAX_OPERATORS && *end == '\0';
 }
 
 static int run(int argc, char **argv) {
-    const char *family = "prandtl_ishlinskii", *operators = "auto", *output = NULL;
+    const char *family_name = families[0]->name, *operators = "auto", *output = NULL;
     bool as_json = false, good = true;
+    char family_list[4096];
     fit_options_t settings = {0};
     const option_t options[] = {
-        {"--family", NULL, OPTION_TEXT, "FAMILY", "prandtl_ishlinskii (default) or rate_dependent_prandtl_ishlinskii",
-         &family},
+        {"--family", NULL, OPTION_TEXT, "FAMILY", family_list, &family_name},
         {"--operators", NULL, OPTION_TEXT, "N|auto", "number of play operators (default: auto)", &operators},
         {"--creep", NULL, OPTION_FLAG, NULL, "find creep too: gamma_per_decade of a block creep", &settings.creep},
-        {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit the chosen structure to the whole recordings",
+        {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit as many operators to the whole recordings",
          &settings.use_all},
         {"--output", "-o", OPTION_TEXT, "MODEL.json", "write the model", &output},
         {"--json", NULL, OPTION_FLAG, NULL, "print the model as JSON", &as_json}};
+    const family_t *family;
     recording_t *recordings;
     size_t positionals, count = 0;
     failure_t failure;
-    const int status = options_parse(&command_fit, options, sizeof options / sizeof options[0], argc, argv, 1,
-                                     (size_t)argc, &positionals);
+    int status;
+    list_families(family_list, sizeof family_list);
+    status = options_parse(&command_fit, options, sizeof options / sizeof options[0], argc, argv, 1, (size_t)argc,
+                           &positionals);
     if (status != OPTIONS_RUN) {
         return status;
     }
-    settings.rate_dependent = strcmp(family, "rate_dependent_prandtl_ishlinskii") == 0;
-    if (!settings.rate_dependent && strcmp(family, "prandtl_ishlinskii") != 0) {
-        return usage_error(&command_fit, "unknown family '%s'", family);
+    family = family_find(family_name);
+    if (family == NULL) {
+        return usage_error(&command_fit, "unknown family '%s'", family_name);
     }
     if (!read_operators(operators, &settings.operators)) {
         return usage_error(&command_fit, "--operators: '%s' is not auto or a number from 1 to %d", operators,
-                           FIT_MAX_OPERATORS);
+                           FAMILY_MAX_OPERATORS);
     }
     recordings = allocate(positionals, sizeof *recordings);
     while (good && count < positionals) {
         good = recording_read(&recordings[count], argv[count + 1], &failure);
         count += good ? 1 : 0;
     }
-    good = good && fit_and_report(recordings, count, &settings, output, as_json, &failure);
+    good = good && fit_and_report(family, recordings, count, &settings, output, as_json, &failure);
     for (size_t i = 0; i < count; i++) {
         recording_free(&recordings[i]);
     }

@@ -19,6 +19,8 @@
     FAMILY(rate_dependent_prandtl_ishlinskii)
 
 #define FAMILY_MAX_NOTES 40
+/** Most operators that a job may ask for. */
+#define FAMILY_MAX_OPERATORS 1000
 
 /** What a family has to say about its fit, a line each. */
 typedef struct {
@@ -43,9 +45,13 @@ typedef struct family {
      * Fills *model (an unused one) with the whole chain, sample rate included, that fits the training samples.
      * Parameters whose standard errors the family knows carry them; fit.h finds the others. On failure *model is
      * unused. A recording that the family is not made for is a failure whose line says what it needs ("needs sinusoidal
-     * drives").
+     * drives"). model->fit may be an object with facts of the family's own; fit.h adds what all have in common. A
+     * number of operators that the family chose stands there as "operators" (an integer).
      */
     bool (*fit)(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure);
+    /** What remains of the family without what is special about it, or NULL. It is fitted with the same number of
+     * operators and judged beside it: "held out with <name> instead". It need not be in FAMILIES. */
+    const struct family *without;
 } family_t;
 
 #define FAMILY_DECLARE(name) extern const family_t family_##name;

@@ -1,45 +1,40 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fit.h"
-#include "creep_search.h"
-#include "fit_model.h"
-#include "initial_memory.h"
-#include "rate_search.h"
+#include "chain.h"
+#include "json_output.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const double training_part = 2.0 / 3.0;
-/* Of the training data; below it the initial memory is estimated along with the weights. */
+/* Of the training data; below it the training error is that of all of it. */
 static const double least_determined_part = 0.25;
-/*
- * w_0 is at least this part of the mean slope. Left alone it can go to 0 (a lag at one frequency looks like a small
- * threshold), and then the inverse jumps at every turning point. On the real recordings this bound costs less than 0.01
- * % NRMSE, 0.5 costs 0.04 %.
- */
-static const double direct_part = 0.3;
-/* Times the best validation error: fewer operators win. */
-static const double good_enough = 1.01;
-/* Largest threshold of a rate-dependent fit, of half the range: leaves thresholds room to grow. */
-static const double rate_threshold_part = 0.8;
 static const size_t least_samples = 30;
 
 typedef struct {
-    const recording_t *recordings; /* what the bank is fitted to: without creep, if creep is asked for */
-    const recording_t *measured;
+    const family_t *family;
+    const recording_t *recordings;
     size_t count;
     const fit_options_t *options;
     fit_report_t *report;
     failure_t *failure;
     progress_t progress;
-    double half_range_v;
-    linear_options_t linear;
-    fit_span_t *train, *held_out;
-    double **initial_v; /* a recording; NULL: demagnetised */
+    size_t *train_to;
 } job_t;
 
-static bool check_recordings(const job_t *job) {
+static bool changes(const double *values, size_t count) {
+    size_t k = 1;
+    while (k < count && values[k] == values[0]) {
+        k++;
+    }
+    return k < count;
+}
+
+/* Checks the recordings and cuts them. */
+static bool prepare(job_t *job) {
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *recording = &job->recordings[i];
+        const size_t cut = (size_t)(training_part * (double)recording->samples);
         if (recording->samples < least_samples) {
             return fail(job->failure, "%s: %zu samples are too few to fit, %zu are needed", recording->name,
                         recording->samples, least_samples);
@@ -49,369 +44,281 @@ static bool check_recordings(const job_t *job) {
                         recording->name, recording->sample_rate_hz, job->recordings[0].name,
                         job->recordings[0].sample_rate_hz);
         }
-    }
-    return true;
-}
-
-static void range_of(const double *values, size_t count, double range[2]) {
-    range[0] = range[1] = values[0];
-    for (size_t k = 1; k < count; k++) {
-        range[0] = fmin(range[0], values[k]);
-        range[1] = fmax(range[1], values[k]);
-    }
-}
-
-/* Whether the displacement follows the drive downhill: a sign turned somewhere, which no play bank represents. */
-static bool falls(const recording_t *recording, size_t samples) {
-    double drive = 0.0, displacement = 0.0, covariance = 0.0;
-    for (size_t k = 0; k < samples; k++) {
-        drive += recording->column[COLUMN_DRIVE][k] / (double)samples;
-        displacement += recording->column[COLUMN_DISPLACEMENT][k] / (double)samples;
-    }
-    for (size_t k = 0; k < samples; k++) {
-        covariance +=
-            (recording->column[COLUMN_DRIVE][k] - drive) * (recording->column[COLUMN_DISPLACEMENT][k] - displacement);
-    }
-    return covariance < 0.0;
-}
-
-/* Cuts the recordings, and measures the range of the training data. */
-static bool prepare(job_t *job) {
-    double slope = HUGE_VAL;
-    for (size_t i = 0; i < job->count; i++) {
-        const recording_t *recording = &job->recordings[i];
-        const size_t cut = (size_t)(training_part * (double)recording->samples);
-        double drive[2], displacement[2];
-        job->train[i] = (fit_span_t){.recording = recording, .to = cut};
-        job->held_out[i] = (fit_span_t){.recording = recording, .from = cut, .to = recording->samples};
-        range_of(recording->column[COLUMN_DRIVE], cut, drive);
-        range_of(recording->column[COLUMN_DISPLACEMENT], cut, displacement);
-        if (!(drive[1] > drive[0]) || !(displacement[1] > displacement[0])) {
-            return fail(job->failure, "%s: the %s does not change in the first two thirds: nothing to fit",
-                        recording->name, drive[1] > drive[0] ? "displacement" : "drive");
+        for (column_t column = COLUMN_DRIVE; column <= COLUMN_DISPLACEMENT; column++) {
+            if (!changes(recording->column[column], cut)) {
+                return fail(job->failure, "%s: the %s does not change in the first two thirds: nothing to fit",
+                            recording->name, column_name(column));
+            }
         }
-        if (falls(recording, cut)) {
-            return fail(job->failure,
-                        "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit",
-                        recording->name);
-        }
-        job->half_range_v = fmax(job->half_range_v, 0.5 * (drive[1] - drive[0]));
-        slope = fmin(slope, (displacement[1] - displacement[0]) / (drive[1] - drive[0]));
+        job->train_to[i] = cut;
         job->report->recording[i].held_out_s = recording->start_s + (double)cut / recording->sample_rate_hz;
     }
-    job->linear.least_direct = direct_part * slope;
     return true;
 }
 
-static play_basis_t make_basis(const job_t *job, size_t operators) {
-    play_basis_t basis = {.operators = operators, .threshold_v = allocate(operators, sizeof(double))};
-    const double step =
-        job->options->rate_dependent ? rate_threshold_part / (double)operators : 1.0 / (double)(operators + 1);
-    for (size_t i = 0; i < operators; i++) {
-        basis.threshold_v[i] = job->half_range_v * step * (double)(i + 1);
+/* Fits a family to the samples before train_to. */
+static bool run_family(job_t *job, const family_t *family, size_t operators, const size_t *train_to, model_t *model,
+                       family_notes_t *notes) {
+    const family_job_t family_job = {.recordings = job->recordings,
+                                     .count = job->count,
+                                     .train_to = train_to,
+                                     .operators = operators,
+                                     .creep = job->options->creep,
+                                     .progress = &job->progress};
+    if (!family->fit(&family_job, model, notes, job->failure)) {
+        return false;
     }
-    basis.limit_v = model_growth_limit(job->half_range_v, operators > 0 ? basis.threshold_v[operators - 1] : 0.0);
-    return basis;
+    if (!model_check(model, "fitted model", job->failure)) {
+        model_free(model);
+        return false;
+    }
+    return true;
 }
 
-/*
- * Sets `from` of the spans to where the memory is determined. Returns false, with from = 0, when that leaves less than
- * a quarter of all samples.
- */
-static bool skip_undetermined(const play_basis_t *basis, fit_span_t *spans, size_t count) {
-    size_t used = 0, all = 0;
-    for (size_t i = 0; i < count; i++) {
-        spans[i].from = play_memory_determined(basis, spans[i].recording, spans[i].to);
-        used += spans[i].to - spans[i].from;
-        all += spans[i].to;
-    }
-    if ((double)used >= least_determined_part * (double)all) {
-        return true;
-    }
-    for (size_t i = 0; i < count; i++) {
-        spans[i].from = 0;
-    }
-    return false;
+/* The number of operators of a model, as its family left it; else what the options ask for. */
+static size_t operators_of(const job_t *job, const model_t *model) {
+    const json_t *operators = json_object_get(model->fit, "operators");
+    return json_is_integer(operators) ? (size_t)json_integer_value(operators) : job->options->operators;
 }
 
-/* Fitted on the first two thirds of the training data, judged on its last third. Returns the worst NRMSE. */
-static bool validate(job_t *job, fit_candidate_t *candidate) {
-    play_basis_t basis = make_basis(job, candidate->operators);
-    linear_options_t linear = job->linear;
-    fit_span_t *inner = allocate(job->count, sizeof *inner);
-    linear_fit_t fit;
-    bool good;
-    linear.drift = candidate->drift;
-    for (size_t i = 0; i < job->count; i++) { /* train[i].from is where even the largest threshold is determined */
-        const size_t useful = job->train[i].to - job->train[i].from;
-        inner[i] = job->train[i];
-        inner[i].to = inner[i].from + (size_t)(training_part * (double)useful);
-    }
-    good = linear_fit(&basis, inner, job->count, &linear, &fit, job->failure);
+/* The simulated recordings, to be freed with free_simulated; NULL on failure. */
+static double **simulate(const job_t *job, const model_t *model) {
+    double **simulated = allocate(job->count, sizeof *simulated);
+    bool good = true;
     for (size_t i = 0; good && i < job->count; i++) {
-        const fit_span_t judged = {.recording = inner[i].recording, .from = inner[i].to, .to = job->train[i].to};
-        const error_measure_t error = linear_fit_error(&basis, &fit, &judged);
-        if (isfinite(error.nrmse_percent)) { /* a part without motion judges nothing */
-            candidate->validation_nrmse_percent = fmax(candidate->validation_nrmse_percent, error.nrmse_percent);
+        const recording_t *recording = &job->recordings[i];
+        simulated[i] = allocate(recording->samples, sizeof(double));
+        good = chain_simulate(model, recording, 0, simulated[i], job->failure);
+        for (size_t k = 0; good && k < recording->samples; k++) {
+            good = isfinite(simulated[i][k]) || fail(job->failure,
+                                                     "%s: the fitted model is unstable: it runs away at "
+                                                     "sample %zu",
+                                                     recording->name, k);
         }
     }
     if (good) {
-        linear_fit_free(&fit);
+        return simulated;
     }
-    free(basis.threshold_v);
-    free(inner);
-    return good;
+    for (size_t i = 0; i < job->count; i++) {
+        free(simulated[i]);
+    }
+    free(simulated);
+    return NULL;
 }
 
-/* Chooses the number of operators, and whether the drift of the offset is taken out. All candidates see the same
- * samples. */
-static bool choose_structure(job_t *job) {
-    static const size_t numbers[] = {1, 2, 3, 4, 6, 8, 10, 13, 16, 20, 25, 32, 40, 50, 64};
+static void free_simulated(const job_t *job, double **simulated) {
+    for (size_t i = 0; i < job->count; i++) {
+        free(simulated[i]);
+    }
+    free(simulated);
+}
+
+static error_measure_t error_between(const recording_t *recording, const double *simulated, size_t from, size_t to) {
+    return measure_error(recording->column[COLUMN_DISPLACEMENT] + from, simulated + from, to - from);
+}
+
+/* NAN as long as nothing was judged: a part without motion, whose NRMSE is not finite, judges nothing. */
+static double worse(double so_far, double nrmse_percent) {
+    return isfinite(nrmse_percent) ? fmax(so_far, nrmse_percent) : so_far;
+}
+
+/* The worst held-out NRMSE of a model. */
+static bool judge_held_out(const job_t *job, const model_t *model, double *worst_percent) {
+    double **simulated = simulate(job, model);
+    if (simulated == NULL) {
+        return false;
+    }
+    *worst_percent = NAN;
+    for (size_t i = 0; i < job->count; i++) {
+        const error_measure_t error =
+            error_between(&job->recordings[i], simulated[i], job->train_to[i], job->recordings[i].samples);
+        *worst_percent = worse(*worst_percent, error.nrmse_percent);
+    }
+    free_simulated(job, simulated);
+    return true;
+}
+
+static double mean_error(const recording_t *recording, const double *simulated, size_t end) {
+    double sum = 0.0;
+    for (size_t k = 0; k < end; k++) {
+        sum += fabs(recording->column[COLUMN_DISPLACEMENT][k] - simulated[k]);
+    }
+    return end > 0 ? sum / (double)end : 0.0;
+}
+
+/* Where the training errors begin, one a recording. */
+static void find_determined(const job_t *job, const model_t *model, size_t *determined, bool *never) {
+    size_t used = 0, all = 0;
+    for (size_t i = 0; i < job->count; i++) {
+        determined[i] = chain_memory_determined(model, &job->recordings[i], job->train_to[i]);
+        used += job->train_to[i] - determined[i];
+        all += job->train_to[i];
+    }
+    *never = (double)used < least_determined_part * (double)all;
+}
+
+static bool judge(job_t *job, const model_t *model) {
     fit_report_t *report = job->report;
-    const bool given = job->options->operators > 0;
-    const size_t count = given ? 1 : sizeof numbers / sizeof numbers[0];
-    const size_t drifts = report->creep ? 1 : 2; /* creep explains the drift, or nothing here does */
-    double best = HUGE_VAL, best_of_drift[2] = {HUGE_VAL, HUGE_VAL};
-    play_basis_t widest = make_basis(job, FIT_MAX_PLAIN_OPERATORS);
-    skip_undetermined(&widest, job->train, job->count);
-    free(widest.threshold_v);
-    for (size_t i = 0; i < drifts * count; i++) {
-        const size_t wanted = given ? job->options->operators : numbers[i / drifts];
-        fit_candidate_t *candidate = &report->candidate[report->candidates++];
-        /* Whether to take out drift is judged with few operators too: a dense bank would take minutes. */
-        *candidate = (fit_candidate_t){.operators = wanted < FIT_MAX_PLAIN_OPERATORS ? wanted : FIT_MAX_PLAIN_OPERATORS,
-                                       .drift = i % drifts == 1};
-        if (!validate(job, candidate)) {
-            return false;
-        }
-        best_of_drift[i % drifts] = fmin(best_of_drift[i % drifts], candidate->validation_nrmse_percent);
-        progress_update(&job->progress, (double)(i + 1) / (double)(drifts * count));
+    double **simulated = simulate(job, model);
+    size_t *determined;
+    bool never;
+    if (simulated == NULL) {
+        return false;
     }
-    report->drift = best_of_drift[1] * good_enough < best_of_drift[0];
-    best = best_of_drift[report->drift ? 1 : 0];
-    for (size_t i = report->candidates; i-- > 0;) {
-        const fit_candidate_t *candidate = &report->candidate[i];
-        if (candidate->drift == report->drift && candidate->validation_nrmse_percent <= good_enough * best) {
-            report->operators = candidate->operators;
-        }
-    }
-    if (given) {
-        report->operators = job->options->operators;
-    }
-    job->linear.drift = report->drift;
-    return true;
-}
-
-/* The smoothest dense bank that explains the training data within 0.2 % of what an unsmoothed one does. */
-static bool choose_smoothing(job_t *job, const play_basis_t *basis) {
-    enum { DECADES = 8 };
-    double floor_um = HUGE_VAL;
-    for (int i = 0; i <= DECADES; i++) {
-        linear_options_t linear = job->linear;
-        linear_fit_t fit;
-        linear.smoothing = pow(10.0, i - 5); /* 1e-5 to 1e3 */
-        if (!linear_fit(basis, job->train, job->count, &linear, &fit, job->failure)) {
-            return false;
-        }
-        floor_um = fmin(floor_um, fit.rms_um);
-        if (fit.rms_um <= 1.002 * floor_um) {
-            job->linear.smoothing = linear.smoothing;
-        }
-        linear_fit_free(&fit);
-        progress_update(&job->progress, (double)(i + 1) / (DECADES + 1));
-    }
-    job->report->smoothing = job->linear.smoothing;
-    return true;
-}
-
-static bool fit_bank(job_t *job, play_basis_t *basis, linear_fit_t *fit, double *beta_sigma_s) {
-    return job->options->rate_dependent ? rate_search(basis, job->train, job->count, &job->linear, fit, beta_sigma_s,
-                                                      &job->progress, job->failure)
-                                        : linear_fit(basis, job->train, job->count, &job->linear, fit, job->failure);
-}
-
-static void estimate_memories(job_t *job, const play_basis_t *basis, const linear_fit_t *fit) {
+    determined = allocate(job->count, sizeof *determined);
+    find_determined(job, model, determined, &never);
+    report->nrmse_percent = report->held_out_nrmse_percent = NAN;
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *recording = &job->recordings[i];
-        const size_t end = play_memory_determined(basis, recording, job->train[i].to);
-        if (job->initial_v[i] == NULL) {
-            job->initial_v[i] = allocate(basis->operators, sizeof(double));
-        }
-        job->report->recording[i].initial_mean_error_um =
-            estimate_initial_memory(basis, fit, recording, end, job->initial_v[i]);
-        job->report->recording[i].determined_s = recording->start_s + (double)end / recording->sample_rate_hz;
-        job->train[i].initial_v = job->initial_v[i];
-        job->held_out[i].initial_v = job->initial_v[i];
+        const size_t cut = job->train_to[i], from = never || determined[i] == cut ? 0 : determined[i];
+        const error_measure_t train = error_between(recording, simulated[i], from, cut);
+        const error_measure_t held_out = error_between(recording, simulated[i], cut, recording->samples);
+        fit_recording_report_t *r = &report->recording[i];
+        const double period_s = 1.0 / recording->sample_rate_hz;
+        r->train_nrmse_percent = train.nrmse_percent;
+        r->held_out_nrmse_percent = held_out.nrmse_percent;
+        r->held_out_max_um = held_out.max_um;
+        r->held_out_max_s = recording->start_s + (double)(cut + held_out.max_sample) * period_s;
+        r->train_s = recording->start_s + (double)from * period_s;
+        r->determined_s = recording->start_s + (double)determined[i] * period_s;
+        r->initial_mean_error_um = mean_error(recording, simulated[i], determined[i]);
+        report->nrmse_percent = worse(report->nrmse_percent, train.nrmse_percent);
+        report->held_out_nrmse_percent = worse(report->held_out_nrmse_percent, held_out.nrmse_percent);
+        report->held_out_max_um = fmax(report->held_out_max_um, held_out.max_um);
     }
-}
-
-/* Weights and memories in turn, where the training data never forget the memory. Three rounds: the second already
- * changes little. */
-static bool alternate(job_t *job, play_basis_t *basis, linear_fit_t *fit, double *beta_sigma_s) {
-    for (int round = 0; round < 3; round++) {
-        estimate_memories(job, basis, fit);
-        linear_fit_free(fit);
-        if (!fit_bank(job, basis, fit, beta_sigma_s)) {
-            return false;
-        }
-    }
+    free(determined);
+    free_simulated(job, simulated);
     return true;
 }
 
-/* Of the whole chain over the span of recording i. */
-static error_measure_t span_error(const job_t *job, const play_basis_t *basis, const linear_fit_t *fit, size_t i,
-                                  const fit_span_t *span) {
-    const recording_t *measured = &job->measured[i];
-    double *position = allocate(span->to, sizeof(double));
-    error_measure_t error;
-    linear_fit_predict(basis, fit, span, position);
-    if (job->report->creep) {
-        const creep_cells_t cells = creep_default_cells(job->report->gamma_per_decade, measured->sample_rate_hz);
-        creep_apply(&cells, position, span->to, creep_initial(&cells, measured), position);
-    }
-    error =
-        measure_error(measured->column[COLUMN_DISPLACEMENT] + span->from, position + span->from, span->to - span->from);
-    free(position);
-    return error;
-}
-
-static void measure(job_t *job, const play_basis_t *basis, const linear_fit_t *fit) {
-    fit_report_t *report = job->report;
-    for (size_t i = 0; i < job->count; i++) {
-        const error_measure_t train = span_error(job, basis, fit, i, &job->train[i]);
-        const error_measure_t held_out = span_error(job, basis, fit, i, &job->held_out[i]);
-        report->recording[i].train_nrmse_percent = train.nrmse_percent;
-        report->recording[i].held_out_nrmse_percent = held_out.nrmse_percent;
-        report->recording[i].held_out_max_um = held_out.max_um;
-        report->nrmse_percent = fmax(report->nrmse_percent, train.nrmse_percent);
-        report->held_out_nrmse_percent = fmax(report->held_out_nrmse_percent, held_out.nrmse_percent);
-    }
-}
-
-/* What rate dependence is worth: the same bank with fixed thresholds. */
-static bool measure_static(job_t *job, const play_basis_t *basis) {
-    play_basis_t fixed = *basis;
-    linear_fit_t fit;
-    fixed.rate_dependent = false;
-    if (!linear_fit(&fixed, job->train, job->count, &job->linear, &fit, job->failure)) {
-        return false;
-    }
-    for (size_t i = 0; i < job->count; i++) {
-        const error_measure_t error = span_error(job, &fixed, &fit, i, &job->held_out[i]);
-        job->report->static_held_out_nrmse_percent =
-            fmax(job->report->static_held_out_nrmse_percent, error.nrmse_percent);
-    }
-    linear_fit_free(&fit);
-    return true;
-}
-
-static bool fit_structure(job_t *job, play_basis_t *basis, linear_fit_t *fit, double *beta_sigma_s) {
-    fit_report_t *report = job->report;
-    report->from_demagnetised = !skip_undetermined(basis, job->train, job->count);
-    if (report->operators > FIT_MAX_PLAIN_OPERATORS && !choose_smoothing(job, basis)) {
-        return false;
-    }
-    if (!fit_bank(job, basis, fit, beta_sigma_s)) {
-        return false;
-    }
-    basis->rate_dependent = basis->beta_s > 0.0;
-    if (report->from_demagnetised && !alternate(job, basis, fit, beta_sigma_s)) {
-        return false;
-    }
-    estimate_memories(job, basis, fit);
-    measure(job, basis, fit);
-    if (job->options->rate_dependent && !measure_static(job, basis)) {
-        return false;
-    }
-    if (job->options->use_all) {
-        for (size_t i = 0; i < job->count; i++) {
-            job->train[i].to = job->recordings[i].samples;
-        }
-        linear_fit_free(fit);
-        if (!linear_fit(basis, job->train, job->count, &job->linear, fit, job->failure)) {
-            return false;
+static size_t count_found(const model_t *model) {
+    size_t found = 0;
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        for (size_t p = 0; p < block->parameters; p++) {
+            found += block->parameter[p].chosen ? 0 : model->block[i].parameter[p].count;
         }
     }
-    report->drift_um = fit->drift_um;
-    report->rms_um = fit->rms_um;
-    /* A smoothed density has no standard errors worth the name: its numbers are tied to each other by the smoothing. */
-    return job->linear.smoothing > 0.0 || linear_fit_sigma(basis, job->train, job->count, &job->linear, fit,
-                                                           &report->autocorrelation_samples, job->failure);
+    return found;
 }
 
-/* Finds gamma on the training data with a bank of this many operators, and goes on with the displacement without creep.
- */
-static bool find_creep(job_t *job, recording_t **elastic) {
-    enum { OPERATORS = 32 };
-    fit_report_t *report = job->report;
-    play_basis_t basis = make_basis(job, OPERATORS);
+static json_t *range_to_json(const job_t *job, column_t column) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t i = 0; i < job->count; i++) {
+        for (size_t k = 0; k < job->recordings[i].samples; k++) {
+            low = fmin(low, job->recordings[i].column[column][k]);
+            high = fmax(high, job->recordings[i].column[column][k]);
+        }
+    }
+    return json_pack("[f, f]", low, high);
+}
+
+static json_t *recordings_to_json(const job_t *job) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < job->count; i++) {
+        const fit_recording_report_t *r = &job->report->recording[i];
+        json_array_append_new(list,
+                              json_pack("{s:s, s:I, s:o, s:o, s:f, s:f, s:f, s:f, s:f}", "name",
+                                        job->recordings[i].name, "samples", (json_int_t)job->recordings[i].samples,
+                                        "nrmse_percent", json_number_or_null(r->train_nrmse_percent),
+                                        "held_out_nrmse_percent", json_number_or_null(r->held_out_nrmse_percent),
+                                        "held_out_max_um", r->held_out_max_um, "held_out_max_s", r->held_out_max_s,
+                                        "held_out_from_s", r->held_out_s, "memory_determined_from_s", r->determined_s,
+                                        "initial_memory_mean_error_um", r->initial_mean_error_um));
+    }
+    return list;
+}
+
+/* Adds what all families have in common to the family's facts. */
+static void describe(const job_t *job, model_t *model) {
+    const fit_report_t *report = job->report;
+    json_t *fit =
+        json_pack("{s:s, s:o, s:o, s:f, s:o, s:o, s:b, s:b, s:o}", "family", job->family->name, "nrmse_percent",
+                  json_number_or_null(report->nrmse_percent), "held_out_nrmse_percent",
+                  json_number_or_null(report->held_out_nrmse_percent), "held_out_max_um", report->held_out_max_um,
+                  "drive_range_v", range_to_json(job, COLUMN_DRIVE), "displacement_range_um",
+                  range_to_json(job, COLUMN_DISPLACEMENT), "operators_given", (int)(job->options->operators > 0),
+                  "fitted_to_all", (int)job->options->use_all, "recordings", recordings_to_json(job));
+    if (job->family->without != NULL) {
+        json_object_set_new(fit, "without",
+                            json_pack("{s:s, s:o}", "name", job->family->without->name, "held_out_nrmse_percent",
+                                      json_number_or_null(report->without_held_out_nrmse_percent)));
+    }
+    json_object_update(fit, model->fit);
+    json_decref(model->fit);
+    model->fit = fit;
+}
+
+static bool judge_without(job_t *job, size_t operators) {
+    family_notes_t notes = {0};
+    model_t model;
     bool good;
-    skip_undetermined(&basis, job->train, job->count);
-    good = creep_search(&basis, job->train, job->count, &job->linear, &report->gamma_per_decade, &report->gamma_sigma,
-                        &job->progress, job->failure);
-    free(basis.threshold_v);
-    report->creep = good && isfinite(report->gamma_sigma);
-    if (report->creep) {
-        *elastic = creep_recordings(job->measured, job->count, report->gamma_per_decade);
-        job->recordings = *elastic;
-        for (size_t i = 0; i < job->count; i++) {
-            job->train[i].recording = &job->recordings[i];
-            job->held_out[i].recording = &job->recordings[i];
-        }
+    job->report->without_held_out_nrmse_percent = NAN;
+    if (job->family->without == NULL) {
+        return true;
     }
+    if (!run_family(job, job->family->without, operators, job->train_to, &model, &notes)) {
+        return false;
+    }
+    good = judge_held_out(job, &model, &job->report->without_held_out_nrmse_percent);
+    model_free(&model);
     return good;
 }
 
-static bool fit_all(job_t *job, model_t *model, recording_t **elastic) {
-    play_basis_t basis;
-    linear_fit_t fit = {0};
-    double beta_sigma_s = HUGE_VAL;
+/* Puts a model in the place of *model that was fitted to the whole recordings; the facts stay those of the fit that was
+ * judged. */
+static bool fit_to_all(job_t *job, size_t operators, model_t *model) {
+    size_t *whole = allocate(job->count, sizeof *whole);
+    family_notes_t notes = {0};
+    model_t final;
     bool good;
-    if (!check_recordings(job) || !prepare(job) || (job->options->creep && !find_creep(job, elastic)) ||
-        !choose_structure(job)) {
-        return false;
+    for (size_t i = 0; i < job->count; i++) {
+        whole[i] = job->recordings[i].samples;
     }
-    basis = make_basis(job, job->report->operators);
-    good = fit_structure(job, &basis, &fit, &beta_sigma_s);
+    good = run_family(job, job->family, operators, whole, &final, &notes);
     if (good) {
-        make_fitted_model(job->measured, job->count, &basis, &fit, beta_sigma_s,
-                          job->count == 1 ? job->initial_v[0] : NULL, job->options, job->report, model);
-        good = model_check(model, "fitted model", job->failure);
-        if (!good) {
-            model_free(model);
-        }
+        json_decref(final.fit);
+        final.fit = json_incref(model->fit);
+        model_free(model);
+        *model = final;
     }
-    linear_fit_free(&fit);
-    free(basis.threshold_v);
+    free(whole);
     return good;
 }
 
-bool fit_recordings(const recording_t *recordings, size_t count, const fit_options_t *options, model_t *model,
-                    fit_report_t *report, failure_t *failure) {
-    job_t job = {.recordings = recordings,
-                 .measured = recordings,
+static bool run(job_t *job, model_t *model) {
+    size_t operators;
+    if (!prepare(job) ||
+        !run_family(job, job->family, job->options->operators, job->train_to, model, &job->report->notes)) {
+        return false;
+    }
+    operators = operators_of(job, model);
+    if (!judge(job, model) || !judge_without(job, operators) ||
+        (job->options->use_all && !fit_to_all(job, operators, model))) {
+        model_free(model);
+        return false;
+    }
+    job->report->parameters = count_found(model);
+    describe(job, model);
+    return true;
+}
+
+bool fit_recordings(const family_t *family, const recording_t *recordings, size_t count, const fit_options_t *options,
+                    model_t *model, fit_report_t *report, failure_t *failure) {
+    job_t job = {.family = family,
+                 .recordings = recordings,
                  .count = count,
                  .options = options,
                  .report = report,
-                 .failure = failure};
-    recording_t *elastic = NULL;
+                 .failure = failure,
+                 .train_to = allocate(count, sizeof *job.train_to)};
     bool good;
-    *report = (fit_report_t){.recordings = count, .recording = allocate(count, sizeof *report->recording)};
-    job.train = allocate(count, sizeof *job.train);
-    job.held_out = allocate(count, sizeof *job.held_out);
-    job.initial_v = allocate(count, sizeof *job.initial_v);
+    *report =
+        (fit_report_t){.family = family, .recordings = count, .recording = allocate(count, sizeof *report->recording)};
     progress_begin(&job.progress, "fitting");
-    good = fit_all(&job, model, &elastic);
+    good = run(&job, model);
     progress_end(&job.progress);
-    for (size_t i = 0; i < count; i++) {
-        free(job.initial_v[i]);
-    }
-    if (elastic != NULL) {
-        creep_recordings_free(elastic, count);
-    }
-    free(job.initial_v);
-    free(job.train);
-    free(job.held_out);
+    free(job.train_to);
     if (!good) {
         fit_report_free(report);
     }

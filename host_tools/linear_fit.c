@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linear_fit.h"
+#include "autocorrelation.h"
 #include "least_squares.h"
 #include <math.h>
 #include <stdlib.h>
@@ -166,34 +167,14 @@ error_measure_t linear_fit_error(const play_basis_t *basis, const linear_fit_t *
     return error;
 }
 
-/* Sum of rho over all lags up to Sokal's window (6 times the sum so far), with products only inside one span. */
-static double autocorrelation_time(double *const *residual, const fit_span_t *spans, size_t count, size_t longest) {
-    double power = 0.0, time = 1.0;
-    size_t samples = 0;
-    for (size_t s = 0; s < count; s++) {
-        for (size_t k = spans[s].from; k < spans[s].to; k++, samples++) {
-            power += residual[s][k] * residual[s][k];
-        }
-    }
-    for (size_t lag = 1; lag < longest && (double)lag < 6.0 * time && power > 0.0; lag++) {
-        double sum = 0.0;
-        for (size_t s = 0; s < count; s++) {
-            for (size_t k = spans[s].from + lag; k < spans[s].to; k++) {
-                sum += residual[s][k] * residual[s][k - lag];
-            }
-        }
-        time = fmax(time + 2.0 * sum / power, 1.0);
-    }
-    return time;
-}
-
 bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
                       linear_fit_t *fit, double *autocorrelation_samples, failure_t *failure) {
     const layout_t layout = make_layout(basis, spans, count, options->drift);
     double **residual = allocate(count, sizeof *residual), *variance = allocate(layout.unknowns, sizeof(double));
+    residual_run_t *run = allocate(count, sizeof *run);
     bool *bound = allocate(layout.unknowns, sizeof(bool)), good;
     normal_equations_t equations;
-    size_t longest = 0, free_unknowns = layout.unknowns;
+    size_t free_unknowns = layout.unknowns;
     for (size_t s = 0; s < count; s++) {
         residual[s] = allocate(spans[s].to, sizeof(double));
         linear_fit_predict(basis, fit, &spans[s], residual[s]);
@@ -201,9 +182,9 @@ bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t
             residual[s][k] = spans[s].recording->column[COLUMN_DISPLACEMENT][k] - residual[s][k] -
                              fit->drift_um * drift_decades(&spans[s], k);
         }
-        longest = spans[s].to - spans[s].from > longest ? spans[s].to - spans[s].from : longest;
+        run[s] = (residual_run_t){.value = residual[s] + spans[s].from, .samples = spans[s].to - spans[s].from};
     }
-    *autocorrelation_samples = autocorrelation_time(residual, spans, count, longest / 4);
+    *autocorrelation_samples = autocorrelation_time(run, count);
     for (size_t i = 0; i <= layout.operators; i++) {
         bound[DIRECT + i] = fit->weight[i] <= (i == 0 ? options->least_direct : 0.0);
         free_unknowns -= bound[DIRECT + i] ? 1 : 0;
@@ -224,6 +205,7 @@ bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t
         free(residual[s]);
     }
     free(residual);
+    free(run);
     free(variance);
     free(bound);
     return good;

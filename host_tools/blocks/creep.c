@@ -18,6 +18,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e3,
      .optional = true,
      .default_value = 0.1,
+     .chosen = true,
      .text = "creep is logarithmic from this time on"},
     {.name = "longest_s",
      .unit = "s",
@@ -25,6 +26,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e5,
      .optional = true,
      .default_value = 1000.0,
+     .chosen = true,
      .text = "to this time"},
     {.name = "initial_um",
      .unit = "um",
@@ -32,6 +34,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e9,
      .array = true,
      .optional = true,
+     .chosen = true,
      .text = "one value: what had been present, before creep, when the recording began (default: its first sample)"}};
 
 typedef struct {

@@ -20,6 +20,7 @@ static const parameter_info_t parameters[] = {
      .low = 1e-12,
      .high = 1e9,
      .array = true,
+     .chosen = true,
      .text = "of the play operators, strictly rising"},
     {.name = "initial_memory_v",
      .unit = "V",
@@ -27,6 +28,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e9,
      .array = true,
      .optional = true,
+     .chosen = true,
      .text = "of the play operators before the first sample; absent: demagnetised at 0 V"}};
 
 typedef struct {

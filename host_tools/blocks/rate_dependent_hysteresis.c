@@ -24,6 +24,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e9,
      .optional = true,
      .default_value = HUGE_VAL,
+     .chosen = true,
      .text = "largest growth; the amplifier's is half its drive range less its largest threshold"}};
 
 typedef struct {

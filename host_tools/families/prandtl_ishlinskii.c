@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Banks of play operators with fixed or with rate-dependent thresholds. docs/IDENTIFICATION.md, section 2.
+ *
+ * The number of operators (and whether a drift of the offset is taken out) is chosen inside the training data: fitted
+ * on its first two thirds, judged on its last third; the smallest number within 1 % of the best wins. With creep,
+ * gamma_per_decade is searched first; then the bank is fitted to the displacement without creep.
+ *
+ * Samples whose play memory still depends on what happened before the recording do not take part in the fit of the
+ * weights; the initial memory is then estimated from them. If they are most of the training data, the actuator is first
+ * taken as demagnetised at 0 V, and weights and initial memory are estimated in turn.
+ */
+#include "bank_job.h"
+#include "creep_search.h"
+#include "initial_memory.h"
+#include "rate_search.h"
+#include <math.h>
+#include <stdlib.h>
+
+const double bank_training_part = 2.0 / 3.0;
+/* Of the training data; below it the initial memory is estimated along with the weights. */
+static const double least_determined_part = 0.25;
+/*
+ * w_0 is at least this part of the mean slope. Left alone it can go to 0 (a lag at one frequency looks like a small
+ * threshold), and then the inverse jumps at every turning point. On the real recordings this bound costs less than 0.01
+ * % NRMSE, 0.5 costs 0.04 %.
+ */
+static const double direct_part = 0.3;
+/* Largest threshold of a rate-dependent fit, of half the range: leaves thresholds room to grow. */
+static const double rate_threshold_part = 0.8;
+/* An amplifier's drive range is the recorded one, widened by 5 % (compile.h). */
+static const double widened = 1.05;
+
+static void range_of(const double *values, size_t count, double range[2]) {
+    range[0] = range[1] = values[0];
+    for (size_t k = 1; k < count; k++) {
+        range[0] = fmin(range[0], values[k]);
+        range[1] = fmax(range[1], values[k]);
+    }
+}
+
+/* Whether the displacement follows the drive downhill: a sign turned somewhere, which no play bank represents. */
+static bool falls(const recording_t *recording, size_t samples) {
+    double drive = 0.0, displacement = 0.0, covariance = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        drive += recording->column[COLUMN_DRIVE][k] / (double)samples;
+        displacement += recording->column[COLUMN_DISPLACEMENT][k] / (double)samples;
+    }
+    for (size_t k = 0; k < samples; k++) {
+        covariance +=
+            (recording->column[COLUMN_DRIVE][k] - drive) * (recording->column[COLUMN_DISPLACEMENT][k] - displacement);
+    }
+    return covariance < 0.0;
+}
+
+/* Measures the range of the training data. */
+static bool prepare(bank_job_t *job) {
+    double slope = HUGE_VAL;
+    for (size_t i = 0; i < job->job->count; i++) {
+        const recording_t *recording = &job->recordings[i];
+        const size_t end = job->job->train_to[i];
+        double drive[2], displacement[2];
+        job->train[i] = (fit_span_t){.recording = recording, .to = end};
+        range_of(recording->column[COLUMN_DRIVE], end, drive);
+        range_of(recording->column[COLUMN_DISPLACEMENT], end, displacement);
+        if (falls(recording, end)) {
+            return fail(job->failure,
+                        "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit",
+                        recording->name);
+        }
+        job->half_range_v = fmax(job->half_range_v, 0.5 * (drive[1] - drive[0]));
+        slope = fmin(slope, (displacement[1] - displacement[0]) / (drive[1] - drive[0]));
+    }
+    job->linear.least_direct = direct_part * slope;
+    return true;
+}
+
+play_basis_t bank_basis(const bank_job_t *job, size_t operators) {
+    play_basis_t basis = {.operators = operators, .threshold_v = allocate(operators, sizeof(double))};
+    const double step = job->room_to_grow ? rate_threshold_part / (double)operators : 1.0 / (double)(operators + 1);
+    for (size_t i = 0; i < operators; i++) {
+        basis.threshold_v[i] = job->half_range_v * step * (double)(i + 1);
+    }
+    basis.limit_v = widened * job->half_range_v - basis.threshold_v[operators - 1];
+    return basis;
+}
+
+bool bank_skip_undetermined(bank_job_t *job, const play_basis_t *basis) {
+    size_t used = 0, all = 0;
+    for (size_t i = 0; i < job->job->count; i++) {
+        job->train[i].from = play_memory_determined(basis, job->train[i].recording, job->train[i].to);
+        used += job->train[i].to - job->train[i].from;
+        all += job->train[i].to;
+    }
+    if ((double)used >= least_determined_part * (double)all) {
+        return true;
+    }
+    for (size_t i = 0; i < job->job->count; i++) {
+        job->train[i].from = 0;
+    }
+    return false;
+}
+
+/* Finds gamma with a bank of this many operators, and goes on with the displacement without creep. */
+static bool find_creep(bank_job_t *job) {
+    enum { OPERATORS = 32 };
+    play_basis_t basis = bank_basis(job, OPERATORS);
+    bool good;
+    bank_skip_undetermined(job, &basis);
+    good = creep_search(&basis, job->train, job->job->count, &job->linear, &job->gamma_per_decade, &job->gamma_sigma,
+                        job->job->progress, job->failure);
+    free(basis.threshold_v);
+    job->creep = good && isfinite(job->gamma_sigma);
+    if (job->creep) {
+        job->elastic = creep_recordings(job->job->recordings, job->job->count, job->gamma_per_decade);
+        job->recordings = job->elastic;
+        for (size_t i = 0; i < job->job->count; i++) {
+            job->train[i].recording = &job->recordings[i];
+        }
+    }
+    return good;
+}
+
+static bool fit_bank(bank_job_t *job, play_basis_t *basis, linear_fit_t *fit) {
+    return job->find_rate ? rate_search(basis, job->train, job->job->count, &job->linear, fit, &job->beta_sigma_s,
+                                        job->job->progress, job->failure)
+                          : linear_fit(basis, job->train, job->job->count, &job->linear, fit, job->failure);
+}
+
+static void estimate_memories(bank_job_t *job, const play_basis_t *basis, const linear_fit_t *fit) {
+    for (size_t i = 0; i < job->job->count; i++) {
+        const recording_t *recording = &job->recordings[i];
+        const size_t end = play_memory_determined(basis, recording, job->train[i].to);
+        if (job->initial_v[i] == NULL) {
+            job->initial_v[i] = allocate(basis->operators, sizeof(double));
+        }
+        estimate_initial_memory(basis, fit, recording, end, job->initial_v[i]);
+        job->train[i].initial_v = job->initial_v[i];
+    }
+}
+
+/* Weights and memories in turn, where the training data never forget the memory. Three rounds: the second already
+ * changes little. */
+static bool alternate(bank_job_t *job, play_basis_t *basis, linear_fit_t *fit) {
+    for (int round = 0; round < 3; round++) {
+        estimate_memories(job, basis, fit);
+        linear_fit_free(fit);
+        if (!fit_bank(job, basis, fit)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool fit_structure(bank_job_t *job, play_basis_t *basis, linear_fit_t *fit) {
+    job->from_demagnetised = !bank_skip_undetermined(job, basis);
+    if (job->operators > BANK_MAX_PLAIN_OPERATORS && !bank_choose_smoothing(job, basis)) {
+        return false;
+    }
+    if (!fit_bank(job, basis, fit)) {
+        return false;
+    }
+    basis->rate_dependent = basis->beta_s > 0.0;
+    if (job->from_demagnetised && !alternate(job, basis, fit)) {
+        return false;
+    }
+    estimate_memories(job, basis, fit);
+    /* A smoothed density has no standard errors worth the name: its numbers are tied to each other by the smoothing. */
+    return job->linear.smoothing > 0.0 || linear_fit_sigma(basis, job->train, job->job->count, &job->linear, fit,
+                                                           &job->autocorrelation_samples, job->failure);
+}
+
+static bool fit_prepared(bank_job_t *job, model_t *model, family_notes_t *notes) {
+    play_basis_t basis;
+    linear_fit_t fit = {0};
+    bool good;
+    if (!prepare(job) || (job->job->creep && !find_creep(job)) || !bank_choose_structure(job)) {
+        return false;
+    }
+    basis = bank_basis(job, job->operators);
+    good = fit_structure(job, &basis, &fit);
+    if (good) {
+        bank_make_model(job, &basis, &fit, model, notes);
+    }
+    linear_fit_free(&fit);
+    free(basis.threshold_v);
+    return good;
+}
+
+static bool run(const family_job_t *family_job, bool room_to_grow, bool find_rate, model_t *model,
+                family_notes_t *notes, failure_t *failure) {
+    const size_t count = family_job->count;
+    bank_job_t job = {.job = family_job,
+                      .failure = failure,
+                      .recordings = family_job->recordings,
+                      .room_to_grow = room_to_grow,
+                      .find_rate = find_rate,
+                      .train = allocate(count, sizeof *job.train),
+                      .initial_v = allocate(count, sizeof *job.initial_v)};
+    const bool good = fit_prepared(&job, model, notes);
+    for (size_t i = 0; i < count; i++) {
+        free(job.initial_v[i]);
+    }
+    if (job.elastic != NULL) {
+        creep_recordings_free(job.elastic, count);
+    }
+    free(job.initial_v);
+    free(job.train);
+    return good;
+}
+
+static bool fit_fixed(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    return run(job, false, false, model, notes, failure);
+}
+
+static bool fit_rate_dependent(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    return run(job, true, true, model, notes, failure);
+}
+
+/* The same thresholds as a rate-dependent bank. */
+static bool fit_without_rate(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    return run(job, true, false, model, notes, failure);
+}
+
+static const family_t fixed_thresholds = {
+    .name = "fixed thresholds", .text = "a rate-dependent bank with beta_s = 0", .fit = fit_without_rate};
+
+const family_t family_prandtl_ishlinskii = {
+    .name = "prandtl_ishlinskii", .text = "play operators with fixed thresholds; any drive", .fit = fit_fixed};
+
+const family_t family_rate_dependent_prandtl_ishlinskii = {
+    .name = "rate_dependent_prandtl_ishlinskii",
+    .text = "thresholds that grow with the drive rate; several frequencies",
+    .fit = fit_rate_dependent,
+    .without = &fixed_thresholds};
