@@ -15,7 +15,7 @@
 /** Where in the chain a block stands, in the order of the signal. */
 typedef enum { PLACE_ELECTRONICS, PLACE_HYSTERESIS, PLACE_SLOW, PLACE_MECHANICS, PLACE_SENSOR, PLACE_COUNT } place_t;
 
-#define BLOCK_MAX_PARAMETERS 10
+#define BLOCK_MAX_PARAMETERS 12
 /** Longest array parameter. */
 #define PARAMETER_MAX_ELEMENTS 4096
 

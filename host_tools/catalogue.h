@@ -17,6 +17,7 @@
     BLOCK(stop_density)                                                                                                \
     BLOCK(stop_prandtl_ishlinskii)                                                                                     \
     BLOCK(inertial_hysteresis)                                                                                         \
+    BLOCK(ellipse)                                                                                                     \
     BLOCK(creep)                                                                                                       \
     BLOCK(charge_leakage)                                                                                              \
     BLOCK(gain_drift)                                                                                                  \

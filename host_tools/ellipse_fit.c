@@ -91,7 +91,7 @@ static bool fit_conic(const double scatter[6][6], conic_t *conic) {
         s3[i] = scatter[3 + i / 3][3 + i % 3];
     }
     gsl_linalg_cholesky_decomp1(&s3_view.matrix); /* of the moments of u, v, 1: positive definite in this frame */
-    for (size_t j = 0; j < 3; j++) { /* t = -S3^-1 S2': the linear part that suits a quadratic part best */
+    for (size_t j = 0; j < 3; j++) {              /* t = -S3^-1 S2': the linear part that suits a quadratic part best */
         gsl_vector_view column = gsl_vector_view_array_with_stride(&t[0][j], 3, 3);
         for (size_t i = 0; i < 3; i++) {
             t[i][j] = -scatter[j][3 + i];
@@ -221,6 +221,13 @@ ellipse_sines_t ellipse_sines(const ellipse_t *ellipse) {
                              .y_radius = hypot(a * s, b * c),
                              /* x is ahead of theta by atan2(b s, a c), y is behind it by atan2(b c, a s) */
                              .lag = atan2(a * b, (a * a - b * b) * s * c)};
+}
+
+double ellipse_arc(const ellipse_t *ellipse, double x, double side) {
+    const ellipse_sines_t sines = ellipse_sines(ellipse);
+    const double along = (x - ellipse->x_center) / sines.x_radius;
+    const double inside = sqrt(fmax(0.0, 1.0 - along * along));
+    return ellipse->y_center + sines.y_radius * (along * cos(sines.lag) + side * inside * sin(sines.lag));
 }
 
 ellipse_t ellipse_of_sines(double x_center, double y_center, const ellipse_sines_t *sines) {

@@ -46,6 +46,10 @@ typedef struct {
 
 ellipse_sines_t ellipse_sines(const ellipse_t *ellipse);
 
+/** y of the ellipse at x on its lower (side -1) or upper (side 1) arc: the way up and the way down of a loop that turns
+ * counterclockwise. Beyond its ends the line through them goes on. */
+double ellipse_arc(const ellipse_t *ellipse, double x, double side);
+
 /** The ellipse that two sines draw: the inverse of ellipse_sines. */
 ellipse_t ellipse_of_sines(double x_center, double y_center, const ellipse_sines_t *sines);
 

@@ -9,14 +9,14 @@
 enum { SUBSTEPS = 16, PLAYS = 300, CELLS = 12 };
 
 /* The numbers that were chosen: a search (Nelder-Mead) for the smallest relative deviation of the nine ellipses. */
-static const double threshold_step_v = 0.25;  /* thresholds to 75 V */
+static const double threshold_step_v = 0.25; /* thresholds to 75 V */
 static const double slope = 0.2964;          /* um/V, of the drive itself */
-static const double density = 0.00876;      /* um/V^2, of the play operators, at threshold 0 */
-static const double density_decay_v = 265.0;  /* falls to 1/e */
+static const double density = 0.00876;       /* um/V^2, of the play operators, at threshold 0 */
+static const double density_decay_v = 265.0; /* falls to 1/e */
 static const double creep_per_decade = 0.044;
-static const double fastest_cell_s = 1e-3;    /* two cells a decade from here */
+static const double fastest_cell_s = 1e-3; /* two cells a decade from here */
 static const double lag_hz = 752.5, lag_damping = 0.6274;
-static const double rest_um = 42.8;           /* at the bias, coming from 0 V: table 1's y_c = 0.572 to 0.573 of 90 um */
+static const double rest_um = 42.8; /* at the bias, coming from 0 V: table 1's y_c = 0.572 to 0.573 of 90 um */
 static const double noise_um = 0.01;
 static const double code = 1.0 / 65536.0;
 
