@@ -19,7 +19,8 @@
     FAMILY(rate_dependent_prandtl_ishlinskii)                                                                          \
     FAMILY(stop_prandtl_ishlinskii)                                                                                    \
     FAMILY(inertial_hysteresis)                                                                                        \
-    FAMILY(inertial_prandtl_ishlinskii)
+    FAMILY(inertial_prandtl_ishlinskii)                                                                                \
+    FAMILY(ellipse)
 
 #define FAMILY_MAX_NOTES 40
 /** Most operators that a job may ask for. */

@@ -206,14 +206,16 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     }
 }
 
-/* k (u(t - d) - u_c). Between samples a sine of the present frequency is laid through the two neighbours. */
+/* The drive `back` samples ago, less the centre. back < length. */
+static double past(state_t *state, size_t back) {
+    const size_t place = back <= state->newest ? state->newest - back : state->newest + state->length - back;
+    return ring_of(state)[place] - state->phaser.x_center_v;
+}
+
+/* u(t - d) - u_c. Between samples a sine of the present frequency is laid through the two neighbours. */
 static double delayed(state_t *state) {
-    const double *ring = ring_of(state);
     const double samples = state->phaser.lag_s * state->rate_hz, whole = floor(samples), part = samples - whole;
-    const size_t back = (size_t)whole;
-    const double later = ring[(state->newest + state->length - back) % state->length] - state->phaser.x_center_v;
-    const double earlier =
-        ring[(state->newest + 2 * state->length - back - 1) % state->length] - state->phaser.x_center_v;
+    const double later = past(state, (size_t)whole), earlier = past(state, (size_t)whole + 1);
     const double angle = 2.0 * M_PI * state->phaser.frequency_hz / state->rate_hz;
     if (angle < 1e-6 || angle > M_PI_2) { /* a straight line then; fewer than four samples a period are no sine */
         return later + part * (earlier - later);
@@ -273,7 +275,7 @@ static void step(void *memory, signal_t *signal) {
     if (period > 0.0) {
         state->phaser = phaser_at(rows_of(state), state->rows, state->rate_hz / period);
     }
-    state->newest = (state->newest + 1) % state->length;
+    state->newest = state->newest + 1 < state->length ? state->newest + 1 : 0;
     ring_of(state)[state->newest] = signal->value;
     follow_direction(state, signal->value);
     signal->value = output(state, signal->value);

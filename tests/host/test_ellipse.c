@@ -5,6 +5,7 @@
 #include "compile.h"
 #include "ellipse_fit.h"
 #include "ellipses_003.h"
+#include "fit.h"
 #include "hyst/compensator.h"
 #include "phaser.h"
 #include "sine_fit.h"
@@ -337,6 +338,129 @@ static void test_tables_that_make_no_sense_are_refused(void) {
     }
 }
 
+/* One second of a loop rebuilt from the table, with 10 nm of noise. */
+static void rebuilt_recording(recording_t *recording, const ellipse_003_t *row) {
+    recording_create(recording, "rebuilt", 10000.0, 10000);
+    for (size_t k = 0; k < recording->samples; k++) {
+        ellipse_003_point(row, 2.0 * M_PI * row->frequency_hz * (double)k / 10000.0,
+                          &recording->column[COLUMN_DRIVE][k], &recording->column[COLUMN_DISPLACEMENT][k]);
+        recording->column[COLUMN_DISPLACEMENT][k] += 0.01 * random_normal(&rng);
+    }
+}
+
+static void test_the_family_finds_the_table_again(void) {
+    static const size_t rows[] = {8, 4, 6}; /* in no order */
+    recording_t recordings[3];
+    model_t model;
+    fit_report_t report;
+    failure_t failure = {{0}};
+    const fit_options_t options = {0};
+    for (size_t i = 0; i < 3; i++) {
+        rebuilt_recording(&recordings[i], &ellipses_003[rows[i]]);
+    }
+    /* Their amplitudes differ by 4 %, as the tips of the measured loops were cut: not one table. */
+    TEST_ASSERT_FALSE(fit_recordings(&family_ellipse, recordings, 3, &options, &model, &report, &failure));
+    expect_line(&failure, "one amplitude about one bias");
+    for (size_t i = 0; i < 3; i++) { /* the ellipse scaled in the direction of the drive, to 15 V */
+        const double amplitude = ellipses_003[rows[i]].frequency_hz;
+        sine_t sine;
+        TEST_ASSERT_TRUE(sine_fit_at(recordings[i].column[COLUMN_DRIVE], 10000, 10000.0, amplitude, &sine, &failure));
+        for (size_t k = 0; k < recordings[i].samples; k++) {
+            double *drive = &recordings[i].column[COLUMN_DRIVE][k];
+            *drive = 75.0 + 15.0 / sine.amplitude * (*drive - sine.offset);
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(fit_recordings(&family_ellipse, recordings, 3, &options, &model, &report, &failure),
+                             failure.text);
+    /* The noise is 0.09 % of the 11 um that the loops are high. */
+    TEST_ASSERT_TRUE(report.held_out_nrmse_percent < 0.1);
+    for (size_t i = 0; i < 3; i++) {
+        static const size_t place[] = {2, 0, 1};
+        const ellipse_003_t *r = &ellipses_003[rows[i]];
+        const ellipse_t truth = {r->x_center, r->y_center, r->major, r->minor, r->angle};
+        const ellipse_sines_t sines = ellipse_sines(&truth);
+        const double *major = model_parameter(&model.block[0], "major")->value;
+        const ellipse_t found = {.major = major[place[i]],
+                                 .minor = model_parameter(&model.block[0], "minor")->value[place[i]],
+                                 .angle = model_parameter(&model.block[0], "angle_rad")->value[place[i]]};
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, r->frequency_hz,
+                                  model_parameter(&model.block[0], "frequencies_hz")->value[place[i]]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, sines.lag, ellipse_sines(&found).lag);
+    }
+    TEST_ASSERT_EQUAL_UINT64(0, model_parameter(&model.block[0], "halves_hz")->count); /* nothing sharp there */
+    model_free(&model);
+    fit_report_free(&report);
+    for (size_t i = 0; i < 3; i++) {
+        recording_free(&recordings[i]);
+    }
+}
+
+/* A play bank has the sharp tips that an ellipse cuts. */
+static void sharp_recording(recording_t *recording, bool triangle) {
+    enum { PLAYS = 40 };
+    double weights[PLAYS + 1] = {0.3}, thresholds[PLAYS];
+    model_t truth;
+    for (size_t i = 0; i < PLAYS; i++) {
+        thresholds[i] = 0.5 * (double)(i + 1);
+        weights[i + 1] = 0.01;
+    }
+    make_bank_model(&truth, 1000.0, 10.0, PLAYS, weights, thresholds);
+    recording_create(recording, triangle ? "triangle" : "sharp", 1000.0, 6000);
+    for (size_t k = 0; k < recording->samples; k++) {
+        const double s = sin(2.0 * M_PI * (double)k / 1000.0);
+        recording->column[COLUMN_DRIVE][k] = 75.0 + 15.0 * (triangle ? 2.0 / M_PI * asin(s) : s);
+    }
+    simulate_into(recording, &truth, 1);
+    model_free(&truth);
+}
+
+static void test_halves_have_the_sharp_tips(void) {
+    recording_t recording;
+    model_t model;
+    fit_report_t report;
+    failure_t failure = {{0}};
+    const fit_options_t options = {0};
+    sharp_recording(&recording, false);
+    TEST_ASSERT_TRUE_MESSAGE(fit_recordings(&family_ellipse, &recording, 1, &options, &model, &report, &failure),
+                             failure.text);
+    const double halves = report.held_out_nrmse_percent;
+    TEST_ASSERT_EQUAL_UINT64(1, model_parameter(&model.block[0], "halves_hz")->count);
+    for (int p = 8; p < 11; p++) { /* the same model without its halves */
+        model_set_array(&model.block[0], model.block[0].block->parameter[p].name, 0, NULL, NULL);
+    }
+    double *position = allocate(recording.samples, sizeof(double));
+    TEST_ASSERT_TRUE(chain_simulate(&model, &recording, 1, position, &failure));
+    const double single =
+        measure_error(recording.column[COLUMN_DISPLACEMENT] + 4000, position + 4000, 2000).nrmse_percent;
+    printf("sharp loop, held out: halves %.3f %%, one ellipse %.3f %%\n", halves, single);
+    TEST_ASSERT_TRUE(halves < 0.5 * single);
+    free(position);
+    model_free(&model);
+    fit_report_free(&report);
+    recording_free(&recording);
+}
+
+static void test_the_family_says_what_it_needs(void) {
+    recording_t recordings[2];
+    model_t model;
+    fit_report_t report;
+    failure_t failure = {{0}};
+    const fit_options_t options = {0};
+    sharp_recording(&recordings[0], true);
+    TEST_ASSERT_FALSE(fit_recordings(&family_ellipse, recordings, 1, &options, &model, &report, &failure));
+    expect_line(&failure, "triangle: family ellipse needs a sinusoidal drive");
+    recording_free(&recordings[0]);
+    sharp_recording(&recordings[0], false);
+    sharp_recording(&recordings[1], false);
+    TEST_ASSERT_FALSE(fit_recordings(&family_ellipse, recordings, 2, &options, &model, &report, &failure));
+    expect_line(&failure, "one recording a frequency");
+    recordings[0].samples = 1000; /* two thirds of it are less than a period */
+    TEST_ASSERT_FALSE(fit_recordings(&family_ellipse, recordings, 1, &options, &model, &report, &failure));
+    expect_line(&failure, "period");
+    recording_free(&recordings[0]);
+    recording_free(&recordings[1]);
+}
+
 int main(void) {
     rng = random_start("test_ellipse", 20261003);
     UNITY_BEGIN();
@@ -352,5 +476,8 @@ int main(void) {
     RUN_TEST(test_the_inverse_phaser_undoes_the_block);
     RUN_TEST(test_no_image_for_a_frequency_that_is_not_known);
     RUN_TEST(test_tables_that_make_no_sense_are_refused);
+    RUN_TEST(test_the_family_finds_the_table_again);
+    RUN_TEST(test_halves_have_the_sharp_tips);
+    RUN_TEST(test_the_family_says_what_it_needs);
     return UNITY_END();
 }
