@@ -37,9 +37,9 @@ static bool reach(const hyst_parameters_t *image, double range_um[2], failure_t 
     }
     const hyst_q31_t ends[2] = {compensator.drive_low, compensator.drive_high};
     for (int i = 0; i < 2; i++) {
-        hyst_pi_state_t state;
-        hyst_pi_reset(&compensator.hysteresis, &state, ends[i]);
-        range_um[i] = position_to_micrometres(image, hyst_pi_output(&compensator.hysteresis, &state));
+        hyst_hysteresis_state_t state;
+        hyst_hysteresis_reset(&compensator.hysteresis, &state, ends[i]);
+        range_um[i] = position_to_micrometres(image, hyst_hysteresis_output(&compensator.hysteresis, &state));
     }
     return true;
 }

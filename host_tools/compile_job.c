@@ -65,7 +65,7 @@ static bool round_bank(compile_job_t *job, const play_bank_t *bank, double offse
     bool good;
     p->pi_operators = (uint32_t)bank->operators;
     good = compile_to_fixed(job, offset, 31, "the position at the middle of the drive range (of the position range)",
-                            &p->pi_offset);
+                            &p->hysteresis_offset);
     for (size_t i = 0; good && i <= bank->operators; i++) {
         good = compile_to_fixed(job, bank->weight[i], 28, "a weight", &p->pi_weight[i]) &&
                (i == 0 || compile_to_fixed(job, bank->threshold[i - 1], 31, "a threshold", &p->pi_threshold[i - 1]));
@@ -104,8 +104,7 @@ bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, c
     return good;
 }
 
-bool compile_leave_out(compile_job_t *job, const parameter_t *parameter) {
-    (void)parameter;
+bool compile_leave_out(compile_job_t *job) {
     compile_note(job, "%s: cannot be compensated, left out", job->block);
     return true;
 }

@@ -64,7 +64,7 @@ const int32_t extremes[EXTREMES] = {INT32_MIN, INT32_MIN + 1, -0x40000001, -0x40
 
 void generate_hysteresis(generator_t *generator, hyst_parameters_t *p, uint32_t operators, bool rate_dependent) {
     p->pi_operators = operators;
-    p->pi_offset = generate_signed(generator) / 16;
+    p->hysteresis_offset = generate_signed(generator) / 16;
 
     /* w_0 in [0.25, 0.5); the others share a total variation of 2 at most. A fall is at most half of the slope it
      * leaves. */

@@ -87,7 +87,7 @@ void subject_pi_refusals(digest_t *digest, generator_t *generator) {
             break;
         }
         uint32_t element = 0;
-        const hyst_pi_status_t status = hyst_pi_build(&model, operators, p.pi_offset, p.pi_weight, p.pi_threshold,
+        const hyst_pi_status_t status = hyst_pi_build(&model, operators, p.hysteresis_offset, p.pi_weight, p.pi_threshold,
                                                       p.pi_beta, p.pi_rate_gain, &element);
         digest_add_signed(digest, status);
         digest_add(digest, element);
@@ -100,7 +100,7 @@ void subject_pi(digest_t *digest, generator_t *generator, uint32_t operators, bo
     static hyst_compensator_t compensator;
     static hyst_pi_state_t forward;
     static hyst_pi_state_t inverse;
-    const hyst_pi_t *const model = &compensator.hysteresis;
+    const hyst_pi_t *const model = &compensator.hysteresis.prandtl_ishlinskii;
     hyst_parameters_default(&p);
     for (unsigned pass = 0; pass < 8; pass++) {
         generate_hysteresis(generator, &p, operators, rate_dependent);
@@ -128,8 +128,8 @@ void subject_pi_carry(digest_t *digest, generator_t *generator) {
     static hyst_pi_state_t state[2];
     hyst_parameters_default(&p);
     for (unsigned pass = 0; pass < 64; pass++) {
-        const hyst_pi_t *const from = &compensator[0].hysteresis;
-        const hyst_pi_t *const to = &compensator[1].hysteresis;
+        const hyst_pi_t *const from = &compensator[0].hysteresis.prandtl_ishlinskii;
+        const hyst_pi_t *const to = &compensator[1].hysteresis.prandtl_ishlinskii;
         generate_hysteresis(generator, &p, counts[pass & 3U], (pass & 16U) != 0);
         build(&p, &compensator[0]);
         generate_hysteresis(generator, &p, counts[pass >> 2U & 3U], (pass & 32U) != 0);

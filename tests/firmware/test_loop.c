@@ -283,7 +283,7 @@ static void test_counters_count_and_clear(void) {
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_unreachable));
     set(INDEX_mode, HYST_MODE_COMPENSATE);
     hyst_parameters_t q = p;
-    q.pi_offset = -(1 << 30); /* INT32_MAX is now beyond any drive */
+    q.hysteresis_offset = -(1 << 30); /* INT32_MAX is now beyond any drive */
     commit(&q);
     (void)fake_board_run(7);
     TEST_ASSERT_EQUAL_UINT32(7, master_get(INDEX_unreachable));

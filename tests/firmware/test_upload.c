@@ -23,7 +23,7 @@ static hyst_parameters_t random_parameters(uint32_t operators) {
     const pi_arguments_t a = pi_random(&rng, operators, false);
     p.model_id = (uint32_t)random_bits(&rng);
     p.pi_operators = operators;
-    p.pi_offset = a.offset;
+    p.hysteresis_offset = a.offset;
     memcpy(p.pi_weight, a.weight, sizeof p.pi_weight);
     memcpy(p.pi_threshold, a.threshold, sizeof p.pi_threshold);
     p.linear_gain = random_between(&rng, HYST_Q28_ONE / 4, 2 * HYST_Q28_ONE);
@@ -218,7 +218,7 @@ static void test_swaps_under_motion_do_not_bump(void) {
             for (int32_t k = 0; k < 10; k++) {
                 p.pi_threshold[k] = ((k + 1) << 25) + random_between(&rng, -(1 << 23), 1 << 23);
             }
-            p.pi_offset = random_between(&rng, -(1 << 26), 1 << 26);
+            p.hysteresis_offset = random_between(&rng, -(1 << 26), 1 << 26);
             TEST_ASSERT_EQUAL(HYST_PARAMETERS_OK, upload(words, encode(&p, words)));
             const hyst_q31_t drive = fake_board_run(1);
             TEST_ASSERT_EQUAL_INT32_MESSAGE(last, drive, "the sample of the swap repeats the drive");

@@ -45,8 +45,8 @@ static double worst_difference(random_t *random, const model_t *model, const hys
     double worst = 0.0, slow = 0.0;
     TEST_ASSERT_NOT_NULL(chain);
     chain_settle(chain, 0.0);
-    hyst_pi_reset(&compensator->hysteresis, &state, drive_from_volts(parameters, 0.0));
-    hyst_creep_settle(&compensator->creep, &creep, hyst_pi_output(&compensator->hysteresis, &state));
+    hyst_pi_reset(&compensator->hysteresis.prandtl_ishlinskii, &state, drive_from_volts(parameters, 0.0));
+    hyst_creep_settle(&compensator->creep, &creep, hyst_pi_output(&compensator->hysteresis.prandtl_ishlinskii, &state));
     for (int k = 0; k < 20000; k++) {
         const double low = drive_to_volts(parameters, HYST_Q31_MIN), high = drive_to_volts(parameters, HYST_Q31_MAX);
         const double jump = random_unit(random);
@@ -55,7 +55,7 @@ static double worst_difference(random_t *random, const model_t *model, const hys
         const double u = k < 300 ? (k < 100 ? low : k < 200 ? high : low) : low + (high - low) * slow;
         const hyst_q31_t drive = drive_from_volts(parameters, u);
         const double exact = chain_step(chain, drive_to_volts(parameters, drive));
-        const hyst_q31_t elastic = hyst_pi_forward(&compensator->hysteresis, &state, drive);
+        const hyst_q31_t elastic = hyst_pi_forward(&compensator->hysteresis.prandtl_ishlinskii, &state, drive);
         const double fixed = position_to_micrometres(
             parameters, hyst_saturate(elastic + hyst_creep_offset(&compensator->creep, &creep)));
         hyst_creep_advance(&compensator->creep, &creep, elastic);

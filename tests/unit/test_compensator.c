@@ -18,7 +18,7 @@ static hyst_parameters_t parameters_of(const pi_arguments_t *a) {
     hyst_parameters_t p;
     hyst_parameters_default(&p);
     p.pi_operators = a->operators;
-    p.pi_offset = a->offset;
+    p.hysteresis_offset = a->offset;
     p.pi_beta = a->beta;
     p.pi_rate_gain = a->rate_gain;
     memcpy(p.pi_weight, a->weight, sizeof p.pi_weight);
@@ -51,7 +51,7 @@ static void test_memory_follows_the_applied_drive_in_every_mode(void) {
         hyst_compensator_state_t s;
         hyst_compensator_reset(&c, &s);
         hyst_pi_state_t plant;
-        hyst_pi_reset(&c.hysteresis, &plant, p.drive_park);
+        hyst_pi_reset(&c.hysteresis.prandtl_ishlinskii, &plant, p.drive_park);
         hyst_mode_t mode = HYST_MODE_PARK;
         for (int k = 0; k < 3000; k++) {
             if (random_unit(&rng) < 0.01) {
@@ -59,12 +59,12 @@ static void test_memory_follows_the_applied_drive_in_every_mode(void) {
             }
             const hyst_q31_t drive = step(&c, &s, mode, random_q31(&rng));
             TEST_ASSERT_TRUE(drive >= p.drive_low && drive <= p.drive_high);
-            hyst_pi_advance(&c.hysteresis, &plant, drive);
+            hyst_pi_advance(&c.hysteresis.prandtl_ishlinskii, &plant, drive);
             for (uint32_t i = 0; i < p.pi_operators; i++) {
-                TEST_ASSERT_EQUAL_INT32(hyst_pi_memory(&c.hysteresis, &plant, i),
-                                        hyst_pi_memory(&c.hysteresis, &s.hysteresis, i));
+                TEST_ASSERT_EQUAL_INT32(hyst_pi_memory(&c.hysteresis.prandtl_ishlinskii, &plant, i),
+                                        hyst_pi_memory(&c.hysteresis.prandtl_ishlinskii, &s.hysteresis.prandtl_ishlinskii, i));
             }
-            TEST_ASSERT_EQUAL_INT32(plant.rate, s.hysteresis.rate);
+            TEST_ASSERT_EQUAL_INT32(plant.rate, s.hysteresis.prandtl_ishlinskii.rate);
         }
     }
 }
@@ -77,7 +77,7 @@ static void test_tracks_exactly_after_the_transition(void) {
     hyst_compensator_state_t s;
     hyst_compensator_reset(&c, &s);
     hyst_pi_state_t plant;
-    hyst_pi_reset(&c.hysteresis, &plant, 0);
+    hyst_pi_reset(&c.hysteresis.prandtl_ishlinskii, &plant, 0);
     hyst_q31_t reference = 0;
     hyst_q31_t direction = 1 << 20;
     for (int k = 0; k < 40000; k++) {
@@ -86,7 +86,7 @@ static void test_tracks_exactly_after_the_transition(void) {
         }
         reference += direction;
         const hyst_q31_t drive = step(&c, &s, HYST_MODE_COMPENSATE, reference);
-        const hyst_q31_t position = hyst_pi_forward(&c.hysteresis, &plant, drive);
+        const hyst_q31_t position = hyst_pi_forward(&c.hysteresis.prandtl_ishlinskii, &plant, drive);
         if (k > 3000) {
             TEST_ASSERT_EQUAL_INT64(0, s.transition);
             TEST_ASSERT_INT32_WITHIN(1, reference, position); /* slopes below 1: 1/2 + 1/2 unit */
@@ -106,9 +106,9 @@ static void test_tracks_exactly_with_creep(void) {
     hyst_compensator_state_t s;
     hyst_compensator_reset(&c, &s);
     hyst_pi_state_t plant;
-    hyst_pi_reset(&c.hysteresis, &plant, 0);
+    hyst_pi_reset(&c.hysteresis.prandtl_ishlinskii, &plant, 0);
     hyst_creep_state_t creep;
-    hyst_creep_settle(&c.creep, &creep, hyst_pi_output(&c.hysteresis, &plant));
+    hyst_creep_settle(&c.creep, &creep, hyst_pi_output(&c.hysteresis.prandtl_ishlinskii, &plant));
     hyst_q31_t reference = 0;
     int64_t moved = 0; /* of the drive while the reference rests */
     for (int k = 0; k < 40000; k++) {
@@ -117,7 +117,7 @@ static void test_tracks_exactly_with_creep(void) {
         const hyst_q31_t before = s.drive;
         const hyst_q31_t drive = step(&c, &s, HYST_MODE_COMPENSATE, reference);
         moved += rests ? llabs((int64_t)drive - before) : 0;
-        const hyst_q31_t elastic = hyst_pi_forward(&c.hysteresis, &plant, drive);
+        const hyst_q31_t elastic = hyst_pi_forward(&c.hysteresis.prandtl_ishlinskii, &plant, drive);
         const int64_t position = elastic + hyst_creep_offset(&c.creep, &creep);
         hyst_creep_advance(&c.creep, &creep, elastic);
         if (k > 3000) {

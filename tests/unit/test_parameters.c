@@ -21,7 +21,7 @@ static hyst_parameters_t sample_parameters(uint32_t operators) {
     const pi_arguments_t a = pi_random(&rng, operators, true);
     p.model_id = 0xCAFE1234U;
     p.pi_operators = a.operators;
-    p.pi_offset = a.offset;
+    p.hysteresis_offset = a.offset;
     p.pi_beta = a.beta;
     p.pi_rate_gain = a.rate_gain;
     memcpy(p.pi_weight, a.weight, sizeof p.pi_weight);
@@ -54,7 +54,7 @@ static void test_round_trip(void) {
         const hyst_parameters_t p = sample_parameters(operators);
         uint32_t image[HYST_IMAGE_MAX_WORDS];
         const size_t length = hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS);
-        TEST_ASSERT_EQUAL_UINT32(23 + 1 + 2 * operators + 5 * 3 + 2 * 2 + 1, length);
+        TEST_ASSERT_EQUAL_UINT32(HYST_IMAGE_HEADER_WORDS + 1 + 2 * operators + 5 * 3 + 2 * 2 + 1, length);
         hyst_parameters_t back;
         expect(hyst_parameters_decode(image, length, &back), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
         uint32_t again[HYST_IMAGE_MAX_WORDS];
@@ -62,13 +62,14 @@ static void test_round_trip(void) {
         TEST_ASSERT_EQUAL_MEMORY(image, again, length * sizeof image[0]);
         hyst_compensator_t compensator;
         expect(hyst_parameters_build(&back, &compensator), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
-        TEST_ASSERT_EQUAL_UINT32(operators, compensator.hysteresis.operators);
+        TEST_ASSERT_EQUAL_UINT32(operators, compensator.hysteresis.prandtl_ishlinskii.operators);
     }
 }
 
 static void test_largest_image_fits_exactly(void) {
     hyst_parameters_t p = sample_parameters(HYST_PI_MAX_OPERATORS);
     p.shape_sections = HYST_IIR_MAX_SECTIONS;
+    p.inertia_sections = HYST_INERTIA_MAX_SECTIONS;
     p.equalise_sections = HYST_IIR_MAX_SECTIONS;
     p.creep_cells = HYST_CREEP_MAX_CELLS;
     uint32_t image[HYST_IMAGE_MAX_WORDS];
@@ -121,7 +122,7 @@ static void test_validator_names_the_field(void) {
     const hyst_parameters_error_t range = HYST_PARAMETERS_OUT_OF_RANGE;
     const hyst_parameters_error_t clash = HYST_PARAMETERS_INCONSISTENT;
     expect(forged(0, 1), HYST_PARAMETERS_BAD_MAGIC, HYST_FIELD_MAGIC, 0);
-    expect(forged(1, 2), HYST_PARAMETERS_BAD_VERSION, HYST_FIELD_VERSION, 0);
+    expect(forged(1, 1), HYST_PARAMETERS_BAD_VERSION, HYST_FIELD_VERSION, 0);
     expect(forged(2, 40), HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
     expect(forged(4, 999), range, HYST_FIELD_SAMPLE_RATE, 0);
     expect(forged(4, 1000000001), range, HYST_FIELD_SAMPLE_RATE, 0);
@@ -132,24 +133,63 @@ static void test_validator_names_the_field(void) {
     expect(forged(13, 0), range, HYST_FIELD_LINEAR_GAIN, 0);
     expect(forged(14, 0), range, HYST_FIELD_TRANSITION_SLEW, 0);
     expect(forged(15, 64), range, HYST_FIELD_LOOKAHEAD, 0);
-    expect(forged(16, HYST_PI_MAX_OPERATORS + 1), range, HYST_FIELD_PI_OPERATORS, 0);
-    expect(forged(16, UINT32_MAX), range, HYST_FIELD_PI_OPERATORS, 0);
-    expect(forged(16, 9), HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
-    expect(forged(18, UINT32_MAX), range, HYST_FIELD_PI_BETA, 0);
-    expect(forged(19, 0), range, HYST_FIELD_PI_RATE_GAIN, 0);
-    expect(forged(20, 5), range, HYST_FIELD_SHAPE_SECTIONS, 0);
-    expect(forged(21, UINT32_MAX), range, HYST_FIELD_EQUALISE_SECTIONS, 0);
-    expect(forged(23, 0), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, 0);
-    expect(forged(23 + 4, 0x7FFFFFFF), range, HYST_FIELD_PI_WEIGHT, 4);
-    expect(forged(34, 0), range, HYST_FIELD_PI_THRESHOLD, 0);
-    expect(forged(34 + 9, 1), clash, HYST_FIELD_PI_THRESHOLD, 9);
-    expect(forged(44 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 0);
-    expect(forged(44 + 9, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 1);
-    expect(forged(54, 0x80000000U), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
-    expect(forged(54 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_EQUALISE, 0);
-    expect(forged(22, HYST_CREEP_MAX_CELLS + 1), range, HYST_FIELD_CREEP_CELLS, 0);
-    expect(forged(59, 0x7FFFFFFF), range, HYST_FIELD_CREEP, 1);
-    expect(forged(59 + 3, 0), range, HYST_FIELD_CREEP, 1);
+    expect(forged(18, HYST_PI_MAX_OPERATORS + 1), range, HYST_FIELD_PI_OPERATORS, 0);
+    expect(forged(18, UINT32_MAX), range, HYST_FIELD_PI_OPERATORS, 0);
+    expect(forged(18, 9), HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
+    expect(forged(16, HYST_FAMILY_COUNT), range, HYST_FIELD_FAMILY, 0);
+    expect(forged(16, HYST_FAMILY_PREISACH), clash, HYST_FIELD_PI_OPERATORS, 0);
+    expect(forged(19, UINT32_MAX), range, HYST_FIELD_PI_BETA, 0);
+    expect(forged(20, 0), range, HYST_FIELD_PI_RATE_GAIN, 0);
+    expect(forged(22, 5), range, HYST_FIELD_SHAPE_SECTIONS, 0);
+    expect(forged(21, HYST_PREISACH_MAX_INTERVALS + 1), range, HYST_FIELD_PREISACH_INTERVALS, 0);
+    expect(forged(23, 2), range, HYST_FIELD_INERTIA_SECTIONS, 0);
+    expect(forged(24, UINT32_MAX), range, HYST_FIELD_EQUALISE_SECTIONS, 0);
+    expect(forged(26, 0), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, 0);
+    expect(forged(26 + 4, 0x7FFFFFFF), range, HYST_FIELD_PI_WEIGHT, 4);
+    expect(forged(37, 0), range, HYST_FIELD_PI_THRESHOLD, 0);
+    expect(forged(37 + 9, 1), clash, HYST_FIELD_PI_THRESHOLD, 9);
+    expect(forged(47 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 0);
+    expect(forged(47 + 9, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 1);
+    expect(forged(57, 0x80000000U), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+    expect(forged(57 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_EQUALISE, 0);
+    expect(forged(25, HYST_CREEP_MAX_CELLS + 1), range, HYST_FIELD_CREEP_CELLS, 0);
+    expect(forged(62, 0x7FFFFFFF), range, HYST_FIELD_CREEP, 1);
+    expect(forged(62 + 3, 0), range, HYST_FIELD_CREEP, 1);
+}
+
+static hyst_parameters_t preisach_parameters(uint32_t intervals) {
+    hyst_parameters_t p = sample_parameters(0);
+    p.family = HYST_FAMILY_PREISACH;
+    p.preisach_intervals = intervals;
+    for (uint32_t i = 1; i <= intervals; i++) {
+        for (uint32_t j = 0; j < i; j++) { /* slope 1 everywhere */
+            p.preisach_everett[HYST_PREISACH_ELEMENTS(i - 1U) + j] =
+                (hyst_q28_t)(2 * HYST_Q28_ONE / intervals * (i - j));
+        }
+    }
+    return p;
+}
+
+static void test_every_preisach_table_survives_the_image(void) {
+    for (uint32_t intervals = 1; intervals <= HYST_PREISACH_MAX_INTERVALS; intervals++) {
+        const hyst_parameters_t p = preisach_parameters(intervals);
+        uint32_t image[HYST_IMAGE_MAX_WORDS];
+        const size_t length = hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS);
+        TEST_ASSERT_EQUAL_UINT32(HYST_IMAGE_HEADER_WORDS + 1 + intervals * (intervals + 1) / 2 + 5 * 3 + 2 * 2 + 1,
+                                 length);
+        hyst_parameters_t back;
+        hyst_compensator_t compensator;
+        expect(hyst_parameters_decode(image, length, &back), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+        TEST_ASSERT_EQUAL_MEMORY(p.preisach_everett, back.preisach_everett, sizeof p.preisach_everett);
+        expect(hyst_parameters_build(&back, &compensator), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+        TEST_ASSERT_EQUAL_INT(HYST_FAMILY_PREISACH, compensator.hysteresis.family);
+    }
+    hyst_compensator_t compensator;
+    hyst_parameters_t p = preisach_parameters(4);
+    p.preisach_everett[7] = p.preisach_everett[4]; /* E(4,1) = E(3,1): a flat branch */
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PREISACH_EVERETT, 7);
+    p.preisach_intervals = 0;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PREISACH_INTERVALS, 0);
 }
 
 static void test_unstable_rate_feedback_is_refused(void) {
@@ -239,6 +279,7 @@ int main(void) {
     RUN_TEST(test_every_single_bit_flip_is_noticed);
     RUN_TEST(test_every_truncation_is_noticed);
     RUN_TEST(test_validator_names_the_field);
+    RUN_TEST(test_every_preisach_table_survives_the_image);
     RUN_TEST(test_unstable_rate_feedback_is_refused);
     RUN_TEST(test_counts_are_bounded_without_an_image_too);
     RUN_TEST(test_random_images_never_break_anything);

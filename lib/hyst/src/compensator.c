@@ -2,9 +2,11 @@
 #include "hyst/compensator.h"
 
 void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state) {
-    hyst_pi_reset(&compensator->hysteresis, &state->hysteresis, compensator->drive_park);
-    hyst_creep_settle(&compensator->creep, &state->creep, hyst_pi_output(&compensator->hysteresis, &state->hysteresis));
+    hyst_hysteresis_reset(&compensator->hysteresis, &state->hysteresis, compensator->drive_park);
+    hyst_creep_settle(&compensator->creep, &state->creep,
+                      hyst_hysteresis_output(&compensator->hysteresis, &state->hysteresis));
     hyst_iir_reset(&state->shape);
+    hyst_iir_reset(&state->inertia);
     hyst_iir_reset(&state->equalise);
     state->mode = HYST_MODE_PARK;
     state->drive = compensator->drive_park;
@@ -34,12 +36,19 @@ static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_st
     /* |position - offset| < 2^32. Saturating makes it the farthest the hysteresis could be asked for. */
     const hyst_q31_t elastic = hyst_saturate(position - hyst_creep_offset(&c->creep, &state->creep));
     stage_drive_t drive;
-    drive.hysteresis = hyst_pi_solve(&c->hysteresis, &state->hysteresis, elastic, &unreachable);
+    drive.hysteresis = hyst_hysteresis_solve(&c->hysteresis, &state->hysteresis, elastic, &unreachable);
+    hyst_q31_t forced = drive.hysteresis;
+    if (c->inertia.sections > 0) { /* without sections the cascade is a wire, here it has to be nothing */
+        if (!state->settled) {
+            hyst_iir_settle(&c->inertia, &state->inertia, elastic);
+        }
+        forced = hyst_add(forced, hyst_iir_step(&c->inertia, &state->inertia, elastic, &filter_saturated));
+    }
     if (!state->settled) {
-        hyst_iir_settle(&c->equalise, &state->equalise, drive.hysteresis);
+        hyst_iir_settle(&c->equalise, &state->equalise, forced);
         state->settled = true;
     }
-    drive.amplifier = hyst_iir_step(&c->equalise, &state->equalise, drive.hysteresis, &filter_saturated);
+    drive.amplifier = hyst_iir_step(&c->equalise, &state->equalise, forced, &filter_saturated);
     *events |= (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
                (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
     return drive;
@@ -84,40 +93,31 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
         *events |= (unsigned)HYST_STEP_DRIVE_LIMITED;
     }
     const hyst_q31_t drive = hyst_clamp(hyst_saturate(sum), compensator->drive_low, compensator->drive_high);
-    /* Equalise sections undo the electronics, so the actuator sees what entered them. Without any, it sees the drive.
-     */
-    const hyst_q31_t seen = compensator->equalise.sections == 0 || mode != HYST_MODE_COMPENSATE
-                                ? drive
-                                : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition),
-                                             compensator->drive_low, compensator->drive_high);
-    hyst_pi_advance(&compensator->hysteresis, &state->hysteresis, seen);
+    /* Inertia and equalise sections are spent on moving the mass and on the electronics: the hysteresis sees what was
+     * there before them. Without any, it sees the drive. */
+    const hyst_q31_t seen =
+        mode != HYST_MODE_COMPENSATE || (compensator->inertia.sections == 0 && compensator->equalise.sections == 0)
+            ? drive
+            : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition), compensator->drive_low,
+                         compensator->drive_high);
+    hyst_hysteresis_advance(&compensator->hysteresis, &state->hysteresis, seen);
     if (compensator->creep.cells > 0) {
         hyst_creep_advance(&compensator->creep, &state->creep,
-                           hyst_pi_output(&compensator->hysteresis, &state->hysteresis));
+                           hyst_hysteresis_output(&compensator->hysteresis, &state->hysteresis));
     }
     state->drive = drive;
     return drive;
 }
 
-/* Only the runs in use: the whole state is 6 KB. */
-static void copy_state(hyst_pi_state_t *to, const hyst_pi_state_t *from) {
-    to->runs = from->runs;
-    to->drive = from->drive;
-    to->rate = from->rate;
-    for (uint32_t k = 0; k < from->runs; k++) {
-        to->run[k] = from->run[k];
-    }
-}
-
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state) {
-    hyst_pi_state_t old;
-    copy_state(&old, &state->hysteresis);
-    hyst_pi_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis);
-    if (from->creep.cells != to->creep.cells) {
-        hyst_creep_settle(&to->creep, &state->creep, hyst_pi_output(&to->hysteresis, &state->hysteresis));
+    const hyst_hysteresis_state_t old = state->hysteresis;
+    hyst_hysteresis_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis, state->drive);
+    if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
+        hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, &state->hysteresis));
     }
-    if (from->shape.sections != to->shape.sections || from->equalise.sections != to->equalise.sections) {
+    if (from->shape.sections != to->shape.sections || from->inertia.sections != to->inertia.sections ||
+        from->equalise.sections != to->equalise.sections) {
         state->settled = false; /* another cascade: its state starts settled at the next reference */
     }
     state->adopted = true;

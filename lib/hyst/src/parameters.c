@@ -12,43 +12,60 @@ typedef struct {
     { .word = (number), .offset = (uint16_t)offsetof(hyst_parameters_t, member) }
 
 static const scalar_t scalars[] = {
-    SCALAR(3, model_id),           SCALAR(4, sample_rate_mhz),
-    SCALAR(5, drive_center_uv),    SCALAR(6, drive_half_range_uv),
-    SCALAR(7, position_center_pm), SCALAR(8, position_half_range_pm),
-    SCALAR(9, drive_low),          SCALAR(10, drive_high),
-    SCALAR(11, drive_park),        SCALAR(12, linear_offset),
-    SCALAR(13, linear_gain),       SCALAR(14, transition_slew),
-    SCALAR(15, lookahead_samples), SCALAR(16, pi_operators),
-    SCALAR(17, pi_offset),         SCALAR(18, pi_beta),
-    SCALAR(19, pi_rate_gain),      SCALAR(20, shape_sections),
-    SCALAR(21, equalise_sections), SCALAR(22, creep_cells),
+    SCALAR(3, model_id),
+    SCALAR(4, sample_rate_mhz),
+    SCALAR(5, drive_center_uv),
+    SCALAR(6, drive_half_range_uv),
+    SCALAR(7, position_center_pm),
+    SCALAR(8, position_half_range_pm),
+    SCALAR(9, drive_low),
+    SCALAR(10, drive_high),
+    SCALAR(11, drive_park),
+    SCALAR(12, linear_offset),
+    SCALAR(13, linear_gain),
+    SCALAR(14, transition_slew),
+    SCALAR(15, lookahead_samples),
+    SCALAR(16, family),
+    SCALAR(17, hysteresis_offset),
+    SCALAR(18, pi_operators),
+    SCALAR(19, pi_beta),
+    SCALAR(20, pi_rate_gain),
+    SCALAR(21, preisach_intervals),
+    SCALAR(22, shape_sections),
+    SCALAR(23, inertia_sections),
+    SCALAR(24, equalise_sections),
+    SCALAR(25, creep_cells),
 };
 #define SCALARS (sizeof scalars / sizeof scalars[0])
 _Static_assert(SCALARS == HYST_IMAGE_HEADER_WORDS - 3U, "every header word after the length has its member");
 
-/* The arrays behind the header, in their order: count + extra elements of `words` 32-bit words each. */
+/* The arrays behind the header, in their order: `words` 32-bit words an element. */
 typedef struct {
     uint16_t count; /* offset of the member that counts the elements */
     uint16_t array; /* offset of the first element */
-    uint16_t most;
-    uint8_t extra;
+    uint16_t most;  /* of the count */
+    uint8_t extra;  /* elements beyond the count */
+    bool triangle;  /* the count is the side of a triangle: n (n + 1) / 2 elements */
     uint8_t words;
     hyst_field_t count_field; /* what a count out of range is reported as */
 } array_t;
 
-#define ARRAY(count_member, array_member, limit, more, field)                                                          \
+#define ARRAY(count_member, array_member, limit, field, ...)                                                           \
     {                                                                                                                  \
         .count = (uint16_t)offsetof(hyst_parameters_t, count_member),                                                  \
-        .array = (uint16_t)offsetof(hyst_parameters_t, array_member), .most = (limit), .extra = (more),                \
-        .words = sizeof((hyst_parameters_t *)0)->array_member[0] / sizeof(uint32_t), .count_field = (field)            \
+        .array = (uint16_t)offsetof(hyst_parameters_t, array_member), .most = (limit), .count_field = (field),         \
+        .words = sizeof((hyst_parameters_t *)0)->array_member[0] / sizeof(uint32_t), __VA_ARGS__                       \
     }
 
 static const array_t arrays[] = {
-    ARRAY(pi_operators, pi_weight, HYST_PI_MAX_OPERATORS, 1, HYST_FIELD_PI_OPERATORS),
-    ARRAY(pi_operators, pi_threshold, HYST_PI_MAX_OPERATORS, 0, HYST_FIELD_PI_OPERATORS),
-    ARRAY(shape_sections, shape, HYST_IIR_MAX_SECTIONS, 0, HYST_FIELD_SHAPE_SECTIONS),
-    ARRAY(equalise_sections, equalise, HYST_IIR_MAX_SECTIONS, 0, HYST_FIELD_EQUALISE_SECTIONS),
-    ARRAY(creep_cells, creep, HYST_CREEP_MAX_CELLS, 0, HYST_FIELD_CREEP_CELLS),
+    ARRAY(pi_operators, pi_weight, HYST_PI_MAX_OPERATORS, HYST_FIELD_PI_OPERATORS, .extra = 1),
+    ARRAY(pi_operators, pi_threshold, HYST_PI_MAX_OPERATORS, HYST_FIELD_PI_OPERATORS, .extra = 0),
+    ARRAY(preisach_intervals, preisach_everett, HYST_PREISACH_MAX_INTERVALS, HYST_FIELD_PREISACH_INTERVALS,
+          .triangle = true),
+    ARRAY(shape_sections, shape, HYST_IIR_MAX_SECTIONS, HYST_FIELD_SHAPE_SECTIONS, .extra = 0),
+    ARRAY(inertia_sections, inertia, HYST_INERTIA_MAX_SECTIONS, HYST_FIELD_INERTIA_SECTIONS, .extra = 0),
+    ARRAY(equalise_sections, equalise, HYST_IIR_MAX_SECTIONS, HYST_FIELD_EQUALISE_SECTIONS, .extra = 0),
+    ARRAY(creep_cells, creep, HYST_CREEP_MAX_CELLS, HYST_FIELD_CREEP_CELLS, .extra = 0),
 };
 #define ARRAYS (sizeof arrays / sizeof arrays[0])
 _Static_assert(sizeof(hyst_iir_section_t) == 20 && sizeof(hyst_creep_cell_t) == 8, "elements are words, unpadded");
@@ -72,7 +89,8 @@ static uint32_t count_of(const hyst_parameters_t *parameters, const array_t *arr
 
 /* Words that the array takes in the image; its count is in range. */
 static size_t array_words(const hyst_parameters_t *parameters, const array_t *array) {
-    return ((size_t)count_of(parameters, array) + array->extra) * array->words;
+    const size_t count = count_of(parameters, array);
+    return array->triangle ? HYST_PREISACH_ELEMENTS(count) : (count + array->extra) * array->words;
 }
 
 /* Length of the image, or 0 when a count is out of range; *field is the count's then. */
@@ -180,7 +198,7 @@ static hyst_parameters_fault_t check_scalars(const hyst_parameters_t *p) {
     return no_fault();
 }
 
-static hyst_parameters_fault_t hysteresis_fault(hyst_pi_status_t status, uint32_t element) {
+static hyst_parameters_fault_t pi_fault(hyst_pi_status_t status, uint32_t element) {
     switch (status) {
     case HYST_PI_OK:
         return no_fault();
@@ -202,6 +220,63 @@ static hyst_parameters_fault_t hysteresis_fault(hyst_pi_status_t status, uint32_
         break;
     }
     return fault(HYST_PARAMETERS_UNSTABLE, HYST_FIELD_PI_BETA, element);
+}
+
+static hyst_parameters_fault_t preisach_fault(hyst_preisach_status_t status, uint32_t element) {
+    switch (status) {
+    case HYST_PREISACH_OK:
+        return no_fault();
+    case HYST_PREISACH_INTERVALS_OUT_OF_RANGE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PREISACH_INTERVALS, 0);
+    case HYST_PREISACH_TOO_STEEP:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PREISACH_EVERETT, element);
+    case HYST_PREISACH_RISING_TOO_FLAT:
+    case HYST_PREISACH_FALLING_TOO_FLAT:
+        break;
+    }
+    return fault(HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PREISACH_EVERETT, element);
+}
+
+/* What belongs to another family than the one that is chosen must not be there. */
+static hyst_parameters_fault_t check_family(const hyst_parameters_t *p) {
+    const struct {
+        uint32_t count, family;
+        hyst_field_t field;
+    } parts[] = {{p->pi_operators, HYST_FAMILY_PRANDTL_ISHLINSKII, HYST_FIELD_PI_OPERATORS},
+                 {p->preisach_intervals, HYST_FAMILY_PREISACH, HYST_FIELD_PREISACH_INTERVALS}};
+    if (p->family >= HYST_FAMILY_COUNT) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_FAMILY, 0);
+    }
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        const bool own = parts[i].family == p->family;
+        if (!own && parts[i].count > 0) {
+            return fault(HYST_PARAMETERS_INCONSISTENT, parts[i].field, 0);
+        }
+    }
+    return no_fault();
+}
+
+static hyst_parameters_fault_t build_hysteresis(const hyst_parameters_t *p, hyst_hysteresis_t *hysteresis) {
+    uint32_t element = 0;
+    const hyst_parameters_fault_t found = check_family(p);
+    if (found.error != HYST_PARAMETERS_OK) {
+        return found;
+    }
+    hysteresis->family = (hyst_family_t)p->family;
+    switch (hysteresis->family) {
+    case HYST_FAMILY_PREISACH: {
+        const hyst_preisach_status_t status = hyst_preisach_build(&hysteresis->preisach, p->preisach_intervals,
+                                                                  p->hysteresis_offset, p->preisach_everett, &element);
+        return preisach_fault(status, element);
+    }
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        break;
+    }
+    const hyst_pi_status_t status =
+        hyst_pi_build(&hysteresis->prandtl_ishlinskii, p->pi_operators, p->hysteresis_offset, p->pi_weight,
+                      p->pi_threshold, p->pi_beta, p->pi_rate_gain, &element);
+    return pi_fault(status, element);
 }
 
 static hyst_parameters_fault_t filter_fault(hyst_iir_status_t status, hyst_field_t count, hyst_field_t field,
@@ -232,24 +307,35 @@ static hyst_parameters_fault_t creep_fault(hyst_creep_status_t status, uint32_t 
     return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_CREEP, element);
 }
 
+/* One of the three filters. */
+static hyst_parameters_fault_t build_filter(hyst_iir_t *filter, uint32_t sections, uint32_t most,
+                                            const hyst_iir_section_t section[], hyst_field_t count,
+                                            hyst_field_t field) {
+    uint32_t element = 0;
+    if (sections > most) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, count, 0);
+    }
+    const hyst_iir_status_t status = hyst_iir_build(filter, sections, section, &element);
+    return filter_fault(status, count, field, element);
+}
+
 hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameters, hyst_compensator_t *compensator) {
     uint32_t element = 0;
     hyst_parameters_fault_t found = check_scalars(parameters);
     if (found.error == HYST_PARAMETERS_OK) {
-        const hyst_pi_status_t status = hyst_pi_build(
-            &compensator->hysteresis, parameters->pi_operators, parameters->pi_offset, parameters->pi_weight,
-            parameters->pi_threshold, parameters->pi_beta, parameters->pi_rate_gain, &element);
-        found = hysteresis_fault(status, element);
+        found = build_hysteresis(parameters, &compensator->hysteresis);
     }
     if (found.error == HYST_PARAMETERS_OK) {
-        const hyst_iir_status_t status =
-            hyst_iir_build(&compensator->shape, parameters->shape_sections, parameters->shape, &element);
-        found = filter_fault(status, HYST_FIELD_SHAPE_SECTIONS, HYST_FIELD_SHAPE, element);
+        found = build_filter(&compensator->shape, parameters->shape_sections, HYST_IIR_MAX_SECTIONS, parameters->shape,
+                             HYST_FIELD_SHAPE_SECTIONS, HYST_FIELD_SHAPE);
     }
     if (found.error == HYST_PARAMETERS_OK) {
-        const hyst_iir_status_t status =
-            hyst_iir_build(&compensator->equalise, parameters->equalise_sections, parameters->equalise, &element);
-        found = filter_fault(status, HYST_FIELD_EQUALISE_SECTIONS, HYST_FIELD_EQUALISE, element);
+        found = build_filter(&compensator->inertia, parameters->inertia_sections, HYST_INERTIA_MAX_SECTIONS,
+                             parameters->inertia, HYST_FIELD_INERTIA_SECTIONS, HYST_FIELD_INERTIA);
+    }
+    if (found.error == HYST_PARAMETERS_OK) {
+        found = build_filter(&compensator->equalise, parameters->equalise_sections, HYST_IIR_MAX_SECTIONS,
+                             parameters->equalise, HYST_FIELD_EQUALISE_SECTIONS, HYST_FIELD_EQUALISE);
     }
     if (found.error == HYST_PARAMETERS_OK) {
         const hyst_creep_status_t status =
@@ -321,6 +407,11 @@ const char *hyst_field_text(hyst_field_t field) {
         [HYST_FIELD_EQUALISE] = "equalise",
         [HYST_FIELD_CREEP_CELLS] = "creep_cells",
         [HYST_FIELD_CREEP] = "creep",
+        [HYST_FIELD_FAMILY] = "family",
+        [HYST_FIELD_PREISACH_INTERVALS] = "preisach_intervals",
+        [HYST_FIELD_PREISACH_EVERETT] = "preisach_everett",
+        [HYST_FIELD_INERTIA_SECTIONS] = "inertia_sections",
+        [HYST_FIELD_INERTIA] = "inertia",
     };
     const size_t index = (size_t)field;
     return index < HYST_FIELD_COUNT ? texts[index] : "unknown field";

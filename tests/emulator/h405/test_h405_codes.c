@@ -74,7 +74,7 @@ void setUp(void) {
     p.transition_slew = Q31(0.015);
     p.lookahead_samples = 3;
     p.pi_operators = 16;
-    p.pi_offset = Q31(0.01);
+    p.hysteresis_offset = Q31(0.01);
     p.pi_weight[0] = Q28(0.55);
     for (unsigned i = 0; i < p.pi_operators; i++) {
         p.pi_weight[i + 1] = i % 5 == 4 ? Q28(-0.01) : Q28(0.025);

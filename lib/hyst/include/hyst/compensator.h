@@ -26,17 +26,18 @@
 #define HYST_COMPENSATOR_H
 
 #include "hyst/creep.h"
+#include "hyst/hysteresis.h"
 #include "hyst/iir.h"
-#include "hyst/prandtl_ishlinskii.h"
 
 /** Values are part of the Modbus interface: append only. */
 typedef enum { HYST_MODE_PARK = 0, HYST_MODE_DIRECT = 1, HYST_MODE_LINEAR = 2, HYST_MODE_COMPENSATE = 3 } hyst_mode_t;
 
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
 typedef struct {
-    hyst_pi_t hysteresis;
+    hyst_hysteresis_t hysteresis;
     hyst_creep_t creep;
     hyst_iir_t shape;
+    hyst_iir_t inertia;
     hyst_iir_t equalise;
     hyst_q31_t drive_low, drive_high; /**< limits of the drive, low < high */
     hyst_q31_t drive_park;            /**< within the limits */
@@ -46,9 +47,10 @@ typedef struct {
 } hyst_compensator_t;
 
 typedef struct {
-    hyst_pi_state_t hysteresis;
+    hyst_hysteresis_state_t hysteresis;
     hyst_creep_state_t creep;
     hyst_iir_state_t shape;
+    hyst_iir_state_t inertia;
     hyst_iir_state_t equalise;
     hyst_mode_t mode; /**< of the previous sample */
     hyst_q31_t drive; /**< last drive */

@@ -14,12 +14,15 @@
  *     9  drive_low      10  drive_high      11  drive_park                       Q31
  *     12 linear_offset  Q31                 13  linear_gain  Q28
  *     14 transition_slew  Q31, > 0          15  lookahead_samples  0..HYST_LOOKAHEAD_MAX
- *     16 pi_operators n   17 pi_offset Q31  18  pi_beta Q20 (samples)            19 pi_rate_gain Q30
- *     20 shape_sections   21 equalise_sections   22 creep_cells
- *     23 ...
- *        w_0..w_n            Q28
+ *     16 family, hyst_family_t              17 hysteresis_offset  Q31, see the header of the family
+ *     18 pi_operators n   19 pi_beta Q20 (samples)       20 pi_rate_gain Q30
+ *     21 preisach_intervals N, 0 but for its family
+ *     22 shape_sections   23 inertia_sections   24 equalise_sections   25 creep_cells
+ *     26 ...
+ *        w_0..w_n            Q28            (w_0 stands in every image; it is used by its family only)
  *        a_1..a_n            Q31
- *        b0 b1 b2 a1 a2      Q28, per shape section, then per equalise section
+ *        E(i,j)              Q28, N (N + 1) / 2 elements, see preisach.h
+ *        b0 b1 b2 a1 a2      Q28, per shape section, then per inertia section, then per equalise section
  *        gain rate           Q31, per creep cell
  *     last word: CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least
  *     significant byte first
@@ -34,13 +37,16 @@
 #include <stddef.h>
 
 #define HYST_IMAGE_MAGIC        0x48595354U
-#define HYST_IMAGE_VERSION      1U
-#define HYST_IMAGE_HEADER_WORDS 23U
+#define HYST_IMAGE_VERSION      2U
+#define HYST_IMAGE_HEADER_WORDS 26U
 #define HYST_IMAGE_MIN_WORDS    (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
+/* The largest play bank with everything that can stand around it. No other family needs as much. */
 #define HYST_IMAGE_MAX_WORDS                                                                                           \
-    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + 2U * 5U * HYST_IIR_MAX_SECTIONS +                     \
+    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + (2U * HYST_IIR_MAX_SECTIONS + 1U) * 5U +              \
      2U * HYST_CREEP_MAX_CELLS + 1U)
-#define HYST_LOOKAHEAD_MAX 63U
+/** Sections of the inertia filter: one, which holds the mass' and the damper's share of the drive. */
+#define HYST_INERTIA_MAX_SECTIONS 1U
+#define HYST_LOOKAHEAD_MAX        63U
 
 /** The image, decoded. */
 typedef struct {
@@ -55,14 +61,19 @@ typedef struct {
     hyst_q28_t linear_gain;
     hyst_q31_t transition_slew;
     uint32_t lookahead_samples;
+    uint32_t family;
+    hyst_q31_t hysteresis_offset;
     uint32_t pi_operators;
-    hyst_q31_t pi_offset;
     hyst_q20_t pi_beta;
     hyst_q30_t pi_rate_gain;
     hyst_q28_t pi_weight[HYST_PI_MAX_OPERATORS + 1];
     hyst_q31_t pi_threshold[HYST_PI_MAX_OPERATORS];
+    uint32_t preisach_intervals;
+    hyst_q28_t preisach_everett[HYST_PREISACH_MAX_ELEMENTS];
     uint32_t shape_sections;
     hyst_iir_section_t shape[HYST_IIR_MAX_SECTIONS];
+    uint32_t inertia_sections;
+    hyst_iir_section_t inertia[HYST_INERTIA_MAX_SECTIONS];
     uint32_t equalise_sections;
     hyst_iir_section_t equalise[HYST_IIR_MAX_SECTIONS];
     uint32_t creep_cells;
@@ -109,6 +120,11 @@ typedef enum {
     HYST_FIELD_EQUALISE,
     HYST_FIELD_CREEP_CELLS,
     HYST_FIELD_CREEP,
+    HYST_FIELD_FAMILY,
+    HYST_FIELD_PREISACH_INTERVALS,
+    HYST_FIELD_PREISACH_EVERETT,
+    HYST_FIELD_INERTIA_SECTIONS,
+    HYST_FIELD_INERTIA,
     HYST_FIELD_COUNT
 } hyst_field_t;
 

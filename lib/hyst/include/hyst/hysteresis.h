@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * One interface to every family of hysteresis models that the loop can run.
+ *
+ *   family                                      header                 inverse
+ *   HYST_FAMILY_PRANDTL_ISHLINSKII  weighted plays, fixed or rate-dependent thresholds    prandtl_ishlinskii.h
+ *   HYST_FAMILY_PREISACH            Everett table over the drive plane                    preisach.h
+ *
+ * (Stop sums, densities and ellipses become one of these when a model is compiled: docs/MODELS.md.) All of them invert
+ * exactly: the drive that solve returns brings the output to the wanted position at this sample, up to the rounding
+ * that each header states. What each function does is the same for all families and written in the family's header:
+ *
+ *   reset     memory after a slow move from the demagnetised state to `drive`
+ *   advance   moves the memory by one sample to the drive that was really applied
+ *   output    position at the present memory and drive
+ *   solve     the drive for a position at this sample; the memory is not moved. Out of reach: the nearer end of the
+ *             range, and *saturated is set (else it is left alone)
+ *
+ * Preconditions: model built by the family's own build function, family set. Total for such a model and any input.
+ * May be called from: interrupt, main loop, host. Reentrant; the caller owns model and state.
+ */
+#ifndef HYST_HYSTERESIS_H
+#define HYST_HYSTERESIS_H
+
+#include "hyst/prandtl_ishlinskii.h"
+#include "hyst/preisach.h"
+
+/** Values are part of the Modbus interface and of the parameter image: append only. */
+typedef enum { HYST_FAMILY_PRANDTL_ISHLINSKII = 0, HYST_FAMILY_PREISACH = 1, HYST_FAMILY_COUNT } hyst_family_t;
+
+/** Coefficients of the one family that is in use. */
+typedef struct {
+    hyst_family_t family;
+    union {
+        hyst_pi_t prandtl_ishlinskii;
+        hyst_preisach_t preisach;
+    };
+} hyst_hysteresis_t;
+
+/** Memory; which member is in use is the model's business. */
+typedef union {
+    hyst_pi_state_t prandtl_ishlinskii;
+    hyst_preisach_state_t preisach;
+} hyst_hysteresis_state_t;
+
+void hyst_hysteresis_reset(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive);
+
+void hyst_hysteresis_advance(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive);
+
+hyst_q31_t hyst_hysteresis_output(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state);
+
+hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state,
+                                 hyst_q31_t position, bool *saturated);
+
+/**
+ * Carries the memory over to another model. Within a family as its header says; between families nothing can be
+ * carried, and the memory is that of a reset at `drive`, the last one: condition the actuator again. to_state may not
+ * be from_state.
+ */
+void hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
+                           const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive);
+
+#endif

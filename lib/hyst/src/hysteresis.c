@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT */
+#include "hyst/hysteresis.h"
+
+void hyst_hysteresis_reset(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive) {
+    switch (model->family) {
+    case HYST_FAMILY_PREISACH:
+        hyst_preisach_reset(&model->preisach, &state->preisach, drive);
+        break;
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        hyst_pi_reset(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, drive);
+        break;
+    }
+}
+
+void hyst_hysteresis_advance(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive) {
+    switch (model->family) {
+    case HYST_FAMILY_PREISACH:
+        hyst_preisach_advance(&model->preisach, &state->preisach, drive);
+        break;
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        hyst_pi_advance(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, drive);
+        break;
+    }
+}
+
+hyst_q31_t hyst_hysteresis_output(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state) {
+    switch (model->family) {
+    case HYST_FAMILY_PREISACH:
+        return hyst_preisach_output(&model->preisach, &state->preisach);
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        break;
+    }
+    return hyst_pi_output(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii);
+}
+
+hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state,
+                                 hyst_q31_t position, bool *saturated) {
+    switch (model->family) {
+    case HYST_FAMILY_PREISACH:
+        return hyst_preisach_solve(&model->preisach, &state->preisach, position, saturated);
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        break;
+    }
+    return hyst_pi_solve(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, position, saturated);
+}
+
+void hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
+                           const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive) {
+    if (from->family != to->family) {
+        hyst_hysteresis_reset(to, to_state, drive);
+        return;
+    }
+    switch (to->family) {
+    case HYST_FAMILY_PREISACH:
+        hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach);
+        break;
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        hyst_pi_carry(&from->prandtl_ishlinskii, &from_state->prandtl_ishlinskii, &to->prandtl_ishlinskii,
+                      &to_state->prandtl_ishlinskii);
+        break;
+    }
+}
