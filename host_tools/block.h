@@ -15,7 +15,7 @@
 /** Where in the chain a block stands, in the order of the signal. */
 typedef enum { PLACE_ELECTRONICS, PLACE_HYSTERESIS, PLACE_SLOW, PLACE_MECHANICS, PLACE_SENSOR, PLACE_COUNT } place_t;
 
-#define BLOCK_MAX_PARAMETERS 10
+#define BLOCK_MAX_PARAMETERS 12
 /** Longest array parameter. */
 #define PARAMETER_MAX_ELEMENTS 4096
 
@@ -30,7 +30,10 @@ typedef struct {
      * counted among the numbers that a fit has found, and gets no standard error. */
     bool chosen;
     double default_value; /**< of an absent scalar */
-    const char *text;     /**< what it means */
+    /** Of a scalar that a model file may leave out although it is not optional: it is then the middle, or half the
+     * width, of this range of the model's "fit" ("drive_range_v"). NULL otherwise. */
+    const char *center_of, *half_of;
+    const char *text; /**< what it means */
 } parameter_info_t;
 
 /** A parameter's numbers. */
@@ -49,8 +52,8 @@ typedef struct {
 
 /**
  * What travels down the chain. `value` is V up to the hysteresis and um behind it. A block that modifies the hysteresis
- * sees the same drive just before the hysteresis does, leaves it alone, and writes what it does to the play operators
- * into the other fields.
+ * stands just before it: it replaces the drive that the hysteresis sees, or leaves it alone and writes what it does to
+ * the play operators into the other fields.
  */
 typedef struct {
     double value;

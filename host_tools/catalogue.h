@@ -9,16 +9,25 @@
 #define BLOCKS(BLOCK)                                                                                                  \
     BLOCK(transport_delay)                                                                                             \
     BLOCK(amplifier_bandwidth)                                                                                         \
+    BLOCK(amplifier_slew_limit)                                                                                        \
+    BLOCK(amplifier_saturation)                                                                                        \
+    BLOCK(asymmetric_hysteresis)                                                                                       \
     BLOCK(rate_dependent_hysteresis)                                                                                   \
     BLOCK(prandtl_ishlinskii)                                                                                          \
     BLOCK(stop_density)                                                                                                \
     BLOCK(stop_prandtl_ishlinskii)                                                                                     \
     BLOCK(inertial_hysteresis)                                                                                         \
+    BLOCK(ellipse)                                                                                                     \
     BLOCK(creep)                                                                                                       \
+    BLOCK(charge_leakage)                                                                                              \
+    BLOCK(gain_drift)                                                                                                  \
     BLOCK(resonance)                                                                                                   \
     BLOCK(inertial_terms)                                                                                              \
     BLOCK(preload)                                                                                                     \
     BLOCK(sensor_bandwidth)                                                                                            \
+    BLOCK(static_nonlinearity)                                                                                         \
+    BLOCK(thermal_drift)                                                                                               \
+    BLOCK(mains_interference)                                                                                          \
     BLOCK(sensor_noise)                                                                                                \
     BLOCK(quantisation)
 

@@ -24,6 +24,9 @@ static void print_block(const block_t *block) {
             printf(", default %g", info->default_value);
         } else if (info->optional) {
             printf(", optional");
+        } else if (info->center_of != NULL || info->half_of != NULL) {
+            printf(", default %s", info->center_of != NULL ? "the middle of the model's " : "half the model's ");
+            printf("%s", info->center_of != NULL ? info->center_of : info->half_of);
         }
         printf("\n      %s\n", info->text);
     }
@@ -38,6 +41,12 @@ static json_t *block_json(const block_t *block) {
                                   "optional", (int)info->optional, "text", info->text);
         if (info->optional && !info->array) {
             json_object_set_new(entry, "default", json_number_or_null(info->default_value));
+        }
+        if (info->center_of != NULL) {
+            json_object_set_new(entry, "default_center_of", json_string(info->center_of));
+        }
+        if (info->half_of != NULL) {
+            json_object_set_new(entry, "default_half_of", json_string(info->half_of));
         }
         json_array_append_new(parameters, entry);
     }

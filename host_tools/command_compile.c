@@ -82,6 +82,8 @@ static int compile(int argc, char **argv) {
          settings.position_range_um},
         {"--delay", NULL, OPTION_NUMBER, "S",
          "delay beyond the model's, as `hyst track` measures it; negative: the position is early", &settings.delay_s},
+        {"--frequency", NULL, OPTION_NUMBER, "HZ", "of the sine that block ellipse is undone for",
+         &settings.frequency_hz},
         {"--no-filters", NULL, OPTION_FLAG, NULL, "do not invert lags and modes, only look ahead over their delay",
          &settings.no_filters},
         {"--json", NULL, OPTION_FLAG, NULL, "print JSON", &as_json}};

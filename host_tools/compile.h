@@ -24,7 +24,8 @@ typedef struct {
      * early: mechanics with a mode follow a held drive half a sample before the whole sample that the latency counts.
      */
     double delay_s;
-    bool no_filters; /**< leave shape and equalise empty; the lookahead then covers the delay of lags and modes */
+    double frequency_hz; /**< of the sine that block ellipse is undone for; 0: its table's, if it has only one */
+    bool no_filters;     /**< leave shape and equalise empty; the lookahead then covers the delay of lags and modes */
 } compile_options_t;
 
 #define COMPILE_MAX_NOTES 16

@@ -104,7 +104,8 @@ bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, c
     return good;
 }
 
-bool compile_leave_out(compile_job_t *job) {
+bool compile_leave_out(compile_job_t *job, const parameter_t *parameter) {
+    (void)parameter;
     compile_note(job, "%s: cannot be compensated, left out", job->block);
     return true;
 }

@@ -45,7 +45,8 @@ bool compile_shape(compile_job_t *job, inverse_filter_t filter);
 bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, const double *weight,
                        const double *threshold_v);
 
-/** For a block that cannot be compensated but does no harm to the inverse of the others: notes that it is left out. */
-bool compile_leave_out(compile_job_t *job);
+/** The hook of a block that cannot be compensated but does no harm to the inverse of the others: notes that it is left
+ * out. */
+bool compile_leave_out(compile_job_t *job, const parameter_t *parameter);
 
 #endif

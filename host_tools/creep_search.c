@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "creep_search.h"
 #include "catalogue.h"
+#include "golden_section.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -64,11 +65,14 @@ typedef struct {
     size_t count;
     const linear_options_t *options;
     size_t samples; /* of the last fit */
+    int tried;
+    progress_t *progress;
     failure_t *failure;
 } problem_t;
 
 /* Mean square of what the best bank leaves, in *mean_square. */
-static bool evaluate(problem_t *problem, double gamma, double *mean_square) {
+static bool evaluate(void *context, double gamma, double *mean_square) {
+    problem_t *problem = context;
     fit_span_t *spans = allocate(problem->count, sizeof *spans);
     recording_t *elastic = allocate(problem->count, sizeof *elastic);
     linear_fit_t fit;
@@ -88,6 +92,7 @@ static bool evaluate(problem_t *problem, double gamma, double *mean_square) {
     }
     creep_recordings_free(elastic, problem->count);
     free(spans);
+    progress_update(problem->progress, fmin((double)++problem->tried / STEPS, 1.0));
     return good;
 }
 
@@ -106,32 +111,11 @@ static bool standard_error(problem_t *problem, double gamma, double *sigma) {
 
 bool creep_search(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
                   double *gamma_per_decade, double *sigma, progress_t *progress, failure_t *failure) {
-    problem_t problem = {.basis = basis, .spans = spans, .count = count, .options = options, .failure = failure};
-    const double golden = 0.5 * (sqrt(5.0) - 1.0);
-    double low = lowest_gamma, high = highest_gamma;
-    double x[2] = {high - golden * (high - low), low + golden * (high - low)}, value[2];
-    if (!evaluate(&problem, x[0], &value[0]) || !evaluate(&problem, x[1], &value[1])) {
+    problem_t problem = {
+        .basis = basis, .spans = spans, .count = count, .options = options, .progress = progress, .failure = failure};
+    if (!golden_section(evaluate, &problem, lowest_gamma, highest_gamma, STEPS, gamma_per_decade)) {
         return false;
     }
-    for (int i = 0; i < STEPS; i++) { /* golden section */
-        const int fresh = value[0] < value[1] ? 0 : 1;
-        if (fresh == 0) {
-            high = x[1];
-            x[1] = x[0];
-            value[1] = value[0];
-            x[0] = high - golden * (high - low);
-        } else {
-            low = x[0];
-            x[0] = x[1];
-            value[0] = value[1];
-            x[1] = low + golden * (high - low);
-        }
-        if (!evaluate(&problem, x[fresh], &value[fresh])) {
-            return false;
-        }
-        progress_update(progress, (double)(i + 1) / STEPS);
-    }
-    *gamma_per_decade = 0.5 * (low + high);
     if (fmin(*gamma_per_decade - lowest_gamma, highest_gamma - *gamma_per_decade) < range_end) {
         *sigma = HUGE_VAL;
         return true;

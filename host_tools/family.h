@@ -16,7 +16,11 @@
 /* In the order in which the help and the table list them. */
 #define FAMILIES(FAMILY)                                                                                               \
     FAMILY(prandtl_ishlinskii)                                                                                         \
-    FAMILY(rate_dependent_prandtl_ishlinskii)
+    FAMILY(rate_dependent_prandtl_ishlinskii)                                                                          \
+    FAMILY(stop_prandtl_ishlinskii)                                                                                    \
+    FAMILY(inertial_hysteresis)                                                                                        \
+    FAMILY(inertial_prandtl_ishlinskii)                                                                                \
+    FAMILY(ellipse)
 
 #define FAMILY_MAX_NOTES 40
 /** Most operators that a job may ask for. */

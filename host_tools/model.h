@@ -8,6 +8,9 @@
  *                {"block": "prandtl_ishlinskii", "parameters": {"offset_um": {"value": 1.5}, "weights": {"value": [0.1,
  * 0.02]}, ...}}], "fit": {...}}
  *
+ * Numbers that refer to a range may leave it to the fit: half_range_um of static_nonlinearity is then half of the fit's
+ * displacement_range_um (center_of, half_of in block.h).
+ *
  * A parameter is an object with "value" and optionally "sigma" (one standard error) and "unit", or just the value. An
  * array parameter has an array for "value" and, if present, for "sigma". Reading is strict: an unknown block or
  * parameter, a missing or out-of-range one, or a wrong type is refused with one line that says where.

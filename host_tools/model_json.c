@@ -77,6 +77,25 @@ static bool parameter_from_json(const json_t *json, const parameter_info_t *info
     return parameter->value != NULL && (sigma == NULL || sigma_from_json(sigma, info->array, parameter, failure));
 }
 
+/* What stands for an absent parameter. */
+static bool parameter_from_fit(const model_t *model, const parameter_info_t *info, parameter_t *parameter,
+                               failure_t *failure) {
+    const char *key = info->center_of != NULL ? info->center_of : info->half_of;
+    double range[2];
+    if (info->optional) {
+        return true;
+    }
+    if (key == NULL) {
+        return fail(failure, "missing parameter \"%s\"", info->name);
+    }
+    if (!model_fit_range(model, key, range)) {
+        return fail(failure, "missing parameter \"%s\", and the model's \"fit\" has no \"%s\" to take it from",
+                    info->name, key);
+    }
+    parameter->value[0] = key == info->center_of ? 0.5 * (range[0] + range[1]) : 0.5 * (range[1] - range[0]);
+    return true;
+}
+
 static bool block_from_json(model_t *model, const json_t *json, failure_t *failure) {
     const json_t *name = json_object_get(json, "block"), *parameters = json_object_get(json, "parameters");
     const block_t *block;
@@ -101,8 +120,8 @@ static bool block_from_json(model_t *model, const json_t *json, failure_t *failu
     appended = model_append(model, block);
     for (size_t p = 0; p < block->parameters; p++) {
         const json_t *parameter = json_object_get(parameters, block->parameter[p].name);
-        if (parameter == NULL && !block->parameter[p].optional) {
-            return fail(failure, "block %s: missing parameter \"%s\"", block->name, block->parameter[p].name);
+        if (parameter == NULL && !parameter_from_fit(model, &block->parameter[p], &appended->parameter[p], failure)) {
+            return fail_in(failure, "block %s", block->name);
         }
         if (parameter != NULL &&
             !parameter_from_json(parameter, &block->parameter[p], &appended->parameter[p], failure)) {
@@ -152,12 +171,12 @@ static bool fill_from_json(model_t *model, const json_t *json, failure_t *failur
         return fail(failure, "chain has %zu blocks, at most %d are allowed", json_array_size(chain), MODEL_MAX_BLOCKS);
     }
     model->sample_rate_hz = json_number_value(rate);
+    model->fit = fit != NULL ? json_deep_copy(fit) : NULL;
     for (size_t i = 0; i < json_array_size(chain); i++) {
         if (!block_from_json(model, json_array_get(chain, i), failure)) {
             return fail_in(failure, "chain[%zu]", i);
         }
     }
-    model->fit = fit != NULL ? json_deep_copy(fit) : NULL;
     return true;
 }
 

@@ -39,11 +39,12 @@ void play_walk_end(play_walk_t *walk) {
     free(walk->growth_state);
 }
 
-size_t play_memory_determined(const play_basis_t *basis, const recording_t *recording, size_t end) {
+/* How many operators are determined before `end`, and the sample from which on they are. */
+static size_t determined_operators(const play_basis_t *basis, const recording_t *recording, size_t end, size_t *from) {
     double *extreme = allocate(basis->operators, sizeof(double));
     play_walk_t low, high;
-    size_t k = 0;
-    bool determined = basis->operators == 0;
+    size_t determined = 0;
+    *from = 0;
     for (size_t i = 0; i < basis->operators; i++) {
         extreme[i] = -HUGE_VAL;
     }
@@ -52,18 +53,27 @@ size_t play_memory_determined(const play_basis_t *basis, const recording_t *reco
         extreme[i] = HUGE_VAL;
     }
     play_walk_begin(&high, basis, recording, extreme);
-    while (!determined && k < end) {
-        size_t settled = 0;
+    for (size_t k = 0; k < end && determined < basis->operators; k++) {
         play_walk_step(&low);
         play_walk_step(&high);
-        while (settled < basis->operators && !(low.memory_v[settled] < high.memory_v[settled])) {
-            settled++;
+        while (determined < basis->operators && !(low.memory_v[determined] < high.memory_v[determined])) {
+            determined++; /* in the order of the thresholds: memory is nested */
+            *from = k;
         }
-        determined = settled == basis->operators;
-        k += determined ? 0 : 1;
     }
     play_walk_end(&low);
     play_walk_end(&high);
     free(extreme);
-    return k;
+    return determined;
+}
+
+size_t play_memory_determined(const play_basis_t *basis, const recording_t *recording, size_t end) {
+    size_t from;
+    return determined_operators(basis, recording, end, &from) == basis->operators ? from : end;
+}
+
+size_t play_memory_as_determined_as_possible(const play_basis_t *basis, const recording_t *recording, size_t end) {
+    size_t from;
+    determined_operators(basis, recording, end, &from);
+    return from;
 }

@@ -37,4 +37,10 @@ void play_walk_end(play_walk_t *walk);
 /** First sample from which on no operator depends on the initial memory any more; `end` if there is none before it. */
 size_t play_memory_determined(const play_basis_t *basis, const recording_t *recording, size_t end);
 
+/**
+ * The same where the drive may be too small to move every operator: the first sample from which on as many operators
+ * are determined as will be before `end`. The others, with larger thresholds, keep the memory they began with.
+ */
+size_t play_memory_as_determined_as_possible(const play_basis_t *basis, const recording_t *recording, size_t end);
+
 #endif

@@ -16,6 +16,10 @@ typedef struct {
     double decay, present, past; /**< y[k] = decay y[k-1] + present u[k] + past u[k-1] */
 } first_order_lag_t;
 
+/** Sets the coefficients. */
+void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz);
+
+/* The functions of a block whose state this is. */
 void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup);
 void first_order_lag_settle(void *memory, signal_t *signal);
 void first_order_lag_step(void *memory, signal_t *signal);

@@ -17,11 +17,6 @@ static void quantise(void *state, signal_t *signal) {
     signal->value = step_um * floor(signal->value / step_um + 0.5);
 }
 
-static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    (void)parameter;
-    return compile_leave_out(job);
-}
-
 const block_t block_quantisation = {.name = "quantisation",
                                     .place = PLACE_SENSOR,
                                     .text = "steps of the position converter",
@@ -31,4 +26,4 @@ const block_t block_quantisation = {.name = "quantisation",
                                     .open = open,
                                     .settle = quantise,
                                     .step = quantise,
-                                    .compile = compile};
+                                    .compile = compile_leave_out};

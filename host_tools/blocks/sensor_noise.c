@@ -38,11 +38,6 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->rms_um * radius * cos(2.0 * M_PI * uniform(state));
 }
 
-static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    (void)parameter;
-    return compile_leave_out(job);
-}
-
 const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .place = PLACE_SENSOR,
                                     .text = "white noise of the position sensor",
@@ -52,4 +47,4 @@ const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .open = open,
                                     .settle = settle,
                                     .step = step,
-                                    .compile = compile};
+                                    .compile = compile_leave_out};

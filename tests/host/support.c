@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "support.h"
-#include "catalogue.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <stdio.h>
@@ -26,6 +25,31 @@ void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, si
     model_set(block, "offset_um", offset_um);
     model_set_array(block, "weights", operators + 1, weights, NULL);
     model_set_array(block, "thresholds_v", operators, thresholds_v, NULL);
+}
+
+chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed) {
+    static const double one = 1.0;
+    const bool behind = block->place > PLACE_HYSTERESIS;
+    model_t model;
+    failure_t failure = {{0}};
+    model_create(&model, rate_hz);
+    for (int i = 0; i < 2; i++) {
+        if ((i == 1) != behind) {
+            model_block_t *bank = model_append(&model, &block_prandtl_ishlinskii);
+            model_set_array(bank, "weights", 1, &one, NULL);
+            continue;
+        }
+        model_block_t *appended = model_append(&model, block);
+        for (size_t p = 0; p < block->parameters; p++) {
+            if (!block->parameter[p].array) {
+                model_set(appended, block->parameter[p].name, values[p]);
+            }
+        }
+    }
+    chain_t *chain = chain_open(&model, rate_hz, seed, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
+    model_free(&model);
+    return chain;
 }
 
 void simulate_into(recording_t *recording, const model_t *model, uint64_t seed) {

@@ -3,6 +3,7 @@
 #ifndef SUPPORT_H
 #define SUPPORT_H
 
+#include "catalogue.h"
 #include "chain.h"
 #include "random.h"
 
@@ -15,6 +16,10 @@ void expect_line(const failure_t *failure, const char *text);
 /** A model with one Prandtl-Ishlinskii block. */
 void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
                      const double *thresholds_v);
+
+/** A chain of one block and a hysteresis that does nothing, at the block's place. values are in the order of the
+ * block's table; those of lists are not read. */
+chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed);
 
 /** Fills the displacement of a recording with the simulated chain. */
 void simulate_into(recording_t *recording, const model_t *model, uint64_t seed);

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Each block against the closed solution of its own equation, written independently of the block. */
-#include "catalogue.h"
-#include "chain.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -11,32 +9,6 @@
 void setUp(void) {
 }
 void tearDown(void) {
-}
-
-/* A chain of one block behind or before a hysteresis that does nothing. */
-static chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed) {
-    static const double one = 1.0;
-    model_t model;
-    chain_t *chain;
-    failure_t failure = {{0}};
-    model_create(&model, rate_hz);
-    if (block->place < PLACE_HYSTERESIS) {
-        model_append(&model, block);
-    }
-    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, &one, NULL);
-    if (block->place > PLACE_HYSTERESIS) {
-        model_append(&model, block);
-    }
-    for (size_t p = 0; p < block->parameters; p++) {
-        if (block->parameter[p].array) {
-            continue;
-        }
-        model_set(&model.block[block->place < PLACE_HYSTERESIS ? 0 : 1], block->parameter[p].name, values[p]);
-    }
-    chain = chain_open(&model, rate_hz, seed, &failure);
-    TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
-    model_free(&model);
-    return chain;
 }
 
 /* A ramp of slope s from rest: the first-order hold has nothing to approximate, so rounding alone is left. */
@@ -128,20 +100,29 @@ static void test_creep_answers_a_step_with_its_exponentials(void) {
 }
 
 static void test_settled_means_at_rest(void) {
-    for (size_t i = 0; i < catalogue_count; i++) {
-        const block_t *block = catalogue[i];
-        const double values[] = {block == &block_resonance      ? 300.0
-                                 : block == &block_sensor_noise ? 0.0
-                                                                : 0.001,
-                                 0.05, 1000.0};
-        if (block->place == PLACE_HYSTERESIS || block == &block_preload) { /* test_stop has them */
-            continue;
-        }
-        chain_t *chain = open_block(block, values, 10000.0, 1);
-        const double at_rest = block == &block_creep ? 42.125 * (1.0 + 10.0 * 0.001 / 2.0) : 42.125; /* 10 cells */
-        TEST_ASSERT_DOUBLE_WITHIN(1e-12, at_rest, chain_settle(chain, 42.125));
+    static const struct {
+        const block_t *block;
+        double values[4], at_rest; /* at_rest: of 42.125 */
+    } cases[] = {{&block_transport_delay, {0.001}, 42.125},
+                 {&block_amplifier_bandwidth, {0.001}, 42.125},
+                 {&block_amplifier_slew_limit, {0.001}, 42.125},
+                 {&block_amplifier_saturation, {-1.0, 41.0}, 41.0},
+                 {&block_asymmetric_hysteresis, {0.1, 42.125, 8.0}, 42.125 - 0.1 * 8.0},
+                 {&block_creep, {0.001, 0.05, 1000.0}, 42.125 * (1.0 + 10.0 * 0.001 / 2.0)}, /* 10 cells */
+                 {&block_charge_leakage, {0.5, 3.0}, 3.0},
+                 {&block_gain_drift, {0.0}, 42.125},
+                 {&block_resonance, {300.0, 0.05}, 42.125},
+                 {&block_sensor_bandwidth, {0.001}, 42.125},
+                 {&block_static_nonlinearity, {0.1, 0.05, 40.125, 4.0}, 42.125 + 4.0 * (0.1 / 4.0 + 0.05 / 8.0)},
+                 {&block_thermal_drift, {0.0, 1.0}, 42.125},
+                 {&block_mains_interference, {50.0, 0.0}, 42.125},
+                 {&block_sensor_noise, {0.0}, 42.125},
+                 {&block_quantisation, {0.001}, 42.125}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        chain_t *chain = open_block(cases[i].block, cases[i].values, 10000.0, 1);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, cases[i].at_rest, chain_settle(chain, 42.125));
         for (int k = 0; k < 100; k++) {
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, at_rest, chain_step(chain, 42.125), block->name);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, cases[i].at_rest, chain_step(chain, 42.125), cases[i].block->name);
         }
         chain_close(chain);
     }

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The supply rails: the voltage stays between them. */
+#include "catalogue.h"
+#include "compile_job.h"
+#include <math.h>
+
+enum { LOW, HIGH };
+
+static const parameter_info_t parameters[] = {
+    {.name = "low_v", .unit = "V", .low = -1e9, .high = 1e9, .text = "least voltage that reaches the actuator"},
+    {.name = "high_v", .unit = "V", .low = -1e9, .high = 1e9, .text = "largest voltage that reaches the actuator"}};
+
+typedef struct {
+    double low_v, high_v;
+} state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    return parameter[LOW].value[0] < parameter[HIGH].value[0] ||
+           fail(failure, "low_v = %g is not below high_v = %g", parameter[LOW].value[0], parameter[HIGH].value[0]);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    *(state_t *)memory = (state_t){parameter[LOW].value[0], parameter[HIGH].value[0]};
+}
+
+static void step(void *memory, signal_t *signal) {
+    const state_t *state = memory;
+    signal->value = fmax(state->low_v, fmin(state->high_v, signal->value));
+}
+
+/* Nothing undoes a rail. An amplifier that never asks for more stays in step with the actuator. */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    hyst_parameters_t *p = job->parameters;
+    const hyst_q31_t low = hyst_clamp(drive_from_volts(p, parameter[LOW].value[0]), p->drive_low, p->drive_high);
+    const hyst_q31_t high = hyst_clamp(drive_from_volts(p, parameter[HIGH].value[0]), p->drive_low, p->drive_high);
+    if (low >= high) {
+        return fail(job->failure, "the drive range lies outside the rails at %g and %g V", parameter[LOW].value[0],
+                    parameter[HIGH].value[0]);
+    }
+    p->drive_low = low;
+    p->drive_high = high;
+    p->drive_park = hyst_clamp(p->drive_park, low, high);
+    compile_note(job, "%s: the drive is limited to %.5g to %.5g V", job->block, drive_to_volts(p, p->drive_low),
+                 drive_to_volts(p, p->drive_high));
+    return true;
+}
+
+const block_t block_amplifier_saturation = {.name = "amplifier_saturation",
+                                            .place = PLACE_ELECTRONICS,
+                                            .text = "rails that the voltage does not leave",
+                                            .parameter = parameters,
+                                            .parameters = 2,
+                                            .check = check,
+                                            .state_bytes = sizeof(state_t),
+                                            .open = open,
+                                            .settle = step,
+                                            .step = step,
+                                            .compile = compile};

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A voltage that follows the drive no faster than the limit: what a current limit makes of a constant capacitance.
+ *
+ * With d = voltage - drive and a drive that is a ramp of slope s between samples, d falls towards 0 at the rate limit
+ * +- s and stays there while |s| is within the limit. Solved exactly, corner inside the sample included.
+ */
+#include "catalogue.h"
+#include "compile_job.h"
+#include <math.h>
+
+static const parameter_info_t parameters[] = {
+    {.name = "limit_v_per_s", .unit = "V/s", .low = 1e-9, .high = 1e12, .text = "largest rate of the voltage"}};
+
+typedef struct {
+    double limit; /* V per sample */
+    double drive, voltage;
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    ((state_t *)memory)->limit = parameter[0].value[0] / setup->sample_rate_hz;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    state->drive = signal->value;
+    state->voltage = signal->value;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double slope = signal->value - state->drive, excess = fmax(0.0, fabs(slope) - state->limit);
+    const double difference = state->voltage - state->drive, gap = fabs(difference);
+    const double closing = state->limit + (difference > 0.0 ? slope : -slope); /* rate at which the gap closes */
+    if (gap > 0.0 && gap >= closing) {                                         /* not within this sample */
+        state->voltage -= copysign(state->limit, difference);
+    } else { /* from where they meet on, only the excess opens a new gap */
+        const double after = gap > 0.0 ? 1.0 - gap / closing : 1.0;
+        state->voltage = signal->value - copysign(after * excess, slope);
+    }
+    state->drive = signal->value;
+    signal->value = state->voltage;
+}
+
+/* A reference that stays below the limit needs no inverse, and one above it has none. */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    compile_note(job, "%s: not inverted; it does no harm while the drive moves by less than %.4g V/s", job->block,
+                 parameter[0].value[0]);
+    return true;
+}
+
+const block_t block_amplifier_slew_limit = {.name = "amplifier_slew_limit",
+                                            .place = PLACE_ELECTRONICS,
+                                            .text = "largest rate of the voltage: slew or current limit",
+                                            .parameter = parameters,
+                                            .parameters = 1,
+                                            .state_bytes = sizeof(state_t),
+                                            .open = open,
+                                            .settle = settle,
+                                            .step = step,
+                                            .compile = compile};

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Charge that leaks away, or a drive that is coupled through a capacitor: the position returns to rest, exponentially.
+ */
+#include "catalogue.h"
+#include "first_order_lag.h"
+#include <gsl/gsl_math.h>
+
+enum { TIME_CONSTANT, REST, INITIAL };
+
+static const parameter_info_t parameters[] = {
+    {.name = "time_constant_s", .unit = "s", .low = 1e-6, .high = 1e9, .text = "in which all but 1/e has leaked away"},
+    {.name = "rest_um",
+     .unit = "um",
+     .low = -1e9,
+     .high = 1e9,
+     .optional = true,
+     .text = "position when nothing is left of the charge"},
+    {.name = "initial_um",
+     .unit = "um",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .optional = true,
+     .text = "one value: what had leaked away when the recording began (default: all of its first sample)"}};
+
+typedef struct {
+    first_order_lag_t leaked;
+    double rest_um, initial_um;
+    bool has_initial;
+} state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    return parameter[INITIAL].count <= 1 || fail(failure, "initial_um is one value, not %zu", parameter[INITIAL].count);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    first_order_lag_set(&state->leaked, 1.0 / (2.0 * M_PI * parameter[TIME_CONSTANT].value[0]), setup->sample_rate_hz);
+    state->rest_um = parameter[REST].value[0];
+    state->has_initial = parameter[INITIAL].count > 0;
+    state->initial_um = state->has_initial ? parameter[INITIAL].value[0] : 0.0;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double held = signal->value;
+    first_order_lag_settle(&state->leaked, signal);
+    if (state->has_initial) {
+        state->leaked.output = state->initial_um;
+    }
+    signal->value = state->rest_um + held - state->leaked.output;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double held = signal->value;
+    first_order_lag_step(&state->leaked, signal);
+    signal->value = state->rest_um + held - signal->value;
+}
+
+const block_t block_charge_leakage = {.name = "charge_leakage",
+                                      .place = PLACE_SLOW,
+                                      .text = "the position returns to rest as the charge leaks away",
+                                      .parameter = parameters,
+                                      .parameters = 3,
+                                      .check = check,
+                                      .state_bytes = sizeof(state_t),
+                                      .open = open,
+                                      .settle = settle,
+                                      .step = step};

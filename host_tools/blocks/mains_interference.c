@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Hum: a sine on the reading, at rest too, whose phase knows nothing of the drive. */
+#include "catalogue.h"
+#include "compile_job.h"
+#include <gsl/gsl_math.h>
+
+enum { FREQUENCY, AMPLITUDE, PHASE };
+
+static const parameter_info_t parameters[] = {
+    {.name = "frequency_hz", .unit = "Hz", .low = 0.0, .high = 1e6, .text = "of the mains, or a multiple of it"},
+    {.name = "amplitude_um", .unit = "um", .low = 0.0, .high = 1e6, .text = "half of peak to peak"},
+    {.name = "phase_rad",
+     .unit = "rad",
+     .low = -2.0 * M_PI,
+     .high = 2.0 * M_PI,
+     .optional = true,
+     .text = "of the sine when the recording begins"}};
+
+typedef struct {
+    double turns_per_sample, amplitude_um, phase_rad;
+    uint64_t samples; /* since the recording began */
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    state->turns_per_sample = parameter[FREQUENCY].value[0] / setup->sample_rate_hz;
+    state->amplitude_um = parameter[AMPLITUDE].value[0];
+    state->phase_rad = parameter[PHASE].value[0];
+}
+
+static void settle(void *memory, signal_t *signal) {
+    (void)signal;
+    ((state_t *)memory)->samples = 0;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double turns = fmod(state->turns_per_sample * (double)state->samples++, 1.0);
+    signal->value += state->amplitude_um * sin(2.0 * M_PI * turns + state->phase_rad);
+}
+
+const block_t block_mains_interference = {.name = "mains_interference",
+                                          .place = PLACE_SENSOR,
+                                          .text = "hum of the mains on the reading",
+                                          .parameter = parameters,
+                                          .parameters = 3,
+                                          .state_bytes = sizeof(state_t),
+                                          .open = open,
+                                          .settle = settle,
+                                          .step = step,
+                                          .compile = compile_leave_out};

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * A sensor whose reading is a polynomial of the position:
+ *
+ *     reading = c + h (s + quadratic s^2 + cubic s^3),     s = (position - c) / h
+ */
+#include "catalogue.h"
+#include "compile_job.h"
+#include <math.h>
+
+enum { QUADRATIC, CUBIC, CENTER, HALF_RANGE };
+
+static const parameter_info_t parameters[] = {
+    {.name = "quadratic", .unit = "1", .low = -1.0, .high = 1.0, .text = "error at both ends, of half the range"},
+    {.name = "cubic", .unit = "1", .low = -1.0, .high = 1.0, .text = "error at the upper end, of half the range"},
+    {.name = "center_um",
+     .unit = "um",
+     .low = -1e9,
+     .high = 1e9,
+     .center_of = "displacement_range_um",
+     .text = "middle of the range, where the reading is right"},
+    {.name = "half_range_um",
+     .unit = "um",
+     .low = 1e-9,
+     .high = 1e9,
+     .half_of = "displacement_range_um",
+     .text = "half of the range that the two numbers refer to"}};
+
+typedef struct {
+    double quadratic, cubic, center_um, half_range_um;
+} state_t;
+
+/* The slope 1 + 2 q s + 3 k s^2 is positive for all s in [-1, 1]. */
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    const double q = parameter[QUADRATIC].value[0], k = parameter[CUBIC].value[0];
+    double least = 1.0 - 2.0 * fabs(q) + 3.0 * k;
+    if (fabs(q) < 3.0 * k) { /* a minimum inside, at s = -q / 3k */
+        least = 1.0 - q * q / (3.0 * k);
+    }
+    return least > 0.0 || fail(failure, "with quadratic = %g and cubic = %g the reading falls within the range", q, k);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    *(state_t *)memory = (state_t){.quadratic = parameter[QUADRATIC].value[0],
+                                   .cubic = parameter[CUBIC].value[0],
+                                   .center_um = parameter[CENTER].value[0],
+                                   .half_range_um = parameter[HALF_RANGE].value[0]};
+}
+
+static void step(void *memory, signal_t *signal) {
+    const state_t *state = memory;
+    const double s = (signal->value - state->center_um) / state->half_range_um;
+    signal->value += state->half_range_um * s * s * (state->quadratic + state->cubic * s);
+}
+
+/* It is the position that has to follow, not what the sensor makes of it. */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    (void)parameter;
+    compile_note(job, "%s: left out, so it is the position that follows the reference, not the reading", job->block);
+    return true;
+}
+
+const block_t block_static_nonlinearity = {.name = "static_nonlinearity",
+                                           .place = PLACE_SENSOR,
+                                           .text = "curved characteristic of the position sensor",
+                                           .parameter = parameters,
+                                           .parameters = 4,
+                                           .check = check,
+                                           .state_bytes = sizeof(state_t),
+                                           .open = open,
+                                           .settle = step,
+                                           .step = step,
+                                           .compile = compile};

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What expands while sensor and frame warm up: an exponential in time that nothing the drive does can change. */
+#include "catalogue.h"
+#include "compile_job.h"
+#include <math.h>
+
+enum { DRIFT, TIME_CONSTANT };
+
+static const parameter_info_t parameters[] = {
+    {.name = "drift_um", .unit = "um", .low = -1e6, .high = 1e6, .text = "final change of the reading"},
+    {.name = "time_constant_s", .unit = "s", .low = 1e-3, .high = 1e9, .text = "in which all but 1/e has happened"}};
+
+typedef struct {
+    double drift_um, time_constant; /* um, samples */
+    uint64_t samples;               /* since the recording began */
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    state->drift_um = parameter[DRIFT].value[0];
+    state->time_constant = parameter[TIME_CONSTANT].value[0] * setup->sample_rate_hz;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    (void)signal;
+    ((state_t *)memory)->samples = 0;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    signal->value -= state->drift_um * expm1(-(double)state->samples++ / state->time_constant);
+}
+
+const block_t block_thermal_drift = {.name = "thermal_drift",
+                                     .place = PLACE_SENSOR,
+                                     .text = "offset that settles exponentially, whatever the drive does",
+                                     .parameter = parameters,
+                                     .parameters = 2,
+                                     .state_bytes = sizeof(state_t),
+                                     .open = open,
+                                     .settle = settle,
+                                     .step = step,
+                                     .compile = compile_leave_out};

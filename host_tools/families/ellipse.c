@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Family `ellipse`: one ellipse for each sine recording. docs/MODELS.md, section 13.
+ *
+ * Of every recording the last whole periods of the training part are used, without the first period of it where there
+ * are three or more: that one holds the way from rest into the loop. Each half of a loop gets its own ellipse up to the
+ * highest frequency at which that is clearly nearer to the training samples than one ellipse for both.
+ */
+#include "catalogue.h"
+#include "ellipse_fit.h"
+#include "family.h"
+#include "sine_fit.h"
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What may be left of the drive besides its sine, and what amplitudes and centres of the recordings may differ by, of
+ * the amplitude. The first lets converters of 8 bits pass, but no triangle (0.12). */
+static const double drive_left = 0.02, amplitudes_differ = 0.02;
+/* Of the frequency; below that two recordings are of the same one. */
+static const double frequencies_differ = 0.005;
+/* Halves are worth ten numbers where the RMS error falls below this part. */
+static const double halves_worth = 0.8;
+
+typedef struct {
+    const recording_t *recording;
+    size_t from, samples; /* whole periods */
+    sine_t drive;         /* its phase belongs to sample `from` */
+    ellipse_t ellipse, sigma;
+    ellipse_t half[2]; /* ascending, descending */
+    double single_um, halves_um;
+} loop_t;
+
+typedef struct {
+    loop_t *loop;
+    size_t count;
+    double drive_range_v, displacement_range_um;
+    family_notes_t *notes;
+    failure_t *failure;
+} work_t;
+
+static bool find_sine(work_t *work, loop_t *loop, size_t train_to) {
+    const recording_t *recording = loop->recording;
+    const double *drive = recording->column[COLUMN_DRIVE];
+    if (!sine_fit(drive, train_to, recording->sample_rate_hz, &loop->drive, work->failure)) {
+        return fail_in(work->failure, "%s: family ellipse needs a sinusoidal drive", recording->name);
+    }
+    if (!(loop->drive.rms <= drive_left * loop->drive.amplitude)) {
+        return fail(
+            work->failure,
+            "%s: family ellipse needs a sinusoidal drive; %.2g %% of this one's amplitude is no sine of %.6g Hz",
+            recording->name, 100.0 * loop->drive.rms / loop->drive.amplitude, loop->drive.frequency_hz);
+    }
+    const double period = recording->sample_rate_hz / loop->drive.frequency_hz;
+    const double periods = floor((double)train_to / period + 0.01); /* a sample is missing of the last one */
+    if (periods < 1.0) {
+        return fail(work->failure, "%s: the training part holds less than one period of its %.6g Hz", recording->name,
+                    loop->drive.frequency_hz);
+    }
+    loop->samples = (size_t)fmin((double)train_to, floor((periods >= 3.0 ? periods - 1.0 : periods) * period + 0.5));
+    loop->from = train_to - loop->samples;
+    loop->drive.phase += 2.0 * M_PI * (double)loop->from / period;
+    return true;
+}
+
+static int by_frequency(const void *a, const void *b) {
+    const double x = ((const loop_t *)a)->drive.frequency_hz, y = ((const loop_t *)b)->drive.frequency_hz;
+    return (x > y) - (x < y);
+}
+
+static bool check_together(const work_t *work) {
+    const loop_t *first = &work->loop[0];
+    for (size_t i = 1; i < work->count; i++) {
+        const loop_t *loop = &work->loop[i];
+        const double tolerance = amplitudes_differ * first->drive.amplitude;
+        if (!(fabs(loop->drive.amplitude - first->drive.amplitude) <= tolerance &&
+              fabs(loop->drive.offset - first->drive.offset) <= tolerance)) {
+            return fail(
+                work->failure,
+                "%s: family ellipse holds for one amplitude about one bias; this is %.4g +- %.4g V, %s is %.4g +- "
+                "%.4g V",
+                loop->recording->name, loop->drive.offset, loop->drive.amplitude, first->recording->name,
+                first->drive.offset, first->drive.amplitude);
+        }
+        if (!(loop->drive.frequency_hz > (1.0 + frequencies_differ) * loop[-1].drive.frequency_hz)) {
+            return fail(work->failure, "%s: family ellipse needs one recording a frequency, and %s is %.6g Hz too",
+                        loop->recording->name, loop[-1].recording->name, loop->drive.frequency_hz);
+        }
+    }
+    return true;
+}
+
+/* Largest magnitudes: the plane of the ellipses, as the paper's. */
+static void measure_ranges(work_t *work) {
+    for (size_t i = 0; i < work->count; i++) {
+        const loop_t *loop = &work->loop[i];
+        for (size_t k = loop->from; k < loop->from + loop->samples; k++) {
+            work->drive_range_v = fmax(work->drive_range_v, fabs(loop->recording->column[COLUMN_DRIVE][k]));
+            work->displacement_range_um =
+                fmax(work->displacement_range_um, fabs(loop->recording->column[COLUMN_DISPLACEMENT][k]));
+        }
+    }
+}
+
+/* RMS of the displacement against k (u(t - d) - u_c), with the drive's own amplitude. */
+static double single_error(const work_t *work, const loop_t *loop, const double *y) {
+    const ellipse_sines_t sines = ellipse_sines(&loop->ellipse);
+    const double gain = sines.y_radius / sines.x_radius;
+    double squares = 0.0;
+    for (size_t k = 0; k < loop->samples; k++) {
+        const double angle = 2.0 * M_PI * loop->drive.frequency_hz / loop->recording->sample_rate_hz * (double)k;
+        const double u = loop->drive.offset + loop->drive.amplitude * sin(angle + loop->drive.phase - sines.lag);
+        squares += gsl_pow_2(y[k] - loop->ellipse.y_center - gain * (u / work->drive_range_v - loop->ellipse.x_center));
+    }
+    return work->displacement_range_um * sqrt(squares / (double)loop->samples);
+}
+
+/* Fits the halves; leaves halves_um infinite where that makes no sense. */
+static void fit_halves(const work_t *work, loop_t *loop, const double *x, const double *y) {
+    double *half_x = allocate(loop->samples, sizeof(double)), *half_y = allocate(loop->samples, sizeof(double));
+    const double angle = 2.0 * M_PI * loop->drive.frequency_hz / loop->recording->sample_rate_hz;
+    double squares = 0.0;
+    failure_t unused;
+    loop->halves_um = HUGE_VAL;
+    for (int h = 0; h < 2; h++) {
+        const double side = h == 0 ? -1.0 : 1.0;
+        size_t count = 0;
+        for (size_t k = 0; k < loop->samples; k++) {
+            if (side * cos(angle * (double)k + loop->drive.phase) < 0.0) {
+                half_x[count] = x[k];
+                half_y[count++] = y[k];
+            }
+        }
+        if (!ellipse_fit(half_x, half_y, count, &loop->half[h], NULL, &unused)) {
+            squares = HUGE_VAL;
+            break;
+        }
+        for (size_t k = 0; k < count; k++) {
+            squares += gsl_pow_2(half_y[k] - ellipse_arc(&loop->half[h], half_x[k], side));
+        }
+    }
+    loop->halves_um = work->displacement_range_um * sqrt(squares / (double)loop->samples);
+    free(half_x);
+    free(half_y);
+}
+
+static bool fit_loop(work_t *work, loop_t *loop) {
+    double *x = allocate(loop->samples, sizeof(double)), *y = allocate(loop->samples, sizeof(double));
+    for (size_t k = 0; k < loop->samples; k++) {
+        x[k] = loop->recording->column[COLUMN_DRIVE][loop->from + k] / work->drive_range_v;
+        y[k] = loop->recording->column[COLUMN_DISPLACEMENT][loop->from + k] / work->displacement_range_um;
+    }
+    const bool good = ellipse_fit(x, y, loop->samples, &loop->ellipse, &loop->sigma, work->failure);
+    if (good) {
+        loop->single_um = single_error(work, loop, y);
+        fit_halves(work, loop, x, y);
+        family_note(work->notes, "%.6g Hz: one ellipse leaves %.4g um RMS of the training loop, one a half %.4g um",
+                    loop->drive.frequency_hz, loop->single_um, loop->halves_um);
+    }
+    free(x);
+    free(y);
+    return good || fail_in(work->failure, "%s", loop->recording->name);
+}
+
+/* Gathers one number of every loop. `offset`: of a double within loop_t. */
+static void set_column(model_block_t *block, const char *name, const work_t *work, size_t value, size_t sigma) {
+    double *values = allocate(work->count, sizeof(double)), *sigmas = allocate(work->count, sizeof(double));
+    for (size_t i = 0; i < work->count; i++) {
+        const char *loop = (const char *)&work->loop[i];
+        values[i] = *(const double *)(loop + value);
+        sigmas[i] = sigma != 0 ? *(const double *)(loop + sigma) : 0.0;
+    }
+    model_set_array(block, name, work->count, values, sigma != 0 ? sigmas : NULL);
+    free(values);
+    free(sigmas);
+}
+
+static void set_halves(model_block_t *block, const work_t *work) {
+    static const char *const names[2] = {"ascending", "descending"};
+    size_t count = 0;
+    while (count < work->count && work->loop[count].halves_um < halves_worth * work->loop[count].single_um) {
+        count++;
+    }
+    if (count == 0) {
+        return;
+    }
+    const work_t low = {.loop = work->loop, .count = count};
+    set_column(block, "halves_hz", &low, offsetof(loop_t, drive.frequency_hz), 0);
+    for (int h = 0; h < 2; h++) {
+        double *numbers = allocate(5 * count, sizeof(double));
+        for (size_t i = 0; i < count; i++) {
+            const ellipse_t *half = &work->loop[i].half[h];
+            const double five[] = {half->major, half->minor, half->angle, half->x_center, half->y_center};
+            memcpy(numbers + 5 * i, five, sizeof five);
+        }
+        model_set_array(block, names[h], 5 * count, numbers, NULL);
+        free(numbers);
+    }
+    family_note(work->notes, "each half of the loop has its own ellipse up to %.6g Hz",
+                work->loop[count - 1].drive.frequency_hz);
+}
+
+static void make_model(const work_t *work, model_t *model) {
+    model_create(model, work->loop[0].recording->sample_rate_hz);
+    model_block_t *block = model_append(model, &block_ellipse);
+    model_set(block, "drive_range_v", work->drive_range_v);
+    model_set(block, "displacement_range_um", work->displacement_range_um);
+    set_column(block, "frequencies_hz", work, offsetof(loop_t, drive.frequency_hz), 0);
+    set_column(block, "major", work, offsetof(loop_t, ellipse.major), offsetof(loop_t, sigma.major));
+    set_column(block, "minor", work, offsetof(loop_t, ellipse.minor), offsetof(loop_t, sigma.minor));
+    set_column(block, "angle_rad", work, offsetof(loop_t, ellipse.angle), offsetof(loop_t, sigma.angle));
+    set_column(block, "x_center", work, offsetof(loop_t, ellipse.x_center), offsetof(loop_t, sigma.x_center));
+    set_column(block, "y_center", work, offsetof(loop_t, ellipse.y_center), offsetof(loop_t, sigma.y_center));
+    set_halves(block, work);
+}
+
+static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    work_t work = {
+        .loop = allocate(job->count, sizeof *work.loop), .count = job->count, .notes = notes, .failure = failure};
+    bool good = true;
+    for (size_t i = 0; good && i < job->count; i++) {
+        work.loop[i].recording = &job->recordings[i];
+        good = find_sine(&work, &work.loop[i], job->train_to[i]);
+    }
+    if (good) {
+        qsort(work.loop, work.count, sizeof *work.loop, by_frequency);
+        measure_ranges(&work);
+        good = check_together(&work);
+    }
+    for (size_t i = 0; good && i < work.count; i++) {
+        good = fit_loop(&work, &work.loop[i]);
+    }
+    if (good) {
+        make_model(&work, model);
+        good = model_check(model, "family ellipse", failure);
+        if (!good) {
+            model_free(model);
+        }
+    }
+    free(work.loop);
+    return good;
+}
+
+const family_t family_ellipse = {
+    .name = "ellipse", .text = "an ellipse for each sine recording: gain and lag over the frequency", .fit = fit};

@@ -1,0 +1,412 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The limits, drifts and curved characteristics: each against the answer that its own equation has in closed form. */
+#include "compile.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* A 100 V/s limit and a triangle between 0 and 10 V. Twice as steep as the limit: the voltage is a triangle too, and
+ * turns where it meets the drive, inside a sample. */
+static void test_slew_limit_makes_a_smaller_triangle_of_a_steep_one(void) {
+    const double rate = 1000.0, limit = 100.0, corner[] = {0.0, 10.0};
+    double drive[1500], largest = 0.0, least = 10.0;
+    chain_t *chain = open_block(&block_amplifier_slew_limit, &limit, rate, 1);
+    fill_lines(drive, 1500, corner, 2, 50); /* 200 V/s */
+    chain_settle(chain, 0.0);
+    double previous = 0.0;
+    for (int k = 0; k < 1500; k++) {
+        const double v = chain_step(chain, drive[k]);
+        TEST_ASSERT_TRUE(fabs(v - previous) <= limit / rate + 1e-12);
+        if (k < 66) { /* first meets the falling drive: 100 t = 20 - 200 t at 66.67 ms */
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, limit * k / rate, v);
+        }
+        largest = k >= 1000 ? fmax(largest, v) : largest;
+        least = k >= 1000 ? fmin(least, v) : least;
+        previous = v;
+    }
+    /* Once it repeats it swings by 100 V/s times half a period of 50 ms, about the middle. Between samples it is
+     * higher: by up to half a sample at the limit. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.5 * limit / rate + 1e-9, 7.5, largest);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5 * limit / rate + 1e-9, 2.5, least);
+    chain_close(chain);
+}
+
+/* The corner inside the sample counts: the same drive at ten times the rate gives the same voltages. The drive is
+ * linear between the coarse samples, so there is nothing that only the fine one sees. */
+static void test_slew_limit_does_not_depend_on_the_sample_rate(void) {
+    enum { FINE = 10 };
+    const double limit = 37.0, rate = 100.0;
+    random_t random = random_start("slew limit, two rates", 20);
+    chain_t *coarse = open_block(&block_amplifier_slew_limit, &limit, rate, 1);
+    chain_t *fine = open_block(&block_amplifier_slew_limit, &limit, rate * FINE, 1);
+    double from = 0.0;
+    chain_settle(coarse, 0.0);
+    chain_settle(fine, 0.0);
+    for (int k = 0; k < 20000; k++) {
+        const double to = from + 0.6 * random_normal(&random);
+        double v = 0.0;
+        for (int i = 1; i <= FINE; i++) {
+            v = chain_step(fine, from + (to - from) * i / FINE);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, v, chain_step(coarse, to));
+        from = to;
+    }
+    chain_close(coarse);
+    chain_close(fine);
+}
+
+static void test_a_drive_within_the_slew_limit_passes_unchanged(void) {
+    const double limit = 100.0, rate = 1000.0;
+    chain_t *chain = open_block(&block_amplifier_slew_limit, &limit, rate, 1);
+    double drive = 0.0;
+    random_t random = random_start("slow drive", 21);
+    chain_settle(chain, 0.0);
+    for (int k = 0; k < 1000; k++) {
+        drive += fmax(-0.0999, fmin(0.0999, 0.1 * random_normal(&random)));
+        TEST_ASSERT_EQUAL_DOUBLE(drive, chain_step(chain, drive));
+    }
+    chain_close(chain);
+}
+
+static void test_saturation_cuts_at_its_rails(void) {
+    chain_t *chain = open_block(&block_amplifier_saturation, (const double[]){-10.0, 120.0}, 1000.0, 1);
+    const double drive[] = {-11.0, -10.0, 0.0, 119.5, 120.5, 1e6}, voltage[] = {-10.0, -10.0, 0.0, 119.5, 120.0, 120.0};
+    for (int k = 0; k < 6; k++) {
+        TEST_ASSERT_EQUAL_DOUBLE(voltage[k], chain_step(chain, drive[k]));
+    }
+    chain_close(chain);
+}
+
+/* x' = x_in' - x / T: a ramp of slope s from 0 gives s T (1 - exp(-t / T)), and what is then held decays. */
+static void test_leakage_answers_a_ramp_and_a_hold_exactly(void) {
+    const double rate = 50.0, tau = 1.7, s = 3.0, end = 4.0;
+    chain_t *chain = open_block(&block_charge_leakage, (const double[]){tau, 0.25}, rate, 1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, chain_settle(chain, 0.0));
+    for (int k = 1; k < 1000; k++) {
+        const double t = k / rate, at_end = s * tau * -expm1(-end / tau);
+        const double expected = t <= end ? s * tau * -expm1(-t / tau) : at_end * exp(-(t - end) / tau);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.25 + expected, chain_step(chain, s * fmin(t, end)));
+    }
+    chain_close(chain);
+}
+
+/* A model in which the recording begins fresh: nothing has leaked away yet. */
+static void test_leakage_begins_where_it_is_told(void) {
+    const double one = 1.0, nothing = 0.0, tau = 2.0, rate = 10.0;
+    model_t model;
+    failure_t failure;
+    make_bank_model(&model, rate, 0.0, 0, &one, NULL);
+    model_block_t *block = model_append(&model, &block_charge_leakage);
+    model_set(block, "time_constant_s", tau);
+    model_set_array(block, "initial_um", 1, &nothing, NULL);
+    chain_t *chain = chain_open(&model, rate, 1, &failure);
+    TEST_ASSERT_NOT_NULL(chain);
+    TEST_ASSERT_EQUAL_DOUBLE(5.0, chain_settle(chain, 5.0));
+    for (int k = 1; k < 100; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 5.0 * exp(-k / rate / tau), chain_step(chain, 5.0));
+    }
+    chain_close(chain);
+    const double two[] = {1.0, 2.0};
+    model_set_array(block, "initial_um", 2, two, NULL);
+    TEST_ASSERT_NULL(chain_open(&model, rate, 1, &failure));
+    expect_line(&failure, "initial_um is one value, not 2");
+    model_free(&model);
+}
+
+/* Time counts from the first sample; settling again begins anew. */
+static void test_drifts_and_hum_are_functions_of_time(void) {
+    const double rate = 1000.0, x = 7.0;
+    chain_t *gain = open_block(&block_gain_drift, (const double[]){-1e-3, 2.0}, rate, 1);
+    chain_t *drift = open_block(&block_thermal_drift, (const double[]){0.8, 0.3}, rate, 1);
+    chain_t *hum = open_block(&block_mains_interference, (const double[]){50.0, 0.02, 0.5}, rate, 1);
+    for (int again = 0; again < 2; again++) {
+        TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(gain, x));
+        TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(drift, x));
+        TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(hum, x));
+        for (int k = 0; k < 3000; k++) {
+            const double t = k / rate;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, x - 1e-3 * t * (x - 2.0), chain_step(gain, x));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, x + 0.8 * (1.0 - exp(-t / 0.3)), chain_step(drift, x));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, x + 0.02 * sin(2.0 * M_PI * 50.0 * t + 0.5), chain_step(hum, x));
+        }
+    }
+    chain_close(gain);
+    chain_close(drift);
+    chain_close(hum);
+}
+
+/* At the ends of the range the error is what the numbers say, of half the range. */
+static void test_static_nonlinearity_is_its_polynomial(void) {
+    const double q = 0.03, c = -0.02, center = 30.0, half = 20.0;
+    chain_t *chain = open_block(&block_static_nonlinearity, (const double[]){q, c, center, half}, 1000.0, 1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 50.0 + half * (q + c), chain_step(chain, 50.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 10.0 + half * (q - c), chain_step(chain, 10.0));
+    TEST_ASSERT_EQUAL_DOUBLE(30.0, chain_step(chain, 30.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 40.0 + half * (q / 4.0 + c / 8.0), chain_step(chain, 40.0));
+    chain_close(chain);
+}
+
+/* Refused exactly where the slope, looked at on a fine grid, is not positive somewhere in the range. */
+static void test_static_nonlinearity_that_falls_is_refused(void) {
+    const double one = 1.0;
+    int refused = 0;
+    random_t random = random_start("falling readings", 22);
+    for (int i = 0; i < 3000; i++) {
+        const double q = fmax(-1.0, fmin(1.0, 0.5 * random_normal(&random)));
+        const double c = fmax(-1.0, fmin(1.0, 0.5 * random_normal(&random)));
+        double least = HUGE_VAL;
+        for (int k = -1000; k <= 1000; k++) {
+            const double s = k / 1000.0;
+            least = fmin(least, 1.0 + 2.0 * q * s + 3.0 * c * s * s);
+        }
+        if (fabs(least) < 1e-5) { /* the grid cannot tell */
+            continue;
+        }
+        model_t model;
+        failure_t failure;
+        make_bank_model(&model, 1000.0, 0.0, 0, &one, NULL);
+        model_block_t *block = model_append(&model, &block_static_nonlinearity);
+        model_set(block, "quadratic", q);
+        model_set(block, "cubic", c);
+        model_set(block, "half_range_um", 1.0);
+        TEST_ASSERT_EQUAL(least > 0.0, model_check(&model, "m", &failure));
+        if (least <= 0.0) {
+            expect_line(&failure, "falls within the range");
+            refused++;
+        }
+        model_free(&model);
+    }
+    TEST_ASSERT_GREATER_THAN(300, refused); /* both answers were asked for */
+    TEST_ASSERT_LESS_THAN(2700, refused);
+}
+
+/* The ends stay, the middle moves by the number, and beyond the ends it goes on with the slope it has there. */
+static void test_asymmetry_bends_the_drive_between_the_ends(void) {
+    const double a = 0.2, center = 50.0, half = 40.0;
+    chain_t *chain = open_block(&block_asymmetric_hysteresis, (const double[]){a, center, half}, 1000.0, 1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 10.0, chain_step(chain, 10.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 90.0, chain_step(chain, 90.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 50.0 - a * half, chain_step(chain, 50.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 90.0 + 1.4 * 5.0, chain_step(chain, 95.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 10.0 - 0.6 * 5.0, chain_step(chain, 5.0));
+    double previous = -HUGE_VAL;
+    for (int k = -2000; k <= 2000; k++) { /* it has an inverse */
+        const double v = chain_step(chain, 0.5 * k);
+        TEST_ASSERT_TRUE(v > previous);
+        previous = v;
+    }
+    chain_close(chain);
+}
+
+/* Play operators behind a bent drive, range -1 V to 1 V, demagnetised. */
+static chain_t *open_asymmetric(double asymmetry, size_t operators, const double *weights, const double *thresholds) {
+    model_t model;
+    failure_t failure = {{0}};
+    model_create(&model, 1000.0);
+    model_block_t *block = model_append(&model, &block_asymmetric_hysteresis);
+    model_set(block, "asymmetry", asymmetry);
+    model_set(block, "half_range_v", 1.0);
+    block = model_append(&model, &block_prandtl_ishlinskii);
+    model_set_array(block, "weights", operators + 1, weights, NULL);
+    model_set_array(block, "thresholds_v", operators, thresholds, NULL);
+    chain_t *chain = chain_open(&model, 1000.0, 1, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
+    chain_settle(chain, 0.0);
+    model_free(&model);
+    return chain;
+}
+
+/* Largest difference between a rising branch and the falling one mirrored at the loop's middle. */
+static double mirror_error(double asymmetry) {
+    enum { POINTS = 2000 };
+    const double weights[] = {1.0, 0.5, 0.3}, thresholds[] = {0.2, 0.5};
+    double branch[2][POINTS + 1], worst = 0.0;
+    chain_t *chain = open_asymmetric(asymmetry, 2, weights, thresholds);
+    for (int k = 0; k < 6 * POINTS; k++) { /* three loops; the last one counts */
+        const int branch_point = k % (2 * POINTS) % POINTS, falling = k % (2 * POINTS) / POINTS;
+        const double u = 2.0 * branch_point / POINTS - 1.0;
+        branch[falling][branch_point] = chain_step(chain, falling ? -u : u);
+    }
+    branch[0][POINTS] = branch[1][0];
+    branch[1][POINTS] = branch[0][0];
+    const double middle = 0.5 * (branch[0][0] + branch[0][POINTS]);
+    for (int k = 0; k <= POINTS; k++) { /* the falling branch runs the same way, mirrored */
+        worst = fmax(worst, fabs(branch[0][k] + branch[1][k] - 2.0 * middle));
+    }
+    chain_close(chain);
+    return worst;
+}
+
+static void test_asymmetric_branches_are_no_mirror_images(void) {
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, mirror_error(0.0));
+    const double full = mirror_error(0.1), half = mirror_error(0.05);
+    TEST_ASSERT_TRUE(full > 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * full, full, 2.0 * half); /* proportional to the asymmetry */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, full, mirror_error(-0.1));
+}
+
+/* One operator alone, of half the range's threshold: it sets off where g(u) = 0, on the way up and on the way down.
+ * Without asymmetry that is the middle; with it the same voltage on both branches, which no mirror image has. */
+static void test_an_operator_sets_off_where_the_bent_drive_says(void) {
+    const double a = 0.1, corner = (sqrt(1.0 + 4.0 * a * a) - 1.0) / (2.0 * a), weights[] = {0.0, 1.0}, r = 0.5;
+    chain_t *chain = open_asymmetric(a, 1, weights, &r);
+    for (int turn = 0; turn < 3; turn++) {
+        const double from = turn % 2 == 0 ? -1.0 : 1.0;
+        chain_step(chain, from);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * from, chain_step(chain, corner + 1e-6 * from));
+        TEST_ASSERT_TRUE(fabs(chain_step(chain, corner - 1e-6 * from) - 0.5 * from) > 1e-7);
+    }
+    chain_close(chain);
+}
+
+static json_t *model_json(const char *block, const char *parameters, const char *fit) {
+    char text[1000];
+    const bool first = strcmp(block, "asymmetric_hysteresis") == 0;
+    const char *bank = "{\"block\": \"prandtl_ishlinskii\", \"parameters\": {\"offset_um\": 0, \"weights\": [1], "
+                       "\"thresholds_v\": []}}";
+    snprintf(text, sizeof text,
+             "{\"format\": \"hyst-model-1\", \"sample_rate_hz\": 1000, \"chain\": [%s%s{\"block\": \"%s\", "
+             "\"parameters\": %s}%s%s]%s}",
+             first ? "" : bank, first ? "" : ",", block, parameters, first ? "," : "", first ? bank : "", fit);
+    json_t *json = json_loads(text, 0, NULL);
+    TEST_ASSERT_NOT_NULL_MESSAGE(json, text);
+    return json;
+}
+
+/* Numbers that refer to a range take it from the model's fit, or demand it. */
+static void test_a_range_that_is_absent_is_that_of_the_fit(void) {
+    static const char fit[] = ",\"fit\": {\"drive_range_v\": [10, 110], \"displacement_range_um\": [-2, 18]}";
+    static const struct {
+        const char *block, *parameters, *center_name, *half_name;
+        double center, half;
+    } cases[] = {
+        {"asymmetric_hysteresis", "{\"asymmetry\": 0.05}", "center_v", "half_range_v", 60.0, 50.0},
+        {"static_nonlinearity", "{\"quadratic\": 0.01, \"cubic\": 0}", "center_um", "half_range_um", 8.0, 10.0},
+        {"static_nonlinearity", "{\"quadratic\": 0.01, \"cubic\": 0, \"center_um\": 1}", "center_um", "half_range_um",
+         1.0, 10.0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        model_t model;
+        failure_t failure = {{0}};
+        json_t *json = model_json(cases[i].block, cases[i].parameters, fit);
+        TEST_ASSERT_TRUE_MESSAGE(model_from_json(&model, json, "m", &failure), failure.text);
+        const model_block_t *block = model_find(&model, cases[i].block);
+        TEST_ASSERT_EQUAL_DOUBLE(cases[i].center, model_parameter(block, cases[i].center_name)->value[0]);
+        TEST_ASSERT_EQUAL_DOUBLE(cases[i].half, model_parameter(block, cases[i].half_name)->value[0]);
+        json_decref(json);
+        json = model_to_json(&model); /* written out: the fit may change */
+        model_t again;
+        json_object_del(json, "fit");
+        TEST_ASSERT_TRUE_MESSAGE(model_from_json(&again, json, "m", &failure), failure.text);
+        model_free(&again);
+        model_free(&model);
+        json_decref(json);
+    }
+    model_t model;
+    failure_t failure;
+    json_t *json = model_json("asymmetric_hysteresis", "{\"asymmetry\": 0.05}", "");
+    TEST_ASSERT_FALSE(model_from_json(&model, json, "m", &failure));
+    expect_line(&failure, "missing parameter \"center_v\", and the model's \"fit\" has no \"drive_range_v\"");
+    json_decref(json);
+}
+
+static model_t compiled_model(const block_t *block) {
+    const double one = 0.1;
+    model_t model;
+    model_create(&model, 10000.0);
+    if (block->place == PLACE_ELECTRONICS) {
+        (void)model_append(&model, block);
+    }
+    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, &one, NULL);
+    if (block->place > PLACE_HYSTERESIS) {
+        (void)model_append(&model, block);
+    }
+    return model;
+}
+
+static const compile_options_t ranges = {.drive_range_v = {0.0, 100.0}, .position_range_um = {0.0, 10.0}};
+
+/* The drive never asks for what the rails do not give. */
+static void test_compiled_rails_limit_the_drive(void) {
+    model_t model = compiled_model(&block_amplifier_saturation);
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    failure_t failure = {{0}};
+    model_set(&model.block[0], "low_v", 20.0);
+    model_set(&model.block[0], "high_v", 500.0);
+    TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &ranges, &parameters, &report, &failure), failure.text);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, drive_to_volts(&parameters, parameters.drive_low));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, drive_to_volts(&parameters, parameters.drive_park));
+    TEST_ASSERT_EQUAL_INT32(HYST_Q31_MAX, parameters.drive_high);
+    TEST_ASSERT_NOT_NULL(strstr(report.note[0], "limited to 20 to 100 V"));
+    model_set(&model.block[0], "low_v", 101.0);
+    TEST_ASSERT_FALSE(compile_model(&model, &ranges, &parameters, NULL, &failure));
+    expect_line(&failure, "outside the rails at 101 and 500 V");
+    model_set(&model.block[0], "low_v", 500.0);
+    TEST_ASSERT_FALSE(compile_model(&model, &ranges, &parameters, NULL, &failure));
+    expect_line(&failure, "low_v = 500 is not below high_v = 500");
+    model_free(&model);
+}
+
+/* What has no inverse is said to have none, in a note where that does no harm and as a refusal where it does. */
+static void test_compile_says_what_it_does_not_undo(void) {
+    static const struct {
+        const block_t *block;
+        const char *name;
+        double value;
+        const char *name_2;
+        double value_2;
+        const char *line; /* NULL: refused */
+    } cases[] = {{&block_amplifier_slew_limit, "limit_v_per_s", 5000.0, NULL, 0.0, "moves by less than 5000 V/s"},
+                 {&block_static_nonlinearity, "quadratic", 0.1, "half_range_um", 5.0, "the position that follows"},
+                 {&block_thermal_drift, "drift_um", 0.1, "time_constant_s", 5.0, "left out"},
+                 {&block_mains_interference, "frequency_hz", 50.0, "amplitude_um", 0.1, "left out"},
+                 {&block_gain_drift, "gain_per_s", 0.1, NULL, 0.0, NULL},
+                 {&block_charge_leakage, "time_constant_s", 5.0, NULL, 0.0, NULL}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        model_t model = compiled_model(cases[i].block);
+        model_block_t *block = &model.block[cases[i].block->place == PLACE_ELECTRONICS ? 0 : 1];
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        failure_t failure = {{0}};
+        model_set(block, cases[i].name, cases[i].value);
+        if (cases[i].name_2 != NULL) {
+            model_set(block, cases[i].name_2, cases[i].value_2);
+        }
+        const bool compiled = compile_model(&model, &ranges, &parameters, &report, &failure);
+        TEST_ASSERT_EQUAL_MESSAGE(cases[i].line != NULL, compiled, failure.text);
+        if (compiled) {
+            TEST_ASSERT_NOT_NULL_MESSAGE(strstr(report.note[0], cases[i].block->name), report.note[0]);
+            TEST_ASSERT_NOT_NULL_MESSAGE(strstr(report.note[0], cases[i].line), report.note[0]);
+        } else {
+            expect_line(&failure, "no inverse");
+        }
+        model_free(&model);
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_slew_limit_makes_a_smaller_triangle_of_a_steep_one);
+    RUN_TEST(test_slew_limit_does_not_depend_on_the_sample_rate);
+    RUN_TEST(test_a_drive_within_the_slew_limit_passes_unchanged);
+    RUN_TEST(test_saturation_cuts_at_its_rails);
+    RUN_TEST(test_leakage_answers_a_ramp_and_a_hold_exactly);
+    RUN_TEST(test_leakage_begins_where_it_is_told);
+    RUN_TEST(test_drifts_and_hum_are_functions_of_time);
+    RUN_TEST(test_static_nonlinearity_is_its_polynomial);
+    RUN_TEST(test_static_nonlinearity_that_falls_is_refused);
+    RUN_TEST(test_asymmetry_bends_the_drive_between_the_ends);
+    RUN_TEST(test_asymmetric_branches_are_no_mirror_images);
+    RUN_TEST(test_an_operator_sets_off_where_the_bent_drive_says);
+    RUN_TEST(test_a_range_that_is_absent_is_that_of_the_fit);
+    RUN_TEST(test_compiled_rails_limit_the_drive);
+    RUN_TEST(test_compile_says_what_it_does_not_undo);
+    return UNITY_END();
+}

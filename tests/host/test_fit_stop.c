@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Families in stop form and with inertia: the truth found again, from positions whose derivatives are known. */
+#include "catalogue.h"
+#include "family.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STOPS = 4, SAMPLES = 6000 };
+
+static const double rate_hz = 20000.0, half_um = 10.0;
+static const double offset_v = 2.0, weights[STOPS + 1] = {2.5, 0.9, 0.6, 0.4, 0.3};
+static const double damping = 8e-4, mass = 6e-8;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/*
+ * The position is a sum of two sines between 0 and 20 um, so rate and acceleration are known without differences; the
+ * drive follows from the operator definition. Noise is added to the position afterwards.
+ */
+static void make_recording(recording_t *recording, double frequency_hz, double preload_factor, double noise_um,
+                           random_t *random) {
+    double stop[STOPS] = {0}, previous = 0.0;
+    recording_create(recording, "synthetic", rate_hz, SAMPLES);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        /* The slow sine swings the middle by a fifth, so that inner loops are there too. */
+        const double w = 2.0 * M_PI * frequency_hz, v = w / 5.0, t = (double)k / rate_hz;
+        const double x = half_um - 0.8 * half_um * cos(w * t) - 0.2 * half_um * cos(v * t);
+        const double rate = 0.8 * half_um * w * sin(w * t) + 0.2 * half_um * v * sin(v * t);
+        const double acceleration = 0.8 * half_um * w * w * cos(w * t) + 0.2 * half_um * v * v * cos(v * t);
+        double drive = offset_v + weights[0] * x + damping * rate + mass * acceleration;
+        for (size_t i = 0; i < STOPS; i++) {
+            const double r = half_um * (double)(i + 1) / (STOPS + 1);
+            stop[i] = fmax(-r, fmin(r, stop[i] + x - previous));
+            drive += weights[i + 1] * stop[i];
+        }
+        previous = x;
+        recording->column[COLUMN_DRIVE][k] = drive;
+        recording->column[COLUMN_DISPLACEMENT][k] = x / preload_factor + noise_um * random_normal(random);
+    }
+}
+
+static void fit(const family_t *family, const recording_t *recordings, size_t count, size_t operators, model_t *model,
+                family_notes_t *notes) {
+    progress_t progress;
+    size_t train_to[8];
+    const family_job_t job = {
+        .recordings = recordings, .count = count, .train_to = train_to, .operators = operators, .progress = &progress};
+    failure_t failure = {{0}};
+    for (size_t i = 0; i < count; i++) {
+        train_to[i] = recordings[i].samples;
+    }
+    memset(notes, 0, sizeof *notes);
+    progress_begin(&progress, "fitting");
+    TEST_ASSERT_TRUE_MESSAGE(family->fit(&job, model, notes, &failure), failure.text);
+    progress_end(&progress);
+    TEST_ASSERT_TRUE_MESSAGE(model_check(model, "fitted", &failure), failure.text);
+}
+
+static double scalar(const model_t *model, const char *block, const char *parameter) {
+    return model_parameter(model_find(model, block), parameter)->value[0];
+}
+
+static void test_finds_mass_damping_and_spring(void) {
+    static const double frequencies[] = {40.0, 100.0, 200.0};
+    random_t random = random_start("inertial_exact", 41);
+    recording_t recordings[3];
+    family_notes_t notes;
+    model_t model;
+    for (size_t i = 0; i < 3; i++) {
+        make_recording(&recordings[i], frequencies[i], 1.0, 0.0, &random);
+    }
+    fit(&family_inertial_hysteresis, recordings, 3, 0, &model, &notes);
+    const parameter_t *found = model_parameter(&model.block[0], "weights");
+    TEST_ASSERT_EQUAL_UINT64(STOPS + 1, found->count); /* four stops unless asked otherwise */
+    /* Differences of a 200 Hz sine at 20 kHz: (w dt)^2 / 6 = 7e-4 of the rate, half of that of the acceleration. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * damping, damping, scalar(&model, "inertial_hysteresis", "damping_v_s_per_um"));
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * mass, mass, scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um"));
+    for (size_t i = 0; i <= STOPS; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, weights[i], found->value[i]);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, offset_v, scalar(&model, "inertial_hysteresis", "offset_v"));
+    TEST_ASSERT_NULL(model_find(&model, "preload")); /* one preload only */
+    model_free(&model);
+    for (size_t i = 0; i < 3; i++) {
+        recording_free(&recordings[i]);
+    }
+}
+
+/* What the fit takes for the equation is what the block integrates: no error of differences at all. */
+static void test_finds_its_own_block_to_rounding(void) {
+    enum { ROUNDS = 30 };
+    const double thresholds[STOPS] = {2.0, 4.0, 6.0, 8.0};
+    recording_t recording;
+    family_notes_t notes;
+    model_t truth, model;
+    double low = HUGE_VAL, high = -HUGE_VAL, scaled[STOPS];
+    for (int round = 0; round < ROUNDS; round++) { /* ends with the thresholds that the fit is going to choose */
+        model_create(&truth, rate_hz);
+        model_block_t *block = model_append(&truth, &block_inertial_hysteresis);
+        for (size_t i = 0; i < STOPS; i++) {
+            scaled[i] = round == 0 ? thresholds[i] : 0.5 * (high - low) * (double)(i + 1) / (STOPS + 1);
+        }
+        model_set(block, "offset_v", offset_v);
+        model_set_array(block, "weights", STOPS + 1, weights, NULL);
+        model_set_array(block, "thresholds_um", STOPS, scaled, NULL);
+        model_set(block, "damping_v_s_per_um", damping);
+        model_set(block, "mass_v_s2_per_um", mass);
+        recording_create(&recording, "own", rate_hz, SAMPLES);
+        for (size_t k = 0; k < SAMPLES; k++) {
+            const double t = (double)k / rate_hz;
+            recording.column[COLUMN_DRIVE][k] = offset_v + 40.0 * (1.0 - cos(2.0 * M_PI * (20.0 + 300.0 * t) * t));
+        }
+        simulate_into(&recording, &truth, 1);
+        low = HUGE_VAL;
+        high = -HUGE_VAL;
+        for (size_t k = 0; k < SAMPLES; k++) {
+            low = fmin(low, recording.column[COLUMN_DISPLACEMENT][k]);
+            high = fmax(high, recording.column[COLUMN_DISPLACEMENT][k]);
+        }
+        if (round < ROUNDS - 1) {
+            recording_free(&recording);
+            model_free(&truth);
+        }
+    }
+    fit(&family_inertial_hysteresis, &recording, 1, STOPS, &model, &notes);
+    printf("thresholds off by %.2g um, damping by %.2g, mass by %.2g of their values\n",
+           fabs(scaled[0] - model_parameter(&model.block[0], "thresholds_um")->value[0]),
+           fabs(scalar(&model, "inertial_hysteresis", "damping_v_s_per_um") / damping - 1.0),
+           fabs(scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um") / mass - 1.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * damping, damping, scalar(&model, "inertial_hysteresis", "damping_v_s_per_um"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * mass, mass, scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um"));
+    model_free(&model);
+    model_free(&truth);
+    recording_free(&recording);
+}
+
+/* A sensor of 0.75 nm, as the source's: unsmoothed second differences would have 300 times the power of the motion. */
+static void test_noise_does_not_pull_the_mass_down(void) {
+    static const double frequencies[] = {10.0, 50.0, 200.0};
+    random_t random = random_start("inertial_noise", 42);
+    recording_t recordings[3];
+    family_notes_t notes;
+    model_t model;
+    for (size_t i = 0; i < 3; i++) {
+        make_recording(&recordings[i], frequencies[i], 1.0, 7.5e-4, &random);
+    }
+    fit(&family_inertial_hysteresis, recordings, 3, 0, &model, &notes);
+    printf("with noise: damping %.5g (true %.5g), mass %.5g (true %.5g); %s\n",
+           scalar(&model, "inertial_hysteresis", "damping_v_s_per_um"), damping,
+           scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um"), mass, notes.line[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * damping, damping, scalar(&model, "inertial_hysteresis", "damping_v_s_per_um"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.03 * mass, mass, scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um"));
+    TEST_ASSERT_NOT_NULL(strstr(notes.line[1], "smoothed"));
+    model_free(&model);
+    for (size_t i = 0; i < 3; i++) {
+        recording_free(&recordings[i]);
+    }
+}
+
+static void test_finds_the_compliance_under_three_preloads(void) {
+    static const char *const preloads[] = {"0", "4", "12"};
+    const double compliance = 0.003;
+    random_t random = random_start("preload_fit", 43);
+    recording_t recordings[3];
+    family_notes_t notes;
+    model_t model;
+    for (size_t i = 0; i < 3; i++) {
+        make_recording(&recordings[i], 50.0, 1.0 + compliance * strtod(preloads[i], NULL), 7.5e-4, &random);
+        recording_set_key(&recordings[i], "preload_n", preloads[i]);
+    }
+    fit(&family_stop_prandtl_ishlinskii, recordings, 3, 0, &model, &notes);
+    printf("compliance %.6f (true %.6f)\n", scalar(&model, "preload", "compliance_per_n"), compliance);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * compliance, compliance, scalar(&model, "preload", "compliance_per_n"));
+    recording_set_key(&recordings[1], "preload_n", "much");
+    {
+        const size_t train_to[3] = {SAMPLES, SAMPLES, SAMPLES};
+        progress_t progress = {0};
+        const family_job_t job = {.recordings = recordings, .count = 3, .train_to = train_to, .progress = &progress};
+        model_t none;
+        failure_t failure;
+        TEST_ASSERT_FALSE(family_stop_prandtl_ishlinskii.fit(&job, &none, &notes, &failure));
+        expect_line(&failure, "preload_n is 'much'");
+    }
+    model_free(&model);
+    for (size_t i = 0; i < 3; i++) {
+        recording_free(&recordings[i]);
+    }
+}
+
+/* Mass and damping of the play form, and its weights, from a simulation of its own blocks. */
+static void test_finds_the_play_form(void) {
+    enum { PLAYS = 4 };
+    const double true_weights[PLAYS + 1] = {0.2, 0.03, 0.02, 0.02, 0.01}, thresholds[PLAYS] = {8.0, 16.0, 24.0, 32.0};
+    const double c = 1.5e-4, m = 2e-8;
+    random_t random = random_start("play_form", 44);
+    recording_t recordings[2];
+    family_notes_t notes;
+    model_t truth, model;
+    make_bank_model(&truth, rate_hz, 1.0, PLAYS, true_weights, thresholds);
+    model_block_t *block = model_append(&truth, &block_inertial_terms);
+    model_set(block, "damping_s", c);
+    model_set(block, "mass_s2", m);
+    for (size_t i = 0; i < 2; i++) {
+        recording_create(&recordings[i], "play form", rate_hz, SAMPLES);
+        for (size_t k = 0; k < SAMPLES; k++) {
+            recordings[i].column[COLUMN_DRIVE][k] =
+                40.0 * (1.0 - cos(2.0 * M_PI * (i == 0 ? 20.0 : 200.0) * (double)k / rate_hz));
+        }
+        simulate_into(&recordings[i], &truth, 1);
+        for (size_t k = 0; k < SAMPLES; k++) {
+            recordings[i].column[COLUMN_DISPLACEMENT][k] += 7.5e-4 * random_normal(&random);
+        }
+    }
+    fit(&family_inertial_prandtl_ishlinskii, recordings, 2, PLAYS, &model, &notes);
+    const parameter_t *found = model_parameter(&model.block[0], "weights");
+    printf("play form: damping %.6g s (true %.6g), mass %.6g s2 (true %.6g)\n",
+           scalar(&model, "inertial_terms", "damping_s"), c, scalar(&model, "inertial_terms", "mass_s2"), m);
+    /* 12000 samples of 0.75 nm over 20 um know the lag to 0.75e-3 / (20 * 1257) / sqrt(12000) = 3e-10 s. */
+    TEST_ASSERT_DOUBLE_WITHIN(3e-9, c, scalar(&model, "inertial_terms", "damping_s"));
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * m, m, scalar(&model, "inertial_terms", "mass_s2"));
+    for (size_t i = 0; i <= PLAYS; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, true_weights[i], found->value[i]);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, scalar(&model, "prandtl_ishlinskii", "offset_um"));
+    model_free(&model);
+    model_free(&truth);
+    for (size_t i = 0; i < 2; i++) {
+        recording_free(&recordings[i]);
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_finds_mass_damping_and_spring);
+    RUN_TEST(test_finds_its_own_block_to_rounding);
+    RUN_TEST(test_noise_does_not_pull_the_mass_down);
+    RUN_TEST(test_finds_the_compliance_under_three_preloads);
+    RUN_TEST(test_finds_the_play_form);
+    return UNITY_END();
+}
