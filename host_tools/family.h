@@ -17,6 +17,7 @@
 #define FAMILIES(FAMILY)                                                                                               \
     FAMILY(prandtl_ishlinskii)                                                                                         \
     FAMILY(rate_dependent_prandtl_ishlinskii)                                                                          \
+    FAMILY(stop_density)                                                                                               \
     FAMILY(stop_prandtl_ishlinskii)                                                                                    \
     FAMILY(inertial_hysteresis)                                                                                        \
     FAMILY(inertial_prandtl_ishlinskii)                                                                                \

@@ -34,6 +34,7 @@ static const parameter_info_t parameters[] = {
      .low = 1e-9,
      .high = 1e9,
      .array = true,
+     .chosen = true,
      .text = "drive levels, strictly rising from above 0"},
     {.name = "initial_memory_v",
      .unit = "V",
@@ -41,6 +42,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e9,
      .array = true,
      .optional = true,
+     .chosen = true,
      .text = "drive less stop output before the first sample; absent: demagnetised at 0 V"}};
 
 double stop_density_bank(const stop_density_t *density, double *threshold_v, double *weight) {
