@@ -64,7 +64,7 @@ done
 expect 2 'too many arguments' compile a b
 expect 2 "--operators: 'many' is not" fit good.csv --operators many
 expect 2 "--operators: '0' is not" fit good.csv --operators 0
-expect 2 "unknown family 'ellipse'" fit good.csv --family ellipse
+expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1
 expect 2 "--sample-rate: 'fast' is not a valid HZ" compile model.json --sample-rate fast
