@@ -106,6 +106,9 @@ typedef struct {
 
 enum { ROW_NUMBERS = sizeof(phaser_row_t) / sizeof(double) };
 
+/* Of a measured frequency: that of the table's own recordings has one too. */
+static const double frequency_error = 0.01;
+
 /* The drive turned when it came back by this part of drive_range_v. */
 static const double turned = 1e-3;
 
@@ -240,8 +243,8 @@ static double halved(state_t *state, double drive_v) {
 }
 
 static double output(state_t *state, double drive_v) {
-    /* The last frequency belongs to the halves, and measured frequencies have errors. */
-    const bool halves = state->halves > 0 && state->phaser.frequency_hz <= 1.01 * halves_of(state)[state->halves - 1];
+    const bool halves = state->halves > 0 &&
+                        state->phaser.frequency_hz <= (1.0 + frequency_error) * halves_of(state)[state->halves - 1];
     return halves ? halved(state, drive_v) : state->phaser.y_center_um + state->phaser.gain * delayed(state);
 }
 
@@ -287,12 +290,10 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     const double low = parameter[FREQUENCIES].value[0], high = parameter[FREQUENCIES].value[rows - 1];
     const double frequency_hz = job->options->frequency_hz > 0.0 ? job->options->frequency_hz : low;
     if (rows > 1 && !(job->options->frequency_hz > 0.0)) {
-        return fail(job->failure, "block ellipse: its inverse holds for one sine: give --frequency, %g to %g Hz", low,
-                    high);
+        return fail(job->failure, "its inverse holds for one sine: give --frequency, %.6g to %.6g Hz", low, high);
     }
-    if (!(frequency_hz >= low && frequency_hz <= high)) {
-        return fail(job->failure, "block ellipse: nothing is known at %g Hz, only from %g to %g Hz", frequency_hz, low,
-                    high);
+    if (!(frequency_hz >= (1.0 - frequency_error) * low && frequency_hz <= (1.0 + frequency_error) * high)) {
+        return fail(job->failure, "nothing is known at %g Hz, only from %.6g to %.6g Hz", frequency_hz, low, high);
     }
     phaser_row_t *row = allocate(rows, sizeof *row);
     for (size_t i = 0; i < rows; i++) {
