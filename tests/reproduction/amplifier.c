@@ -23,8 +23,8 @@ bool amplifier_track(const hyst_parameters_t *image, const actuator_t *actuator,
     for (size_t k = 0; k < settle + track->samples; k++) {
         const double ahead = reference(track, rate_hz, (double)(k + image->lookahead_samples));
         unsigned events;
-        const hyst_q31_t drive = hyst_compensator_step(&compensator, &state, track->mode,
-                                                       position_from_micrometres(image, ahead), &events);
+        const hyst_q31_t drive =
+            hyst_compensator_step(&compensator, &state, track->mode, position_from_micrometres(image, ahead), &events);
         const double drive_v = drive_to_volts(image, drive), displacement = actuator->sample(actuator->state, drive_v);
         if (k >= settle) {
             recording->column[COLUMN_DRIVE][k - settle] = drive_v;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The amplifier in front of a twin: lib/hyst runs a compiled image sample by sample, and its drive goes to the actuator.
+ * The amplifier in front of a twin: lib/hyst runs a compiled image sample by sample, and its drive goes to the
+ * actuator.
  */
 #ifndef AMPLIFIER_H
 #define AMPLIFIER_H
@@ -18,8 +19,8 @@ typedef struct {
 typedef struct {
     hyst_mode_t mode; /**< compensate, or linear: without the model */
     double offset_um, amplitude_um, frequency_hz;
-    double settle_s;  /**< not recorded: the way from the parked drive, and periods until the loop has closed */
-    size_t samples;   /**< recorded */
+    double settle_s; /**< not recorded: the way from the parked drive, and periods until the loop has closed */
+    size_t samples;  /**< recorded */
 } sine_track_t;
 
 /**
