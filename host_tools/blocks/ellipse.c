@@ -39,6 +39,8 @@ static const parameter_info_t parameters[] = {
      .low = 1e-2,
      .high = 1e9,
      .array = true,
+     .rising = true,
+     .chosen = true,
      .text = "of the sines whose ellipses are given, strictly rising"},
     {.name = "major", .unit = "1", .low = 1e-9, .high = 1e6, .array = true, .text = "major radius, a frequency each"},
     {.name = "minor", .unit = "1", .low = 1e-9, .high = 1e6, .array = true, .text = "minor radius"},
@@ -50,18 +52,26 @@ static const parameter_info_t parameters[] = {
      .text = "of the major axis against the axis of the drive"},
     {.name = "x_center", .unit = "1", .low = -1e6, .high = 1e6, .array = true, .text = "centre, drive"},
     {.name = "y_center", .unit = "1", .low = -1e6, .high = 1e6, .array = true, .text = "centre, displacement"},
-    {.name = "drive_range_v", .unit = "V", .low = 1e-9, .high = 1e9, .text = "drive that is 1 in the ellipses' plane"},
+    {.name = "drive_range_v",
+     .unit = "V",
+     .low = 1e-9,
+     .high = 1e9,
+     .chosen = true,
+     .text = "drive that is 1 in the ellipses' plane"},
     {.name = "displacement_range_um",
      .unit = "um",
      .low = 1e-9,
      .high = 1e9,
+     .chosen = true,
      .text = "displacement that is 1 in the ellipses' plane"},
     {.name = "halves_hz",
      .unit = "Hz",
      .low = 1e-2,
      .high = 1e9,
      .array = true,
+     .rising = true,
      .optional = true,
+     .chosen = true,
      .text = "frequencies at which each half of the loop has its own ellipse; used up to the last of them"},
     {.name = "ascending",
      .unit = "1",
@@ -138,15 +148,6 @@ static bool check_half(const parameter_t *parameter, const char *name, size_t ha
     return true;
 }
 
-static bool check_rising(const parameter_t *parameter, const char *name, failure_t *failure) {
-    for (size_t i = 1; i < parameter->count; i++) {
-        if (!(parameter->value[i] > parameter->value[i - 1])) {
-            return fail(failure, "%s[%zu] does not rise", name, i);
-        }
-    }
-    return true;
-}
-
 static bool check(const parameter_t *parameter, failure_t *failure) {
     const size_t rows = parameter[FREQUENCIES].count;
     for (size_t p = MAJOR; p <= Y_CENTER; p++) {
@@ -167,9 +168,7 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
             return fail(failure, "angle_rad[%zu] must be between 0 and pi/2: the displacement rises with the drive", i);
         }
     }
-    return check_rising(&parameter[FREQUENCIES], "frequencies_hz", failure) &&
-           check_rising(&parameter[HALVES], "halves_hz", failure) &&
-           check_half(&parameter[ASCENDING], "ascending", parameter[HALVES].count, failure) &&
+    return check_half(&parameter[ASCENDING], "ascending", parameter[HALVES].count, failure) &&
            check_half(&parameter[DESCENDING], "descending", parameter[HALVES].count, failure);
 }
 
