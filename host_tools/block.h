@@ -24,8 +24,8 @@ typedef struct {
     const char *name; /**< as in the model file */
     const char *unit; /**< "V", "um", "Hz", "s", "1" ... */
     double low, high; /**< inclusive; low may be -HUGE_VAL and high HUGE_VAL */
+    size_t most;      /**< elements of an array; 0: PARAMETER_MAX_ELEMENTS */
     bool array;
-    size_t most;   /**< elements of an array; 0: PARAMETER_MAX_ELEMENTS */
     bool rising;   /**< every element of the array is greater than the one before it */
     bool optional; /**< may be absent from a model */
     /** A choice (thresholds, grids, limits) or a state at the start, rather than a property of the actuator: it is not
