@@ -84,6 +84,8 @@ static int compile(int argc, char **argv) {
          "delay beyond the model's, as `hyst track` measures it; negative: the position is early", &settings.delay_s},
         {"--frequency", NULL, OPTION_NUMBER, "HZ", "of the sine that block ellipse is undone for",
          &settings.frequency_hz},
+        {"--preload", NULL, OPTION_NUMBER, "N", "force on the actuator, for a model with preload (default 0)",
+         &settings.preload_n},
         {"--no-filters", NULL, OPTION_FLAG, NULL, "do not invert lags and modes, only look ahead over their delay",
          &settings.no_filters},
         {"--json", NULL, OPTION_FLAG, NULL, "print JSON", &as_json}};
@@ -99,6 +101,9 @@ static int compile(int argc, char **argv) {
     }
     if (settings.sample_rate_hz < 0.0) {
         return usage_error(&command_compile, "--sample-rate must be positive");
+    }
+    if (settings.preload_n < 0.0) {
+        return usage_error(&command_compile, "--preload must not be negative");
     }
     if (!model_read(&model, argv[1], &failure)) {
         return failure_print(&failure);

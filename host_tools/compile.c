@@ -107,7 +107,7 @@ static int round_of(const block_t *block) {
 
 static bool compile_blocks(compile_job_t *job) {
     for (int round = 0; round < 3; round++) {
-        for (size_t i = 0; i < job->model->blocks; i++) {
+        for (size_t i = job->model->blocks; i-- > 0;) {
             const model_block_t *block = &job->model->block[i];
             if (round_of(block->block) != round) {
                 continue;

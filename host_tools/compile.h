@@ -25,6 +25,7 @@ typedef struct {
      */
     double delay_s;
     double frequency_hz; /**< of the sine that block ellipse is undone for; 0: its table's, if it has only one */
+    double preload_n;    /**< force on the actuator, 0 or more: for a block preload without one of its own */
     bool no_filters;     /**< leave shape and equalise empty; the lookahead then covers the delay of lags and modes */
 } compile_options_t;
 

@@ -3,9 +3,10 @@
  * What a block's `compile` hook works with (block.h): the parameter image under construction and the helpers that turn
  * a stage of the chain into its inverse in the amplifier.
  *
- * Hooks run in the order of the chain, except that the hysteresis comes last but for the blocks that modify it. So when
- * the hysteresis is set, everything behind it has said what it does to the position: the hysteresis has to deliver
- * positions of elastic_center_um +- elastic_half_um for the position converter's whole range.
+ * Hooks run against the order of the chain, as the amplifier undoes it, except that the hysteresis comes last but for
+ * the blocks that modify it. So when the hysteresis is set, everything behind it has said what it does to the position:
+ * the hysteresis has to deliver positions of elastic_center_um +- elastic_half_um for the position converter's whole
+ * range.
  */
 #ifndef COMPILE_JOB_H
 #define COMPILE_JOB_H

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "stop_bank.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 bool stop_bank_rises(const stop_bank_t *bank) {
@@ -60,13 +61,41 @@ stop_bank_t stop_bank_of(const parameter_t *parameter) {
 }
 
 bool stop_bank_check(const parameter_t *parameter, failure_t *failure) {
-    if (!check_operators(parameter + STOP_WEIGHTS, failure)) {
-        return false;
+    const size_t operators = parameter[STOP_THRESHOLDS].count;
+    if (parameter[STOP_WEIGHTS].count != operators + 1) {
+        return fail(failure, "%zu weights for %zu thresholds, there must be one weight more",
+                    parameter[STOP_WEIGHTS].count, operators);
+    }
+    for (size_t i = 1; i < operators; i++) {
+        if (!(parameter[STOP_THRESHOLDS].value[i] > parameter[STOP_THRESHOLDS].value[i - 1])) {
+            return fail(failure, "thresholds_um[%zu] does not rise", i);
+        }
+    }
+    if (parameter[STOP_INITIAL_MEMORY].count != 0 && parameter[STOP_INITIAL_MEMORY].count != operators) {
+        return fail(failure, "%zu values of initial_memory_um for %zu thresholds", parameter[STOP_INITIAL_MEMORY].count,
+                    operators);
     }
     const stop_bank_t bank = stop_bank_of(parameter);
     return stop_bank_rises(&bank) ||
            fail(failure, "the drive does not rise with the position on every branch: the "
                          "weights from some stop on add up, with the stiffness, to 0 or less");
+}
+
+bool stop_bank_compile(compile_job_t *job, const parameter_t *parameter) {
+    const stop_bank_t bank = stop_bank_of(parameter);
+    play_bank_t play = {.weight = allocate(bank.operators + 1, sizeof(double)),
+                        .threshold = allocate(bank.operators, sizeof(double))};
+    double sum = 0.0;
+    bool good;
+    stop_bank_to_play(&bank, &play);
+    for (size_t i = 0; i <= play.operators; i++) {
+        sum += play.weight[i];
+    }
+    /* Plays of a drive less an offset are plays of the drive, less the offset. */
+    good = compile_play_bank(job, -parameter[STOP_OFFSET].value[0] * sum, play.operators, play.weight, play.threshold);
+    free(play.weight);
+    free(play.threshold);
+    return good;
 }
 
 size_t stop_spring_bytes(const parameter_t *parameter, const stage_setup_t *setup) {

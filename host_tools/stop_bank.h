@@ -9,7 +9,7 @@
 #ifndef STOP_BANK_H
 #define STOP_BANK_H
 
-#include "block.h"
+#include "compile_job.h"
 #include "play_curve.h"
 
 typedef struct {
@@ -53,12 +53,10 @@ enum { STOP_OFFSET, STOP_WEIGHTS, STOP_THRESHOLDS, STOP_INITIAL_MEMORY, STOP_PAR
          .low = 1e-12,                                                                                                 \
          .high = 1e9,                                                                                                  \
          .array = true,                                                                                                \
-         .rising = true,                                                                                               \
-         .chosen = true,                                                                                               \
          .text = "of the stop operators, strictly rising"},                                                            \
     {                                                                                                                  \
         .name = "initial_memory_um", .unit = "um", .low = -1e9, .high = 1e9, .array = true, .optional = true,          \
-        .chosen = true, .text = "position less stop output before the first sample; absent: demagnetised at 0 um"      \
+        .text = "position less stop output before the first sample; absent: demagnetised at 0 um"                      \
     }
 
 /** The bank of such a block's parameters; it points into them. */
@@ -66,6 +64,9 @@ stop_bank_t stop_bank_of(const parameter_t *parameter);
 
 /** A block's check: lengths, order, inverse. */
 bool stop_bank_check(const parameter_t *parameter, failure_t *failure);
+
+/** A block's compile hook, without inertia: the inverse as a play bank. */
+bool stop_bank_compile(compile_job_t *job, const parameter_t *parameter);
 
 /** What such a block's state begins with; `array` holds weights, thresholds, initial memory, memory. */
 typedef struct {

@@ -58,6 +58,41 @@ static void step(void *memory, signal_t *signal) {
     signal->value = x;
 }
 
+/*
+ * The drive that mass and damper take is a sum of the present and the two positions before it, beside the spring's:
+ *
+ *     x'  = (3 x[k] - 4 x[k-1] + x[k-2]) / (2 dt)      error (w dt)^2 / 3
+ *     x'' = (x[k] - 2 x[k-1] + x[k-2]) / dt^2          late by one sample
+ *
+ * A sum too large for the number format is averaged with the drive's own past (a1), which makes it later still.
+ */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    const double most = 14.5; /* of the sum of magnitudes, which has to stay below 15 */
+    const double scale = job->elastic_half_um / job->drive_half_v;
+    const double c = parameter[DAMPING].value[0] * job->rate_hz * scale;
+    const double m = parameter[MASS].value[0] * job->rate_hz * job->rate_hz * scale, sum = 4.0 * (c + m);
+    const double past = sum > most ? 1.0 - (most - 1.0) / sum : 0.0;
+    hyst_parameters_t *p = job->parameters;
+    hyst_iir_section_t *section = &p->inertia[0];
+    if (!stop_bank_compile(job, parameter)) {
+        return false;
+    }
+    if (!(sum > 0.0)) {
+        return true;
+    }
+    if (!compile_to_fixed(job, -2.0 * (1.0 - past) * (c + m), 28, "damping and mass", &section->b1) ||
+        !compile_to_fixed(job, (1.0 - past) * (0.5 * c + m), 28, "damping and mass", &section->b2) ||
+        !compile_to_fixed(job, -past, 28, "the average of damping and mass", &section->a1)) {
+        return false;
+    }
+    section->b0 = -section->b1 - section->b2; /* nothing at rest, to the bit; |b1| < 8 and b2 <= -b1 / 2: no overflow */
+    section->a2 = 0;
+    p->inertia_sections = 1;
+    compile_note(job, "%s: damping and mass driven for; the acceleration's share is late by %.3g samples", job->block,
+                 1.0 + past / (1.0 - past));
+    return true;
+}
+
 const block_t block_inertial_hysteresis = {.name = "inertial_hysteresis",
                                            .place = PLACE_HYSTERESIS,
                                            .text = "a mass on a damper and a spring made of stops",
@@ -68,4 +103,5 @@ const block_t block_inertial_hysteresis = {.name = "inertial_hysteresis",
                                            .further_bytes = stop_spring_bytes,
                                            .open = open,
                                            .settle = settle,
-                                           .step = step};
+                                           .step = step,
+                                           .compile = compile};

@@ -6,6 +6,7 @@
  * position 0 and is stiffer the harder it was tightened. docs/MODELS.md, section 11.
  */
 #include "catalogue.h"
+#include "compile_job.h"
 #include <math.h>
 
 enum { COMPLIANCE, FORCE, SHIFT, SPRING };
@@ -22,7 +23,6 @@ static const parameter_info_t parameters[] = {
      .high = 1e6,
      .optional = true,
      .default_value = HUGE_VAL,
-     .chosen = true,
      .text = "the preload; absent: that of the recording (header key preload_n)"},
     {.name = "shift_um_per_n",
      .unit = "um/N",
@@ -41,17 +41,31 @@ typedef struct {
     double gain, shift_um;
 } state_t;
 
-static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
-    state_t *state = memory;
-    const double force = isfinite(parameter[FORCE].value[0]) ? parameter[FORCE].value[0] : setup->preload_n;
+static state_t state_under(const parameter_t *parameter, double preload_n) {
+    const double force = isfinite(parameter[FORCE].value[0]) ? parameter[FORCE].value[0] : preload_n;
     const double shift = parameter[SHIFT].value[0];
-    state->gain = 1.0 / (1.0 + shift * parameter[SPRING].value[0] + parameter[COMPLIANCE].value[0] * force);
-    state->shift_um = shift * force;
+    return (state_t){.gain = 1.0 / (1.0 + shift * parameter[SPRING].value[0] + parameter[COMPLIANCE].value[0] * force),
+                     .shift_um = shift * force};
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    *(state_t *)memory = state_under(parameter, setup->preload_n);
 }
 
 static void step(void *memory, signal_t *signal) {
     const state_t *state = memory;
     signal->value = state->gain * (signal->value - state->shift_um);
+}
+
+/* The hysteresis has to deliver what is left of its position when the force has taken its share. */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    const state_t state = state_under(parameter, job->options->preload_n);
+    job->elastic_center_um = job->elastic_center_um / state.gain + state.shift_um;
+    job->elastic_half_um /= state.gain;
+    if (!isfinite(parameter[FORCE].value[0])) {
+        compile_note(job, "%s: compiled for %g N (--preload)", job->block, job->options->preload_n);
+    }
+    return true;
 }
 
 const block_t block_preload = {.name = "preload",
@@ -62,4 +76,5 @@ const block_t block_preload = {.name = "preload",
                                .state_bytes = sizeof(state_t),
                                .open = open,
                                .settle = step,
-                               .step = step};
+                               .step = step,
+                               .compile = compile};

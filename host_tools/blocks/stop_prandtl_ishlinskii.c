@@ -45,4 +45,5 @@ const block_t block_stop_prandtl_ishlinskii = {.name = "stop_prandtl_ishlinskii"
                                                .further_bytes = stop_spring_bytes,
                                                .open = open,
                                                .settle = settle,
-                                               .step = step};
+                                               .step = step,
+                                               .compile = stop_bank_compile};
