@@ -24,7 +24,9 @@ typedef struct {
     const char *name; /**< as in the model file */
     const char *unit; /**< "V", "um", "Hz", "s", "1" ... */
     double low, high; /**< inclusive; low may be -HUGE_VAL and high HUGE_VAL */
+    size_t most;      /**< elements of an array; 0: PARAMETER_MAX_ELEMENTS */
     bool array;
+    bool rising;   /**< every element of the array is greater than the one before it */
     bool optional; /**< may be absent from a model */
     /** A choice (thresholds, grids, limits) or a state at the start, rather than a property of the actuator: it is not
      * counted among the numbers that a fit has found, and gets no standard error. */
@@ -85,6 +87,10 @@ typedef struct block {
      */
     bool (*compile)(struct compile_job *job, const parameter_t *parameter);
 } block_t;
+
+/** For the check of a bank of operators: parameters weights (one more than operators), thresholds (one each) and
+ * initial memory (one each, or none), in this order. */
+bool check_operators(const parameter_t bank[3], failure_t *failure);
 
 /** The zeroed and opened state of a stage, to be freed by the caller. */
 void *block_open(const block_t *block, const parameter_t *parameter, const stage_setup_t *setup);

@@ -92,14 +92,20 @@ const parameter_t *model_parameter(const model_block_t *block, const char *name)
     return &block->parameter[parameter_index(block->block, name)];
 }
 
+static bool check_count(const parameter_info_t *info, size_t count, failure_t *failure) {
+    if (!info->array) {
+        return count == 1 || fail(failure, "%s has %zu elements", info->name, count);
+    }
+    const size_t most = info->most > 0 ? info->most : PARAMETER_MAX_ELEMENTS;
+    return count <= most || fail(failure, "%s has %zu elements, at most %zu are allowed", info->name, count, most);
+}
+
 static bool check_block(const model_block_t *block, const char *where, failure_t *failure) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_info_t *info = &block->block->parameter[p];
         const parameter_t *parameter = &block->parameter[p];
-        const bool count_good = info->array ? parameter->count <= PARAMETER_MAX_ELEMENTS : parameter->count == 1;
-        if (!count_good) {
-            return fail(failure, "%s: block %s: %s has %zu elements", where, block->block->name, info->name,
-                        parameter->count);
+        if (!check_count(info, parameter->count, failure)) {
+            return fail_in(failure, "%s: block %s", where, block->block->name);
         }
         for (size_t e = 0; e < parameter->count; e++) {
             const double value = parameter->value[e];
@@ -111,6 +117,9 @@ static bool check_block(const model_block_t *block, const char *where, failure_t
                 }
                 return fail(failure, "%s: block %s: %s%s = %g %s is outside [%g, %g]", where, block->block->name,
                             info->name, element, value, info->unit, info->low, info->high);
+            }
+            if (info->rising && e > 0 && !(value > parameter->value[e - 1])) {
+                return fail(failure, "%s: block %s: %s[%zu] does not rise", where, block->block->name, info->name, e);
             }
         }
     }

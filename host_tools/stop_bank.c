@@ -61,19 +61,8 @@ stop_bank_t stop_bank_of(const parameter_t *parameter) {
 }
 
 bool stop_bank_check(const parameter_t *parameter, failure_t *failure) {
-    const size_t operators = parameter[STOP_THRESHOLDS].count;
-    if (parameter[STOP_WEIGHTS].count != operators + 1) {
-        return fail(failure, "%zu weights for %zu thresholds, there must be one weight more",
-                    parameter[STOP_WEIGHTS].count, operators);
-    }
-    for (size_t i = 1; i < operators; i++) {
-        if (!(parameter[STOP_THRESHOLDS].value[i] > parameter[STOP_THRESHOLDS].value[i - 1])) {
-            return fail(failure, "thresholds_um[%zu] does not rise", i);
-        }
-    }
-    if (parameter[STOP_INITIAL_MEMORY].count != 0 && parameter[STOP_INITIAL_MEMORY].count != operators) {
-        return fail(failure, "%zu values of initial_memory_um for %zu thresholds", parameter[STOP_INITIAL_MEMORY].count,
-                    operators);
+    if (!check_operators(parameter + STOP_WEIGHTS, failure)) {
+        return false;
     }
     const stop_bank_t bank = stop_bank_of(parameter);
     return stop_bank_rises(&bank) ||

@@ -53,10 +53,12 @@ enum { STOP_OFFSET, STOP_WEIGHTS, STOP_THRESHOLDS, STOP_INITIAL_MEMORY, STOP_PAR
          .low = 1e-12,                                                                                                 \
          .high = 1e9,                                                                                                  \
          .array = true,                                                                                                \
+         .rising = true,                                                                                               \
+         .chosen = true,                                                                                               \
          .text = "of the stop operators, strictly rising"},                                                            \
     {                                                                                                                  \
         .name = "initial_memory_um", .unit = "um", .low = -1e9, .high = 1e9, .array = true, .optional = true,          \
-        .text = "position less stop output before the first sample; absent: demagnetised at 0 um"                      \
+        .chosen = true, .text = "position less stop output before the first sample; absent: demagnetised at 0 um"      \
     }
 
 /** The bank of such a block's parameters; it points into them. */

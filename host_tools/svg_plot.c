@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "svg_plot.h"
 #include <stdbool.h>
+#include <string.h>
 
 /* Sizes in units of the picture, of which one is about a pixel. */
 #define WIDTH     460.0
@@ -10,24 +11,26 @@
 #define TOP       14.0
 #define BOTTOM    44.0
 #define MAX_TICKS 6.0
+#define LETTER    7.2 /* of a label, about */
 #define SPACING   2.0 /* between points along a smooth line */
 #define TURN_SIZE 0.5 /* a turn of the line that is smaller cannot be seen */
 
-/* Before is orange, after is blue: told apart without colour vision, too. */
+/* Before is orange, after is blue, and another is dashed: told apart without colour vision, too. */
 const char plot_style[] =
     ":root{color-scheme:light dark;--paper:#fff;--ink:#1c2330;--soft:#5b6472;--grid:#e3e6eb;--shade:#f1f3f6;"
-    "--before:#c2540a;--after:#1260b8;--plain:#3c4657}\n"
+    "--before:#c2540a;--after:#1260b8;--other:#7c3aa8;--plain:#3c4657}\n"
     "@media(prefers-color-scheme:dark){:root{--paper:#14181f;--ink:#e6e9ee;--soft:#a0a8b5;--grid:#2c333e;"
-    "--shade:#1d232c;--before:#f0944d;--after:#6cb0ff;--plain:#c3cad5}}\n"
+    "--shade:#1d232c;--before:#f0944d;--after:#6cb0ff;--other:#cf9bf2;--plain:#c3cad5}}\n"
     "@media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--grid:#ddd;--shade:#f1f3f6;"
-    "--before:#c2540a;--after:#1260b8;--plain:#333}}\n"
+    "--before:#c2540a;--after:#1260b8;--other:#7c3aa8;--plain:#333}}\n"
     ".plot text{font:13px system-ui,sans-serif;fill:var(--soft)}.plot .title{font-weight:600;fill:var(--ink)}"
     ".tick,.label{text-anchor:middle}.tick.level{text-anchor:end}\n"
     ".paper{fill:var(--paper)}.grid{stroke:var(--grid);stroke-width:1}.axis{fill:none;stroke:var(--soft);stroke-width:"
     "1}"
     ".shade{fill:var(--shade)}\n"
-    "polyline{stroke-linejoin:round}.before,.after,.plain{fill:none;stroke-width:1.6}"
-    ".before{stroke:var(--before)}.after{stroke:var(--after)}.plain{stroke:var(--plain);stroke-width:1}"
+    "polyline{stroke-linejoin:round}.before,.after,.other,.plain{fill:none;stroke-width:1.6}"
+    ".before{stroke:var(--before)}.after{stroke:var(--after)}.other{stroke:var(--other);stroke-dasharray:6 "
+    "3}.plain{stroke:var(--plain);stroke-width:1}"
     ".under{stroke-width:4;opacity:.6}\n";
 
 typedef struct {
@@ -190,12 +193,13 @@ void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t colum
             "height=\"%.0f\">\n"
             "<style>\n%s</style>\n<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n",
             width, height, width, height, plot_style, width, height);
+    double at = LEFT;
     for (size_t i = 0; plots > 0 && i < plot[0].lines; i++) {
-        const double at = LEFT + 150.0 * (double)i;
         fprintf(file, "<path class=\"%s\" d=\"M%.0f 18h24\"/><text x=\"%.0f\" y=\"22\">", plot[0].line[i].class_name,
                 at, at + 30.0);
         write_escaped(file, plot[0].line[i].label);
         fprintf(file, "</text>\n");
+        at += 60.0 + LETTER * (double)strlen(plot[0].line[i].label);
     }
     for (size_t i = 0; i < plots; i++) {
         const size_t row = i / columns, column = i % columns;

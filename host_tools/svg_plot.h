@@ -14,15 +14,16 @@
 
 /**
  * Style sheet of the pictures, to be put into the page once. Defines the colours --paper, --ink, --soft, --grid,
- * --shade, --before, --after and
- * --plain for light, dark and print, and the classes of lines: before, after, plain.
+ * --shade, --before, --after, --other and --plain for light, dark and print, and the classes of lines: before, after,
+ * other (dashed), plain.
  */
 extern const char plot_style[];
 
 typedef struct {
-    const char *class_name; /**< "before", "after" or "plain", and " under" for a broad line that others run upon */
-    const char *label;      /**< for the legend */
-    const double *x, *y;    /**< count values each, finite */
+    const char
+        *class_name;   /**< "before", "after", "other" or "plain", and " under" for a broad line that others run upon */
+    const char *label; /**< for the legend */
+    const double *x, *y; /**< count values each, finite */
     size_t count;
 } plot_line_t;
 

@@ -20,18 +20,16 @@ static const parameter_info_t parameters[] = {
      .low = -1e9,
      .high = 1e9,
      .array = true,
+     .most = 1,
      .optional = true,
-     .text = "one value: what had leaked away when the recording began (default: all of its first sample)"}};
+     .chosen = true,
+     .text = "what had leaked away when the recording began (default: all of its first sample)"}};
 
 typedef struct {
     first_order_lag_t leaked;
     double rest_um, initial_um;
     bool has_initial;
 } state_t;
-
-static bool check(const parameter_t *parameter, failure_t *failure) {
-    return parameter[INITIAL].count <= 1 || fail(failure, "initial_um is one value, not %zu", parameter[INITIAL].count);
-}
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
@@ -63,7 +61,7 @@ const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .text = "the position returns to rest as the charge leaks away",
                                       .parameter = parameters,
                                       .parameters = 3,
-                                      .check = check,
+
                                       .state_bytes = sizeof(state_t),
                                       .open = open,
                                       .settle = settle,

@@ -20,6 +20,7 @@ static const parameter_info_t parameters[] = {
      .low = 1e-12,
      .high = 1e9,
      .array = true,
+     .rising = true,
      .chosen = true,
      .text = "of the play operators, strictly rising"},
     {.name = "initial_memory_v",
@@ -38,21 +39,7 @@ typedef struct {
 } state_t;
 
 static bool check(const parameter_t *parameter, failure_t *failure) {
-    const size_t operators = parameter[THRESHOLDS].count;
-    if (parameter[WEIGHTS].count != operators + 1) {
-        return fail(failure, "%zu weights for %zu thresholds, there must be one weight more", parameter[WEIGHTS].count,
-                    operators);
-    }
-    for (size_t i = 1; i < operators; i++) {
-        if (!(parameter[THRESHOLDS].value[i] > parameter[THRESHOLDS].value[i - 1])) {
-            return fail(failure, "thresholds_v[%zu] does not rise", i);
-        }
-    }
-    if (parameter[INITIAL_MEMORY].count != 0 && parameter[INITIAL_MEMORY].count != operators) {
-        return fail(failure, "%zu values of initial_memory_v for %zu thresholds", parameter[INITIAL_MEMORY].count,
-                    operators);
-    }
-    return true;
+    return check_operators(parameter + WEIGHTS, failure);
 }
 
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {

@@ -23,6 +23,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e6,
      .optional = true,
      .default_value = HUGE_VAL,
+     .chosen = true,
      .text = "the preload; absent: that of the recording (header key preload_n)"},
     {.name = "shift_um_per_n",
      .unit = "um/N",

@@ -17,12 +17,14 @@ static const parameter_info_t parameters[] = {
      .unit = "um",
      .low = -1e9,
      .high = 1e9,
+     .chosen = true,
      .center_of = "displacement_range_um",
      .text = "middle of the range, where the reading is right"},
     {.name = "half_range_um",
      .unit = "um",
      .low = 1e-9,
      .high = 1e9,
+     .chosen = true,
      .half_of = "displacement_range_um",
      .text = "half of the range that the two numbers refer to"}};
 

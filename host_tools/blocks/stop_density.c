@@ -34,6 +34,7 @@ static const parameter_info_t parameters[] = {
      .low = 1e-9,
      .high = 1e9,
      .array = true,
+     .rising = true,
      .chosen = true,
      .text = "drive levels, strictly rising from above 0"},
     {.name = "initial_memory_v",
@@ -87,11 +88,6 @@ static void free_bank(bank_t *bank) {
 }
 
 static bool check(const parameter_t *parameter, failure_t *failure) {
-    for (size_t j = 1; j < parameter[LEVELS].count; j++) {
-        if (!(parameter[LEVELS].value[j] > parameter[LEVELS].value[j - 1])) {
-            return fail(failure, "levels_v[%zu] does not rise", j);
-        }
-    }
     bank_t bank = make_bank(parameter);
     const bool good = block_prandtl_ishlinskii.check(bank.parameter, failure);
     free_bank(&bank);

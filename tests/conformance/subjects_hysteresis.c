@@ -87,8 +87,8 @@ void subject_pi_refusals(digest_t *digest, generator_t *generator) {
             break;
         }
         uint32_t element = 0;
-        const hyst_pi_status_t status = hyst_pi_build(&model, operators, p.hysteresis_offset, p.pi_weight, p.pi_threshold,
-                                                      p.pi_beta, p.pi_rate_gain, &element);
+        const hyst_pi_status_t status = hyst_pi_build(&model, operators, p.hysteresis_offset, p.pi_weight,
+                                                      p.pi_threshold, p.pi_beta, p.pi_rate_gain, &element);
         digest_add_signed(digest, status);
         digest_add(digest, element);
     }

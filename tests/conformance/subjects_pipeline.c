@@ -146,7 +146,8 @@ void subject_texts(digest_t *digest, generator_t *generator) {
 static void digest_compensator_state(digest_t *digest, const hyst_compensator_t *c,
                                      const hyst_compensator_state_t *state) {
     for (uint32_t i = 0; i < c->hysteresis.prandtl_ishlinskii.operators; i++) {
-        digest_add_signed(digest, hyst_pi_memory(&c->hysteresis.prandtl_ishlinskii, &state->hysteresis.prandtl_ishlinskii, i));
+        digest_add_signed(digest,
+                          hyst_pi_memory(&c->hysteresis.prandtl_ishlinskii, &state->hysteresis.prandtl_ishlinskii, i));
     }
     digest_add_signed(digest, state->hysteresis.prandtl_ishlinskii.drive);
     digest_add_signed(digest, state->hysteresis.prandtl_ishlinskii.rate);

@@ -116,7 +116,7 @@ static void test_leakage_begins_where_it_is_told(void) {
     const double two[] = {1.0, 2.0};
     model_set_array(block, "initial_um", 2, two, NULL);
     TEST_ASSERT_NULL(chain_open(&model, rate, 1, &failure));
-    expect_line(&failure, "initial_um is one value, not 2");
+    expect_line(&failure, "initial_um has 2 elements, at most 1 are allowed");
     model_free(&model);
 }
 

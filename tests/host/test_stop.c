@@ -331,7 +331,7 @@ static void test_refuses_springs_without_an_inverse(void) {
                {{2, 0.0, {1.0, -3.0, 1.0}, {1.0, 2.0}}, 3, 0, "does not rise with the position"},
                {{2, 0.0, {1.0, 1.0, 1.0}, {2.0, 2.0}}, 3, 0, "thresholds_um[1] does not rise"},
                {{2, 0.0, {1.0, 1.0, 1.0}, {1.0, 2.0}}, 2, 0, "2 weights for 2 thresholds"},
-               {{2, 0.0, {1.0, 1.0, 1.0}, {1.0, 2.0}}, 3, 1, "1 values of initial_memory_um for 2 thresholds"}};
+               {{2, 0.0, {1.0, 1.0, 1.0}, {1.0, 2.0}}, 3, 1, "1 values of initial memory for 2 thresholds"}};
     const block_t *const blocks[] = {&block_stop_prandtl_ishlinskii, &block_inertial_hysteresis};
     for (size_t i = 0; i < 2 * sizeof bad / sizeof bad[0]; i++) {
         model_t model;

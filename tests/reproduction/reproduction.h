@@ -15,7 +15,7 @@
 #include <stddef.h>
 
 /* One line a paper: its number, as three digits, and a short title for the page. */
-#define SEEDS(SEED)
+#define SEEDS(SEED) SEED(003, "A family of ellipses for the loops of a stack, 0.5 to 300 Hz")
 
 typedef struct reproduction reproduction_t;
 
@@ -53,7 +53,8 @@ void reproduction_text(reproduction_t *reproduction, const char *format, ...)
 #endif
     ;
 
-/** A sheet of plots with a caption; stored as reproduction-NNN-name.svg. */
+/** A sheet of plots with a caption; stored as reproduction-NNN-name.svg. Its legend is that of the first plot, so a
+ * class of lines means the same in all of them. */
 void reproduction_picture(reproduction_t *reproduction, const char *name, const char *caption, const plot_t *plots,
                           size_t count, size_t columns);
 

@@ -61,8 +61,9 @@ static void test_memory_follows_the_applied_drive_in_every_mode(void) {
             TEST_ASSERT_TRUE(drive >= p.drive_low && drive <= p.drive_high);
             hyst_pi_advance(&c.hysteresis.prandtl_ishlinskii, &plant, drive);
             for (uint32_t i = 0; i < p.pi_operators; i++) {
-                TEST_ASSERT_EQUAL_INT32(hyst_pi_memory(&c.hysteresis.prandtl_ishlinskii, &plant, i),
-                                        hyst_pi_memory(&c.hysteresis.prandtl_ishlinskii, &s.hysteresis.prandtl_ishlinskii, i));
+                TEST_ASSERT_EQUAL_INT32(
+                    hyst_pi_memory(&c.hysteresis.prandtl_ishlinskii, &plant, i),
+                    hyst_pi_memory(&c.hysteresis.prandtl_ishlinskii, &s.hysteresis.prandtl_ishlinskii, i));
             }
             TEST_ASSERT_EQUAL_INT32(plant.rate, s.hysteresis.prandtl_ishlinskii.rate);
         }
