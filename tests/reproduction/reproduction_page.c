@@ -4,6 +4,9 @@
 #include <errno.h>
 #include <string.h>
 
+/* More rows that are met are folded away, so that text and pictures can be found. */
+static const size_t most_open = 12;
+
 /* Text of a table's cell: a bar would end it. */
 static void write_cell(FILE *file, const char *text) {
     for (; *text != '\0'; text++) {
@@ -52,7 +55,7 @@ static void write_rows(FILE *file, const reproduction_t *reproduction, bool met)
 
 static void write_section(FILE *file, const reproduction_t *reproduction) {
     const size_t met = reproduction_met(reproduction);
-    fprintf(file, "## %s: %s\n\n", reproduction->seed, reproduction->title);
+    fprintf(file, "<a id=\"%s\"></a>\n\n## %s: %s\n\n", reproduction->seed, reproduction->seed, reproduction->title);
     if (reproduction->failed) {
         fprintf(file, "**Failed**: %s\n\n", reproduction->failure.text);
     }
@@ -68,8 +71,9 @@ static void write_section(FILE *file, const reproduction_t *reproduction) {
         fputc('\n', file);
     }
     if (met > 0) {
-        fprintf(file, "Met:\n\n");
+        fprintf(file, "<details%s><summary>Met: %zu rows</summary>\n\n", met > most_open ? "" : " open", met);
         write_rows(file, reproduction, true);
+        fprintf(file, "</details>\n\n");
     }
     if (reproduction->text != NULL) {
         fputs(reproduction->text, file);
@@ -88,8 +92,8 @@ static void write_page(FILE *file, const reproduction_t *reproduction, size_t co
     }
     fprintf(file, "| paper | | rows met | of |\n|---|---|---|---|\n");
     for (size_t i = 0; i < count; i++) {
-        fprintf(file, "| %s | %s | %zu | %zu |\n", reproduction[i].seed, reproduction[i].title,
-                reproduction_met(&reproduction[i]), reproduction[i].rows);
+        fprintf(file, "| [%s](#%s) | %s | %zu | %zu |\n", reproduction[i].seed, reproduction[i].seed,
+                reproduction[i].title, reproduction_met(&reproduction[i]), reproduction[i].rows);
     }
     fputc('\n', file);
     for (size_t i = 0; i < count; i++) {
