@@ -86,13 +86,14 @@ static void test_page_shows_what_is_not_met_first_and_why(void) {
     TEST_ASSERT_TRUE_MESSAGE(run(report_every_criterion, false), failure.text);
     TEST_ASSERT_TRUE_MESSAGE(reproduction_write(&reproduction, 1, folder, &failure), failure.text);
     char *page = read_output("REPRODUCTION.md");
-    const char *const in_order[] = {"| 042 | Title | 4 | 8 |",
+    const char *const in_order[] = {"| [042](#042) | Title | 4 | 8 |",
                                     "## 042: Title",
                                     "| at most, not met | ≤ 2 | 2.0001 | %",
                                     "| equal, not met | -0.525 ± 0.0005 | -0.3457 | um | **no** |",
                                     "*at most, not met*: because of 2 things",
                                     "*at least, not met*: not enough",
                                     "*no number*: there was none",
+                                    "<details open>",
                                     "| at most, met |",
                                     "≥ 10.26, a bad result",
                                     "| equal \\| met |",
