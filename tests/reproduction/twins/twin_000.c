@@ -3,7 +3,7 @@
 #include <gsl/gsl_math.h>
 #include <math.h>
 
-enum { SUBSTEPS = 16 };                 /* a sample */
+enum { SUBSTEPS = 16 };                  /* a sample */
 static const double largest_play_v = 60; /* half of the 120 V that the stack is made for */
 
 const twin_000_numbers_t twin_000_actuator = {.cutoff_hz = 560.0,
@@ -22,10 +22,8 @@ const twin_000_numbers_t twin_000_actuator = {.cutoff_hz = 560.0,
 void twin_000_open(twin_000_t *twin, const twin_000_numbers_t *numbers, double sample_rate_hz, double preload_n,
                    uint64_t seed) {
     const double width = largest_play_v / TWIN_000_PLAYS;
-    *twin = (twin_000_t){.numbers = *numbers,
-                         .sample_s = 1.0 / sample_rate_hz,
-                         .preload_n = preload_n,
-                         .random = {.state = seed}};
+    *twin = (twin_000_t){
+        .numbers = *numbers, .sample_s = 1.0 / sample_rate_hz, .preload_n = preload_n, .random = {.state = seed}};
     for (size_t i = 0; i < TWIN_000_PLAYS; i++) {
         twin->threshold_v[i] = ((double)i + 0.5) * width;
         twin->weight[i] = width * numbers->density_um_per_v2 * exp(-twin->threshold_v[i] / numbers->scale_v);
