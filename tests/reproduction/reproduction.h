@@ -15,7 +15,9 @@
 #include <stddef.h>
 
 /* One line a paper: its number, as three digits, and a short title for the page. */
-#define SEEDS(SEED) SEED(003, "A family of ellipses for the loops of a stack, 0.5 to 300 Hz")
+#define SEEDS(SEED)                                                                                                    \
+    SEED(002, "A stack with a density of stops and with a Preisach model, 0.1 to 100 Hz")                              \
+    SEED(003, "A family of ellipses for the loops of a stack, 0.5 to 300 Hz")
 
 typedef struct reproduction reproduction_t;
 

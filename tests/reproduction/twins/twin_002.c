@@ -9,12 +9,12 @@
 enum { SUBSTEPS = 8 }; /* a sample */
 static const double most_v = 100.0;
 
-const twin_002_numbers_t twin_002_actuator = {.cutoff_hz = 417.0,
-                                              .linear_um_per_v = 0.297,
-                                              .quadratic_um_per_v2 = -0.000994,
-                                              .density_um_per_v2 = 0.00604,
-                                              .scale_v = 13.8,
-                                              .part = {0.0059, 0.0251, 0.0204},
+const twin_002_numbers_t twin_002_actuator = {.cutoff_hz = 422.0,
+                                              .linear_um_per_v = 0.28,
+                                              .quadratic_um_per_v2 = -0.00066,
+                                              .density_um_per_v2 = 0.00421,
+                                              .scale_v = 33.2,
+                                              .part = {0.0142, 0.0173, 0.0285},
                                               .tau_s = {1.6, 0.16, 0.016},
                                               .noise_um = 1e-4,
                                               .step_um = 1e-4};

@@ -2,8 +2,11 @@
 /**
  * Twin of the actuator of paper 002: P-753.31C flexure stage behind an E-505 amplifier, capacitive sensor.
  *
- * Reported: nominal lines, nonlinearity and residual displacement at 0.1, 1, 10 and 100 Hz for 0 to 70 V, loops that
- * are asymmetric, resolution 0.1 nm. Chosen, and tuned until the loops show the reported numbers: everything below.
+ * Reported: nominal lines, nonlinearity and residual displacement at 0.1, 1, 10 and 100 Hz for 0 to 70 V (Table 3.1),
+ * loops that are asymmetric, resolution 0.1 nm. Chosen, and tuned until the loops show the reported numbers: everything
+ * below. Table 3.1 by itself would like a curvature (quadratic_um_per_v2) of -0.00099, but hardly better than less of
+ * it, and with that no symmetric model could come down to the 1.30 % that Table 5.2 reports for one at 10 Hz: so the
+ * curvature is what both tables together allow.
  *
  *   1. The amplifier is a first-order lag that puts out 0 to 100 V.
  *   2. The ceramic: a curved, reversible part, which makes the loops asymmetric, and a continuum of plays that is never

@@ -1,0 +1,323 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The thesis on a P-753.31C: Prandtl-Ishlinskii model with a density, and Preisach model, one set of numbers a
+ * frequency. */
+#include "catalogue.h"
+#include "chain.h"
+#include "fit.h"
+#include "reproduction.h"
+#include "twins/twin_002.h"
+#include <gsl/gsl_math.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Table 3.1 and section 3.2: over 0 to 70 V, at every frequency. */
+typedef struct {
+    const char *frequency;
+    double hz, rate_hz; /* the sample rate is not reported */
+    double slope, intercept, maximum, mean, residual_um;
+} reported_loop_t;
+
+static const reported_loop_t reported_loops[] = {{"0.1 Hz", 0.1, 100.0, 0.30, 0.58, 7.16, 2.91, NAN},
+                                                 {"1 Hz", 1.0, 1000.0, 0.29, 0.81, 7.45, 3.04, NAN},
+                                                 {"10 Hz", 10.0, 10000.0, 0.28, 1.1, 9.53, 3.54, 0.4899},
+                                                 {"100 Hz", 100.0, 20000.0, 0.26, 1.6, 18.44, 9.77, 1.1164}};
+
+/* Table 5.2, and Table 4.1 as printed. Errors in % of the stroke. */
+typedef struct {
+    const char *name; /* of frequency and drive */
+    double hz, rate_hz, top_v;
+    double density_maximum, density_mean, preisach_maximum, preisach_mean;
+    double alpha, beta, a, b, delta;
+} reported_model_t;
+
+static const reported_model_t reported_models[] = {
+    {"0.1 Hz, 0 to 40 V", 0.1, 100.0, 40.0, 4.92, 0.89, 4.71, 0.86, 5.79, 0.000081, 4.38, 0.133, 4.0},
+    {"10 Hz, 0 to 70 V", 10.0, 10000.0, 70.0, 4.40, 1.30, 1.84, 0.38, 5.65, 0.000001, 4.60, 0.163, 7.0},
+    {"100 Hz, 0 to 70 V", 100.0, 20000.0, 70.0, 21.60, 10.26, 2.61, 0.57, 5.16, 0.000009, 2.87, 0.411, 9.1}};
+
+enum { MODELS = sizeof reported_models / sizeof reported_models[0], CYCLES = 6 };
+
+/* Cycles of a sine from 0 V to top_v and back, that has been running for ever. */
+static recording_t record_sine(double hz, double rate_hz, double top_v, uint64_t seed) {
+    const size_t period = (size_t)lround(rate_hz / hz);
+    recording_t recording;
+    twin_002_t twin;
+    recording_create(&recording, "sine", rate_hz, CYCLES * period);
+    double *drive = recording.column[COLUMN_DRIVE], *displacement = recording.column[COLUMN_DISPLACEMENT];
+    for (size_t k = 0; k < recording.samples; k++) {
+        drive[k] = 0.5 * top_v * (1.0 - cos(2.0 * M_PI * (double)(k % period) / (double)period));
+    }
+    twin_002_open(&twin, &twin_002_actuator, rate_hz, seed);
+    twin_002_repeat(&twin, drive, period);
+    for (size_t k = 0; k < recording.samples; k++) {
+        displacement[k] = twin_002_measure(&twin, twin_002_step(&twin, drive[k]));
+    }
+    return recording;
+}
+
+/* Deviation from a straight line, in % of the peak-to-peak displacement. */
+typedef struct {
+    double slope, intercept, maximum, mean;
+} line_t;
+
+static double stroke(const double *displacement, size_t samples) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t k = 0; k < samples; k++) {
+        low = fmin(low, displacement[k]);
+        high = fmax(high, displacement[k]);
+    }
+    return high - low;
+}
+
+/* Of least squares. */
+static line_t straight_line(const double *drive, const double *displacement, size_t samples) {
+    const double n = (double)samples, percent = 100.0 / stroke(displacement, samples);
+    double u = 0.0, y = 0.0, uu = 0.0, uy = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        u += drive[k] / n;
+        y += displacement[k] / n;
+        uu += drive[k] * drive[k] / n;
+        uy += drive[k] * displacement[k] / n;
+    }
+    line_t line = {.slope = (uy - u * y) / (uu - u * u)};
+    line.intercept = y - line.slope * u;
+    for (size_t k = 0; k < samples; k++) {
+        const double deviation = percent * fabs(displacement[k] - line.intercept - line.slope * drive[k]);
+        line.maximum = fmax(line.maximum, deviation);
+        line.mean += deviation / n;
+    }
+    return line;
+}
+
+static void row(reproduction_t *reproduction, const char *what, const char *where, double paper, double ours,
+                const char *unit, met_t met, double tolerance) {
+    char quantity[200];
+    snprintf(quantity, sizeof quantity, "%s, %s", what, where);
+    reproduction_row(reproduction, quantity, paper, ours, unit, met, tolerance);
+}
+
+/* How well the twin stands for the actuator: nine tuned numbers, eighteen reported ones. Of the tolerances the first is
+ * what the slopes are printed to; the others are 1.2 % of the stroke. */
+static void compare_twin(reproduction_t *reproduction) {
+    static const double slope_tolerance = 0.005, position_tolerance_um = 0.25, percent_tolerance = 1.2;
+    for (size_t i = 0; i < sizeof reported_loops / sizeof reported_loops[0]; i++) {
+        const reported_loop_t *reported = &reported_loops[i];
+        recording_t recording = record_sine(reported->hz, reported->rate_hz, 70.0, 10 + i);
+        const size_t period = recording.samples / CYCLES;
+        const double *displacement = recording.column[COLUMN_DISPLACEMENT];
+        const line_t line = straight_line(recording.column[COLUMN_DRIVE], displacement, period);
+        char where[100];
+        snprintf(where, sizeof where, "0 to 70 V, %s", reported->frequency);
+        row(reproduction, "twin: slope of the nominal line", where, reported->slope, line.slope, "um/V", MET_EQUAL,
+            slope_tolerance);
+        row(reproduction, "twin: nominal line at 0 V", where, reported->intercept, line.intercept, "um", MET_EQUAL,
+            position_tolerance_um);
+        row(reproduction, "twin: largest nonlinearity", where, reported->maximum, line.maximum, "%", MET_EQUAL,
+            percent_tolerance);
+        row(reproduction, "twin: mean nonlinearity", where, reported->mean, line.mean, "%", MET_EQUAL,
+            percent_tolerance);
+        if (isfinite(reported->residual_um)) {
+            row(reproduction, "twin: residual displacement", where, reported->residual_um, displacement[period], "um",
+                MET_EQUAL, position_tolerance_um);
+        }
+        recording_free(&recording);
+    }
+}
+
+/* Of the held-out third, in % of its stroke. */
+typedef struct {
+    double maximum, mean;
+} error_t;
+
+static bool judge(const model_t *model, const recording_t *recording, double *simulated, error_t *error,
+                  failure_t *failure) {
+    const size_t from = recording->samples * 2 / 3, samples = recording->samples - from;
+    const double *measured = recording->column[COLUMN_DISPLACEMENT];
+    *error = (error_t){0};
+    if (!chain_simulate(model, recording, 1, simulated, failure)) {
+        return false;
+    }
+    const double percent = 100.0 / stroke(measured + from, samples);
+    for (size_t k = from; k < recording->samples; k++) {
+        const double deviation = percent * fabs(measured[k] - simulated[k]);
+        error->maximum = fmax(error->maximum, deviation);
+        error->mean += deviation / (double)samples;
+    }
+    return true;
+}
+
+/* Fits to recordings[0..count) and judges on the first. */
+static bool fit_and_judge(const family_t *family, const recording_t *recordings, size_t count, double *simulated,
+                          model_t *model, error_t *error, failure_t *failure) {
+    const fit_options_t options = {0};
+    fit_report_t report;
+    if (!fit_recordings(family, recordings, count, &options, model, &report, failure)) {
+        return false;
+    }
+    fit_report_free(&report);
+    if (!judge(model, &recordings[0], simulated, error, failure)) {
+        model_free(model);
+        return false;
+    }
+    return true;
+}
+
+/* The model of Table 4.1 as printed: a sum of positive stops, on levels of 1 V. */
+static void make_printed_model(const reported_model_t *reported, model_t *model) {
+    double level_v[100];
+    const size_t levels = (size_t)reported->top_v;
+    for (size_t j = 0; j < levels; j++) {
+        level_v[j] = (double)(j + 1);
+    }
+    model_create(model, reported->rate_hz);
+    model_block_t *block = model_append(model, &block_stop_density);
+    model_set(block, "alpha_um_per_v2", -reported->alpha);
+    model_set(block, "beta_per_v2", reported->beta);
+    model_set(block, "delta_v", reported->delta);
+    model_set(block, "a", reported->a);
+    model_set(block, "b_v", reported->b);
+    model_set_array(block, "levels_v", levels, level_v, NULL);
+}
+
+/* Of a loop of one period, from the integral of y du. */
+static const char *direction(const double *drive, const double *position, size_t period) {
+    double area = 0.0;
+    for (size_t k = 0; k < period; k++) {
+        const size_t next = (k + 1) % period;
+        area += 0.5 * (position[next] + position[k]) * (drive[next] - drive[k]);
+    }
+    return area > 0.0 ? "clockwise" : "counterclockwise";
+}
+
+/* A line of the table of what the printed numbers do. */
+static bool describe_printed(reproduction_t *reproduction, const reported_model_t *reported,
+                             const recording_t *recording, double *simulated, failure_t *failure) {
+    const size_t period = recording->samples / CYCLES, last = recording->samples - period;
+    const double *drive = recording->column[COLUMN_DRIVE] + last;
+    const double *measured = recording->column[COLUMN_DISPLACEMENT] + last;
+    model_t model;
+    make_printed_model(reported, &model);
+    const bool good = chain_simulate(&model, recording, 1, simulated, failure);
+    model_free(&model);
+    if (!good) {
+        return false;
+    }
+    /* Best factor and offset: the deviation of the displacement from a straight line over the model's output. */
+    const line_t line = straight_line(drive, measured, period);
+    const line_t scaled = straight_line(simulated + last, measured, period);
+    reproduction_text(
+        reproduction,
+        "* %s: %.0f %% of the stops have thresholds above half the drive and never slip. The sum rises by %.0f um/V, "
+        "the twin by %.2f; its loop turns %s, the twin's %s. Mean error with the best factor and offset %.2f %%, of a "
+        "straight line %.2f %%; printed: %.2f %%.",
+        reported->name, 100.0 * (1.0 - (0.5 * reported->top_v - reported->b) / (reported->a * reported->top_v)),
+        line.slope / scaled.slope, line.slope, direction(drive, simulated + last, period),
+        direction(drive, measured, period), scaled.mean, line.mean, reported->density_mean);
+    return true;
+}
+
+/* One frequency: its recordings, the models fitted to them and what these make of the sine. */
+typedef struct {
+    const reported_model_t *reported;
+    recording_t sine;
+    double *printed_um, *density_um, *bank_um;
+    model_t density;
+    error_t density_error, bank_error;
+} frequency_t;
+
+static void close_frequency(frequency_t *f) {
+    model_free(&f->density);
+    recording_free(&f->sine);
+    free(f->printed_um);
+    free(f->density_um);
+    free(f->bank_um);
+}
+
+static bool fit_frequency(frequency_t *f, size_t number, failure_t *failure) {
+    f->reported = &reported_models[number];
+    f->sine = record_sine(f->reported->hz, f->reported->rate_hz, f->reported->top_v, 20 + number);
+    f->printed_um = allocate(f->sine.samples, sizeof(double));
+    f->density_um = allocate(f->sine.samples, sizeof(double));
+    f->bank_um = allocate(f->sine.samples, sizeof(double));
+    model_t bank;
+    if (!fit_and_judge(&family_stop_density, &f->sine, 1, f->density_um, &f->density, &f->density_error, failure) ||
+        !fit_and_judge(&family_prandtl_ishlinskii, &f->sine, 1, f->bank_um, &bank, &f->bank_error, failure)) {
+        return false;
+    }
+    model_free(&bank);
+    return true;
+}
+
+static void compare_density(reproduction_t *reproduction, const frequency_t *f) {
+    row(reproduction, "density model: mean error", f->reported->name, f->reported->density_mean, f->density_error.mean,
+        "%", MET_AT_MOST, 0.0);
+    row(reproduction, "density model: largest error", f->reported->name, f->reported->density_maximum,
+        f->density_error.maximum, "%", MET_AT_MOST, 0.0);
+    const model_block_t *block = &f->density.block[0];
+    reproduction_text(
+        reproduction,
+        "* %s: alpha = %.4g um/V², beta = %.3g /V², delta = %.3g V, a = %.3g, b = %.3g V, gain %.4g um/V. "
+        "A bank of plays with free weights is left with %.2f %% mean and %.2f %% largest error.",
+        f->reported->name, model_parameter(block, "alpha_um_per_v2")->value[0],
+        model_parameter(block, "beta_per_v2")->value[0], model_parameter(block, "delta_v")->value[0],
+        model_parameter(block, "a")->value[0], model_parameter(block, "b_v")->value[0],
+        model_parameter(block, "gain_um_per_v")->value[0], f->bank_error.mean, f->bank_error.maximum);
+}
+
+static bool compare_models(reproduction_t *reproduction, frequency_t *frequency, failure_t *failure) {
+    reproduction_text(reproduction,
+                      "**Density model.** Printed is y = sum of p(r) E_r[v] dr, p(r) = alpha exp(-beta (r - delta)²), "
+                      "r = a v + b. A sum "
+                      "of stops of the drive with positive weights turns clockwise; a piezo turns counterclockwise. "
+                      "What describes it is "
+                      "y = offset + gain v - sum of p(r) E_r[v] dr. And a > 1 puts the threshold of a level above the "
+                      "level: a stop whose "
+                      "threshold is that of the present drive never slips, and the sum is a straight line. With "
+                      "thresholds on a grid of "
+                      "levels (1 V here), which is how the model can be meant, the numbers of Table 4.1 do this:");
+    for (size_t i = 0; i < MODELS; i++) {
+        if (!fit_frequency(&frequency[i], i, failure) ||
+            !describe_printed(reproduction, frequency[i].reported, &frequency[i].sine, frequency[i].printed_um,
+                              failure)) {
+            return false;
+        }
+    }
+    reproduction_text(reproduction, "The density model as it was found here:");
+    for (size_t i = 0; i < MODELS; i++) {
+        compare_density(reproduction, &frequency[i]);
+    }
+    return true;
+}
+
+bool reproduce_002(reproduction_t *reproduction) {
+    frequency_t frequency[MODELS] = {{0}};
+    failure_t failure;
+    reproduction_text(
+        reproduction,
+        "**Twin.** P-753.31C behind an E-505: a first-order lag, a continuum of plays with a density that is not a "
+        "Gaussian, a curved reversible part (the reported asymmetry), three relaxations, 0.1 nm of noise and "
+        "resolution. "
+        "Reported are loops and lines (Table 3.1); the twin's nine numbers were tuned to them. Table 3.1 and Table 5.2 "
+        "pull "
+        "at the asymmetry from two sides: the first would like it half as large again, and then no symmetric model "
+        "could "
+        "come down to the 1.30 %% of the second. Sample rates are not reported: a thousand samples a period were "
+        "chosen, two "
+        "hundred at 100 Hz. Errors are those of the last third of six periods, which the fits did not see, in %% of "
+        "the "
+        "stroke; the thesis judges on what it fitted. The rows hold against Table 5.2. Its text says otherwise in "
+        "places: "
+        "4.73 and 0.84 %% at 0.1 Hz (density), 0.59 %% as the largest and 2.98 %% as the mean error at 100 Hz "
+        "(Preisach), "
+        "where the largest cannot be below the mean.");
+    compare_twin(reproduction);
+    const bool good = compare_models(reproduction, frequency, &failure);
+    for (size_t i = 0; i < MODELS; i++) {
+        close_frequency(&frequency[i]);
+    }
+    if (!good) {
+        failure_print(&failure);
+    }
+    return good;
+}
