@@ -275,7 +275,9 @@ static bool compare_models(reproduction_t *reproduction, frequency_t *frequency,
                       "level: a stop whose "
                       "threshold is that of the present drive never slips, and the sum is a straight line. With "
                       "thresholds on a grid of "
-                      "levels (1 V here), which is how the model can be meant, the numbers of Table 4.1 do this:");
+                      "levels (1 V here), which is how the model can be meant, the numbers of Table 4.1 do this (and "
+                      "the printed error at "
+                      "100 Hz, 10.26 %%, is no better than that of the straight line of Table 3.1, 9.77 %%):");
     for (size_t i = 0; i < MODELS; i++) {
         if (!fit_frequency(&frequency[i], i, failure) ||
             !describe_printed(reproduction, frequency[i].reported, &frequency[i].sine, frequency[i].printed_um,
