@@ -13,17 +13,43 @@ struct chain {
     stage_t stage[MODEL_MAX_BLOCKS];
 };
 
-static void add_stage(chain_t *chain, const model_t *model, size_t index, stage_setup_t setup) {
+static stage_t open_stage(const model_t *model, size_t index, stage_setup_t setup) {
     const model_block_t *from = &model->block[index];
-    stage_t *stage = &chain->stage[chain->stages++];
     setup.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
-    stage->block = from->block;
-    stage->state = block_open(from->block, from->parameter, &setup);
+    return (stage_t){.block = from->block, .state = block_open(from->block, from->parameter, &setup)};
+}
+
+size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
+    size_t count = 0;
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        if (block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis) {
+            for (size_t m = 0; m < model->blocks; m++) {
+                if (model->block[m].block->modifies_hysteresis) {
+                    order[count++] = m;
+                }
+            }
+        }
+        if (!block->modifies_hysteresis) {
+            order[count++] = i;
+        }
+    }
+    return count;
+}
+
+void chain_run_block(const model_t *model, size_t index, const stage_setup_t *setup, size_t samples, signal_t *signal) {
+    const stage_t stage = open_stage(model, index, *setup);
+    stage.block->settle(stage.state, &signal[0]);
+    for (size_t k = 1; k <= samples; k++) {
+        stage.block->step(stage.state, &signal[k]);
+    }
+    free(stage.state);
 }
 
 chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint64_t seed, double preload_n,
                               failure_t *failure) {
     const stage_setup_t setup = {.sample_rate_hz = sample_rate_hz, .seed = seed, .preload_n = preload_n};
+    size_t order[MODEL_MAX_BLOCKS];
     chain_t *chain;
     if (!model_check(model, "model", failure)) {
         return NULL;
@@ -33,18 +59,9 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
         return NULL;
     }
     chain = allocate(1, sizeof *chain);
-    for (size_t i = 0; i < model->blocks; i++) {
-        const block_t *block = model->block[i].block;
-        if (block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis) {
-            for (size_t m = 0; m < model->blocks; m++) {
-                if (model->block[m].block->modifies_hysteresis) {
-                    add_stage(chain, model, m, setup);
-                }
-            }
-        }
-        if (!block->modifies_hysteresis) {
-            add_stage(chain, model, i, setup);
-        }
+    chain->stages = chain_order(model, order);
+    for (size_t i = 0; i < chain->stages; i++) {
+        chain->stage[i] = open_stage(model, order[i], setup);
     }
     return chain;
 }
@@ -153,6 +170,18 @@ size_t chain_memory_determined(const model_t *model, const recording_t *recordin
     chain_close(high);
     free(difference);
     return determined;
+}
+
+bool chain_determined_from(const model_t *model, const recording_t *recordings, size_t count, const size_t *end,
+                           size_t *from) {
+    const double least_part = 0.25;
+    size_t used = 0, all = 0;
+    for (size_t i = 0; i < count; i++) {
+        from[i] = chain_memory_determined(model, &recordings[i], end[i]);
+        used += end[i] - from[i];
+        all += end[i];
+    }
+    return (double)used >= least_part * (double)all;
 }
 
 error_measure_t measure_error(const double *measured, const double *simulated, size_t samples) {

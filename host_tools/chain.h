@@ -35,6 +35,17 @@ void chain_close(chain_t *chain);
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure);
 
+/** The model's blocks in the order in which they run: order[i] is an index into model->block. Returns how many. */
+size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]);
+
+/**
+ * Runs one block alone over a whole signal, and replaces the signal by its output: what chain_simulate does, a stage at
+ * a time, for those who change one stage and keep what stands before it. signal[0] is what the stage settles with,
+ * signal[1 ... samples] the samples; a drive u enters the first stage as u[0], u[0], u[1], ... The model must have
+ * passed model_check.
+ */
+void chain_run_block(const model_t *model, size_t index, const stage_setup_t *setup, size_t samples, signal_t *signal);
+
 /**
  * First sample of [0, end) from which on the hysteresis output no longer depends on what happened before the recording,
  * or `end`: the outputs that follow a past at the bottom and a past at the top of the drive's range (widened to three
@@ -42,6 +53,11 @@ bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t
  * asked.
  */
 size_t chain_memory_determined(const model_t *model, const recording_t *recording, size_t end);
+
+/** chain_memory_determined of several recordings. Returns false when that leaves less than a quarter of all samples
+ * before end[i]: too little to judge a model by. */
+bool chain_determined_from(const model_t *model, const recording_t *recordings, size_t count, const size_t *end,
+                           size_t *from);
 
 /** Error of a simulation or of a track, over a run of samples. */
 typedef struct {

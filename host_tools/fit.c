@@ -7,8 +7,6 @@
 #include <string.h>
 
 static const double training_part = 2.0 / 3.0;
-/* Of the training data; below it the training error is that of all of it. */
-static const double least_determined_part = 0.25;
 static const size_t least_samples = 30;
 
 typedef struct {
@@ -146,17 +144,6 @@ static double mean_error(const recording_t *recording, const double *simulated, 
     return end > 0 ? sum / (double)end : 0.0;
 }
 
-/* Where the training errors begin, one a recording. */
-static void find_determined(const job_t *job, const model_t *model, size_t *determined, bool *never) {
-    size_t used = 0, all = 0;
-    for (size_t i = 0; i < job->count; i++) {
-        determined[i] = chain_memory_determined(model, &job->recordings[i], job->train_to[i]);
-        used += job->train_to[i] - determined[i];
-        all += job->train_to[i];
-    }
-    *never = (double)used < least_determined_part * (double)all;
-}
-
 static bool judge(job_t *job, const model_t *model) {
     fit_report_t *report = job->report;
     double **simulated = simulate(job, model);
@@ -166,7 +153,7 @@ static bool judge(job_t *job, const model_t *model) {
         return false;
     }
     determined = allocate(job->count, sizeof *determined);
-    find_determined(job, model, determined, &never);
+    never = !chain_determined_from(model, job->recordings, job->count, job->train_to, determined);
     report->nrmse_percent = report->held_out_nrmse_percent = NAN;
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *recording = &job->recordings[i];

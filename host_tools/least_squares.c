@@ -124,9 +124,8 @@ static bool factorise(const normal_equations_t *equations, const bool *bound, fr
     return true;
 }
 
-/* Solves for the free unknowns with the others on their bounds (x holds them). */
-static bool solve_free(const normal_equations_t *equations, const bool *bound, const double *x, double *solution,
-                       failure_t *failure) {
+bool solve_free(const normal_equations_t *equations, const bool *bound, const double *x, double *solution,
+                failure_t *failure) {
     const size_t n = equations->unknowns;
     free_part_t part;
     if (!factorise(equations, bound, &part, failure)) {
@@ -233,16 +232,20 @@ bool solve_bounded(const normal_equations_t *equations, const double *lower, dou
     return solved;
 }
 
-bool inverse_diagonal(const normal_equations_t *equations, const bool *bound, double *diagonal, failure_t *failure) {
+bool inverse_matrix(const normal_equations_t *equations, const bool *bound, double *inverse, failure_t *failure) {
+    const size_t n = equations->unknowns;
     free_part_t part;
-    memset(diagonal, 0, equations->unknowns * sizeof(double));
+    memset(inverse, 0, n * n * sizeof(double));
     if (!factorise(equations, bound, &part, failure)) {
         return false;
     }
     if (part.count > 0) {
         gsl_linalg_cholesky_invert(part.factor);
         for (size_t i = 0; i < part.count; i++) {
-            diagonal[part.index[i]] = gsl_matrix_get(part.factor, i, i) * part.scale[i] * part.scale[i];
+            for (size_t j = 0; j < part.count; j++) {
+                inverse[part.index[i] * n + part.index[j]] =
+                    gsl_matrix_get(part.factor, i, j) * part.scale[i] * part.scale[j];
+            }
         }
     }
     free_part_free(&part);

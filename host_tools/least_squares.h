@@ -45,7 +45,12 @@ bool solve_bounded(const normal_equations_t *equations, const double *lower, dou
 /** Sum of squared residuals of x, from the equations. Not negative. */
 double squared_error(const normal_equations_t *equations, const double *x);
 
-/** Diagonal of (A'A)^-1 over the unknowns that do not rest on a bound; 0 for those that do. */
-bool inverse_diagonal(const normal_equations_t *equations, const bool *bound, double *diagonal, failure_t *failure);
+/** The minimum with the unknowns of bound[] held at their value in x, which is left alone. */
+bool solve_free(const normal_equations_t *equations, const bool *bound, const double *x, double *solution,
+                failure_t *failure);
+
+/** (A'A)^-1 over the unknowns that do not rest on a bound, unknowns^2 elements; rows and columns of the others are 0.
+ */
+bool inverse_matrix(const normal_equations_t *equations, const bool *bound, double *inverse, failure_t *failure);
 
 #endif

@@ -170,7 +170,8 @@ error_measure_t linear_fit_error(const play_basis_t *basis, const linear_fit_t *
 bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
                       linear_fit_t *fit, double *autocorrelation_samples, failure_t *failure) {
     const layout_t layout = make_layout(basis, spans, count, options->drift);
-    double **residual = allocate(count, sizeof *residual), *variance = allocate(layout.unknowns, sizeof(double));
+    double **residual = allocate(count, sizeof *residual),
+           *covariance = allocate(layout.unknowns * layout.unknowns, sizeof(double));
     residual_run_t *run = allocate(count, sizeof *run);
     bool *bound = allocate(layout.unknowns, sizeof(bool)), good;
     normal_equations_t equations;
@@ -190,14 +191,14 @@ bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t
         free_unknowns -= bound[DIRECT + i] ? 1 : 0;
     }
     make_equations(&equations, basis, &layout, spans, count);
-    good = inverse_diagonal(&equations, bound, variance, failure);
+    good = inverse_matrix(&equations, bound, covariance, failure);
     if (good) {
         const double freedom = fmax((double)fit->samples - (double)free_unknowns, 1.0);
         const double scale = fit->rms_um * sqrt((double)fit->samples / freedom * *autocorrelation_samples);
-        fit->offset_sigma_um = scale * sqrt(variance[OFFSET]);
+        fit->offset_sigma_um = scale * sqrt(covariance[OFFSET * layout.unknowns + OFFSET]);
         fit->weight_sigma = allocate(layout.operators + 1, sizeof(double));
         for (size_t i = 0; i <= layout.operators; i++) {
-            fit->weight_sigma[i] = scale * sqrt(variance[DIRECT + i]);
+            fit->weight_sigma[i] = scale * sqrt(covariance[(DIRECT + i) * (layout.unknowns + 1)]);
         }
     }
     normal_equations_free(&equations);
@@ -206,7 +207,7 @@ bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t
     }
     free(residual);
     free(run);
-    free(variance);
+    free(covariance);
     free(bound);
     return good;
 }

@@ -71,10 +71,10 @@ static void test_random_problems_meet_the_optimality_conditions(void) {
 }
 
 /* Two unknowns, inverted by hand. */
-static void test_inverse_diagonal_of_a_known_matrix(void) {
+static void test_inverse_of_a_known_matrix(void) {
     const double rows[3][2] = {{1.0, 0.0}, {1.0, 1.0}, {1.0, 2.0}}; /* A'A = [3 3; 3 5], inverse [5 -3; -3 3] / 6 */
     const bool none[2] = {false, false}, second[2] = {false, true};
-    double diagonal[2];
+    double inverse[4];
     normal_equations_t equations;
     failure_t failure;
     normal_equations_create(&equations, 2);
@@ -82,12 +82,16 @@ static void test_inverse_diagonal_of_a_known_matrix(void) {
         normal_equations_add(&equations, rows[r], 1.0);
     }
     normal_equations_finish(&equations);
-    TEST_ASSERT_TRUE(inverse_diagonal(&equations, none, diagonal, &failure));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 5.0 / 6.0, diagonal[0]);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5, diagonal[1]);
-    TEST_ASSERT_TRUE(inverse_diagonal(&equations, second, diagonal, &failure));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 / 3.0, diagonal[0]);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, diagonal[1]);
+    TEST_ASSERT_TRUE(inverse_matrix(&equations, none, inverse, &failure));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 5.0 / 6.0, inverse[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.5, inverse[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -0.5, inverse[2]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5, inverse[3]);
+    TEST_ASSERT_TRUE(inverse_matrix(&equations, second, inverse, &failure));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 / 3.0, inverse[0]);
+    for (int i = 1; i < 4; i++) {
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, inverse[i]);
+    }
     normal_equations_free(&equations);
 }
 
@@ -111,7 +115,7 @@ static void test_a_column_of_zeros_is_harmless(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_random_problems_meet_the_optimality_conditions);
-    RUN_TEST(test_inverse_diagonal_of_a_known_matrix);
+    RUN_TEST(test_inverse_of_a_known_matrix);
     RUN_TEST(test_a_column_of_zeros_is_harmless);
     return UNITY_END();
 }

@@ -1,0 +1,292 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "refine.h"
+#include "autocorrelation.h"
+#include "refine_problem.h"
+#include <assert.h>
+#include <gsl/gsl_eigen.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Newton's decrement, in squared standard errors, at which the search ends: the next step would be a thousandth of one.
+ */
+static const double close_enough = 1e-6;
+/* Play operators make the sum of squares a chain of smooth pieces, and the lowest point may be a kink between two,
+ * where the equations promise more than there is. Then a step that would be a third of a standard error is good enough.
+ */
+static const double close_at_kink = 0.1;
+/* Of the power of the displacement; sums of squares below it are rounding. */
+static const double rounding = 1e-24;
+static const double first_damping = 1e-3, least_damping = 1e-12, most_damping = 1e9;
+/* Of the matrix of the columns scaled to unit length. Two columns that differ by 1e-5 of their length have it. */
+static const double singular_eigenvalue = 1e-10;
+/* Part that an unknown has in a singular direction before it counts as lost in it. */
+static const double singular_part = 0.05;
+
+refine_unknown_t refine_unknown(const model_t *model, const char *block, const char *parameter, size_t element) {
+    refine_unknown_t unknown = {.element = element};
+    while (unknown.block < model->blocks && strcmp(model->block[unknown.block].block->name, block) != 0) {
+        unknown.block++;
+    }
+    assert(unknown.block < model->blocks);
+    const block_t *found = model->block[unknown.block].block;
+    while (unknown.parameter < found->parameters && strcmp(found->parameter[unknown.parameter].name, parameter) != 0) {
+        unknown.parameter++;
+    }
+    assert(unknown.parameter < found->parameters);
+    const parameter_info_t *info = &found->parameter[unknown.parameter];
+    unknown.low = info->low;
+    unknown.high = info->high;
+    unknown.logarithmic = info->low > 0.0;
+    return unknown;
+}
+
+/* Holds the unknowns that rest on a bound and would go beyond. */
+static void find_bound(const refine_problem_t *problem, const normal_equations_t *equations, bool *bound) {
+    for (size_t u = 0; u < problem->job->unknowns; u++) {
+        const double x = refine_get(problem, u), wish = equations->moment[u];
+        bound[u] = (x <= refine_low(problem, u) && wish < 0.0) || (x >= refine_high(problem, u) && wish > 0.0);
+    }
+}
+
+/* The step of the damped equations, 0 for bound unknowns. */
+static bool solve_damped(const normal_equations_t *equations, const bool *bound, double damping, double *step,
+                         failure_t *failure) {
+    const size_t n = equations->unknowns;
+    normal_equations_t damped = *equations;
+    double *zero = allocate(n, sizeof(double));
+    bool good;
+    damped.gram = allocate(n * n, sizeof(double));
+    memcpy(damped.gram, equations->gram, n * n * sizeof(double));
+    for (size_t u = 0; u < n; u++) {
+        damped.gram[u * n + u] *= 1.0 + damping;
+    }
+    good = solve_free(&damped, bound, zero, step, failure);
+    free(damped.gram);
+    free(zero);
+    return good;
+}
+
+/* What the equations promise the sum of squares to fall by. */
+static bool decrement(const normal_equations_t *equations, const bool *bound, double *promised, failure_t *failure) {
+    double *step = allocate(equations->unknowns, sizeof(double));
+    const bool good = solve_damped(equations, bound, 0.0, step, failure);
+    *promised = 0.0;
+    for (size_t u = 0; good && u < equations->unknowns; u++) {
+        *promised += equations->moment[u] * step[u];
+    }
+    free(step);
+    return good;
+}
+
+/* Takes the step, as far as the bounds let it. */
+static void move(const refine_problem_t *problem, const double *start, const double *step) {
+    for (size_t u = 0; u < problem->job->unknowns; u++) {
+        refine_set(problem, u, fmin(fmax(start[u] + step[u], refine_low(problem, u)), refine_high(problem, u)));
+    }
+}
+
+/* Raises the damping until a step lowers the cost, and takes that one. False, with the model where it was, when none
+ * does. */
+static bool improve(const refine_problem_t *problem, const normal_equations_t *equations, const bool *bound,
+                    double *damping, double *cost) {
+    const size_t n = problem->job->unknowns;
+    double *start = allocate(n, sizeof(double)), *step = allocate(n, sizeof(double));
+    bool improved = false;
+    failure_t singular;
+    for (size_t u = 0; u < n; u++) {
+        start[u] = refine_get(problem, u);
+    }
+    while (!improved && *damping <= most_damping && solve_damped(equations, bound, *damping, step, &singular)) {
+        move(problem, start, step);
+        const double tried = refine_cost(problem);
+        improved = tried < *cost;
+        *cost = improved ? tried : *cost;
+        *damping = improved ? fmax(0.1 * *damping, least_damping) : 10.0 * *damping;
+    }
+    if (!improved) {
+        memset(step, 0, n * sizeof(double));
+        move(problem, start, step);
+    }
+    free(start);
+    free(step);
+    return improved;
+}
+
+static bool search(const refine_problem_t *problem, refine_report_t *report, failure_t *failure) {
+    const refine_job_t *job = problem->job;
+    const double freedom = (double)(problem->samples - job->unknowns);
+    double damping = first_damping, cost = refine_cost(problem), promised, before;
+    bool *bound = allocate(job->unknowns, sizeof(bool)), good = true, moving = job->most_iterations > 0;
+    if (!isfinite(cost)) {
+        free(bound);
+        return fail(failure, "the model runs away where the search starts");
+    }
+    while (good && moving) {
+        normal_equations_t equations;
+        refine_equations(problem, &equations);
+        find_bound(problem, &equations, bound);
+        good = decrement(&equations, bound, &promised, failure);
+        report->converged = good && promised <= fmax(close_enough * cost / freedom, rounding * problem->power);
+        before = cost;
+        moving = good && !report->converged && report->iterations < job->most_iterations &&
+                 improve(problem, &equations, bound, &damping, &cost);
+        if (good && !report->converged && before - cost <= close_enough * cost / freedom) { /* no way down from here */
+            report->converged = promised <= close_at_kink * cost / freedom;
+            moving = false;
+        }
+        report->iterations += moving ? 1 : 0;
+        normal_equations_free(&equations);
+        if (job->progress != NULL) {
+            progress_update(job->progress, (double)report->iterations / (double)job->most_iterations);
+        }
+    }
+    free(bound);
+    return good;
+}
+
+/* Marks unknowns without any effect, and those that lie in a direction in which the sum of squares does not change. */
+static void find_singular(const normal_equations_t *equations, refine_state_t *state) {
+    const size_t n = equations->unknowns;
+    gsl_matrix *scaled = gsl_matrix_alloc(n, n), *vectors = gsl_matrix_alloc(n, n);
+    gsl_vector *values = gsl_vector_alloc(n);
+    gsl_eigen_symmv_workspace *workspace = gsl_eigen_symmv_alloc(n);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < n; j++) {
+            const double length = sqrt(equations->gram[i * n + i] * equations->gram[j * n + j]);
+            const bool held = state[i] == REFINE_AT_BOUND || state[j] == REFINE_AT_BOUND || !(length > 0.0);
+            gsl_matrix_set(scaled, i, j, held ? (i == j ? 1.0 : 0.0) : equations->gram[i * n + j] / length);
+        }
+        if (state[i] != REFINE_AT_BOUND && !(equations->gram[i * n + i] > 0.0)) {
+            state[i] = REFINE_NOT_DETERMINED;
+        }
+    }
+    gsl_eigen_symmv(scaled, values, vectors, workspace);
+    for (size_t direction = 0; direction < n; direction++) {
+        for (size_t i = 0; gsl_vector_get(values, direction) < singular_eigenvalue && i < n; i++) {
+            if (fabs(gsl_matrix_get(vectors, i, direction)) > singular_part) {
+                state[i] = REFINE_NOT_DETERMINED;
+            }
+        }
+    }
+    gsl_eigen_symmv_free(workspace);
+    gsl_vector_free(values);
+    gsl_matrix_free(vectors);
+    gsl_matrix_free(scaled);
+}
+
+/* Whether a standard error, in the coordinate of the search, leaves a number as open as it was before. */
+static bool implausible(const refine_problem_t *problem, const normal_equations_t *equations, size_t unknown,
+                        double sigma) {
+    const double half_width = 0.5 * (refine_high(problem, unknown) - refine_low(problem, unknown));
+    const double effect_um =
+        sqrt(equations->gram[unknown * (equations->unknowns + 1)] / (double)problem->samples); /* of a step of 1 */
+    return sigma > half_width || (problem->job->unknown[unknown].logarithmic && sigma > 1.0) ||
+           sigma * effect_um > problem->stroke_um;
+}
+
+static void take_errors(const refine_problem_t *problem, const normal_equations_t *equations, const double *inverse,
+                        double scale, refine_report_t *report) {
+    const size_t n = report->unknowns;
+    for (size_t i = 0; i < n; i++) {
+        const double sigma = scale * sqrt(inverse[i * (n + 1)]);
+        if (report->state[i] == REFINE_DETERMINED && implausible(problem, equations, i, sigma)) {
+            report->state[i] = REFINE_NOT_DETERMINED;
+        }
+        report->sigma[i] = report->state[i] == REFINE_NOT_DETERMINED ? HUGE_VAL
+                           : problem->job->unknown[i].logarithmic    ? sigma * *refine_value(problem, i)
+                                                                     : sigma;
+        for (size_t j = 0; j < n; j++) {
+            const double product = sqrt(inverse[i * (n + 1)] * inverse[j * (n + 1)]);
+            report->correlation[i * n + j] = product > 0.0 ? inverse[i * n + j] / product : 0.0;
+        }
+    }
+}
+
+/* Residuals, offsets and their autocorrelation where the search ended. */
+static bool measure(const refine_problem_t *problem, refine_report_t *report) {
+    const size_t count = problem->job->count;
+    residual_run_t *run = allocate(count, sizeof *run);
+    double **residual = allocate(count, sizeof *residual), square_sum = 0.0;
+    bool good = true;
+    for (size_t i = 0; i < count; i++) {
+        const size_t samples = problem->to[i] - problem->from[i];
+        residual[i] = allocate(samples, sizeof(double));
+        good = refine_residual(problem, i, residual[i], &report->offset_um[i]) && good;
+        run[i] = (residual_run_t){.value = residual[i], .samples = samples};
+        for (size_t k = 0; k < samples; k++) {
+            square_sum += residual[i][k] * residual[i][k];
+        }
+    }
+    report->samples = problem->samples;
+    report->rms_um = sqrt(square_sum / (double)problem->samples);
+    report->autocorrelation_samples = autocorrelation_time(run, count);
+    for (size_t i = 0; i < count; i++) {
+        free(residual[i]);
+    }
+    free(residual);
+    free(run);
+    return good;
+}
+
+static bool find_errors(const refine_problem_t *problem, refine_report_t *report, failure_t *failure) {
+    const size_t n = report->unknowns, spent = n + (problem->job->offsets ? problem->job->count : 0);
+    double *inverse = allocate(n * n, sizeof(double));
+    bool *bound = allocate(n, sizeof(bool));
+    normal_equations_t equations;
+    bool good;
+    refine_equations(problem, &equations);
+    find_bound(problem, &equations, bound);
+    for (size_t i = 0; i < n; i++) {
+        report->state[i] = bound[i] ? REFINE_AT_BOUND : REFINE_DETERMINED;
+    }
+    find_singular(&equations, report->state);
+    good = inverse_matrix(&equations, bound, inverse, failure);
+    if (good) {
+        take_errors(problem, &equations, inverse,
+                    report->rms_um * sqrt((double)problem->samples / (double)(problem->samples - spent) *
+                                          report->autocorrelation_samples),
+                    report);
+    }
+    normal_equations_free(&equations);
+    free(bound);
+    free(inverse);
+    return good;
+}
+
+bool refine(model_t *model, const refine_job_t *job, refine_report_t *report, failure_t *failure) {
+    const size_t n = job->unknowns;
+    double *start = allocate(n, sizeof(double));
+    refine_problem_t problem;
+    bool opened, good;
+    *report = (refine_report_t){.unknowns = n,
+                                .state = allocate(n, sizeof *report->state),
+                                .sigma = allocate(n, sizeof(double)),
+                                .correlation = allocate(n * n, sizeof(double)),
+                                .offset_um = allocate(job->count, sizeof(double)),
+                                .converged = job->most_iterations == 0};
+    opened = refine_problem_open(&problem, model, job, failure);
+    for (size_t u = 0; u < n; u++) {
+        start[u] = *refine_value(&problem, u);
+    }
+    good = opened && search(&problem, report, failure) &&
+           (measure(&problem, report) || fail(failure, "the refined model runs away")) &&
+           find_errors(&problem, report, failure);
+    if (!good) {
+        for (size_t u = 0; u < n; u++) {
+            *refine_value(&problem, u) = start[u];
+        }
+        refine_report_free(report);
+    }
+    refine_problem_free(&problem);
+    free(start);
+    return good;
+}
+
+void refine_report_free(refine_report_t *report) {
+    free(report->state);
+    free(report->sigma);
+    free(report->correlation);
+    free(report->offset_um);
+    memset(report, 0, sizeof *report);
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The least squares problem behind refine.h: its sum of squares, and its linear equations at a point. */
+#ifndef REFINE_PROBLEM_H
+#define REFINE_PROBLEM_H
+
+#include "least_squares.h"
+#include "refine.h"
+
+typedef struct {
+    model_t *model; /**< its numbers are where the search stands */
+    const refine_job_t *job;
+    size_t *from, *to; /**< samples that count, one pair a recording */
+    double *preload_n; /**< one a recording */
+    size_t samples;    /**< that count, of all recordings */
+    double power;      /**< sum of squares of their displacement around its mean, recording by recording */
+    double stroke_um;  /**< largest peak-to-peak displacement of one recording */
+    size_t stages, order[MODEL_MAX_BLOCKS];
+} refine_problem_t;
+
+/** *problem must be freed in any case. */
+bool refine_problem_open(refine_problem_t *problem, model_t *model, const refine_job_t *job, failure_t *failure);
+void refine_problem_free(refine_problem_t *problem);
+
+/** The number itself, in the model. */
+double *refine_value(const refine_problem_t *problem, size_t unknown);
+/** Where the unknown stands, in the coordinate of the search: its value or the logarithm of it. */
+double refine_get(const refine_problem_t *problem, size_t unknown);
+void refine_set(const refine_problem_t *problem, size_t unknown, double x);
+/** The bounds in that coordinate. */
+double refine_low(const refine_problem_t *problem, size_t unknown);
+double refine_high(const refine_problem_t *problem, size_t unknown);
+
+/** displacement - simulation - offset over the samples of recording i that count. False when the model is refused or
+ * its simulation is not finite. */
+bool refine_residual(const refine_problem_t *problem, size_t i, double *residual, double *offset_um);
+
+/** Sum of squared residuals; HUGE_VAL when the model is refused or runs away. */
+double refine_cost(const refine_problem_t *problem);
+
+/** The equations whose solution is the Gauss-Newton step. The caller frees *equations. */
+void refine_equations(const refine_problem_t *problem, normal_equations_t *equations);
+
+#endif
