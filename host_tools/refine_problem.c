@@ -203,7 +203,7 @@ static void fill_column(const refine_problem_t *problem, size_t i, size_t unknow
 
 static void add_recording(const refine_problem_t *problem, size_t i, normal_equations_t *equations) {
     const size_t n = problem->job->unknowns, count = problem->to[i] - problem->from[i], length = problem->to[i] + 1;
-    signal_t *input[MODEL_MAX_BLOCKS] = {NULL}, *signal = drive_signal(problem, i);
+    signal_t **input = allocate(problem->stages, sizeof *input), *signal = drive_signal(problem, i);
     double *residual = allocate(count, sizeof(double)), *columns = allocate(n * count, sizeof(double)),
            *row = allocate(n, sizeof(double)), offset_um;
     for (size_t stage = 0; stage < problem->stages; stage++) {
@@ -224,6 +224,7 @@ static void add_recording(const refine_problem_t *problem, size_t i, normal_equa
     for (size_t stage = 0; stage < problem->stages; stage++) {
         free(input[stage]);
     }
+    free(input);
     free(signal);
     free(residual);
     free(columns);
