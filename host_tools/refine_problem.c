@@ -159,8 +159,9 @@ static size_t stage_of(const refine_problem_t *problem, size_t unknown) {
     return stage;
 }
 
-/* Derivative of the position by one unknown, from a step of `step`; false when the model takes no such step. */
-static bool difference(const refine_problem_t *problem, size_t i, size_t unknown, double step, signal_t *const *input,
+/* Derivative of the position by one unknown, from a step of `step`, with what enters every stage in `input`; false when
+ * the model takes no such step. */
+static bool difference(const refine_problem_t *problem, size_t i, size_t unknown, double step, const signal_t *input,
                        const double *residual, double *column) {
     const size_t first = stage_of(problem, unknown), length = problem->to[i] + 1;
     const double x = refine_get(problem, unknown);
@@ -175,7 +176,7 @@ static bool difference(const refine_problem_t *problem, size_t i, size_t unknown
     good = model_check(problem->model, "model", &refused);
     if (good) {
         signal_t *signal = allocate(length, sizeof *signal);
-        memcpy(signal, input[first], length * sizeof *signal);
+        memcpy(signal, input + first * length, length * sizeof *signal);
         for (size_t stage = first; stage < problem->stages; stage++) {
             run_stage(problem, i, stage, signal);
         }
@@ -189,7 +190,7 @@ static bool difference(const refine_problem_t *problem, size_t i, size_t unknown
     return good;
 }
 
-static void fill_column(const refine_problem_t *problem, size_t i, size_t unknown, signal_t *const *input,
+static void fill_column(const refine_problem_t *problem, size_t i, size_t unknown, const signal_t *input,
                         const double *residual, double *column) {
     const double x = refine_get(problem, unknown), width = refine_high(problem, unknown) - refine_low(problem, unknown);
     const double size = problem->job->unknown[unknown].logarithmic || (x == 0.0 && !isfinite(width))
@@ -203,12 +204,11 @@ static void fill_column(const refine_problem_t *problem, size_t i, size_t unknow
 
 static void add_recording(const refine_problem_t *problem, size_t i, normal_equations_t *equations) {
     const size_t n = problem->job->unknowns, count = problem->to[i] - problem->from[i], length = problem->to[i] + 1;
-    signal_t **input = allocate(problem->stages, sizeof *input), *signal = drive_signal(problem, i);
+    signal_t *input = allocate(problem->stages * length, sizeof *input), *signal = drive_signal(problem, i);
     double *residual = allocate(count, sizeof(double)), *columns = allocate(n * count, sizeof(double)),
            *row = allocate(n, sizeof(double)), offset_um;
     for (size_t stage = 0; stage < problem->stages; stage++) {
-        input[stage] = allocate(length, sizeof(signal_t));
-        memcpy(input[stage], signal, length * sizeof(signal_t));
+        memcpy(input + stage * length, signal, length * sizeof *signal);
         run_stage(problem, i, stage, signal);
     }
     residual_of(problem, i, signal, residual, &offset_um);
@@ -220,9 +220,6 @@ static void add_recording(const refine_problem_t *problem, size_t i, normal_equa
             row[u] = columns[u * count + k];
         }
         normal_equations_add(equations, row, residual[k]);
-    }
-    for (size_t stage = 0; stage < problem->stages; stage++) {
-        free(input[stage]);
     }
     free(input);
     free(signal);
