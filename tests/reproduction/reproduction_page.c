@@ -112,7 +112,8 @@ static bool write_json(FILE *file, const reproduction_t *reproduction, size_t co
                                             json_number_or_null(row->ours), "unit", row->unit, "met", row->met));
         }
     }
-    const bool written = json_dumpf(list, file, JSON_INDENT(2)) == 0 && fputc('\n', file) != EOF;
+    const bool written =
+        json_dumpf(list, file, JSON_INDENT(2) | JSON_REAL_PRECISION(12)) == 0 && fputc('\n', file) != EOF;
     json_decref(list);
     return written;
 }
