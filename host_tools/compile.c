@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "compile.h"
+#include "chain.h"
 #include "compile_job.h"
 #include <math.h>
 #include <stdlib.h>
@@ -57,29 +58,33 @@ static bool set_ranges(compile_job_t *job) {
 }
 
 /*
- * Fits a straight line to the major loop of the hysteresis alone, once around it after a first loop that settles it,
- * evenly in the drive, and inverts it.
+ * Fits a straight line to the major loop of the hysteresis and what modifies it, once around after a first loop that
+ * settles it, evenly in the drive, and inverts it.
  */
-static bool set_linear(compile_job_t *job, const model_block_t *hysteresis) {
+static bool set_linear(compile_job_t *job) {
     enum { POINTS = 2000 };
-    const stage_setup_t setup = {.sample_rate_hz = job->rate_hz};
-    void *state = block_open(hysteresis->block, hysteresis->parameter, &setup);
+    const hyst_parameters_t *p = job->parameters;
     double sum_y = 0.0, sum_uy = 0.0, sum_uu = 0.0, slope;
-    signal_t signal = {.value = job->drive_center_v - job->drive_half_v};
-    hysteresis->block->settle(state, &signal);
+    model_t model;
+    chain_t *chain;
+    model_copy_place(&model, job->model, PLACE_HYSTERESIS);
+    chain = chain_open(&model, job->rate_hz, 0, job->failure);
+    model_free(&model);
+    if (chain == NULL) {
+        return false;
+    }
+    chain_settle(chain, drive_to_volts(p, HYST_Q31_MIN));
     for (int k = 0; k < 2 * POINTS; k++) {
         const double u = 1.0 - 2.0 * fabs(1.0 - 2.0 * (double)(k % POINTS) / POINTS);
-        double y;
-        signal = (signal_t){.value = job->drive_center_v + job->drive_half_v * u};
-        hysteresis->block->step(state, &signal);
-        y = (signal.value - job->elastic_center_um) / job->elastic_half_um;
+        const double position = chain_step(chain, 1e-6 * (p->drive_center_uv + p->drive_half_range_uv * u));
+        const double y = (position - job->elastic_center_um) / job->elastic_half_um;
         if (k >= POINTS) {
             sum_y += y;
             sum_uy += u * y;
             sum_uu += u * u;
         }
     }
-    free(state);
+    chain_close(chain);
     slope = sum_uy / sum_uu; /* u has mean 0 */
     if (!(slope > 0.0)) {
         return fail(job->failure, "the hysteresis falls over its whole loop: an amplifier cannot invert it");
@@ -97,27 +102,25 @@ static bool compile_block(compile_job_t *job, const model_block_t *block) {
     return kind->compile(job, block->parameter) || fail_in(job->failure, "block %s", kind->name);
 }
 
-/* In which of three rounds a block's hook runs: what stands around the hysteresis, the hysteresis, what modifies it. */
-static int round_of(const block_t *block) {
-    if (block->place != PLACE_HYSTERESIS) {
-        return 0;
-    }
-    return block->modifies_hysteresis ? 2 : 1;
-}
-
+/* The hysteresis comes last: what stands around it says first what it has to deliver, and what drive it sees. */
 static bool compile_blocks(compile_job_t *job) {
-    for (int round = 0; round < 3; round++) {
+    for (int last = 0; last < 2; last++) {
         for (size_t i = job->model->blocks; i-- > 0;) {
-            const model_block_t *block = &job->model->block[i];
-            if (round_of(block->block) != round) {
-                continue;
-            }
-            if (!compile_block(job, block) || (round == 1 && !set_linear(job, block))) {
+            const block_t *block = job->model->block[i].block;
+            const bool hysteresis = block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis;
+            if (hysteresis == (last != 0) && !compile_block(job, &job->model->block[i])) {
                 return false;
             }
         }
     }
-    return true;
+    return set_linear(job);
+}
+
+/* The amplifier's thresholds grow to full scale at most. */
+static double growth_limit_v(const compile_job_t *job) {
+    const hyst_parameters_t *p = job->parameters;
+    const double largest = p->pi_operators > 0 ? (double)p->pi_threshold[p->pi_operators - 1] * 0x1p-31 : 0.0;
+    return p->pi_beta > 0 ? (1.0 - largest) * job->drive_half_v : 0.0;
 }
 
 /*
@@ -185,7 +188,11 @@ static bool compile_chain(compile_job_t *job) {
     job->drive_half_v = 1e-6 * p->drive_half_range_uv;
     job->elastic_center_um = 1e-6 * p->position_center_pm;
     job->elastic_half_um = 1e-6 * p->position_half_range_pm;
-    return compile_blocks(job) && set_lookahead(job);
+    if (!compile_blocks(job)) {
+        return false;
+    }
+    job->report->growth_limit_v = growth_limit_v(job);
+    return set_lookahead(job);
 }
 
 bool compile_model(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,

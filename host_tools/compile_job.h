@@ -3,10 +3,10 @@
  * What a block's `compile` hook works with (block.h): the parameter image under construction and the helpers that turn
  * a stage of the chain into its inverse in the amplifier.
  *
- * Hooks run against the order of the chain, as the amplifier undoes it, except that the hysteresis comes last but for
- * the blocks that modify it. So when the hysteresis is set, everything behind it has said what it does to the position:
- * the hysteresis has to deliver positions of elastic_center_um +- elastic_half_um for the position converter's whole
- * range.
+ * Hooks run against the order of the chain, as the amplifier undoes it, except that the hysteresis comes last, behind
+ * even those that modify it. So when it is set, everything around it has said what it does: the hysteresis sees drives
+ * of drive_center_v +- drive_half_v over the amplifier's whole range, and has to deliver elastic_center_um +-
+ * elastic_half_um for the position converter's.
  */
 #ifndef COMPILE_JOB_H
 #define COMPILE_JOB_H
@@ -23,7 +23,7 @@ typedef struct compile_job {
     const char *block; /**< name of the block that is being compiled, for messages */
     double rate_hz;
     double delay_s;                      /**< sum over the chain; becomes lookahead */
-    double drive_center_v, drive_half_v; /**< u = center + half * Q31 fraction */
+    double drive_center_v, drive_half_v; /**< what the hysteresis sees = center + half * Q31 fraction */
     double elastic_center_um, elastic_half_um;
 } compile_job_t;
 

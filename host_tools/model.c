@@ -67,16 +67,29 @@ void model_set(model_block_t *block, const char *name, double value) {
     model_set_array(block, name, 1, &value, NULL);
 }
 
+static void copy_block(model_t *copy, const model_block_t *from) {
+    model_block_t *block = model_append(copy, from->block);
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        parameter_set(&block->parameter[p], from->parameter[p].count, from->parameter[p].value,
+                      from->parameter[p].sigma);
+    }
+}
+
 void model_copy(model_t *copy, const model_t *model) {
     model_create(copy, model->sample_rate_hz);
     for (size_t i = 0; i < model->blocks; i++) {
-        model_block_t *block = model_append(copy, model->block[i].block);
-        for (size_t p = 0; p < block->block->parameters; p++) {
-            const parameter_t *from = &model->block[i].parameter[p];
-            parameter_set(&block->parameter[p], from->count, from->value, from->sigma);
-        }
+        copy_block(copy, &model->block[i]);
     }
     copy->fit = model->fit != NULL ? json_deep_copy(model->fit) : NULL;
+}
+
+void model_copy_place(model_t *copy, const model_t *model, place_t place) {
+    model_create(copy, model->sample_rate_hz);
+    for (size_t i = 0; i < model->blocks; i++) {
+        if (model->block[i].block->place == place) {
+            copy_block(copy, &model->block[i]);
+        }
+    }
 }
 
 const model_block_t *model_find(const model_t *model, const char *block_name) {

@@ -51,6 +51,8 @@ void model_free(model_t *model);
 
 /** Copies a model with all its numbers; free both. */
 void model_copy(model_t *copy, const model_t *model);
+/** Copies the blocks of one place, without the fit. */
+void model_copy_place(model_t *copy, const model_t *model, place_t place);
 
 /** Empties *model for model_append. */
 void model_create(model_t *model, double sample_rate_hz);

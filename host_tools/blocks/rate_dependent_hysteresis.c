@@ -54,13 +54,10 @@ static void step(void *memory, signal_t *signal) {
     state->input = signal->value;
 }
 
-/* The play bank is set before this. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     hyst_parameters_t *p = job->parameters;
     const double filter_s = parameter[1].value[0];
     const double gain = filter_s > 0.0 ? -expm1(-1.0 / (filter_s * job->rate_hz)) : 1.0;
-    const double largest = p->pi_operators > 0 ? (double)p->pi_threshold[p->pi_operators - 1] * 0x1p-31 : 0.0;
-    job->report->growth_limit_v = (1.0 - largest) * job->drive_half_v;
     return compile_to_fixed(job, parameter[0].value[0] * job->rate_hz, 20, "beta in samples", &p->pi_beta) &&
            compile_to_fixed(job, gain, 30, "rate gain", &p->pi_rate_gain);
 }

@@ -134,6 +134,13 @@ void generate_parameters(generator_t *generator, hyst_parameters_t *p) {
     const uint32_t n = operators[generate_below(generator, 4)];
     const bool rate_dependent = generate_below(generator, 2) != 0;
     generate_hysteresis(generator, p, n, rate_dependent);
+    p->drive_curves = generate_below(generator, 2);
+    for (uint32_t i = 0; i < HYST_CURVE_NODES; i++) { /* from -1 on, slopes between 1/4 and 1 */
+        const hyst_q31_t before = i > 0 ? p->drive_curve[0].node[i - 1U] : HYST_Q31_MIN;
+        p->drive_curve[0].node[i] = before + (1 << 25) + (hyst_q31_t)generate_below(generator, 3U << 25);
+    }
+    p->inertia_sections = generate_below(generator, HYST_INERTIA_MAX_SECTIONS + 1U);
+    p->inertia[0] = generate_section(generator);
     p->shape_sections = generate_below(generator, HYST_IIR_MAX_SECTIONS + 1U);
     p->equalise_sections = generate_below(generator, HYST_IIR_MAX_SECTIONS + 1U);
     for (uint32_t i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {

@@ -3,6 +3,10 @@
 #include "conformance.h"
 #include "hyst/play.h"
 
+/* What a subject works on. Static and shared: SRAM has no room for one set each. */
+static hyst_parameters_t p;
+static hyst_compensator_t compensator[2];
+
 static void digest_model_state(digest_t *digest, const hyst_pi_t *model, const hyst_pi_state_t *state) {
     for (uint32_t i = 0; i < model->operators; i++) {
         digest_add_signed(digest, hyst_pi_memory(model, state, i));
@@ -59,7 +63,6 @@ void subject_play_and_stop(digest_t *digest, generator_t *generator) {
 
 /* Wild arguments: nearly all are refused, each for the first of its reasons. */
 void subject_pi_refusals(digest_t *digest, generator_t *generator) {
-    static hyst_parameters_t p;
     static hyst_pi_t model;
     for (unsigned pass = 0; pass < 500; pass++) {
         generate_hysteresis(generator, &p, generate_below(generator, HYST_PI_MAX_OPERATORS + 1U), (pass & 1U) != 0);
@@ -96,15 +99,13 @@ void subject_pi_refusals(digest_t *digest, generator_t *generator) {
 
 /* Forward and inverse on memories of their own, from the same signal. */
 void subject_pi(digest_t *digest, generator_t *generator, uint32_t operators, bool rate_dependent) {
-    static hyst_parameters_t p;
-    static hyst_compensator_t compensator;
     static hyst_pi_state_t forward;
     static hyst_pi_state_t inverse;
-    const hyst_pi_t *const model = &compensator.hysteresis.prandtl_ishlinskii;
+    const hyst_pi_t *const model = &compensator[0].hysteresis.prandtl_ishlinskii;
     hyst_parameters_default(&p);
     for (unsigned pass = 0; pass < 8; pass++) {
         generate_hysteresis(generator, &p, operators, rate_dependent);
-        build(&p, &compensator);
+        build(&p, &compensator[0]);
         excitation_t excitation = {0};
         const hyst_q31_t start = pass == 0 ? 0 : generate_signed(generator);
         hyst_pi_reset(model, &forward, start);
@@ -123,8 +124,6 @@ void subject_pi(digest_t *digest, generator_t *generator, uint32_t operators, bo
 
 void subject_pi_carry(digest_t *digest, generator_t *generator) {
     static const uint32_t counts[] = {0, 1, 10, HYST_PI_MAX_OPERATORS};
-    static hyst_parameters_t p;
-    static hyst_compensator_t compensator[2];
     static hyst_pi_state_t state[2];
     hyst_parameters_default(&p);
     for (unsigned pass = 0; pass < 64; pass++) {

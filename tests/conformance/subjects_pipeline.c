@@ -78,33 +78,32 @@ void subject_iir_refusals(digest_t *digest, generator_t *generator) {
     }
 }
 
+/* What the subjects below work on. Static and shared: SRAM has no room for one set each. */
+static hyst_parameters_t p[2];
+static hyst_compensator_t compensator[2];
 static uint32_t image[HYST_IMAGE_MAX_WORDS + 1U];
 
 void subject_image(digest_t *digest, generator_t *generator) {
-    static hyst_parameters_t written;
-    static hyst_parameters_t read;
     static uint32_t again[HYST_IMAGE_MAX_WORDS];
     for (unsigned pass = 0; pass < 50; pass++) {
-        generate_parameters(generator, &written);
-        const size_t length = hyst_parameters_encode(&written, image, HYST_IMAGE_MAX_WORDS);
+        generate_parameters(generator, &p[0]);
+        const size_t length = hyst_parameters_encode(&p[0], image, HYST_IMAGE_MAX_WORDS);
         digest_add(digest, (uint32_t)length);
         for (size_t i = 0; i < length; i++) {
             digest_add(digest, image[i]);
         }
-        digest_fault(digest, hyst_parameters_decode(image, length, &read));
-        digest_add(digest, (uint32_t)hyst_parameters_encode(&read, again, length));
+        digest_fault(digest, hyst_parameters_decode(image, length, &p[1]));
+        digest_add(digest, (uint32_t)hyst_parameters_encode(&p[1], again, length));
         digest_add(digest, hyst_crc32(again, length));
-        digest_add(digest, (uint32_t)hyst_parameters_encode(&read, again, length - 1U));
+        digest_add(digest, (uint32_t)hyst_parameters_encode(&p[1], again, length - 1U));
     }
 }
 
 /* One word is changed; in half of the passes the CRC is made good again, so that the checks behind it are reached. */
 void subject_broken_images(digest_t *digest, generator_t *generator) {
-    static hyst_parameters_t p;
-    static hyst_compensator_t compensator;
     for (unsigned pass = 0; pass < 1500; pass++) {
-        generate_parameters(generator, &p);
-        size_t length = hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS);
+        generate_parameters(generator, &p[0]);
+        size_t length = hyst_parameters_encode(&p[0], image, HYST_IMAGE_MAX_WORDS);
         const bool header = generate_below(generator, 2) != 0;
         const uint32_t word = generate_below(generator, header ? HYST_IMAGE_HEADER_WORDS : (uint32_t)length);
         if (generate_below(generator, 2) != 0) {
@@ -117,10 +116,10 @@ void subject_broken_images(digest_t *digest, generator_t *generator) {
         } else if (generate_below(generator, 8) == 0) {
             length = generate_below(generator, HYST_IMAGE_MAX_WORDS + 1U);
         }
-        hyst_parameters_fault_t fault = hyst_parameters_decode(image, length, &p);
+        hyst_parameters_fault_t fault = hyst_parameters_decode(image, length, &p[0]);
         digest_fault(digest, fault);
         if (fault.error == HYST_PARAMETERS_OK) {
-            fault = hyst_parameters_build(&p, &compensator);
+            fault = hyst_parameters_build(&p[0], &compensator[0]);
             digest_fault(digest, fault);
         }
     }
@@ -161,11 +160,9 @@ static void digest_compensator_state(digest_t *digest, const hyst_compensator_t 
 
 /* All modes in any order, parameters swapped under way. */
 void subject_compensator(digest_t *digest, generator_t *generator) {
-    static hyst_parameters_t p;
-    static hyst_compensator_t compensator[2];
     static hyst_compensator_state_t state;
-    generate_parameters(generator, &p);
-    build(&p, &compensator[0]);
+    generate_parameters(generator, &p[0]);
+    build(&p[0], &compensator[0]);
     hyst_compensator_reset(&compensator[0], &state);
     for (unsigned pass = 0; pass < 100; pass++) {
         const hyst_compensator_t *const active = &compensator[pass & 1U];
@@ -182,8 +179,8 @@ void subject_compensator(digest_t *digest, generator_t *generator) {
         }
         digest_compensator_state(digest, active, &state);
         hyst_compensator_t *const next = &compensator[(pass + 1U) & 1U];
-        generate_parameters(generator, &p);
-        build(&p, next);
+        generate_parameters(generator, &p[0]);
+        build(&p[0], next);
         hyst_compensator_adopt(active, next, &state);
     }
 }

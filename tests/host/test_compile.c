@@ -55,7 +55,8 @@ static double worst_difference(random_t *random, const model_t *model, const hys
         const double u = k < 300 ? (k < 100 ? low : k < 200 ? high : low) : low + (high - low) * slow;
         const hyst_q31_t drive = drive_from_volts(parameters, u);
         const double exact = chain_step(chain, drive_to_volts(parameters, drive));
-        const hyst_q31_t elastic = hyst_pi_forward(&compensator->hysteresis.prandtl_ishlinskii, &state, drive);
+        const hyst_q31_t seen = compensator->curved ? hyst_curve_apply(&compensator->drive_curve, drive) : drive;
+        const hyst_q31_t elastic = hyst_pi_forward(&compensator->hysteresis.prandtl_ishlinskii, &state, seen);
         const double fixed = position_to_micrometres(
             parameters, hyst_saturate(elastic + hyst_creep_offset(&compensator->creep, &creep)));
         hyst_creep_advance(&compensator->creep, &creep, elastic);
@@ -155,6 +156,37 @@ static void test_creep_in_fixed_point_is_the_double_one(void) {
         model_free(&model);
     }
     printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed + 2, worst_part);
+}
+
+/* Asymmetry adds the chords of the parabola, the rounding of the curve and of its nodes (1.5 units of 2^-31). */
+static void test_asymmetry_in_fixed_point_is_the_double_one(void) {
+    random_t random = {seed + 3};
+    double worst_part = 0.0;
+    for (int turn = 0; turn < 20; turn++) {
+        const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-150.0, 150.0}};
+        const double asymmetry = 0.4 * (2.0 * random_unit(&random) - 1.0), half_v = 80.0 + 40.0 * random_unit(&random);
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        hyst_compensator_t compensator;
+        model_t model;
+        model_block_t *block;
+        random_bank(&random, &model, 10, 100.0, 80.0);
+        block = model_append(&model, &block_asymmetric_hysteresis);
+        model_set(block, "asymmetry", asymmetry);
+        model_set(block, "center_v", 5.0);
+        model_set(block, "half_range_v", half_v);
+        compile_good(&model, &options, &parameters, &report, &compensator);
+        TEST_ASSERT_EQUAL_UINT32(1, parameters.drive_curves);
+        const double chord = 100.0 / HYST_CURVE_INTERVALS / half_v;
+        const double curve_v = fabs(asymmetry) * chord * chord * half_v * 2.0; /* twice: a node may be an end */
+        /* A drive that is off by curve_v moves the position by at most the sum of the weights, 0.9 * 0.8 um / V. */
+        const double bound = 0x1p-29 * 16.0 + 0.8 * curve_v / 150.0 + report.merge_error_um * 20.0 / 150.0;
+        const double worst = worst_difference(&random, &model, &parameters, &compensator);
+        worst_part = fmax(worst_part, worst / bound);
+        TEST_ASSERT_TRUE(worst <= bound);
+        model_free(&model);
+    }
+    printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed + 3, worst_part);
 }
 
 static void test_linear_line_is_the_middle_of_the_major_loop(void) {
@@ -355,6 +387,7 @@ int main(void) {
     RUN_TEST(test_fixed_point_forward_model_is_the_double_one);
     RUN_TEST(test_rate_dependent_fixed_point_is_the_double_one);
     RUN_TEST(test_creep_in_fixed_point_is_the_double_one);
+    RUN_TEST(test_asymmetry_in_fixed_point_is_the_double_one);
     RUN_TEST(test_linear_line_is_the_middle_of_the_major_loop);
     RUN_TEST(test_ranges_default_to_the_recordings_widened);
     RUN_TEST(test_inverse_of_a_mode_and_a_lag);

@@ -3,6 +3,7 @@
 #include "hyst/parameters.h"
 #include "models.h"
 #include "unity.h"
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -126,6 +127,99 @@ static void test_tracks_exactly_with_creep(void) {
         }
     }
     TEST_ASSERT_TRUE(moved > 1000000); /* there was creep to work against */
+}
+
+/* A curved Preisach table: E = d (0.3 + 0.15 d) for a way of d, as a play bank of even density would give. */
+static void set_preisach(hyst_parameters_t *p, uint32_t intervals) {
+    p->family = HYST_FAMILY_PREISACH;
+    p->preisach_intervals = intervals;
+    for (uint32_t i = 1; i <= intervals; i++) {
+        for (uint32_t j = 0; j < i; j++) {
+            const double way = 2.0 * (i - j) / intervals;
+            p->preisach_everett[HYST_PREISACH_ELEMENTS(i - 1U) + j] =
+                (hyst_q28_t)(way * (0.3 + 0.15 * way) * (double)HYST_Q28_ONE);
+        }
+    }
+}
+
+/* g(x) = x + bend (x^2 - 1). */
+static void set_curve(hyst_parameters_t *p, double bend) {
+    p->drive_curves = 1;
+    for (int i = 0; i < HYST_CURVE_NODES; i++) {
+        const double x = -1.0 + i / 16.0;
+        p->drive_curve[0].node[i] = (hyst_q31_t)((x + bend * (x * x - 1.0)) * (0x1p31 - 1.0));
+    }
+}
+
+/* Whatever the family, with and without a drive curve, the plant is where the reference wants it. */
+static void test_every_family_tracks_exactly_behind_a_curve(void) {
+    for (int run = 0; run < 4; run++) {
+        const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+        const double bend = run % 2 == 0 ? 0.0 : 0.2;
+        hyst_parameters_t p;
+        hyst_parameters_default(&p);
+        if (run < 2) {
+            p = parameters_of(&a);
+        } else {
+            set_preisach(&p, 30);
+        }
+        set_curve(&p, bend);
+        const hyst_compensator_t c = build(&p);
+        hyst_compensator_state_t s;
+        hyst_compensator_reset(&c, &s);
+        hyst_hysteresis_state_t plant;
+        hyst_hysteresis_reset(&c.hysteresis, &plant, hyst_curve_apply(&c.drive_curve, 0));
+        hyst_q31_t reference = 0;
+        hyst_q31_t direction = 1 << 20;
+        int32_t worst = 0;
+        for (int k = 0; k < 40000; k++) {
+            if (abs(reference) > HYST_Q31_MAX / 6) {
+                direction = (reference > 0 ? -1 : 1) * random_between(&rng, 1 << 18, 1 << 21);
+            }
+            reference += direction;
+            const hyst_q31_t drive = step(&c, &s, HYST_MODE_COMPENSATE, reference);
+            hyst_hysteresis_advance(&c.hysteresis, &plant, hyst_curve_apply(&c.drive_curve, drive));
+            const int32_t error = abs(hyst_hysteresis_output(&c.hysteresis, &plant) - reference);
+            worst = k > 3000 && error > worst ? error : worst;
+        }
+        /* The slopes of both families are below 1: half a unit from solve, half from output. The curve rounds twice, at
+         * slopes up to 1 + 2 bend: (1 + 2 bend) / 2 + 1/2 more. */
+        TEST_ASSERT_LESS_OR_EQUAL_INT32(bend > 0.0 ? 2 : 1, worst);
+    }
+}
+
+/* With one inertia section the drive is the static one plus the filter of the position, and the memory follows the
+ * static one. */
+static void test_inertia_adds_its_share_of_the_drive(void) {
+    const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
+    hyst_parameters_t p = parameters_of(&a);
+    const hyst_compensator_t still = build(&p);
+    const double mass = 0.9, damping = 0.4; /* of drive per position and sample^2, sample */
+    p.inertia_sections = 1;
+    p.inertia[0].b0 = (hyst_q28_t)((mass + 1.5 * damping) * (double)HYST_Q28_ONE);
+    p.inertia[0].b2 = (hyst_q28_t)((mass + 0.5 * damping) * (double)HYST_Q28_ONE);
+    p.inertia[0].b1 = -p.inertia[0].b0 - p.inertia[0].b2;
+    const hyst_compensator_t moving = build(&p);
+    hyst_compensator_state_t without, with;
+    hyst_compensator_reset(&still, &without);
+    hyst_compensator_reset(&moving, &with);
+    double past[2] = {0.0, 0.0};
+    for (int k = 0; k < 20000; k++) {
+        const double wave = 0.2 * sin(0.03 * k) * (k < 5000 ? k / 5000.0 : 1.0);
+        const hyst_q31_t reference = (hyst_q31_t)(wave * 0x1p31);
+        const hyst_q31_t plain = step(&still, &without, HYST_MODE_COMPENSATE, reference);
+        const hyst_q31_t drive = step(&moving, &with, HYST_MODE_COMPENSATE, reference);
+        const double share =
+            (p.inertia[0].b0 * (double)reference + p.inertia[0].b1 * past[0] + p.inertia[0].b2 * past[1]) * 0x1p-28;
+        if (k > 3000) {
+            /* The filter carries what rounding drops into the next sample: one unit. */
+            TEST_ASSERT_DOUBLE_WITHIN(1.5, plain + share, drive);
+            TEST_ASSERT_EQUAL_INT32(without.hysteresis.prandtl_ishlinskii.drive,
+                                    with.hysteresis.prandtl_ishlinskii.drive);
+        }
+        past[1] = past[0];
+        past[0] = reference;
+    }
 }
 
 /* At a constant reference, changing the mode or the parameters moves the drive by at most transition_slew per sample.
@@ -262,6 +356,8 @@ int main(void) {
     RUN_TEST(test_memory_follows_the_applied_drive_in_every_mode);
     RUN_TEST(test_tracks_exactly_after_the_transition);
     RUN_TEST(test_tracks_exactly_with_creep);
+    RUN_TEST(test_every_family_tracks_exactly_behind_a_curve);
+    RUN_TEST(test_inertia_adds_its_share_of_the_drive);
     RUN_TEST(test_changes_do_not_bump);
     RUN_TEST(test_new_creep_starts_at_rest);
     RUN_TEST(test_adopting_the_same_parameters_changes_nothing);

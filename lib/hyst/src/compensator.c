@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "hyst/compensator.h"
 
+/* What the hysteresis' operators see of a drive. */
+static hyst_q31_t curved(const hyst_compensator_t *c, hyst_q31_t drive) {
+    return c->curved ? hyst_curve_apply(&c->drive_curve, drive) : drive;
+}
+
 void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state) {
-    hyst_hysteresis_reset(&compensator->hysteresis, &state->hysteresis, compensator->drive_park);
+    hyst_hysteresis_reset(&compensator->hysteresis, &state->hysteresis, curved(compensator, compensator->drive_park));
     hyst_creep_settle(&compensator->creep, &state->creep,
                       hyst_hysteresis_output(&compensator->hysteresis, &state->hysteresis));
     hyst_iir_reset(&state->shape);
@@ -37,6 +42,9 @@ static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_st
     const hyst_q31_t elastic = hyst_saturate(position - hyst_creep_offset(&c->creep, &state->creep));
     stage_drive_t drive;
     drive.hysteresis = hyst_hysteresis_solve(&c->hysteresis, &state->hysteresis, elastic, &unreachable);
+    if (c->curved) {
+        drive.hysteresis = hyst_curve_solve(&c->drive_curve, drive.hysteresis, &unreachable);
+    }
     hyst_q31_t forced = drive.hysteresis;
     if (c->inertia.sections > 0) { /* without sections the cascade is a wire, here it has to be nothing */
         if (!state->settled) {
@@ -100,7 +108,7 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
             ? drive
             : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition), compensator->drive_low,
                          compensator->drive_high);
-    hyst_hysteresis_advance(&compensator->hysteresis, &state->hysteresis, seen);
+    hyst_hysteresis_advance(&compensator->hysteresis, &state->hysteresis, curved(compensator, seen));
     if (compensator->creep.cells > 0) {
         hyst_creep_advance(&compensator->creep, &state->creep,
                            hyst_hysteresis_output(&compensator->hysteresis, &state->hysteresis));
@@ -112,7 +120,7 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state) {
     const hyst_hysteresis_state_t old = state->hysteresis;
-    hyst_hysteresis_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis, state->drive);
+    hyst_hysteresis_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis, curved(to, state->drive));
     if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
         hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, &state->hysteresis));
     }

@@ -31,10 +31,11 @@ static const scalar_t scalars[] = {
     SCALAR(19, pi_beta),
     SCALAR(20, pi_rate_gain),
     SCALAR(21, preisach_intervals),
-    SCALAR(22, shape_sections),
-    SCALAR(23, inertia_sections),
-    SCALAR(24, equalise_sections),
-    SCALAR(25, creep_cells),
+    SCALAR(22, drive_curves),
+    SCALAR(23, shape_sections),
+    SCALAR(24, inertia_sections),
+    SCALAR(25, equalise_sections),
+    SCALAR(26, creep_cells),
 };
 #define SCALARS (sizeof scalars / sizeof scalars[0])
 _Static_assert(SCALARS == HYST_IMAGE_HEADER_WORDS - 3U, "every header word after the length has its member");
@@ -62,6 +63,7 @@ static const array_t arrays[] = {
     ARRAY(pi_operators, pi_threshold, HYST_PI_MAX_OPERATORS, HYST_FIELD_PI_OPERATORS, .extra = 0),
     ARRAY(preisach_intervals, preisach_everett, HYST_PREISACH_MAX_INTERVALS, HYST_FIELD_PREISACH_INTERVALS,
           .triangle = true),
+    ARRAY(drive_curves, drive_curve, 1, HYST_FIELD_DRIVE_CURVES, .extra = 0),
     ARRAY(shape_sections, shape, HYST_IIR_MAX_SECTIONS, HYST_FIELD_SHAPE_SECTIONS, .extra = 0),
     ARRAY(inertia_sections, inertia, HYST_INERTIA_MAX_SECTIONS, HYST_FIELD_INERTIA_SECTIONS, .extra = 0),
     ARRAY(equalise_sections, equalise, HYST_IIR_MAX_SECTIONS, HYST_FIELD_EQUALISE_SECTIONS, .extra = 0),
@@ -307,6 +309,21 @@ static hyst_parameters_fault_t creep_fault(hyst_creep_status_t status, uint32_t 
     return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_CREEP, element);
 }
 
+static hyst_parameters_fault_t build_curve(const hyst_parameters_t *p, hyst_compensator_t *compensator) {
+    uint32_t element = 0;
+    compensator->curved = p->drive_curves > 0;
+    if (p->drive_curves > 1) {
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_DRIVE_CURVES, 0);
+    }
+    if (!compensator->curved) {
+        return no_fault();
+    }
+    if (hyst_curve_build(&compensator->drive_curve, p->drive_curve[0].node, &element) != HYST_CURVE_OK) {
+        return fault(HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_DRIVE_CURVE, element);
+    }
+    return no_fault();
+}
+
 /* One of the three filters. */
 static hyst_parameters_fault_t build_filter(hyst_iir_t *filter, uint32_t sections, uint32_t most,
                                             const hyst_iir_section_t section[], hyst_field_t count,
@@ -324,6 +341,9 @@ hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameter
     hyst_parameters_fault_t found = check_scalars(parameters);
     if (found.error == HYST_PARAMETERS_OK) {
         found = build_hysteresis(parameters, &compensator->hysteresis);
+    }
+    if (found.error == HYST_PARAMETERS_OK) {
+        found = build_curve(parameters, compensator);
     }
     if (found.error == HYST_PARAMETERS_OK) {
         found = build_filter(&compensator->shape, parameters->shape_sections, HYST_IIR_MAX_SECTIONS, parameters->shape,
@@ -410,6 +430,8 @@ const char *hyst_field_text(hyst_field_t field) {
         [HYST_FIELD_FAMILY] = "family",
         [HYST_FIELD_PREISACH_INTERVALS] = "preisach_intervals",
         [HYST_FIELD_PREISACH_EVERETT] = "preisach_everett",
+        [HYST_FIELD_DRIVE_CURVES] = "drive_curves",
+        [HYST_FIELD_DRIVE_CURVE] = "drive_curve",
         [HYST_FIELD_INERTIA_SECTIONS] = "inertia_sections",
         [HYST_FIELD_INERTIA] = "inertia",
     };

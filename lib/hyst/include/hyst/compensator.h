@@ -3,7 +3,11 @@
  * The per-sample pipeline from reference to drive: the signal chain inverted, right to left.
  *
  *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse creep -> inverse hysteresis ->
- *     equalise (IIR: inverse of the electronics) -> transition offset -> limits -> drive
+ *     inverse drive curve -> + inertia -> equalise (IIR: inverse of the electronics) -> transition offset -> limits ->
+ *     drive
+ *
+ * The drive curve stands in front of the hysteresis' operators (asymmetry). Inertia is the share of the drive that
+ * moves the mass and the damper, a filter of the same position that the hysteresis gets (docs/MODELS.md, section 11).
  *
  * Modes
  *   park        the drive is the parking drive; the reference is ignored
@@ -11,9 +15,9 @@
  *   linear      drive = linear_offset + linear_gain * reference: what an amplifier without a model would do
  *   compensate  the whole pipeline
  *
- * In every mode the memory of hysteresis and creep is advanced with the drive that leaves this function (with equalise
- * sections: with what entered them, plus the transition offset, since the actuator sees the equalised drive through the
- * electronics). So the model stays in step with the actuator.
+ * In every mode the memory of hysteresis and creep is advanced with the drive that leaves this function (with inertia
+ * or equalise sections: with what was there before them, plus the transition offset; the rest is spent on the mass and
+ * the electronics). So the model stays in step with the actuator.
  *
  * A change of mode or of parameters does not step the drive: the drive repeats its last value for that sample, and the
  * difference becomes an offset that shrinks by transition_slew per sample. While it is not zero, the output is not the
@@ -26,6 +30,7 @@
 #define HYST_COMPENSATOR_H
 
 #include "hyst/creep.h"
+#include "hyst/curve.h"
 #include "hyst/hysteresis.h"
 #include "hyst/iir.h"
 
@@ -35,6 +40,8 @@ typedef enum { HYST_MODE_PARK = 0, HYST_MODE_DIRECT = 1, HYST_MODE_LINEAR = 2, H
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
 typedef struct {
     hyst_hysteresis_t hysteresis;
+    bool curved; /**< the hysteresis sees drive_curve(drive) */
+    hyst_curve_t drive_curve;
     hyst_creep_t creep;
     hyst_iir_t shape;
     hyst_iir_t inertia;

@@ -17,11 +17,13 @@
  *     16 family, hyst_family_t              17 hysteresis_offset  Q31, see the header of the family
  *     18 pi_operators n   19 pi_beta Q20 (samples)       20 pi_rate_gain Q30
  *     21 preisach_intervals N, 0 but for its family
- *     22 shape_sections   23 inertia_sections   24 equalise_sections   25 creep_cells
- *     26 ...
+ *     22 drive_curves, 0 or 1
+ *     23 shape_sections   24 inertia_sections   25 equalise_sections   26 creep_cells
+ *     27 ...
  *        w_0..w_n            Q28            (w_0 stands in every image; it is used by its family only)
  *        a_1..a_n            Q31
  *        E(i,j)              Q28, N (N + 1) / 2 elements, see preisach.h
+ *        nodes of the drive curve   Q31, HYST_CURVE_NODES
  *        b0 b1 b2 a1 a2      Q28, per shape section, then per inertia section, then per equalise section
  *        gain rate           Q31, per creep cell
  *     last word: CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least
@@ -38,12 +40,12 @@
 
 #define HYST_IMAGE_MAGIC        0x48595354U
 #define HYST_IMAGE_VERSION      2U
-#define HYST_IMAGE_HEADER_WORDS 26U
+#define HYST_IMAGE_HEADER_WORDS 27U
 #define HYST_IMAGE_MIN_WORDS    (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
 /* The largest play bank with everything that can stand around it. No other family needs as much. */
 #define HYST_IMAGE_MAX_WORDS                                                                                           \
-    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + (2U * HYST_IIR_MAX_SECTIONS + 1U) * 5U +              \
-     2U * HYST_CREEP_MAX_CELLS + 1U)
+    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + HYST_CURVE_NODES +                                    \
+     (2U * HYST_IIR_MAX_SECTIONS + 1U) * 5U + 2U * HYST_CREEP_MAX_CELLS + 1U)
 /** Sections of the inertia filter: one, which holds the mass' and the damper's share of the drive. */
 #define HYST_INERTIA_MAX_SECTIONS 1U
 #define HYST_LOOKAHEAD_MAX        63U
@@ -70,6 +72,8 @@ typedef struct {
     hyst_q31_t pi_threshold[HYST_PI_MAX_OPERATORS];
     uint32_t preisach_intervals;
     hyst_q28_t preisach_everett[HYST_PREISACH_MAX_ELEMENTS];
+    uint32_t drive_curves;
+    hyst_curve_t drive_curve[1];
     uint32_t shape_sections;
     hyst_iir_section_t shape[HYST_IIR_MAX_SECTIONS];
     uint32_t inertia_sections;
@@ -123,6 +127,8 @@ typedef enum {
     HYST_FIELD_FAMILY,
     HYST_FIELD_PREISACH_INTERVALS,
     HYST_FIELD_PREISACH_EVERETT,
+    HYST_FIELD_DRIVE_CURVES,
+    HYST_FIELD_DRIVE_CURVE,
     HYST_FIELD_INERTIA_SECTIONS,
     HYST_FIELD_INERTIA,
     HYST_FIELD_COUNT
