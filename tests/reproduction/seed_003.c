@@ -278,7 +278,7 @@ static bool track_with_ellipses(tracking_t *tracking, double amplitude_v, bool r
 
 /* What the fundamental of the displacement is late by. */
 static bool measure_delay(const recording_t *tracked, double frequency_hz, double *delay_s, failure_t *failure) {
-    sine_t wanted, reached;
+    sine_t wanted = {0}, reached = {0};
     const bool good = sine_fit_at(tracked->column[COLUMN_REFERENCE], tracked->samples, tracked->sample_rate_hz,
                                   frequency_hz, &wanted, failure) &&
                       sine_fit_at(tracked->column[COLUMN_DISPLACEMENT], tracked->samples, tracked->sample_rate_hz,
