@@ -315,7 +315,7 @@ static bool track_with_plays(const tracking_t *tracking) {
         "**One model for all frequencies.** Play operators and creep from one recording of 10 Hz +- 30 V (held out "
         "%.2g %%), and a "
         "delay of %.3g ms, measured by tracking 100 Hz without it. The paper's table has that delay too: "
-        "the lag of its ellipses is 0.12 to 0.13 rad at low frequency and grows by 1.95 mrad/Hz from there, "
+        "the lag of its ellipses is 0.12 to 0.13 rad at low frequency and grows by 1.96 mrad/Hz from there, "
         "which is 0.31 ms. What is called rate-dependent hysteresis is, for the larger part, three samples "
         "of delay.",
         report.held_out_nrmse_percent, 1e3 * delay_s);
