@@ -15,7 +15,7 @@
 /** Where in the chain a block stands, in the order of the signal. */
 typedef enum { PLACE_ELECTRONICS, PLACE_HYSTERESIS, PLACE_SLOW, PLACE_MECHANICS, PLACE_SENSOR, PLACE_COUNT } place_t;
 
-#define BLOCK_MAX_PARAMETERS 12
+#define BLOCK_MAX_PARAMETERS 16
 /** Longest array parameter. */
 #define PARAMETER_MAX_ELEMENTS 4096
 
@@ -55,11 +55,13 @@ typedef struct {
 /**
  * What travels down the chain. `value` is V up to the hysteresis and um behind it. A block that modifies the hysteresis
  * stands just before it: it replaces the drive that the hysteresis sees, or leaves it alone and writes what it does to
- * the play operators into the other fields.
+ * the play operators into the other fields. One that follows it stands between it and the next place, and finds the
+ * drive that the hysteresis saw in `drive_v`.
  */
 typedef struct {
     double value;
     double threshold_growth_v; /**< added to every play threshold at this sample */
+    double drive_v;            /**< what the hysteresis saw at this sample; the chain sets it */
 } signal_t;
 
 struct compile_job;
@@ -68,7 +70,10 @@ typedef struct block {
     const char *name; /**< as in the model file */
     place_t place;
     bool modifies_hysteresis; /**< see signal_t; works only in a chain with a hysteresis block */
-    const char *text;         /**< one line: what it is */
+    bool follows_hysteresis;  /**< likewise */
+    /** Its numbers belong to the model's sample rate: at another one the chain is refused. */
+    bool one_sample_rate;
+    const char *text; /**< one line: what it is */
     const parameter_info_t *parameter;
     size_t parameters;
 
@@ -91,6 +96,11 @@ typedef struct block {
 /** For the check of a bank of operators: parameters weights (one more than operators), thresholds (one each) and
  * initial memory (one each, or none), in this order. */
 bool check_operators(const parameter_t bank[3], failure_t *failure);
+
+/** Whether it is the hysteresis itself, of which a chain has one. */
+static inline bool block_is_hysteresis(const block_t *block) {
+    return block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis && !block->follows_hysteresis;
+}
 
 /** The zeroed and opened state of a stage, to be freed by the caller. */
 void *block_open(const block_t *block, const parameter_t *parameter, const stage_setup_t *setup);

@@ -18,6 +18,9 @@
     BLOCK(stop_prandtl_ishlinskii)                                                                                     \
     BLOCK(inertial_hysteresis)                                                                                         \
     BLOCK(ellipse)                                                                                                     \
+    BLOCK(modified_play)                                                                                               \
+    BLOCK(bouc_wen)                                                                                                    \
+    BLOCK(interleaved_hysteresis)                                                                                      \
     BLOCK(creep)                                                                                                       \
     BLOCK(charge_leakage)                                                                                              \
     BLOCK(gain_drift)                                                                                                  \

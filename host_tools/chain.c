@@ -19,11 +19,27 @@ static stage_t open_stage(const model_t *model, size_t index, stage_setup_t setu
     return (stage_t){.block = from->block, .state = block_open(from->block, from->parameter, &setup)};
 }
 
+static void note_drive(const stage_t *stage, signal_t *signal) {
+    if (block_is_hysteresis(stage->block)) {
+        signal->drive_v = signal->value;
+    }
+}
+
+static void stage_settle(const stage_t *stage, signal_t *signal) {
+    note_drive(stage, signal);
+    stage->block->settle(stage->state, signal);
+}
+
+static void stage_step(const stage_t *stage, signal_t *signal) {
+    note_drive(stage, signal);
+    stage->block->step(stage->state, signal);
+}
+
 size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
     size_t count = 0;
     for (size_t i = 0; i < model->blocks; i++) {
         const block_t *block = model->block[i].block;
-        if (block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis) {
+        if (block_is_hysteresis(block)) {
             for (size_t m = 0; m < model->blocks; m++) {
                 if (model->block[m].block->modifies_hysteresis) {
                     order[count++] = m;
@@ -39,9 +55,9 @@ size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
 
 void chain_run_block(const model_t *model, size_t index, const stage_setup_t *setup, size_t samples, signal_t *signal) {
     const stage_t stage = open_stage(model, index, *setup);
-    stage.block->settle(stage.state, &signal[0]);
+    stage_settle(&stage, &signal[0]);
     for (size_t k = 1; k <= samples; k++) {
-        stage.block->step(stage.state, &signal[k]);
+        stage_step(&stage, &signal[k]);
     }
     free(stage.state);
 }
@@ -58,6 +74,14 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
         fail(failure, "cannot simulate at a sample rate of %g Hz", sample_rate_hz);
         return NULL;
     }
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        if (block->one_sample_rate && !(fabs(sample_rate_hz / model->sample_rate_hz - 1.0) <= 1e-6)) {
+            fail(failure, "block %s was found at %g Hz and holds at no other sample rate, %g Hz was asked for",
+                 block->name, model->sample_rate_hz, sample_rate_hz);
+            return NULL;
+        }
+    }
     chain = allocate(1, sizeof *chain);
     chain->stages = chain_order(model, order);
     for (size_t i = 0; i < chain->stages; i++) {
@@ -73,7 +97,7 @@ chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, 
 double chain_settle(chain_t *chain, double drive_v) {
     signal_t signal = {.value = drive_v};
     for (size_t i = 0; i < chain->stages; i++) {
-        chain->stage[i].block->settle(chain->stage[i].state, &signal);
+        stage_settle(&chain->stage[i], &signal);
     }
     return signal.value;
 }
@@ -81,7 +105,7 @@ double chain_settle(chain_t *chain, double drive_v) {
 double chain_step(chain_t *chain, double drive_v) {
     signal_t signal = {.value = drive_v};
     for (size_t i = 0; i < chain->stages; i++) {
-        chain->stage[i].block->step(chain->stage[i].state, &signal);
+        stage_step(&chain->stage[i], &signal);
     }
     return signal.value;
 }
@@ -118,7 +142,7 @@ bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t
 /* The hysteresis, and what stands before it. */
 static void cut_behind_hysteresis(chain_t *chain) {
     size_t keep = 0;
-    while (chain->stage[keep].block->place != PLACE_HYSTERESIS || chain->stage[keep].block->modifies_hysteresis) {
+    while (!block_is_hysteresis(chain->stage[keep].block)) {
         keep++;
     }
     while (chain->stages > keep + 1) {
@@ -129,7 +153,7 @@ static void cut_behind_hysteresis(chain_t *chain) {
 /* Leads the hysteresis, the last stage, from the drive it has settled at to another one and back, in small steps. */
 static void lead_there_and_back(chain_t *chain, double from_v, double to_v) {
     enum { STEPS = 256 };
-    stage_t *hysteresis = &chain->stage[chain->stages - 1];
+    const stage_t *hysteresis = &chain->stage[chain->stages - 1];
     for (int i = 1; i <= 2 * STEPS; i++) {
         const double way = (double)(i <= STEPS ? i : 2 * STEPS - i) / STEPS;
         signal_t signal = {.value = from_v + way * (to_v - from_v)};

@@ -158,8 +158,11 @@ bool model_check(const model_t *model, const char *where, failure_t *failure) {
                         place_name(block->place), place_name(place));
         }
         place = block->place;
-        if (block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis) {
+        if (block_is_hysteresis(block)) {
             hystereses++;
+        }
+        if (block->follows_hysteresis && hystereses == 0) {
+            return fail(failure, "%s: block %s stands before the hysteresis that it follows", where, block->name);
         }
     }
     if (hystereses != 1) {

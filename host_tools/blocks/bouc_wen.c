@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Bouc-Wen hysteresis, and the recursion of paper 001 behind it. docs/MODELS.md, section 8.
+ *
+ *     x[k] = offset + d u[k] + s h[k]
+ *     h[k] = h[k-1] + du (1 - (gamma + beta sgn(du h[k-1])) |h[k-1]|^n),    du = u[k] - u[k-1], |h| <= limit
+ *
+ * The step is explicit: what multiplies du is known before the sample, so x rises with u as long as d + s (...) > 0.
+ */
+#include "bouc_wen.h"
+#include "catalogue.h"
+#include "recursion.h"
+#include <math.h>
+
+enum { OFFSET, DIRECT, HYSTERETIC, BETA, GAMMA, EXPONENT, RECURSION };
+
+static const parameter_info_t parameters[] = {
+    {.name = "offset_um", .unit = "um", .low = -1e9, .high = 1e9, .text = "added to every sample's recursion"},
+    {.name = "direct_um",
+     .unit = "um",
+     .low = -1e9,
+     .high = 1e9,
+     .text = "d: of the drive itself, as a fraction of its half range"},
+    {.name = "hysteretic_um", .unit = "um", .low = -1e9, .high = 1e9, .text = "s: of the hysteretic part h"},
+    {.name = "beta", .unit = "1", .low = 0.0, .high = 1e3, .text = "how h saturates and returns"},
+    {.name = "gamma", .unit = "1", .low = -1e3, .high = 1e3, .text = "how h saturates; magnitude at most beta"},
+    {.name = "exponent",
+     .unit = "1",
+     .low = 1.0,
+     .high = 20.0,
+     .optional = true,
+     .default_value = 1.0,
+     .text = "n: how sharply h saturates"},
+    RECURSION_PARAMETER_TABLE};
+
+typedef struct {
+    double offset_um, direct_um, hysteretic_um;
+    bouc_wen_t hysteresis;
+    recursion_t recursion;
+} state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    const double beta = parameter[BETA].value[0], gamma = parameter[GAMMA].value[0];
+    if (!(fabs(gamma) <= beta)) {
+        return fail(failure, "gamma = %g is larger than beta = %g: loops would run clockwise", gamma, beta);
+    }
+    return recursion_check(parameter + RECURSION, failure);
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    state->offset_um = parameter[OFFSET].value[0];
+    state->direct_um = parameter[DIRECT].value[0];
+    state->hysteretic_um = parameter[HYSTERETIC].value[0];
+    bouc_wen_open(&state->hysteresis, parameter[BETA].value[0], parameter[GAMMA].value[0],
+                  parameter[EXPONENT].value[0]);
+    recursion_open(&state->recursion, parameter + RECURSION, setup);
+}
+
+static double respond(const state_t *state, double u, double h) {
+    return state->offset_um + state->direct_um * u + state->hysteretic_um * h;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double u = recursion_input(&state->recursion, signal->value);
+    signal->value = recursion_settle(&state->recursion, respond(state, u, bouc_wen_settle(&state->hysteresis, u)), u);
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double u = recursion_input(&state->recursion, signal->value);
+    signal->value = recursion_step(&state->recursion, respond(state, u, bouc_wen_step(&state->hysteresis, u)), u);
+}
+
+const block_t block_bouc_wen = {.name = "bouc_wen",
+                                .place = PLACE_HYSTERESIS,
+                                .one_sample_rate = true,
+                                .text = "Bouc-Wen hysteresis, and a recursion behind it if asked for",
+                                .parameter = parameters,
+                                .parameters = RECURSION + RECURSION_PARAMETERS,
+                                .check = check,
+                                .state_bytes = sizeof(state_t),
+                                .open = open,
+                                .settle = settle,
+                                .step = step};

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * The term of paper 001 that bends a loop until it crosses itself, behind any hysteresis:
+ *
+ *     y[k] = h[k] + g y[k-1] u[k-1],      u = (drive - center) / half range
+ *
+ * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9.
+ */
+#include "catalogue.h"
+
+enum { GAIN, CENTER, HALF_RANGE };
+
+static const parameter_info_t parameters[] = {
+    {.name = "bilinear_gain",
+     .unit = "1",
+     .low = -0.99,
+     .high = 0.99,
+     .text = "g: part of the last position that the last drive, as a fraction of its half range, adds"},
+    {.name = "center_v",
+     .unit = "V",
+     .low = -1e9,
+     .high = 1e9,
+     .center_of = "drive_range_v",
+     .text = "drive that counts as 0"},
+    {.name = "half_range_v",
+     .unit = "V",
+     .low = 1e-9,
+     .high = 1e9,
+     .half_of = "drive_range_v",
+     .text = "drive above center_v that counts as 1"}};
+
+typedef struct {
+    double gain, center_v, half_range_v;
+    double product; /* g y u of the last sample */
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    *(state_t *)memory = (state_t){.gain = parameter[GAIN].value[0],
+                                   .center_v = parameter[CENTER].value[0],
+                                   .half_range_v = parameter[HALF_RANGE].value[0]};
+}
+
+/* What the last sample multiplies its position by. Beyond the half range it stays below 1, or the position would run
+ * away. */
+static double factor(const state_t *state, double drive_v) {
+    const double u = (drive_v - state->center_v) / state->half_range_v;
+    return state->gain * (u < -1.0 ? -1.0 : u > 1.0 ? 1.0 : u);
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double part = factor(state, signal->drive_v);
+    signal->value /= 1.0 - part;
+    state->product = part * signal->value;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    signal->value += state->product;
+    state->product = factor(state, signal->drive_v) * signal->value;
+}
+
+const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
+                                              .place = PLACE_HYSTERESIS,
+                                              .follows_hysteresis = true,
+                                              .one_sample_rate = true,
+                                              .text =
+                                                  "product of position and drive, which makes loops cross themselves",
+                                              .parameter = parameters,
+                                              .parameters = 3,
+                                              .state_bytes = sizeof(state_t),
+                                              .open = open,
+                                              .settle = settle,
+                                              .step = step};

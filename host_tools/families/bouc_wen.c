@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Family `bouc_wen`: Bouc-Wen hysteresis with the recursion and the harmonics of paper 001 behind it, which stands for
+ * the "enhanced Bouc-Wen model" that the paper compares with and does not print. One sinusoidal recording.
+ * docs/MODELS.md, section 8.
+ */
+#include "bouc_wen.h"
+#include "catalogue.h"
+#include "recursion_fit.h"
+#include <math.h>
+
+enum { BETA, RATIO, EXPONENT, SHAPES };
+enum { DIRECT, HYSTERETIC, COLUMNS };
+
+/* From the search's scale: beta > 0, |gamma| < beta, 1 < exponent < 5. */
+static bouc_wen_t model_of(const double *shape) {
+    bouc_wen_t model;
+    const double beta = exp(shape[BETA]);
+    bouc_wen_open(&model, beta, beta * tanh(shape[RATIO]), 3.0 + 2.0 * tanh(shape[EXPONENT]));
+    return model;
+}
+
+static void open(void *state, const double *shape) {
+    *(bouc_wen_t *)state = model_of(shape);
+}
+
+static void step(void *state, double u, double *column) {
+    column[DIRECT] = u;
+    column[HYSTERETIC] = bouc_wen_step(state, u);
+}
+
+static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    static const double lower[COLUMNS] = {0.0, -HUGE_VAL};
+    recursion_problem_t problem;
+    recursion_estimate_t one_step, simulation;
+    bouc_wen_t state;
+    if (!recursion_problem(job, "bouc_wen", &problem, failure)) {
+        return false;
+    }
+    problem.basis = (recursion_basis_t){.columns = COLUMNS,
+                                        .lower = lower,
+                                        .shapes = SHAPES,
+                                        .shape_start = {[BETA] = 0.0, [RATIO] = 0.0, [EXPONENT] = -1.0},
+                                        .open = open,
+                                        .step = step,
+                                        .state = &state};
+    if (!recursion_fit_one_step(&problem, &one_step, failure) ||
+        !recursion_fit_simulation(&problem, &simulation, failure)) {
+        return false;
+    }
+    const bouc_wen_t found = model_of(simulation.shape);
+    model_create(model, problem.recording->sample_rate_hz);
+    model_block_t *block = model_append(model, &block_bouc_wen);
+    recursion_set(block, &problem, &simulation);
+    model_set(block, "direct_um", simulation.weight[DIRECT]);
+    model_set(block, "hysteretic_um", simulation.weight[HYSTERETIC]);
+    model_set(block, "beta", found.beta);
+    model_set(block, "gamma", found.gamma);
+    model_set(block, "exponent", found.exponent);
+    recursion_note(notes, &one_step, &simulation);
+    return true;
+}
+
+const family_t family_bouc_wen = {
+    .name = "bouc_wen", .text = "Bouc-Wen hysteresis, recursion, harmonics; one sine", .fit = fit};
