@@ -242,4 +242,6 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
 }
 
 const family_t family_ellipse = {
-    .name = "ellipse", .text = "an ellipse for each sine recording: gain and lag over the frequency", .fit = fit};
+    .name = "ellipse",
+    .text = "an ellipse for each sine; gain and lag over the frequency; sines of one amplitude about one bias",
+    .fit = fit};

@@ -137,16 +137,17 @@ static bool show_loops(reproduction_t *reproduction, failure_t *failure) {
         opening[0], opening[8], height[0], height[6], height[8]);
     const plot_line_t loops[] = {
         {"plain", "0.5 Hz", loop[0].column[COLUMN_DRIVE], loop[0].column[COLUMN_DISPLACEMENT], loop[0].samples / 3},
-        {"after", "100 Hz", loop[6].column[COLUMN_DRIVE], loop[6].column[COLUMN_DISPLACEMENT], 100},
+        {"after", "100 Hz", loop[6].column[COLUMN_DRIVE], loop[6].column[COLUMN_DISPLACEMENT], 101},
         {"before", "300 Hz", loop[8].column[COLUMN_DRIVE], loop[8].column[COLUMN_DISPLACEMENT], 101}};
     const plot_line_t minors[] = {{"before", "table 1", frequency, minor[0], ELLIPSES_003},
                                   {"after", "twin", frequency, minor[1], ELLIPSES_003}};
     const plot_line_t angles[] = {{"before", "table 1", frequency, angle[0], ELLIPSES_003},
                                   {"after", "twin", frequency, angle[1], ELLIPSES_003}};
-    const plot_t plots[] = {{"Loops of the twin", "drive (V)", "displacement (um)", loops, 3, PLOT_NO_SHADE},
-                            {"Minor radius b", "log10 of frequency in Hz", "b (1)", minors, 2, PLOT_NO_SHADE},
-                            {"Angle phi", "log10 of frequency in Hz", "phi (rad)", angles, 2, PLOT_NO_SHADE}};
-    reproduction_picture(reproduction, "loops", "The twin's loops, and its ellipses beside table 1.", plots, 3, 3);
+    const plot_t picture = {"Loops of the twin", "drive (V)", "displacement (um)", loops, 3, PLOT_NO_SHADE};
+    const plot_t ellipses[] = {{"Minor radius b", "log10 of frequency in Hz", "b (1)", minors, 2, PLOT_NO_SHADE},
+                               {"Angle phi", "log10 of frequency in Hz", "phi (rad)", angles, 2, PLOT_NO_SHADE}};
+    reproduction_picture(reproduction, "loops", "The twin's loops, 75 V + 15 V sin.", &picture, 1, 1);
+    reproduction_picture(reproduction, "ellipses", "Ellipses of the twin's loops beside table 1.", ellipses, 2, 2);
     for (size_t i = 0; i < ELLIPSES_003; i++) {
         recording_free(&loop[i]);
     }
@@ -159,10 +160,14 @@ static double sample(void *twin, double drive_v) {
     return twin_003_sample(twin, drive_v);
 }
 
+/* The frequency whose errors are drawn, and the samples of its period. */
+enum { DRAWN = 3, PERIOD = 100 };
+
 typedef struct {
     reproduction_t *reproduction;
     failure_t *failure;
-    double offset_um; /* of the reference: where the loops have their centre */
+    double error_um[2][PERIOD]; /* of DRAWN: by the inverse phaser, by play operators */
+    double offset_um;           /* of the reference: where the loops have their centre */
 } tracking_t;
 
 /* Compiles and tracks; *recording is freed by the caller. */
@@ -189,6 +194,30 @@ static bool track(const tracking_t *tracking, const model_t *model, double frequ
     const bool good = amplifier_track(&image, &actuator, &sine, recording, tracking->failure);
     free(twin);
     return good;
+}
+
+/* Keeps one period of the error; *recording is of DRAWN. */
+static void keep_error(const recording_t *recording, double error_um[PERIOD]) {
+    double mean = 0.0;
+    for (size_t k = 0; k < PERIOD; k++) {
+        error_um[k] = recording->column[COLUMN_DISPLACEMENT][k] - recording->column[COLUMN_REFERENCE][k];
+        mean += error_um[k] / PERIOD;
+    }
+    for (size_t k = 0; k < PERIOD; k++) {
+        error_um[k] -= mean;
+    }
+}
+
+static void draw_errors(const tracking_t *tracking) {
+    double time_ms[PERIOD];
+    for (size_t k = 0; k < PERIOD; k++) {
+        time_ms[k] = 1e3 * (double)k / TWIN_003_RATE_HZ;
+    }
+    const plot_line_t lines[] = {{"before", "inverse phaser", time_ms, tracking->error_um[0], PERIOD},
+                                 {"after", "play operators and delay", time_ms, tracking->error_um[1], PERIOD}};
+    const plot_t plot = {
+        "Tracking 18 um at 100 Hz", "time (ms)", "displacement less reference (um)", lines, 2, PLOT_NO_SHADE};
+    reproduction_picture(tracking->reproduction, "tracking", "What is left of an 18 um sine of 100 Hz.", &plot, 1, 1);
 }
 
 static void report_tracking(const tracking_t *tracking, size_t i, const char *how, const recording_t *recording) {
@@ -257,6 +286,9 @@ static bool track_with_ellipses(tracking_t *tracking, double amplitude_v, bool r
         if (rows) {
             report_tracking(tracking, i, "inverse phaser", &tracked);
         }
+        if (i == DRAWN) {
+            keep_error(&tracked, tracking->error_um[0]);
+        }
         recording_free(&tracked);
         if (rows) {
             good = sines_instead(&loop[i], &alone, tracking->failure) &&
@@ -289,7 +321,7 @@ static bool measure_delay(const recording_t *tracked, double frequency_hz, doubl
 
 /* One model for every frequency: play operators and creep from one recording of 10 Hz, and a delay, measured by
  * tracking 100 Hz without it. */
-static bool track_with_plays(const tracking_t *tracking) {
+static bool track_with_plays(tracking_t *tracking) {
     recording_t recording, tracked = {0};
     model_t model;
     fit_report_t report;
@@ -307,6 +339,9 @@ static bool track_with_plays(const tracking_t *tracking) {
         good = track(tracking, &model, tracked_hz[i], delay_s, &tracked);
         if (good) {
             report_tracking(tracking, i, "one Prandtl-Ishlinskii model with creep and a delay", &tracked);
+            if (i == DRAWN) {
+                keep_error(&tracked, tracking->error_um[1]);
+            }
             recording_free(&tracked);
         }
     }
@@ -319,6 +354,7 @@ static bool track_with_plays(const tracking_t *tracking) {
         "which is 0.31 ms. What is called rate-dependent hysteresis is, for the larger part, three samples "
         "of delay.",
         report.held_out_nrmse_percent, 1e3 * delay_s);
+    draw_errors(tracking);
     model_free(&model);
     fit_report_free(&report);
     return good;

@@ -192,7 +192,7 @@ static bool report_printed_model(reproduction_t *reproduction, failure_t *failur
 
 static void show_loops(reproduction_t *reproduction, const recording_t loop[LOOPS], recording_t tracked[TRACKED]) {
     static const char *const names[LOOPS] = {"10 Hz", "50 Hz", "100 Hz", "200 Hz"};
-    static const char *const classes[LOOPS] = {"plain", "plain", "after", "before"};
+    static const char *const classes[LOOPS] = {"plain", "other", "after", "before"};
     plot_line_t loops[LOOPS], compensated[LOOPS], errors[LOOPS];
     double *phase[LOOPS], *error[LOOPS];
     for (size_t i = 0; i < LOOPS; i++) {
