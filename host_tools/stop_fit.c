@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "stop_fit.h"
 #include "least_squares.h"
+#include "moving_average.h"
 #include "play_basis.h"
 #include <math.h>
 #include <stdlib.h>
@@ -89,20 +90,6 @@ static void relaxed_free(recording_t *relaxed, size_t count) {
     free(relaxed);
 }
 
-/* out[k] is the mean of `length` values from k on; the last length - 1 values are of no use afterwards. */
-static void moving_average(double *values, size_t samples, size_t length) {
-    double sum = 0.0;
-    for (size_t k = 0; k < length; k++) {
-        sum += values[k];
-    }
-    for (size_t k = 0; k + length < samples; k++) {
-        const double leaving = values[k];
-        values[k] = sum / (double)length;
-        sum += values[k + length] - leaving;
-    }
-    values[samples - length] = sum / (double)length;
-}
-
 static columns_t make_columns(const layout_t *layout, const play_basis_t *basis, const recording_t *relaxed,
                               size_t to) {
     const size_t from = play_memory_as_determined_as_possible(basis, relaxed, to), samples = to - from;
@@ -179,39 +166,55 @@ static double noise_power(const double *position, size_t samples) {
     return power / (double)(samples - 6);
 }
 
-/* The shortest smoothing that makes the noise small beside the acceleration, or the longest that a quarter of the
- * shortest recording has room for. */
+/* Mean powers of the acceleration's column of all recordings, and of the noise in it, at this smoothing. */
+static void acceleration_power(const stop_problem_t *problem, const recording_t *relaxed, size_t length, double *power,
+                               double *noise) {
+    size_t useful = 0;
+    *power = *noise = 0.0;
+    for (size_t i = 0; i < problem->job->count; i++) {
+        const double *position = relaxed[i].column[COLUMN_DRIVE], rate = relaxed[i].sample_rate_hz;
+        const size_t samples = problem->job->train_to[i] - 2, kept = samples - AVERAGES * (length - 1);
+        double *acceleration = allocate(samples, sizeof(double));
+        for (size_t k = 0; k < samples; k++) {
+            acceleration[k] = rate * rate * (position[k + 2] - 2.0 * position[k + 1] + position[k]);
+        }
+        for (int a = 0; a < AVERAGES; a++) {
+            moving_average(acceleration, samples, length);
+        }
+        for (size_t k = 0; k < kept; k++) {
+            *power += acceleration[k] * acceleration[k];
+        }
+        *noise += noise_power(position, samples) * noise_gain(length, rate) * (double)kept;
+        useful += kept;
+        free(acceleration);
+    }
+    *power /= (double)useful;
+    *noise /= (double)useful;
+}
+
+/*
+ * The shortest smoothing that makes the noise small beside the acceleration. Not longer than a quarter of the shortest
+ * recording has room for, and not so long that it takes the motion itself: half of the power that the last step left.
+ */
 static size_t choose_smoothing(const stop_problem_t *problem, const recording_t *relaxed) {
-    const size_t count = problem->job->count;
-    size_t longest = LONGEST_SMOOTHING, length;
-    for (size_t i = 0; i < count; i++) {
+    size_t longest = LONGEST_SMOOTHING, length = 1;
+    double motion = 0.0;
+    for (size_t i = 0; i < problem->job->count; i++) {
         while (longest > 1 && 4 * AVERAGES * longest > problem->job->train_to[i]) {
             longest /= 2;
         }
     }
-    for (length = 1; length < longest; length *= 2) {
-        double signal = 0.0, noise = 0.0;
-        for (size_t i = 0; i < count; i++) {
-            const double *position = relaxed[i].column[COLUMN_DRIVE], rate = relaxed[i].sample_rate_hz;
-            const size_t samples = problem->job->train_to[i] - 2, useful = samples - AVERAGES * (length - 1);
-            double *acceleration = allocate(samples, sizeof(double));
-            for (size_t k = 0; k < samples; k++) {
-                acceleration[k] = rate * rate * (position[k + 2] - 2.0 * position[k + 1] + position[k]);
-            }
-            for (int a = 0; a < AVERAGES; a++) {
-                moving_average(acceleration, samples, length);
-            }
-            for (size_t k = 0; k < useful; k++) {
-                signal += acceleration[k] * acceleration[k];
-            }
-            noise += noise_power(position, samples) * noise_gain(length, rate) * (double)useful;
-            free(acceleration);
+    for (;; length *= 2) {
+        double power, noise;
+        acceleration_power(problem, relaxed, length, &power, &noise);
+        if (power - noise < 0.5 * motion) {
+            return length / 2;
         }
-        if (noise <= acceptable_noise * signal) {
-            break;
+        if (noise <= acceptable_noise * power || 2 * length > longest) {
+            return length;
         }
+        motion = noise < 0.5 * power ? power - noise : 0.0; /* a difference of nearly equal numbers says nothing */
     }
-    return length;
 }
 
 static bool solve(const layout_t *layout, normal_equations_t *equations, stop_fit_t *fit, failure_t *failure) {
