@@ -35,7 +35,7 @@ static void measure_loop(run_t *run) {
 static void record(run_t *run, uint64_t seed) {
     const size_t n = (size_t)(CAMPAIGN_000_RATE_HZ / run->frequency_hz + 0.5);
     const size_t periods = n >= 400 ? 5 : 2000 / n; /* a tenth of a second at least */
-    char text[40];
+    char text[60];
     twin_000_t twin;
     run->period = n;
     snprintf(text, sizeof text, "%g V, %g Hz, %g N", run->volts, run->frequency_hz, run->preload_n);
