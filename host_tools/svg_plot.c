@@ -184,22 +184,42 @@ void plot_write(FILE *file, const plot_t *plot) {
     fprintf(file, "</svg>\n</figure>\n");
 }
 
+static bool same_legend(const plot_t *a, const plot_t *b) {
+    bool same = a->lines == b->lines;
+    for (size_t i = 0; same && i < a->lines; i++) {
+        same = strcmp(a->line[i].class_name, b->line[i].class_name) == 0 &&
+               strcmp(a->line[i].label, b->line[i].label) == 0;
+    }
+    return same;
+}
+
+/* One row, its middle at y. */
+static void write_legend(FILE *file, const plot_t *plot, double y) {
+    double x = LEFT;
+    for (size_t i = 0; i < plot->lines; i++) {
+        fprintf(file, "<path class=\"%s\" d=\"M%.0f %.0fh24\"/><text x=\"%.0f\" y=\"%.0f\">", plot->line[i].class_name,
+                x, y, x + 30.0, y + 4.0);
+        write_escaped(file, plot->line[i].label);
+        fprintf(file, "</text>\n");
+        x += 60.0 + LETTER * (double)strlen(plot->line[i].label);
+    }
+}
+
 void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns) {
-    const double title = 24.0, legend = 30.0, cell = HEIGHT + title;
+    bool common = true; /* one legend for all, on top; else one each, below its title */
+    for (size_t i = 1; i < plots; i++) {
+        common = common && same_legend(&plot[0], &plot[i]);
+    }
+    const double top = common ? 30.0 : 0.0, title = common ? 24.0 : 46.0, cell = HEIGHT + title;
     const size_t rows = (plots + columns - 1) / columns;
-    const double width = WIDTH * (double)columns, height = legend + cell * (double)rows;
+    const double width = WIDTH * (double)columns, height = top + cell * (double)rows;
     fprintf(file,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
             "height=\"%.0f\">\n"
             "<style>\n%s</style>\n<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n",
             width, height, width, height, plot_style, width, height);
-    double at = LEFT;
-    for (size_t i = 0; plots > 0 && i < plot[0].lines; i++) {
-        fprintf(file, "<path class=\"%s\" d=\"M%.0f 18h24\"/><text x=\"%.0f\" y=\"22\">", plot[0].line[i].class_name,
-                at, at + 30.0);
-        write_escaped(file, plot[0].line[i].label);
-        fprintf(file, "</text>\n");
-        at += 60.0 + LETTER * (double)strlen(plot[0].line[i].label);
+    if (plots > 0 && common) {
+        write_legend(file, &plot[0], 18.0);
     }
     for (size_t i = 0; i < plots; i++) {
         const size_t row = i / columns, column = i % columns;
@@ -208,9 +228,13 @@ void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t colum
             continue;
         }
         fprintf(file, "<g transform=\"translate(%.0f %.0f)\"><text class=\"title\" x=\"%.0f\" y=\"16\">",
-                WIDTH * (double)column, legend + cell * (double)row, LEFT);
+                WIDTH * (double)column, top + cell * (double)row, LEFT);
         write_escaped(file, plot[i].title);
-        fprintf(file, "</text><g transform=\"translate(0 %.0f)\">\n", title);
+        fprintf(file, "</text>\n");
+        if (!common) {
+            write_legend(file, &plot[i], 36.0);
+        }
+        fprintf(file, "<g transform=\"translate(0 %.0f)\">\n", title);
         write_contents(file, &plot[i], low, high);
         fprintf(file, "</g></g>\n");
     }

@@ -43,8 +43,8 @@ typedef struct {
  */
 void plot_write(FILE *file, const plot_t *plot);
 
-/** Writes an SVG document with the plots in rows of `columns`, titles above, and the legend of the first one at the
- * top. */
+/** Writes an SVG document with the plots in rows of `columns`, titles above. One legend stands at the top if it is that
+ * of all plots, else each plot has its own. */
 void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns);
 
 /** Writes text with the characters that HTML reserves replaced. */

@@ -123,6 +123,35 @@ static void test_nothing_to_draw_draws_nothing(void) {
     TEST_ASSERT_EQUAL_UINT64(0U, length);
 }
 
+static size_t occurrences(const char *part) {
+    size_t count = 0;
+    for (const char *at = strstr(text, part); at != NULL; at = strstr(at + 1, part)) {
+        count++;
+    }
+    return count;
+}
+
+/* A line's label stands where its plot is: once on top if all plots have the same lines, else at each plot. */
+static void test_a_sheet_has_the_legend_that_its_plots_have(void) {
+    const plot_line_t first = {"after", "ours", x, y, 2}, second = {"before", "theirs", x, y, 2};
+    plot_t plots[2] = {{"A", "s", "um", &first, 1, PLOT_NO_SHADE}, {"B", "s", "um", &first, 1, PLOT_NO_SHADE}};
+    x[0] = y[0] = 0.0;
+    x[1] = y[1] = 1.0;
+    for (size_t labels = 1; labels <= 2; labels++) {
+        plots[1].line = labels == 1 ? &first : &second;
+        FILE *file = open_memstream(&text, &length);
+        TEST_ASSERT_NOT_NULL(file);
+        plot_write_sheet(file, plots, 2, 2);
+        TEST_ASSERT_EQUAL_INT(0, fclose(file));
+        TEST_ASSERT_EQUAL_UINT64(1, occurrences(">ours<"));
+        TEST_ASSERT_EQUAL_UINT64(labels - 1, occurrences(">theirs<"));
+        TEST_ASSERT_EQUAL(labels == 1, strstr(text, ">ours<") < strstr(text, ">A<"));
+        TEST_ASSERT_EQUAL(labels == 2, strstr(text, ">theirs<") > strstr(text, ">B<"));
+        free(text);
+        text = NULL;
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_sample_spike_keeps_its_height);
@@ -130,6 +159,7 @@ int main(void) {
     RUN_TEST(test_flat_and_tiny_and_huge_data_have_axes);
     RUN_TEST(test_text_cannot_break_the_page);
     RUN_TEST(test_shade_lies_inside_the_frame);
+    RUN_TEST(test_a_sheet_has_the_legend_that_its_plots_have);
     RUN_TEST(test_nothing_to_draw_draws_nothing);
     return UNITY_END();
 }

@@ -57,8 +57,7 @@ void reproduction_text(reproduction_t *reproduction, const char *format, ...)
 #endif
     ;
 
-/** A sheet of plots with a caption; stored as reproduction-NNN-name.svg. Its legend is that of the first plot, so a
- * class of lines means the same in all of them. */
+/** A sheet of plots with a caption; stored as reproduction-NNN-name.svg. */
 void reproduction_picture(reproduction_t *reproduction, const char *name, const char *caption, const plot_t *plots,
                           size_t count, size_t columns);
 
