@@ -207,13 +207,13 @@ static size_t choose_smoothing(const stop_problem_t *problem, const recording_t 
     for (;; length *= 2) {
         double power, noise;
         acceleration_power(problem, relaxed, length, &power, &noise);
-        if (power - noise < 0.5 * motion) {
+        if (motion > 0.0 && power - noise < 0.5 * motion) {
             return length / 2;
         }
         if (noise <= acceptable_noise * power || 2 * length > longest) {
             return length;
         }
-        motion = noise < 0.5 * power ? power - noise : 0.0; /* a difference of nearly equal numbers says nothing */
+        motion = noise < 0.1 * power ? power - noise : 0.0; /* else next to nothing is known of it */
     }
 }
 

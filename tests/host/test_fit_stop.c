@@ -145,22 +145,43 @@ static void test_finds_its_own_block_to_rounding(void) {
 static void test_noise_does_not_pull_the_mass_down(void) {
     static const double frequencies[] = {10.0, 50.0, 200.0};
     random_t random = random_start("inertial_noise", 42);
-    recording_t recordings[3];
-    family_notes_t notes;
-    model_t model;
-    for (size_t i = 0; i < 3; i++) {
-        make_recording(&recordings[i], frequencies[i], 1.0, 7.5e-4, &random);
+    double worst[2] = {0};
+    for (int round = 0; round < 10; round++) {
+        recording_t recordings[3];
+        family_notes_t notes;
+        model_t model;
+        for (size_t i = 0; i < 3; i++) {
+            make_recording(&recordings[i], frequencies[i], 1.0, 7.5e-4, &random);
+        }
+        fit(&family_inertial_hysteresis, recordings, 3, 0, &model, &notes);
+        worst[0] = fmax(worst[0], fabs(scalar(&model, "inertial_hysteresis", "damping_v_s_per_um") / damping - 1.0));
+        worst[1] = fmax(worst[1], fabs(scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um") / mass - 1.0));
+        TEST_ASSERT_NOT_NULL(strstr(notes.line[1], "smoothed"));
+        model_free(&model);
+        for (size_t i = 0; i < 3; i++) {
+            recording_free(&recordings[i]);
+        }
     }
-    fit(&family_inertial_hysteresis, recordings, 3, 0, &model, &notes);
-    printf("with noise: damping %.5g (true %.5g), mass %.5g (true %.5g); %s\n",
-           scalar(&model, "inertial_hysteresis", "damping_v_s_per_um"), damping,
-           scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um"), mass, notes.line[1]);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * damping, damping, scalar(&model, "inertial_hysteresis", "damping_v_s_per_um"));
-    TEST_ASSERT_DOUBLE_WITHIN(0.03 * mass, mass, scalar(&model, "inertial_hysteresis", "mass_v_s2_per_um"));
-    TEST_ASSERT_NOT_NULL(strstr(notes.line[1], "smoothed"));
-    model_free(&model);
-    for (size_t i = 0; i < 3; i++) {
-        recording_free(&recordings[i]);
+    printf("with noise: damping off by %.2g, mass by %.2g of their values at most\n", worst[0], worst[1]);
+    TEST_ASSERT_TRUE(worst[0] < 2e-3); /* 7e-4 for the differences, as above, and what the noise adds */
+    TEST_ASSERT_TRUE(worst[1] < 3e-3);
+}
+
+/* Where the motion is so slow that its acceleration drowns in the noise (the estimate of the noise is then above the
+ * power of both as often as below), the numbers stay finite and explain the drive. */
+static void test_noise_alone_in_the_acceleration(void) {
+    random_t random = random_start("inertial_slow", 45);
+    for (int round = 0; round < 10; round++) {
+        recording_t recording;
+        family_notes_t notes;
+        model_t model;
+        double rms;
+        make_recording(&recording, 10.0, 1.0, 7.5e-4, &random);
+        fit(&family_inertial_hysteresis, &recording, 1, 0, &model, &notes);
+        TEST_ASSERT_EQUAL_INT(1, sscanf(notes.line[0], "rms error of the drive %lf V", &rms));
+        TEST_ASSERT_TRUE(rms < 0.01); /* of 80 V: 0.75 nm times 4.7 V/um are 0.0035 V */
+        model_free(&model);
+        recording_free(&recording);
     }
 }
 
@@ -241,6 +262,7 @@ int main(void) {
     RUN_TEST(test_finds_mass_damping_and_spring);
     RUN_TEST(test_finds_its_own_block_to_rounding);
     RUN_TEST(test_noise_does_not_pull_the_mass_down);
+    RUN_TEST(test_noise_alone_in_the_acceleration);
     RUN_TEST(test_finds_the_compliance_under_three_preloads);
     RUN_TEST(test_finds_the_play_form);
     return UNITY_END();

@@ -21,7 +21,7 @@ static double try_electronics(chain_search_t *search, double cutoff_hz, double l
     const linear_options_t linear = {.least_direct = 0.01};
     const play_basis_t basis = {.operators = PLAYS, .threshold_v = search->threshold_v};
     const double one = 1.0;
-    recording_t recording[CAMPAIGN_RUNS];
+    recording_t recording[CAMPAIGN_RUNS] = {{0}};
     fit_span_t span[CAMPAIGN_RUNS];
     linear_fit_t fit = {0};
     model_t electronics;

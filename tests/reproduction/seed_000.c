@@ -183,7 +183,7 @@ static bool compare_one_set(reproduction_t *reproduction, campaign_t *campaign, 
     const size_t n = campaign->frequencies, runs = CAMPAIGN_VOLTAGES * n;
     model_t electronics;
     model_t model[SETS][CAMPAIGN_VOLTAGES]; /* classical, inertial, play form: a set a voltage */
-    double rms[SETS][CAMPAIGN_RUNS];
+    double rms[SETS][CAMPAIGN_RUNS] = {{0}};
     char table[1900];
     size_t length;
     for (size_t v = 0; v < CAMPAIGN_VOLTAGES; v++) {
