@@ -12,7 +12,6 @@
 #include "sine_fit.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* What may be left of the drive besides its sine, and what amplitudes and centres of the recordings may differ by, of
  * the amplitude. The first lets converters of 8 bits pass, but no triangle (0.12). */
@@ -162,17 +161,38 @@ static bool fit_loop(work_t *work, loop_t *loop) {
     return good || fail_in(work->failure, "%s", loop->recording->name);
 }
 
-/* Gathers one number of every loop. `offset`: of a double within loop_t. */
-static void set_column(model_block_t *block, const char *name, const work_t *work, size_t value, size_t sigma) {
-    double *values = allocate(work->count, sizeof(double)), *sigmas = allocate(work->count, sizeof(double));
+enum { NUMBERS = 5 }; /* of an ellipse */
+
+static void numbers_of(const ellipse_t *ellipse, double number[NUMBERS]) {
+    number[0] = ellipse->major;
+    number[1] = ellipse->minor;
+    number[2] = ellipse->angle;
+    number[3] = ellipse->x_center;
+    number[4] = ellipse->y_center;
+}
+
+static void set_ellipses(model_block_t *block, const work_t *work) {
+    static const char *const names[NUMBERS] = {"major", "minor", "angle_rad", "x_center", "y_center"};
+    double *frequency = allocate(work->count, sizeof(double));
+    double *value = allocate(NUMBERS * work->count, sizeof(double)),
+           *sigma = allocate(NUMBERS * work->count, sizeof(double));
     for (size_t i = 0; i < work->count; i++) {
-        const char *loop = (const char *)&work->loop[i];
-        values[i] = *(const double *)(loop + value);
-        sigmas[i] = sigma != 0 ? *(const double *)(loop + sigma) : 0.0;
+        double five[2][NUMBERS];
+        frequency[i] = work->loop[i].drive.frequency_hz;
+        numbers_of(&work->loop[i].ellipse, five[0]);
+        numbers_of(&work->loop[i].sigma, five[1]);
+        for (size_t n = 0; n < NUMBERS; n++) { /* number by number: each is an array of the block */
+            value[n * work->count + i] = five[0][n];
+            sigma[n * work->count + i] = five[1][n];
+        }
     }
-    model_set_array(block, name, work->count, values, sigma != 0 ? sigmas : NULL);
-    free(values);
-    free(sigmas);
+    model_set_array(block, "frequencies_hz", work->count, frequency, NULL);
+    for (size_t n = 0; n < NUMBERS; n++) {
+        model_set_array(block, names[n], work->count, value + n * work->count, sigma + n * work->count);
+    }
+    free(frequency);
+    free(value);
+    free(sigma);
 }
 
 static void set_halves(model_block_t *block, const work_t *work) {
@@ -184,18 +204,18 @@ static void set_halves(model_block_t *block, const work_t *work) {
     if (count == 0) {
         return;
     }
-    const work_t low = {.loop = work->loop, .count = count};
-    set_column(block, "halves_hz", &low, offsetof(loop_t, drive.frequency_hz), 0);
-    for (int h = 0; h < 2; h++) {
-        double *numbers = allocate(5 * count, sizeof(double));
-        for (size_t i = 0; i < count; i++) {
-            const ellipse_t *half = &work->loop[i].half[h];
-            const double five[] = {half->major, half->minor, half->angle, half->x_center, half->y_center};
-            memcpy(numbers + 5 * i, five, sizeof five);
-        }
-        model_set_array(block, names[h], 5 * count, numbers, NULL);
-        free(numbers);
+    double *number = allocate(NUMBERS * count, sizeof(double));
+    for (size_t i = 0; i < count; i++) {
+        number[i] = work->loop[i].drive.frequency_hz;
     }
+    model_set_array(block, "halves_hz", count, number, NULL);
+    for (size_t h = 0; h < 2; h++) {
+        for (size_t i = 0; i < count; i++) {
+            numbers_of(&work->loop[i].half[h], number + NUMBERS * i);
+        }
+        model_set_array(block, names[h], NUMBERS * count, number, NULL);
+    }
+    free(number);
     family_note(work->notes, "each half of the loop has its own ellipse up to %.6g Hz",
                 work->loop[count - 1].drive.frequency_hz);
 }
@@ -205,12 +225,7 @@ static void make_model(const work_t *work, model_t *model) {
     model_block_t *block = model_append(model, &block_ellipse);
     model_set(block, "drive_range_v", work->drive_range_v);
     model_set(block, "displacement_range_um", work->displacement_range_um);
-    set_column(block, "frequencies_hz", work, offsetof(loop_t, drive.frequency_hz), 0);
-    set_column(block, "major", work, offsetof(loop_t, ellipse.major), offsetof(loop_t, sigma.major));
-    set_column(block, "minor", work, offsetof(loop_t, ellipse.minor), offsetof(loop_t, sigma.minor));
-    set_column(block, "angle_rad", work, offsetof(loop_t, ellipse.angle), offsetof(loop_t, sigma.angle));
-    set_column(block, "x_center", work, offsetof(loop_t, ellipse.x_center), offsetof(loop_t, sigma.x_center));
-    set_column(block, "y_center", work, offsetof(loop_t, ellipse.y_center), offsetof(loop_t, sigma.y_center));
+    set_ellipses(block, work);
     set_halves(block, work);
 }
 
