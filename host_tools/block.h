@@ -42,7 +42,9 @@ typedef struct {
 typedef struct {
     size_t count;  /**< elements; 1 for a scalar; 0 only for an absent optional array */
     double *value; /**< count elements */
-    double *sigma; /**< standard errors, count elements, or NULL when not known */
+    /** Standard errors, count elements, or NULL when not known. HUGE_VAL: the recordings do not determine it; 0: it
+     * rests on a bound, or has no error of its own. */
+    double *sigma;
 } parameter_t;
 
 /** What a stage is opened with, besides its parameters. */

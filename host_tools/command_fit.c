@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command.h"
-#include "fit.h"
+#include "fit_print.h"
 #include "json_output.h"
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,102 +22,17 @@ const command_t command_fit = {
         "thresholds is smoothed (for a twin; compile merges it to what an amplifier holds).\n"
         "A slow drift of the offset is taken out of the fit where that predicts better; the model's offset is then the "
         "one at\n"
-        "the end of the training data. With --creep a block creep takes its place, which the amplifier can undo.",
+        "the end of the training data. With --creep a block creep takes its place, which the amplifier can undo.\n"
+        "--family all fits every family and prints one line each, best held-out error first; -o writes the best.",
     .run = run};
 
 /* One line a family, under each other in the help. */
 static void list_families(char *text, size_t size) {
-    size_t length = (size_t)snprintf(text, size, "what the hysteresis is made of (default: the first)");
+    size_t length =
+        (size_t)snprintf(text, size, "what the hysteresis is made of (default: the first), or all: compare them");
     for (size_t i = 0; i < families_count && length < size; i++) {
         length +=
             (size_t)snprintf(text + length, size - length, "\n%35s%s: %s", "", families[i]->name, families[i]->text);
-    }
-}
-
-static void print_value(double value, const double *sigma) {
-    printf(" %14.8g", value);
-    if (sigma != NULL && *sigma > 0.0) {
-        printf(" +- %-8.2g", *sigma);
-    } else {
-        printf("            ");
-    }
-}
-
-/* The array parameters of a block as columns; a shorter array belongs to the last rows (w_0 has no threshold). */
-static void print_arrays(const model_block_t *block) {
-    size_t rows = 0;
-    for (size_t p = 0; p < block->block->parameters; p++) {
-        if (block->block->parameter[p].array && block->parameter[p].count > 0) {
-            const size_t count = block->parameter[p].count;
-            char title[64];
-            rows = count > rows ? count : rows;
-            snprintf(title, sizeof title, "%s %s", block->block->parameter[p].name, block->block->parameter[p].unit);
-            printf("%s%-27s", p > 0 ? "" : "  ", title);
-        }
-    }
-    putchar('\n');
-    for (size_t row = 0; row < rows; row++) {
-        for (size_t p = 0; p < block->block->parameters; p++) {
-            const parameter_t *parameter = &block->parameter[p];
-            if (!block->block->parameter[p].array || parameter->count == 0) {
-                continue;
-            }
-            if (row + parameter->count < rows) {
-                printf("%27s", "");
-            } else {
-                const size_t e = row + parameter->count - rows;
-                print_value(parameter->value[e], parameter->sigma != NULL ? &parameter->sigma[e] : NULL);
-            }
-        }
-        putchar('\n');
-    }
-}
-
-static void print_block(const model_block_t *block) {
-    bool arrays = false;
-    printf("%s\n", block->block->name);
-    for (size_t p = 0; p < block->block->parameters; p++) {
-        const parameter_info_t *info = &block->block->parameter[p];
-        arrays = arrays || info->array;
-        if (!info->array) {
-            printf("  %-16s", info->name);
-            print_value(block->parameter[p].value[0], block->parameter[p].sigma);
-            printf(" %s\n", info->unit);
-        }
-    }
-    if (arrays) {
-        print_arrays(block);
-    }
-}
-
-static void print_recording(const recording_t *recording, const fit_recording_report_t *r) {
-    printf("%s\n  held out, from t = %.6g s:  NRMSE %.4f %%, largest error %.4g um at t = %.6g s\n", recording->name,
-           r->held_out_s, r->held_out_nrmse_percent, r->held_out_max_um, r->held_out_max_s);
-    printf("  training, from t = %.6g s:  NRMSE %.4f %%\n", r->train_s, r->train_nrmse_percent);
-    if (r->determined_s > recording->start_s) {
-        printf("  before t = %.6g s the memory depends on the past: mean error there %.4g um\n", r->determined_s,
-               r->initial_mean_error_um);
-    }
-}
-
-static void print_text(const model_t *model, const recording_t *recordings, const fit_report_t *report,
-                       const fit_options_t *options) {
-    for (size_t i = 0; i < model->blocks; i++) {
-        print_block(&model->block[i]);
-    }
-    putchar('\n');
-    for (size_t i = 0; i < report->notes.count; i++) {
-        puts(report->notes.line[i]);
-    }
-    if (report->family->without != NULL) {
-        printf("held out with %s instead: %.4f %%\n", report->family->without->name,
-               report->without_held_out_nrmse_percent);
-    }
-    for (size_t i = 0; i < report->recordings; i++) {
-        print_recording(&recordings[i], &report->recording[i]);
-    }
-    if (options->use_all) {
-        puts("the errors above are of the fit to the first two thirds; the model was then fitted to everything");
     }
 }
 
@@ -132,10 +48,49 @@ static bool fit_and_report(const family_t *family, const recording_t *recordings
     if (good && as_json) {
         good = json_print(model_to_json(&model), JSON_INDENT(1), failure);
     } else if (good) {
-        print_text(&model, recordings, &report, options);
+        fit_print(&model, recordings, &report, options->use_all);
     }
     fit_report_free(&report);
     model_free(&model);
+    return good;
+}
+
+/* Best held-out error first, then those that judge nothing, then those that do not apply. */
+static int compare_entries(const void *left, const void *right) {
+    const fit_entry_t *a = left, *b = right;
+    const double error_a = a->fitted ? a->report.held_out_nrmse_percent : HUGE_VAL;
+    const double error_b = b->fitted ? b->report.held_out_nrmse_percent : HUGE_VAL;
+    if (a->fitted != b->fitted) {
+        return a->fitted ? -1 : 1;
+    }
+    if (isfinite(error_a) != isfinite(error_b)) {
+        return isfinite(error_a) ? -1 : 1;
+    }
+    return (error_a > error_b) - (error_a < error_b);
+}
+
+static bool compare_families(const recording_t *recordings, size_t count, const fit_options_t *options,
+                             const char *output, bool as_json, failure_t *failure) {
+    fit_entry_t *entry = allocate(families_count, sizeof *entry);
+    bool good;
+    for (size_t i = 0; i < families_count; i++) {
+        entry[i].family = families[i];
+        entry[i].fitted = fit_recordings(families[i], recordings, count, options, &entry[i].model, &entry[i].report,
+                                         &entry[i].failure);
+    }
+    qsort(entry, families_count, sizeof *entry, compare_entries);
+    good = entry[0].fitted || fail(failure, "no family fits: %s", entry[0].failure.text);
+    good = good && (output == NULL || model_write(&entry[0].model, output, failure));
+    if (good && as_json) {
+        good = json_print(fit_table_to_json(entry, families_count), JSON_INDENT(1), failure);
+    } else if (good) {
+        fit_print_table(entry, families_count);
+    }
+    for (size_t i = 0; i < families_count && entry[i].fitted; i++) {
+        fit_report_free(&entry[i].report);
+        model_free(&entry[i].model);
+    }
+    free(entry);
     return good;
 }
 
@@ -174,7 +129,8 @@ static int run(int argc, char **argv) {
         return status;
     }
     family = family_find(family_name);
-    if (family == NULL) {
+    const bool all = strcmp(family_name, "all") == 0;
+    if (family == NULL && !all) {
         return usage_error(&command_fit, "unknown family '%s'", family_name);
     }
     if (!read_operators(operators, &settings.operators)) {
@@ -186,7 +142,8 @@ static int run(int argc, char **argv) {
         good = recording_read(&recordings[count], argv[count + 1], &failure);
         count += good ? 1 : 0;
     }
-    good = good && fit_and_report(family, recordings, count, &settings, output, as_json, &failure);
+    good = good && (all ? compare_families(recordings, count, &settings, output, as_json, &failure)
+                        : fit_and_report(family, recordings, count, &settings, output, as_json, &failure));
     for (size_t i = 0; i < count; i++) {
         recording_free(&recordings[i]);
     }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fit.h"
 #include "chain.h"
+#include "fit_errors.h"
 #include "json_output.h"
 #include <math.h>
 #include <stdlib.h>
@@ -178,17 +179,6 @@ static bool judge(job_t *job, const model_t *model) {
     return true;
 }
 
-static size_t count_found(const model_t *model) {
-    size_t found = 0;
-    for (size_t i = 0; i < model->blocks; i++) {
-        const block_t *block = model->block[i].block;
-        for (size_t p = 0; p < block->parameters; p++) {
-            found += block->parameter[p].chosen ? 0 : model->block[i].parameter[p].count;
-        }
-    }
-    return found;
-}
-
 static json_t *range_to_json(const job_t *job, column_t column) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t i = 0; i < job->count; i++) {
@@ -263,6 +253,10 @@ static bool fit_to_all(job_t *job, size_t operators, model_t *model) {
         whole[i] = job->recordings[i].samples;
     }
     good = run_family(job, job->family, operators, whole, &final, &notes);
+    if (good && !fit_find_errors(&final, job->recordings, job->count, whole, &job->progress, &notes, job->failure)) {
+        model_free(&final);
+        good = false;
+    }
     if (good) {
         json_decref(final.fit);
         final.fit = json_incref(model->fit);
@@ -281,11 +275,13 @@ static bool run(job_t *job, model_t *model) {
     }
     operators = operators_of(job, model);
     if (!judge(job, model) || !judge_without(job, operators) ||
-        (job->options->use_all && !fit_to_all(job, operators, model))) {
+        !(job->options->use_all ? fit_to_all(job, operators, model)
+                                : fit_find_errors(model, job->recordings, job->count, job->train_to, &job->progress,
+                                                  &job->report->notes, job->failure))) {
         model_free(model);
         return false;
     }
-    job->report->parameters = count_found(model);
+    job->report->parameters = fit_count_found(model);
     describe(job, model);
     return true;
 }

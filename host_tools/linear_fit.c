@@ -157,6 +157,10 @@ void linear_fit_predict(const play_basis_t *basis, const linear_fit_t *fit, cons
     play_walk_end(&walk);
 }
 
+double linear_fit_drift(const linear_fit_t *fit, const fit_span_t *span, size_t k) {
+    return fit->drift_um * drift_decades(span, k);
+}
+
 error_measure_t linear_fit_error(const play_basis_t *basis, const linear_fit_t *fit, const fit_span_t *span) {
     double *position = allocate(span->to, sizeof(double));
     error_measure_t error;
@@ -181,7 +185,7 @@ bool linear_fit_sigma(const play_basis_t *basis, const fit_span_t *spans, size_t
         linear_fit_predict(basis, fit, &spans[s], residual[s]);
         for (size_t k = 0; k < spans[s].to; k++) {
             residual[s][k] = spans[s].recording->column[COLUMN_DISPLACEMENT][k] - residual[s][k] -
-                             fit->drift_um * drift_decades(&spans[s], k);
+                             linear_fit_drift(fit, &spans[s], k);
         }
         run[s] = (residual_run_t){.value = residual[s] + spans[s].from, .samples = spans[s].to - spans[s].from};
     }

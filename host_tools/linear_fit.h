@@ -55,6 +55,9 @@ void linear_fit_free(linear_fit_t *fit);
 void linear_fit_predict(const play_basis_t *basis, const linear_fit_t *fit, const fit_span_t *span,
                         double *position_um);
 
+/** What the drift adds at sample k of the span. */
+double linear_fit_drift(const linear_fit_t *fit, const fit_span_t *span, size_t k);
+
 /** Error (without drift) over the samples [from, to) of the span. */
 error_measure_t linear_fit_error(const play_basis_t *basis, const linear_fit_t *fit, const fit_span_t *span);
 

@@ -12,7 +12,8 @@
  * displacement_range_um (center_of, half_of in block.h).
  *
  * A parameter is an object with "value" and optionally "sigma" (one standard error) and "unit", or just the value. An
- * array parameter has an array for "value" and, if present, for "sigma". Reading is strict: an unknown block or
+ * array parameter has an array for "value" and, if present, for "sigma". A number that the recordings do not determine
+ * has null for its sigma, and false under "determined". Reading is strict: an unknown block or
  * parameter, a missing or out-of-range one, or a wrong type is refused with one line that says where.
  */
 #ifndef MODEL_H

@@ -1,17 +1,22 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The JSON form of a model. Reading is strict, and every complaint says in which block and parameter. */
 #include "catalogue.h"
+#include "json_output.h"
 #include "model.h"
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define FORMAT "hyst-model-1"
 
-/* Array of count numbers from JSON; a scalar counts as one element. NULL after a complaint; free the result. */
-static double *numbers_from_json(const json_t *json, bool array, size_t *count, const char *what, failure_t *failure) {
+/* Array of count numbers from JSON; a scalar counts as one element, and null as null_value, if that is a number. NULL
+ * after a complaint; free the result. */
+static double *numbers_from_json(const json_t *json, bool array, double null_value, size_t *count, const char *what,
+                                 failure_t *failure) {
     double *numbers;
-    if (array ? !json_is_array(json) : !json_is_number(json)) {
+    const bool null_allowed = !isnan(null_value);
+    if (array ? !json_is_array(json) : !json_is_number(json) && !(null_allowed && json_is_null(json))) {
         fail(failure, "%s must be %s", what, array ? "an array of numbers" : "a number");
         return NULL;
     }
@@ -23,19 +28,19 @@ static double *numbers_from_json(const json_t *json, bool array, size_t *count, 
     numbers = allocate(*count, sizeof(double));
     for (size_t i = 0; i < *count; i++) {
         const json_t *element = array ? json_array_get(json, i) : json;
-        if (!json_is_number(element)) {
+        if (!json_is_number(element) && !(null_allowed && json_is_null(element))) {
             fail(failure, "%s[%zu] is not a number", what, i);
             free(numbers);
             return NULL;
         }
-        numbers[i] = json_number_value(element);
+        numbers[i] = json_is_null(element) ? null_value : json_number_value(element);
     }
     return numbers;
 }
 
 static bool sigma_from_json(const json_t *json, bool array, parameter_t *parameter, failure_t *failure) {
     size_t count = 0;
-    parameter->sigma = numbers_from_json(json, array, &count, "sigma", failure);
+    parameter->sigma = numbers_from_json(json, array, HUGE_VAL, &count, "sigma", failure);
     if (parameter->sigma == NULL) {
         return false;
     }
@@ -62,6 +67,10 @@ static bool parameter_from_json(const json_t *json, const parameter_info_t *info
                 if (!json_is_string(member) || strcmp(json_string_value(member), info->unit) != 0) {
                     return fail(failure, "unit must be \"%s\"", info->unit);
                 }
+            } else if (strcmp(key, "determined") == 0) { /* for readers; what it says is also in sigma */
+                if (!json_is_boolean(member) && !json_is_array(member)) {
+                    return fail(failure, "determined must be true, false or an array of these");
+                }
             } else if (strcmp(key, "value") != 0 && strcmp(key, "sigma") != 0) {
                 return fail(failure, "unknown key \"%s\"", key);
             }
@@ -73,7 +82,7 @@ static bool parameter_from_json(const json_t *json, const parameter_info_t *info
         }
     }
     free(parameter->value);
-    parameter->value = numbers_from_json(value, info->array, &parameter->count, "value", failure);
+    parameter->value = numbers_from_json(value, info->array, NAN, &parameter->count, "value", failure);
     return parameter->value != NULL && (sigma == NULL || sigma_from_json(sigma, info->array, parameter, failure));
 }
 
@@ -205,16 +214,38 @@ bool model_read(model_t *model, const char *path, failure_t *failure) {
     return good;
 }
 
+/* What is not finite becomes null. */
 static json_t *numbers_to_json(const double *numbers, size_t count, bool array) {
     json_t *json;
     if (!array) {
-        return json_real(numbers[0]);
+        return json_number_or_null(numbers[0]);
     }
     json = json_array();
     for (size_t i = 0; i < count; i++) {
-        json_array_append_new(json, json_real(numbers[i]));
+        json_array_append_new(json, json_number_or_null(numbers[i]));
     }
     return json;
+}
+
+/* Where sigma is null. */
+static json_t *determined_to_json(const double *sigma, size_t count, bool array) {
+    json_t *json;
+    if (!array) {
+        return json_boolean(isfinite(sigma[0]));
+    }
+    json = json_array();
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(json, json_boolean(isfinite(sigma[i])));
+    }
+    return json;
+}
+
+static bool all_finite(const double *numbers, size_t count) {
+    size_t i = 0;
+    while (i < count && isfinite(numbers[i])) {
+        i++;
+    }
+    return i == count;
 }
 
 json_t *model_to_json(const model_t *model) {
@@ -236,6 +267,10 @@ json_t *model_to_json(const model_t *model) {
                               "unit", info->unit);
             if (parameter->sigma != NULL) {
                 json_object_set_new(entry, "sigma", numbers_to_json(parameter->sigma, parameter->count, info->array));
+                if (!all_finite(parameter->sigma, parameter->count)) {
+                    json_object_set_new(entry, "determined",
+                                        determined_to_json(parameter->sigma, parameter->count, info->array));
+                }
             }
             json_object_set_new(parameters, info->name, entry);
         }

@@ -78,7 +78,7 @@ static double search_grid(search_t *search, double fastest, double period_s, dou
     return least;
 }
 
-static double refine(search_t *search, double *beta_s, double *filter_s) {
+static double descend(search_t *search, double *beta_s, double *filter_s) {
     gsl_multimin_fminimizer *minimiser = gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, 2);
     gsl_multimin_function function = {.f = rms_of_logs, .n = 2, .params = search};
     gsl_vector *start = gsl_vector_alloc(2), *step = gsl_vector_alloc(2);
@@ -101,16 +101,8 @@ static double refine(search_t *search, double *beta_s, double *filter_s) {
     return least;
 }
 
-/* From the second difference of the sum of squares: S(beta + d) - 2 S(beta) + S(beta - d) = 2 d^2 s^2 / sigma^2. */
-static double curvature_sigma(search_t *search, double beta_s, double filter_s, double rms, size_t samples) {
-    const double d = 0.02 * beta_s;
-    const double up = try_pair(search, beta_s + d, filter_s, NULL), down = try_pair(search, beta_s - d, filter_s, NULL);
-    const double bend = (up * up - 2.0 * rms * rms + down * down) * (double)samples;
-    return isfinite(bend) && bend > 0.0 ? rms * d * sqrt(2.0 / bend) : HUGE_VAL;
-}
-
 bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
-                 linear_fit_t *fit, double *beta_sigma_s, progress_t *progress, failure_t *failure) {
+                 linear_fit_t *fit, progress_t *progress, failure_t *failure) {
     search_t search = {
         .basis = *basis, .spans = spans, .count = count, .options = options, .failure = failure, .progress = progress};
     const double fastest = largest_rate(spans, count), period_s = 1.0 / spans[0].recording->sample_rate_hz;
@@ -118,12 +110,11 @@ bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, con
     if (!isfinite(rms)) {
         return false;
     }
-    *beta_sigma_s = HUGE_VAL;
     if (basis->operators > 0 && fastest > 0.0) {
         double trial_beta_s = 0.0, trial_filter_s = 0.0;
         double trial = search_grid(&search, fastest, period_s, &trial_beta_s, &trial_filter_s);
         if (isfinite(trial)) {
-            trial = refine(&search, &trial_beta_s, &trial_filter_s);
+            trial = descend(&search, &trial_beta_s, &trial_filter_s);
         }
         if (trial < worth_it * rms) {
             rms = trial;
@@ -136,8 +127,5 @@ bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, con
     }
     basis->beta_s = beta_s;
     basis->rate_filter_s = filter_s;
-    if (beta_s > 0.0) {
-        *beta_sigma_s = curvature_sigma(&search, beta_s, filter_s, rms, fit->samples);
-    }
     return true;
 }

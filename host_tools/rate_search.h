@@ -12,10 +12,9 @@
 /**
  * Finds the beta_s and rate_filter_s with the least squared error and leaves them, with the weights that belong to
  * them, in *basis and *fit. Only pairs with beta_s (S_n - S_0) / S_n <= RATE_FEEDBACK_LIMIT * rate_filter_s are tried:
- * then the inverse is stable at every sample rate. beta_s = 0 is among them. *beta_sigma_s: standard error from the
- * curvature, for white residuals; HUGE_VAL if there is none.
+ * then the inverse is stable at every sample rate. beta_s = 0 is among them.
  */
 bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
-                 linear_fit_t *fit, double *beta_sigma_s, progress_t *progress, failure_t *failure);
+                 linear_fit_t *fit, progress_t *progress, failure_t *failure);
 
 #endif

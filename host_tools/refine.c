@@ -23,22 +23,27 @@ static const double singular_eigenvalue = 1e-10;
 /* Part that an unknown has in a singular direction before it counts as lost in it. */
 static const double singular_part = 0.05;
 
+refine_unknown_t refine_unknown_at(const model_t *model, size_t block, size_t parameter, size_t element) {
+    const parameter_info_t *info = &model->block[block].block->parameter[parameter];
+    return (refine_unknown_t){.block = block,
+                              .parameter = parameter,
+                              .element = element,
+                              .low = info->low,
+                              .high = info->high,
+                              .logarithmic = info->low > 0.0};
+}
+
 refine_unknown_t refine_unknown(const model_t *model, const char *block, const char *parameter, size_t element) {
-    refine_unknown_t unknown = {.element = element};
-    while (unknown.block < model->blocks && strcmp(model->block[unknown.block].block->name, block) != 0) {
-        unknown.block++;
+    size_t b = 0, p = 0;
+    while (b < model->blocks && strcmp(model->block[b].block->name, block) != 0) {
+        b++;
     }
-    assert(unknown.block < model->blocks);
-    const block_t *found = model->block[unknown.block].block;
-    while (unknown.parameter < found->parameters && strcmp(found->parameter[unknown.parameter].name, parameter) != 0) {
-        unknown.parameter++;
+    assert(b < model->blocks);
+    while (p < model->block[b].block->parameters && strcmp(model->block[b].block->parameter[p].name, parameter) != 0) {
+        p++;
     }
-    assert(unknown.parameter < found->parameters);
-    const parameter_info_t *info = &found->parameter[unknown.parameter];
-    unknown.low = info->low;
-    unknown.high = info->high;
-    unknown.logarithmic = info->low > 0.0;
-    return unknown;
+    assert(p < model->block[b].block->parameters);
+    return refine_unknown_at(model, b, p, element);
 }
 
 /* Holds the unknowns that rest on a bound and would go beyond. */
@@ -281,6 +286,23 @@ bool refine(model_t *model, const refine_job_t *job, refine_report_t *report, fa
     refine_problem_free(&problem);
     free(start);
     return good;
+}
+
+void refine_keep_errors(model_t *model, const refine_job_t *job, const refine_report_t *report) {
+    for (size_t b = 0; b < model->blocks; b++) {
+        for (size_t p = 0; p < model->block[b].block->parameters; p++) {
+            parameter_t *parameter = &model->block[b].parameter[p];
+            const bool known = parameter->sigma != NULL;
+            for (size_t u = 0; u < job->unknowns && !known; u++) {
+                if (job->unknown[u].block == b && job->unknown[u].parameter == p) {
+                    if (parameter->sigma == NULL) {
+                        parameter->sigma = allocate(parameter->count, sizeof(double));
+                    }
+                    parameter->sigma[job->unknown[u].element] = report->sigma[u];
+                }
+            }
+        }
+    }
 }
 
 void refine_report_free(refine_report_t *report) {

@@ -54,10 +54,9 @@ typedef struct {
     bool converged;
 } refine_report_t;
 
-/**
- * An unknown by name, over the whole range that the block allows; logarithmic if that is positive. Block and parameter
- * must be in the model (a programming error otherwise).
- */
+/** An unknown over the whole range that its block allows; logarithmic if that is positive. */
+refine_unknown_t refine_unknown_at(const model_t *model, size_t block, size_t parameter, size_t element);
+/** By name: the first block of that name. Both must be in the model (a programming error otherwise). */
 refine_unknown_t refine_unknown(const model_t *model, const char *block, const char *parameter, size_t element);
 
 /**
@@ -65,6 +64,9 @@ refine_unknown_t refine_unknown(const model_t *model, const char *block, const c
  * start, or a recording has no sample that counts; the model is then as it was. On success the caller frees *report.
  */
 bool refine(model_t *model, const refine_job_t *job, refine_report_t *report, failure_t *failure);
+
+/** Writes the standard errors into the model; parameters that have some already keep them. */
+void refine_keep_errors(model_t *model, const refine_job_t *job, const refine_report_t *report);
 
 void refine_report_free(refine_report_t *report);
 

@@ -193,9 +193,7 @@ static bool difference(const refine_problem_t *problem, size_t i, size_t unknown
 static void fill_column(const refine_problem_t *problem, size_t i, size_t unknown, const signal_t *input,
                         const double *residual, double *column) {
     const double x = refine_get(problem, unknown), width = refine_high(problem, unknown) - refine_low(problem, unknown);
-    const double size = problem->job->unknown[unknown].logarithmic || (x == 0.0 && !isfinite(width))
-                            ? 1.0
-                            : (x != 0.0 ? fabs(x) : width);
+    const double size = problem->job->unknown[unknown].logarithmic ? 1.0 : x != 0.0 ? fabs(x) : fmin(width, 1.0);
     if (!difference(problem, i, unknown, relative_step * size, input, residual, column) &&
         !difference(problem, i, unknown, -relative_step * size, input, residual, column)) {
         memset(column, 0, (problem->to[i] - problem->from[i]) * sizeof(double)); /* as if it had no effect */

@@ -40,7 +40,6 @@ typedef struct {
     bool creep;                           /**< found, and part of the model */
     double gamma_per_decade, gamma_sigma; /**< sigma for white residuals; HUGE_VAL: undetermined */
     bool from_demagnetised;               /**< too little of the training data has a determined memory */
-    double beta_sigma_s;                  /**< for white residuals; HUGE_VAL: none */
     double autocorrelation_samples;
 } bank_job_t;
 

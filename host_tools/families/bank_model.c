@@ -5,13 +5,6 @@
 #include "creep_search.h"
 #include <math.h>
 
-/* A standard error for white residuals, widened by their autocorrelation, on a scalar parameter. */
-static void set_with_sigma(const bank_job_t *job, model_block_t *block, const char *name, double value,
-                           double white_sigma) {
-    const double sigma = white_sigma * sqrt(job->autocorrelation_samples);
-    model_set_array(block, name, 1, &value, isfinite(sigma) && sigma > 0.0 ? &sigma : NULL);
-}
-
 static json_t *facts(const bank_job_t *job, const linear_fit_t *fit) {
     json_t *candidates = json_array();
     json_t *facts = json_pack("{s:I, s:f, s:f, s:o}", "operators", (json_int_t)job->operators, "residual_rms_um",
@@ -75,7 +68,8 @@ static void take_notes(const bank_job_t *job, const linear_fit_t *fit, family_no
 static void append_creep(const bank_job_t *job, model_t *model) {
     const recording_t *recordings = job->job->recordings;
     model_block_t *block = model_append(model, &block_creep);
-    set_with_sigma(job, block, "gamma_per_decade", job->gamma_per_decade, job->gamma_sigma);
+    const double sigma = job->gamma_sigma * sqrt(job->autocorrelation_samples);
+    model_set_array(block, "gamma_per_decade", 1, &job->gamma_per_decade, sigma > 0.0 ? &sigma : NULL);
     if (job->job->count == 1) {
         const creep_cells_t cells = creep_default_cells(job->gamma_per_decade, recordings[0].sample_rate_hz);
         const double initial = creep_initial(&cells, &recordings[0]);
@@ -89,7 +83,7 @@ void bank_make_model(const bank_job_t *job, const play_basis_t *basis, const lin
     model_create(model, job->job->recordings[0].sample_rate_hz);
     if (job->find_rate) {
         block = model_append(model, &block_rate_dependent_hysteresis);
-        set_with_sigma(job, block, "beta_s", basis->beta_s, job->beta_sigma_s);
+        model_set(block, "beta_s", basis->beta_s); /* its error depends on the filter: fit_errors.h */
         model_set(block, "rate_filter_s", basis->rate_filter_s);
         model_set(block, "limit_v", basis->limit_v);
     }

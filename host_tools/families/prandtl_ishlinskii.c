@@ -12,10 +12,12 @@
  */
 #include "bank_job.h"
 #include "creep_search.h"
+#include "fit_errors.h"
 #include "initial_memory.h"
 #include "rate_search.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 const double bank_training_part = 2.0 / 3.0;
 /* Of the training data; below it the initial memory is estimated along with the weights. */
@@ -122,9 +124,9 @@ static bool find_creep(bank_job_t *job) {
 }
 
 static bool fit_bank(bank_job_t *job, play_basis_t *basis, linear_fit_t *fit) {
-    return job->find_rate ? rate_search(basis, job->train, job->job->count, &job->linear, fit, &job->beta_sigma_s,
-                                        job->job->progress, job->failure)
-                          : linear_fit(basis, job->train, job->job->count, &job->linear, fit, job->failure);
+    return job->find_rate
+               ? rate_search(basis, job->train, job->job->count, &job->linear, fit, job->job->progress, job->failure)
+               : linear_fit(basis, job->train, job->job->count, &job->linear, fit, job->failure);
 }
 
 static void estimate_memories(bank_job_t *job, const play_basis_t *basis, const linear_fit_t *fit) {
@@ -170,6 +172,30 @@ static bool fit_structure(bank_job_t *job, play_basis_t *basis, linear_fit_t *fi
                                                            &job->autocorrelation_samples, job->failure);
 }
 
+/* Joint errors of all numbers, beta and its filter among them. The drift, which the model does not have, must not widen
+ * them. */
+static bool find_joint_errors(const bank_job_t *job, const linear_fit_t *fit, model_t *model, family_notes_t *notes) {
+    const size_t count = job->job->count;
+    recording_t *steady = allocate(count, sizeof *steady);
+    bool good;
+    for (size_t i = 0; i < count; i++) {
+        const recording_t *measured = &job->job->recordings[i];
+        const size_t bytes = measured->samples * sizeof(double);
+        recording_create(&steady[i], measured->name, measured->sample_rate_hz, measured->samples);
+        memcpy(steady[i].column[COLUMN_DRIVE], measured->column[COLUMN_DRIVE], bytes);
+        memcpy(steady[i].column[COLUMN_DISPLACEMENT], measured->column[COLUMN_DISPLACEMENT], bytes);
+        for (size_t k = 0; k < measured->samples; k++) {
+            steady[i].column[COLUMN_DISPLACEMENT][k] -= linear_fit_drift(fit, &job->train[i], k);
+        }
+    }
+    good = fit_find_errors(model, steady, count, job->job->train_to, job->job->progress, notes, job->failure);
+    for (size_t i = 0; i < count; i++) {
+        recording_free(&steady[i]);
+    }
+    free(steady);
+    return good;
+}
+
 static bool fit_prepared(bank_job_t *job, model_t *model, family_notes_t *notes) {
     play_basis_t basis;
     linear_fit_t fit = {0};
@@ -181,6 +207,10 @@ static bool fit_prepared(bank_job_t *job, model_t *model, family_notes_t *notes)
     good = fit_structure(job, &basis, &fit);
     if (good) {
         bank_make_model(job, &basis, &fit, model, notes);
+        good = !job->find_rate || find_joint_errors(job, &fit, model, notes);
+        if (!good) {
+            model_free(model);
+        }
     }
     linear_fit_free(&fit);
     free(basis.threshold_v);

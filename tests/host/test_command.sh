@@ -78,6 +78,13 @@ expect 0 '' fit good.csv --operators=4 --json
 stdout_has '"hyst-model-1"'
 expect 0 '' fit good.csv good.csv --family rate_dependent_prandtl_ishlinskii --operators 3 -o rate.json
 stdout_has 'beta_s'
+expect 0 '' fit good.csv --family all --operators 4 -o best.json
+stdout_has 'largest error held out'
+stdout_has 'ellipse needs a sinusoidal drive'
+grep -q "\"family\": \"$(sed -n 's/ .*//; 2p' stdout)\"" best.json || complain 'the model written is not the first of the table'
+expect 0 '' fit good.csv --family all --operators 4 --json
+stdout_has '"hyst-fit-table-1"'
+stdout_has '"reason"'
 expect 0 '' simulate model.json good.csv -o out.csv
 stdout_has 'NRMSE'
 expect 0 '' simulate model.json good.csv --json
@@ -106,6 +113,8 @@ expect 1 'rate.csv:6: wrong rate' fit rate.csv
 expect 1 'empty.csv: empty file' fit empty.csv
 awk -F, '/^[0-9]/ { print $1 "," $2 "," (-$3); next } { print }' good.csv >falling.csv
 expect 1 'falling.csv: the displacement falls where the drive rises' fit falling.csv
+head -n 20 good.csv >short.csv
+expect 1 'no family fits: short.csv: 16 samples are too few' fit short.csv --family all
 cp "$hyst" binary.csv
 expect 1 'binary.csv:1: binary data' fit binary.csv
 expect 1 'good.csv:1:' simulate good.csv good.csv

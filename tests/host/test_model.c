@@ -22,12 +22,13 @@ static bool read_text(model_t *model, const char *text, failure_t *failure) {
 }
 
 static void test_write_then_read_gives_the_same_model(void) {
-    const double weights[] = {0.1, 1.0 / 3.0, -0.02}, sigmas[] = {1e-3, 2e-3, 3e-3}, thresholds[] = {0.1, M_PI};
+    const double weights[] = {0.1, 1.0 / 3.0, -0.02}, sigmas[] = {1e-3, HUGE_VAL, 0.0}, thresholds[] = {0.1, M_PI};
+    const double frequency_hz = 812.3, unknown = HUGE_VAL; /* not determined: null in the file */
     model_t written, read, copy;
     failure_t failure;
     make_bank_model(&written, 9999.5, -1.0 / 7.0, 2, weights, thresholds);
     model_set_array(&written.block[0], "weights", 3, weights, sigmas);
-    model_set(model_append(&written, &block_resonance), "frequency_hz", 812.3);
+    model_set_array(model_append(&written, &block_resonance), "frequency_hz", 1, &frequency_hz, &unknown);
     model_set(&written.block[1], "damping_ratio", 0.02);
     written.fit = json_pack("{s:[f,f], s:s}", "drive_range_v", -1.5, 2.5, "note", "kept");
     TEST_ASSERT_TRUE(model_write(&written, file, &failure));
@@ -43,9 +44,32 @@ static void test_write_then_read_gives_the_same_model(void) {
     TEST_ASSERT_EQUAL_UINT64(0, model_parameter(&copy.block[0], "initial_memory_v")->count);
     TEST_ASSERT_NULL(model_parameter(&copy.block[0], "offset_um")->sigma);
     TEST_ASSERT_TRUE(model_parameter(model_find(&copy, "resonance"), "frequency_hz")->value[0] == 812.3);
+    TEST_ASSERT_TRUE(model_parameter(model_find(&copy, "resonance"), "frequency_hz")->sigma[0] == HUGE_VAL);
     TEST_ASSERT_TRUE(json_equal(written.fit, copy.fit));
     model_free(&written);
     model_free(&copy);
+}
+
+/* For readers of the file: what is not determined says so in words. */
+static void test_says_what_is_not_determined(void) {
+    const double weights[] = {0.1, 0.2}, sigmas[] = {1e-3, HUGE_VAL}, thresholds[] = {0.1}, lost = HUGE_VAL, kept = 1.0,
+                 cutoff_hz = 50.0;
+    model_t model;
+    make_bank_model(&model, 1000.0, 0.0, 1, weights, thresholds);
+    model_set_array(&model.block[0], "weights", 2, weights, sigmas);
+    model_set_array(&model.block[0], "offset_um", 1, &kept, &kept);
+    model_set_array(model_append(&model, &block_sensor_bandwidth), "cutoff_hz", 1, &cutoff_hz, &lost);
+    json_t *json = model_to_json(&model);
+    const json_t *chain = json_object_get(json, "chain");
+    const json_t *bank = json_object_get(json_array_get(chain, 0), "parameters");
+    const json_t *lag = json_object_get(json_array_get(chain, 1), "parameters");
+    const json_t *each = json_object_get(json_object_get(bank, "weights"), "determined");
+    TEST_ASSERT_TRUE(json_is_true(json_array_get(each, 0)) && json_is_false(json_array_get(each, 1)));
+    TEST_ASSERT_NULL(json_object_get(json_object_get(bank, "offset_um"), "determined"));
+    TEST_ASSERT_TRUE(json_is_false(json_object_get(json_object_get(lag, "cutoff_hz"), "determined")));
+    TEST_ASSERT_TRUE(json_is_null(json_object_get(json_object_get(lag, "cutoff_hz"), "sigma")));
+    json_decref(json);
+    model_free(&model);
 }
 
 static void test_reads_bare_values_and_defaults(void) {
@@ -111,6 +135,9 @@ static const struct {
      "unknown key \"error\""},
     {MODEL(BLOCK("resonance", "\"frequency_hz\":{\"value\":1,\"sigma\":-1},\"damping_ratio\":0.1")),
      "sigma = -1 is negative"},
+    {MODEL(BLOCK("resonance", "\"frequency_hz\":{\"value\":null},\"damping_ratio\":0.1")), "value must be a number"},
+    {MODEL(BLOCK("resonance", "\"frequency_hz\":{\"value\":1,\"determined\":0},\"damping_ratio\":0.1")),
+     "determined must be true, false or an array"},
     {MODEL(BANK("1", "[1]")), "parameter weights: value must be an array"},
     {MODEL(BANK("[1,\"x\"]", "[1]")), "parameter weights: value[1] is not a number"},
     {MODEL(BANK("[1,2,3]", "[1]")), "3 weights for 1 thresholds"},
@@ -175,6 +202,7 @@ static void test_every_block_of_the_catalogue_is_complete(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_write_then_read_gives_the_same_model);
+    RUN_TEST(test_says_what_is_not_determined);
     RUN_TEST(test_reads_bare_values_and_defaults);
     RUN_TEST(test_refuses_broken_models);
     RUN_TEST(test_refuses_too_many_blocks);
