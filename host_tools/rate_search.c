@@ -106,7 +106,8 @@ bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, con
     search_t search = {
         .basis = *basis, .spans = spans, .count = count, .options = options, .failure = failure, .progress = progress};
     const double fastest = largest_rate(spans, count), period_s = 1.0 / spans[0].recording->sample_rate_hz;
-    double beta_s = 0.0, filter_s = 0.0, rms = try_pair(&search, 0.0, 0.0, NULL);
+    const double rms = try_pair(&search, 0.0, 0.0, NULL);
+    double beta_s = 0.0, filter_s = 0.0;
     if (!isfinite(rms)) {
         return false;
     }
@@ -117,7 +118,6 @@ bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, con
             trial = descend(&search, &trial_beta_s, &trial_filter_s);
         }
         if (trial < worth_it * rms) {
-            rms = trial;
             beta_s = trial_beta_s;
             filter_s = trial_filter_s;
         }

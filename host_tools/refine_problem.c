@@ -6,6 +6,8 @@
 
 /* Of a number's size. Rounding in the simulation (1e-16) and curvature then both cost about 1e-9 of a derivative. */
 static const double relative_step = 1e-6;
+/* Of the displacement. A difference between two simulations that is everywhere below it is rounding: no effect. */
+static const double rounding = 1e-13;
 
 bool refine_problem_open(refine_problem_t *problem, model_t *model, const refine_job_t *job, failure_t *failure) {
     *problem = (refine_problem_t){.model = model,
@@ -39,6 +41,7 @@ bool refine_problem_open(refine_problem_t *problem, model_t *model, const refine
         for (size_t k = problem->from[i]; k < problem->to[i]; k++) {
             problem->power += (displacement[k] - mean) * (displacement[k] - mean);
         }
+        problem->largest_um = fmax(problem->largest_um, fmax(-low, high));
         problem->stroke_um = fmax(problem->stroke_um, high - low);
         problem->samples += problem->to[i] - problem->from[i];
     }
@@ -166,7 +169,7 @@ static bool difference(const refine_problem_t *problem, size_t i, size_t unknown
     const size_t first = stage_of(problem, unknown), length = problem->to[i] + 1;
     const double x = refine_get(problem, unknown);
     const double value = *refine_value(problem, unknown);
-    double offset_um;
+    double offset_um, effect_um = 0.0;
     failure_t refused;
     bool good;
     if (x + step < refine_low(problem, unknown) || x + step > refine_high(problem, unknown)) {
@@ -185,7 +188,11 @@ static bool difference(const refine_problem_t *problem, size_t i, size_t unknown
     }
     *refine_value(problem, unknown) = value;
     for (size_t k = 0; good && k < problem->to[i] - problem->from[i]; k++) {
-        column[k] = (residual[k] - column[k]) / step;
+        column[k] = residual[k] - column[k];
+        effect_um = fmax(effect_um, fabs(column[k]));
+    }
+    for (size_t k = 0; good && k < problem->to[i] - problem->from[i]; k++) {
+        column[k] = effect_um > rounding * problem->largest_um ? column[k] / step : 0.0;
     }
     return good;
 }

@@ -14,6 +14,7 @@ typedef struct {
     size_t samples;    /**< that count, of all recordings */
     double power;      /**< sum of squares of their displacement around its mean, recording by recording */
     double stroke_um;  /**< largest peak-to-peak displacement of one recording */
+    double largest_um; /**< largest magnitude of displacement */
     size_t stages, order[MODEL_MAX_BLOCKS];
 } refine_problem_t;
 
