@@ -353,8 +353,7 @@ static void draw(reproduction_t *reproduction, campaign_t *campaign, const singl
         for (size_t i = 0; i < 2; i++) {
             const run_t *run = campaign_run(campaign, 0, v, i == 0 ? 0 : n - 1);
             const size_t last = run->recording.samples - run->period;
-            loops[v][i] = (plot_line_t){i == 0 ? "before" : "after",
-                                        i == 0 ? "10 Hz" : "200 Hz",
+            loops[v][i] = (plot_line_t){i == 0 ? "before" : "after", i == 0 ? "10 Hz" : "200 Hz",
                                         run->recording.column[COLUMN_DRIVE] + last,
                                         run->recording.column[COLUMN_DISPLACEMENT] + last, run->period};
         }
