@@ -14,6 +14,7 @@
     BLOCK(asymmetric_hysteresis)                                                                                       \
     BLOCK(rate_dependent_hysteresis)                                                                                   \
     BLOCK(prandtl_ishlinskii)                                                                                          \
+    BLOCK(preisach)                                                                                                    \
     BLOCK(stop_density)                                                                                                \
     BLOCK(stop_prandtl_ishlinskii)                                                                                     \
     BLOCK(inertial_hysteresis)                                                                                         \

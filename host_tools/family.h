@@ -18,6 +18,7 @@
     FAMILY(prandtl_ishlinskii)                                                                                         \
     FAMILY(rate_dependent_prandtl_ishlinskii)                                                                          \
     FAMILY(stop_density)                                                                                               \
+    FAMILY(preisach)                                                                                                   \
     FAMILY(stop_prandtl_ishlinskii)                                                                                    \
     FAMILY(inertial_hysteresis)                                                                                        \
     FAMILY(inertial_prandtl_ishlinskii)                                                                                \

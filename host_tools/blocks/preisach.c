@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Preisach model in Everett form: preisach_grid.h. */
+#include "catalogue.h"
+#include "preisach_grid.h"
+#include <string.h>
+
+enum { LEVELS, EVERETT, OFFSET, PAST };
+
+static const parameter_info_t parameters[] = {
+    {.name = "levels_v",
+     .unit = "V",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .chosen = true,
+     .text = "of the drive, strictly rising, two or more"},
+    {.name = "everett_um",
+     .unit = "um",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .text = "change of the position when the drive rises from level j to level i: E(1,0); E(2,0), E(2,1); E(3,0) ..."},
+    {.name = "offset_um",
+     .unit = "um",
+     .low = -1e9,
+     .high = 1e9,
+     .text = "mean of the positions at the lowest level (coming from below) and the highest"},
+    {.name = "past_v",
+     .unit = "V",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .optional = true,
+     .chosen = true,
+     .text = "drives before the first sample, one after the other, from the lowest level on; absent: demagnetised"}};
+
+typedef struct {
+    preisach_grid_t grid;
+    size_t past;
+    const double *table, *past_v;
+    double offset_um;
+    preisach_memory_t memory;
+    double array[]; /* levels, table, past */
+} state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    const size_t levels = parameter[LEVELS].count;
+    if (levels < 2) {
+        return fail(failure, "levels_v needs two levels or more");
+    }
+    for (size_t i = 1; i < levels; i++) {
+        if (!(parameter[LEVELS].value[i] > parameter[LEVELS].value[i - 1])) {
+            return fail(failure, "levels_v[%zu] does not rise", i);
+        }
+    }
+    if (parameter[EVERETT].count != preisach_elements(levels)) {
+        return fail(failure, "%zu values of everett_um for %zu levels, there must be %zu", parameter[EVERETT].count,
+                    levels, preisach_elements(levels));
+    }
+    return true;
+}
+
+static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    return (parameter[LEVELS].count + parameter[EVERETT].count + parameter[PAST].count) * sizeof(double);
+}
+
+static double *copy_to(double *to, const parameter_t *from) {
+    if (from->count > 0) {
+        memcpy(to, from->value, from->count * sizeof(double));
+    }
+    return to + from->count;
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    double *table = copy_to(state->array, &parameter[LEVELS]);
+    double *past_v = copy_to(table, &parameter[EVERETT]);
+    (void)setup;
+    copy_to(past_v, &parameter[PAST]);
+    state->grid = (preisach_grid_t){.levels = parameter[LEVELS].count, .level_v = state->array};
+    state->table = table;
+    state->past = parameter[PAST].count;
+    state->past_v = past_v;
+    state->offset_um = parameter[OFFSET].value[0];
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    preisach_memory_move(&state->memory, &state->grid, signal->value);
+    signal->value = preisach_output(&state->grid, state->table, state->offset_um, &state->memory);
+}
+
+static void settle(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    if (state->past == 0) {
+        preisach_memory_demagnetise(&state->memory, &state->grid);
+    } else {
+        preisach_memory_begin(&state->memory, &state->grid);
+        for (size_t k = 0; k < state->past; k++) {
+            preisach_memory_move(&state->memory, &state->grid, state->past_v[k]);
+        }
+    }
+    step(state, signal);
+}
+
+const block_t block_preisach = {.name = "preisach",
+                                .place = PLACE_HYSTERESIS,
+                                .text =
+                                    "hysteresis as relays over the plane of their switching drives, in Everett form",
+                                .parameter = parameters,
+                                .parameters = 4,
+                                .check = check,
+                                .state_bytes = sizeof(state_t),
+                                .further_bytes = further_bytes,
+                                .open = open,
+                                .settle = settle,
+                                .step = step};

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Least squares for the table of a Preisach model on given levels. docs/MODELS.md, section 7.
+ *
+ * The output is linear in the weights of the relays: one for each square of the grid, and for each triangle on the
+ * diagonal the reversible part of that interval. They are bounded from below (squares 0, triangles a part of the mean
+ * slope), which makes all branches rise. Where the recording says nothing, smoothness decides: squares at the same
+ * distance from the diagonal become alike, so that a recording of one loop gives a Prandtl-Ishlinskii model.
+ */
+#ifndef PREISACH_FIT_H
+#define PREISACH_FIT_H
+
+#include "failure.h"
+#include "preisach_grid.h"
+#include "recording.h"
+
+#define PREISACH_PAST 3
+
+/** Samples [from, to) of a recording; the memory runs from its first sample on. */
+typedef struct {
+    const recording_t *recording;
+    size_t from, to;
+    bool own_offset; /**< never reaches an end of the levels: an unknown constant comes on top of its position */
+    bool has_past;   /**< false: demagnetised before the first sample */
+    double past_v[PREISACH_PAST]; /**< drives before the first sample, from the lowest level on */
+} preisach_span_t;
+
+typedef struct {
+    double smoothing;   /**< weight of the smoothness, relative to the data */
+    double least_slope; /**< um/V, of the triangles */
+    size_t most_rows;   /**< takes every n-th sample so that there are no more; 0: all, which standard errors need */
+} preisach_options_t;
+
+typedef struct {
+    size_t elements;
+    double *everett_um;
+    double offset_um;
+    double rms_um; /**< of the residuals */
+    size_t rows;
+    /* set by preisach_fit_sigma */
+    double *sigma_um; /**< of the elements; the whole range, E(last, 0), where the samples do not determine one */
+    double offset_sigma_um;
+    size_t determined; /**< elements whose standard error is below a twentieth of the whole range */
+    double autocorrelation_samples;
+} preisach_fit_t;
+
+/** On success the caller frees *fit. */
+bool preisach_fit(const preisach_grid_t *grid, const preisach_span_t *spans, size_t count,
+                  const preisach_options_t *options, preisach_fit_t *fit, failure_t *failure);
+
+/**
+ * Standard errors from the samples alone, without the bounds and the smoothness, widened by the residuals'
+ * autocorrelation. Where smoothness decides they are larger than the fit's real scatter, which is what they are for.
+ */
+bool preisach_fit_sigma(const preisach_grid_t *grid, const preisach_span_t *spans, size_t count,
+                        const preisach_options_t *options, preisach_fit_t *fit, failure_t *failure);
+
+void preisach_fit_free(preisach_fit_t *fit);
+
+/** The memory before the first sample of a span. */
+void preisach_span_begin(const preisach_grid_t *grid, const preisach_span_t *span, preisach_memory_t *memory);
+
+/** Output over [0, span->to). */
+void preisach_predict(const preisach_grid_t *grid, const preisach_fit_t *fit, const preisach_span_t *span,
+                      double *position_um);
+
+#endif

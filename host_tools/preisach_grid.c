@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "preisach_grid.h"
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+size_t preisach_elements(size_t levels) {
+    return levels * (levels - 1) / 2;
+}
+
+size_t preisach_element(size_t i, size_t j) {
+    return i * (i - 1) / 2 + j;
+}
+
+/* The interval a drive within the levels lies in, and where in it, 0 to 1. */
+static size_t interval_of(const preisach_grid_t *grid, double drive_v, double *part) {
+    size_t low = 0, high = grid->levels - 1;
+    while (low + 1 < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (drive_v >= grid->level_v[middle]) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    *part = (drive_v - grid->level_v[low]) / (grid->level_v[low + 1] - grid->level_v[low]);
+    return low;
+}
+
+/* Continued below the diagonal by E(j,i) = -E(i,j), the bilinear form is the linear one in the triangles. */
+static void add_term(preisach_terms_t *terms, size_t i, size_t j, double factor) {
+    if (i != j && factor != 0.0) {
+        terms->element[terms->count] = i > j ? preisach_element(i, j) : preisach_element(j, i);
+        terms->factor[terms->count++] = i > j ? factor : -factor;
+    }
+}
+
+preisach_terms_t preisach_terms(const preisach_grid_t *grid, double to_v, double from_v) {
+    const size_t last = grid->levels - 1;
+    const double *level = grid->level_v, bottom = level[0], top = level[last];
+    const double to_in = fmax(bottom, fmin(top, to_v)), from_in = fmax(bottom, fmin(top, from_v));
+    preisach_terms_t terms = {0};
+    double p, q;
+    const size_t i = interval_of(grid, to_in, &p), j = interval_of(grid, from_in, &q);
+    add_term(&terms, i, j, (1.0 - p) * (1.0 - q));
+    add_term(&terms, i + 1, j, p * (1.0 - q));
+    add_term(&terms, i, j + 1, (1.0 - p) * q);
+    add_term(&terms, i + 1, j + 1, p * q);
+    add_term(&terms, last, last - 1, (fmax(top, to_v) - fmax(top, from_v)) / (top - level[last - 1]));
+    add_term(&terms, 1, 0, (fmin(bottom, to_v) - fmin(bottom, from_v)) / (level[1] - bottom));
+    return terms;
+}
+
+double preisach_everett(const preisach_grid_t *grid, const double *table, double to_v, double from_v) {
+    const preisach_terms_t terms = preisach_terms(grid, to_v, from_v);
+    double sum = 0.0;
+    for (size_t k = 0; k < terms.count; k++) {
+        sum += terms.factor[k] * table[terms.element[k]];
+    }
+    return sum;
+}
+
+void preisach_memory_begin(preisach_memory_t *memory, const preisach_grid_t *grid) {
+    memory->reversals = 0;
+    memory->drive_v = grid->level_v[0];
+}
+
+static void forget_smallest(preisach_memory_t *memory) {
+    double *reversal = memory->reversal_v, smallest = HUGE_VAL;
+    size_t first = 0;
+    for (size_t k = 0; k + 1 < memory->reversals; k++) {
+        const double next = k + 2 < memory->reversals ? reversal[k + 2] : memory->drive_v;
+        if (fabs(next - reversal[k]) <= smallest) {
+            smallest = fabs(next - reversal[k]);
+            first = k;
+        }
+    }
+    memory->reversals -= 2;
+    memmove(reversal + first, reversal + first + 2, (memory->reversals - first) * sizeof *reversal);
+}
+
+void preisach_memory_move(preisach_memory_t *memory, const preisach_grid_t *grid, double drive_v) {
+    const double bottom = grid->level_v[0], top = grid->level_v[grid->levels - 1];
+    const bool fell = memory->reversals % 2 == 1, rises = drive_v > memory->drive_v;
+    if (drive_v == memory->drive_v) {
+        return;
+    }
+    if (rises == fell) {
+        if (memory->reversals == PREISACH_MAX_REVERSALS) {
+            forget_smallest(memory);
+        }
+        memory->reversal_v[memory->reversals++] = fmax(bottom, fmin(top, memory->drive_v));
+    }
+    memory->drive_v = drive_v;
+    /* Wiping out: a reversal that the drive reaches goes, together with the one after it. */
+    while (memory->reversals >= 2) {
+        const double older = memory->reversal_v[memory->reversals - 2];
+        if (rises ? drive_v < older : drive_v > older) {
+            return;
+        }
+        memory->reversals -= 2;
+    }
+    if (memory->reversals == 1 && drive_v <= bottom) {
+        memory->reversals = 0;
+    }
+}
+
+void preisach_memory_demagnetise(preisach_memory_t *memory, const preisach_grid_t *grid) {
+    const size_t last = grid->levels - 1;
+    preisach_memory_begin(memory, grid);
+    for (size_t k = 0; 2 * k < last; k++) {
+        preisach_memory_move(memory, grid, grid->level_v[k]);
+        preisach_memory_move(memory, grid, grid->level_v[last - k]);
+    }
+}
+
+/* The past as branches, from all relays down: k-th of memory->reversals + 1. */
+static preisach_terms_t branch(const preisach_grid_t *grid, const preisach_memory_t *memory, size_t k) {
+    return preisach_terms(grid, k < memory->reversals ? memory->reversal_v[k] : memory->drive_v,
+                          k > 0 ? memory->reversal_v[k - 1] : grid->level_v[0]);
+}
+
+void preisach_output_row(const preisach_grid_t *grid, const preisach_memory_t *memory, double *row) {
+    row[preisach_element(grid->levels - 1, 0)] -= 0.5;
+    for (size_t k = 0; k <= memory->reversals; k++) {
+        const preisach_terms_t terms = branch(grid, memory, k);
+        for (size_t t = 0; t < terms.count; t++) {
+            row[terms.element[t]] += terms.factor[t];
+        }
+    }
+}
+
+double preisach_output(const preisach_grid_t *grid, const double *table, double offset_um,
+                       const preisach_memory_t *memory) {
+    double sum = offset_um - 0.5 * table[preisach_element(grid->levels - 1, 0)];
+    for (size_t k = 0; k <= memory->reversals; k++) {
+        const preisach_terms_t terms = branch(grid, memory, k);
+        for (size_t t = 0; t < terms.count; t++) {
+            sum += terms.factor[t] * table[terms.element[t]];
+        }
+    }
+    return sum;
+}
