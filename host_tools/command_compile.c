@@ -28,7 +28,8 @@ static bool print_json(const hyst_parameters_t *p, const compile_report_t *repor
         drive_to_volts(p, HYST_Q31_MIN), drive_to_volts(p, HYST_Q31_MAX), "drive_limits_v",
         drive_to_volts(p, p->drive_low), drive_to_volts(p, p->drive_high), "position_range_um",
         position_to_micrometres(p, HYST_Q31_MIN), position_to_micrometres(p, HYST_Q31_MAX), "drive_park_v",
-        drive_to_volts(p, p->drive_park), "operators", (json_int_t)p->pi_operators, "model_operators",
+        drive_to_volts(p, p->drive_park), "operators",
+        (json_int_t)(p->family == HYST_FAMILY_PREISACH ? p->preisach_intervals : p->pi_operators), "model_operators",
         (json_int_t)report->model_operators, "merge_error_um", report->merge_error_um, "beta_samples",
         p->pi_beta * 0x1p-20, "growth_limit_v", report->growth_limit_v, "lookahead_samples",
         (json_int_t)p->lookahead_samples, "lookahead_remainder_s", report->lookahead_remainder_s, "shape_sections",
@@ -53,8 +54,13 @@ static void print_text(const hyst_parameters_t *p, const compile_report_t *repor
            shown_volts(p, p->drive_high), shown_volts(p, p->drive_park));
     printf("position converter %.6g to %.6g um\n", position_to_micrometres(p, HYST_Q31_MIN),
            position_to_micrometres(p, HYST_Q31_MAX));
-    printf("play operators     %u, from %zu of the model (merging changes a branch by at most %.3g um)\n",
-           (unsigned)p->pi_operators, report->model_operators, report->merge_error_um);
+    if (p->family == HYST_FAMILY_PREISACH) {
+        printf("preisach intervals %u, from %zu of the model (other levels change a branch by at most %.3g um)\n",
+               (unsigned)p->preisach_intervals, report->model_operators, report->merge_error_um);
+    } else {
+        printf("play operators     %u, from %zu of the model (merging changes a branch by at most %.3g um)\n",
+               (unsigned)p->pi_operators, report->model_operators, report->merge_error_um);
+    }
     if (p->pi_beta > 0) {
         printf("rate dependence    beta %.6g samples, rate gain %.6g, thresholds grow by at most %.6g V\n",
                p->pi_beta * 0x1p-20, p->pi_rate_gain * 0x1p-30, report->growth_limit_v);

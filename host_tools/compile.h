@@ -33,8 +33,8 @@ typedef struct {
 
 /** What compiling gave up, in numbers. */
 typedef struct {
-    size_t model_operators; /**< of the model; the image's are in the parameters */
-    double merge_error_um;  /**< largest difference that merging makes to a branch, anywhere in the drive range */
+    size_t model_operators; /**< of the model (Preisach: intervals); the image's are in the parameters */
+    double merge_error_um;  /**< largest difference that merging (Preisach: other levels) makes to a branch */
     /** Delay that neither lookahead nor interpolation covers; without filters up to half a sample. */
     double lookahead_remainder_s;
     double growth_limit_v; /**< largest threshold growth the amplifier can represent; 0 without rate dependence */

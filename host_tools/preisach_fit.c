@@ -63,12 +63,8 @@ static void table_of_cells(size_t levels, double *table) {
 }
 
 void preisach_span_begin(const preisach_grid_t *grid, const preisach_span_t *span, preisach_memory_t *memory) {
-    if (!span->has_past) {
-        preisach_memory_demagnetise(memory, grid);
-        return;
-    }
     preisach_memory_begin(memory, grid);
-    for (size_t k = 0; k < PREISACH_PAST; k++) {
+    for (size_t k = 0; k < span->past; k++) {
         preisach_memory_move(memory, grid, span->past_v[k]);
     }
 }

@@ -14,15 +14,13 @@
 #include "preisach_grid.h"
 #include "recording.h"
 
-#define PREISACH_PAST 3
-
 /** Samples [from, to) of a recording; the memory runs from its first sample on. */
 typedef struct {
     const recording_t *recording;
     size_t from, to;
-    bool own_offset; /**< never reaches an end of the levels: an unknown constant comes on top of its position */
-    bool has_past;   /**< false: demagnetised before the first sample */
-    double past_v[PREISACH_PAST]; /**< drives before the first sample, from the lowest level on */
+    bool own_offset; /**< its relays' outermost part is unknown: a constant comes on top of its position */
+    size_t past;     /**< drives before the first sample, from all relays down on */
+    const double *past_v;
 } preisach_span_t;
 
 typedef struct {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Preisach model in Everett form: preisach_grid.h. */
 #include "catalogue.h"
-#include "preisach_grid.h"
+#include "compile_preisach.h"
 #include <string.h>
 
 enum { LEVELS, EVERETT, OFFSET, PAST };
@@ -104,6 +104,11 @@ static void settle(void *memory, signal_t *signal) {
     step(state, signal);
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    const preisach_grid_t grid = {.levels = parameter[LEVELS].count, .level_v = parameter[LEVELS].value};
+    return compile_preisach(job, &grid, parameter[EVERETT].value, parameter[OFFSET].value[0]);
+}
+
 const block_t block_preisach = {.name = "preisach",
                                 .place = PLACE_HYSTERESIS,
                                 .text =
@@ -115,4 +120,5 @@ const block_t block_preisach = {.name = "preisach",
                                 .further_bytes = further_bytes,
                                 .open = open,
                                 .settle = settle,
-                                .step = step};
+                                .step = step,
+                                .compile = compile};

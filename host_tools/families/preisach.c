@@ -3,11 +3,11 @@
  * Preisach model: the table by least squares, from first-order reversal curves or any other drive. docs/MODELS.md,
  * section 7.
  *
- * The levels divide the range of the training drives evenly. Their number and the smoothness are chosen inside the
- * training data: fitted on its first two thirds, judged on its last third; the fewest levels within 1 % of the best
- * win. Samples whose memory still depends on what happened before the recording do not take part; the past is then
- * estimated from them. If they are most of the training data, past and table are estimated in turn, starting from
- * demagnetised.
+ * The levels divide the range of the training drives like those of the amplifier that is compiled from the model. Their
+ * number is chosen inside the training data: fitted on its first two thirds, judged on its last third; the fewest
+ * within 1 % of the best win. Samples whose memory still depends on what happened before the recording do not take
+ * part; the past is then estimated from them. If they are most of the training data, past and table are estimated in
+ * turn, starting from demagnetised.
  */
 #include "catalogue.h"
 #include "family.h"
@@ -16,36 +16,44 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_INTERVALS = 60, MOST_CANDIDATES = 32 };
+enum { MOST_INTERVALS = 60, MOST_CANDIDATES = 10, PAST = 3 };
 
 /* Of the training data; below it the past is estimated along with the table. */
 static const double least_determined_part = 0.25;
 static const double training_part = 2.0 / 3.0;
 /* Times the best validation error: fewer levels win. */
 static const double good_enough = 1.01;
+/* Weight of the smoothness, of the data: decides where the recording says nothing, and biases nothing else by more than
+ * some 1e-5 of the range (tests/host/test_fit_preisach.c). */
+static const double smoothing = 1e-6;
 /* Slope of the triangles, of the mean slope, as for play operators (prandtl_ishlinskii.c): without it the drive of the
  * inverse jumps at every turning point. On the real recordings it costs 0.01 % NRMSE. */
 static const double least_slope_part = 0.3;
 /* Of the drive's range: so close to an end of the levels counts as there. Recorded peaks differ by noise and sampling.
  */
-static const double reached_part = 0.005;
+static const double reached_part = 0.001;
+/* An amplifier's drive range is the recorded one, widened by this part on each side (compile.h). */
+static const double margin_part = 0.025;
 /* Samples that are enough to tell one grid from another. */
 static const size_t structure_rows = 6000;
 
 typedef struct {
     size_t intervals;
-    double smoothing, validation_nrmse_percent;
+    double validation_nrmse_percent;
 } candidate_t;
 
 typedef struct {
     const family_job_t *job;
     failure_t *failure;
-    double low_v, high_v;
+    double low_v, high_v; /* of the training drives */
     double mean_slope;
-    preisach_span_t *train; /* one a recording */
+    preisach_span_t *train;            /* one a recording */
+    double (*past_v)[PAST];            /* estimated, likewise */
+    double rest_v[2 * MOST_INTERVALS]; /* demagnetised within the range of the training drives, as a past */
     size_t candidates;
     candidate_t candidate[MOST_CANDIDATES];
-    candidate_t chosen;
+    size_t intervals; /* chosen */
+    bool both_ends;   /* it takes both ends of the range to erase the past */
     bool from_demagnetised;
 } preisach_job_t;
 
@@ -58,27 +66,43 @@ static void range_of(const double *values, size_t count, double *low, double *hi
 }
 
 /*
- * The first sample from which on the past no longer matters: the drive has been at both ends of its own range. (At one
- * end relays that switch beyond it may still be waiting for their first and last switch.) In a recording that reaches
+ * The first sample from which on the past no longer matters: the drive has been at both ends of its own range. With
+ * both_ends false, one end that is also one of the levels will do: enough if the actuator never left the range before;
+ * else relays that switch beyond it may still be waiting for their first and last switch. In a recording that reaches
  * neither end of the levels the relays that then never move again leave an unknown constant.
  */
-static void set_determined(const preisach_job_t *job, preisach_span_t *span) {
+static size_t determined_at(const preisach_job_t *job, preisach_span_t *span) {
     const double *drive = span->recording->column[COLUMN_DRIVE], near_v = reached_part * (job->high_v - job->low_v);
     double low, high;
     bool at_low = false, at_high = false;
+    size_t k = 0;
     range_of(drive, span->to, &low, &high);
     span->own_offset = low > job->low_v + near_v && high < job->high_v - near_v;
-    span->from = 0;
-    while (span->from < span->to && !(at_low && at_high)) {
-        at_low = at_low || drive[span->from] <= low + near_v;
-        at_high = at_high || drive[span->from] >= high - near_v;
-        span->from++;
+    for (; k < span->to; k++) {
+        at_low = at_low || drive[k] <= low + near_v;
+        at_high = at_high || drive[k] >= high - near_v;
+        if ((at_low && at_high) || (!job->both_ends && ((at_low && low <= job->low_v + near_v) ||
+                                                        (at_high && high >= job->high_v - near_v)))) {
+            return k;
+        }
     }
+    return k;
+}
+
+/* Returns whether a good part of the training samples does not depend on the past. */
+static bool leave_out_undetermined(preisach_job_t *job, bool both_ends) {
+    size_t used = 0, all = 0;
+    job->both_ends = both_ends;
+    for (size_t s = 0; s < job->job->count; s++) {
+        job->train[s].from = determined_at(job, &job->train[s]);
+        used += job->train[s].to - job->train[s].from;
+        all += job->train[s].to;
+    }
+    return (double)used >= least_determined_part * (double)all;
 }
 
 static bool prepare(preisach_job_t *job) {
     const family_job_t *family_job = job->job;
-    size_t used = 0, all = 0;
     job->low_v = HUGE_VAL;
     job->high_v = -HUGE_VAL;
     for (size_t s = 0; s < family_job->count; s++) {
@@ -88,16 +112,19 @@ static bool prepare(preisach_job_t *job) {
         job->low_v = fmin(job->low_v, low);
         job->high_v = fmax(job->high_v, high);
     }
+    for (size_t k = 0; k < MOST_INTERVALS; k++) {
+        const double inset = (job->high_v - job->low_v) * (double)k / (2.0 * MOST_INTERVALS);
+        job->rest_v[2 * k] = job->low_v + inset;
+        job->rest_v[2 * k + 1] = job->high_v - inset;
+    }
     for (size_t s = 0; s < family_job->count; s++) {
         preisach_span_t *span = &job->train[s];
         const double *drive = family_job->recordings[s].column[COLUMN_DRIVE];
         const double *displacement = family_job->recordings[s].column[COLUMN_DISPLACEMENT];
         const size_t end = family_job->train_to[s];
         double cross = 0.0, square = 0.0;
-        *span = (preisach_span_t){.recording = &family_job->recordings[s], .to = end};
-        set_determined(job, span);
-        used += end - span->from;
-        all += end;
+        *span = (preisach_span_t){
+            .recording = &family_job->recordings[s], .to = end, .past = 2 * MOST_INTERVALS, .past_v = job->rest_v};
         for (size_t k = 1; k < end; k++) { /* regression through the first sample */
             cross += (drive[k] - drive[0]) * (displacement[k] - displacement[0]);
             square += (drive[k] - drive[0]) * (drive[k] - drive[0]);
@@ -109,19 +136,25 @@ static bool prepare(preisach_job_t *job) {
         }
         job->mean_slope = fmax(job->mean_slope, cross / square);
     }
-    job->from_demagnetised = (double)used < least_determined_part * (double)all;
+    job->from_demagnetised = !leave_out_undetermined(job, true) && !leave_out_undetermined(job, false);
     for (size_t s = 0; s < family_job->count && job->from_demagnetised; s++) {
         job->train[s].from = 0;
     }
     return true;
 }
 
-/* Even levels over the range of the training drives, to be freed. */
+/*
+ * The levels of an amplifier with so many intervals, as far as they lie inside the range of the training drives, and
+ * the two ends of that range. To be freed.
+ */
 static preisach_grid_t make_grid(const preisach_job_t *job, size_t intervals) {
+    const double range_v = job->high_v - job->low_v;
     double *level_v = allocate(intervals + 1, sizeof(double));
-    for (size_t i = 0; i <= intervals; i++) {
-        level_v[i] = job->low_v + (job->high_v - job->low_v) * (double)i / (double)intervals;
+    level_v[0] = job->low_v;
+    for (size_t i = 1; i < intervals; i++) {
+        level_v[i] = job->low_v + range_v * ((1.0 + 2.0 * margin_part) * (double)i / (double)intervals - margin_part);
     }
+    level_v[intervals] = job->high_v;
     return (preisach_grid_t){.levels = intervals + 1, .level_v = level_v};
 }
 
@@ -129,7 +162,7 @@ static void free_grid(preisach_grid_t *grid) {
     free((double *)grid->level_v);
 }
 
-static preisach_options_t options_of(const preisach_job_t *job, double smoothing, size_t most_rows) {
+static preisach_options_t options_of(const preisach_job_t *job, size_t most_rows) {
     return (preisach_options_t){
         .smoothing = smoothing, .least_slope = least_slope_part * job->mean_slope, .most_rows = most_rows};
 }
@@ -137,7 +170,7 @@ static preisach_options_t options_of(const preisach_job_t *job, double smoothing
 /* Fitted on the first two thirds of the training data, judged on its last third: worst NRMSE. */
 static bool validate(const preisach_job_t *job, candidate_t *candidate) {
     const size_t count = job->job->count;
-    const preisach_options_t options = options_of(job, candidate->smoothing, structure_rows);
+    const preisach_options_t options = options_of(job, structure_rows);
     preisach_grid_t grid = make_grid(job, candidate->intervals);
     preisach_span_t *inner = allocate(count, sizeof *inner);
     preisach_fit_t fit;
@@ -179,29 +212,22 @@ static bool validate(const preisach_job_t *job, candidate_t *candidate) {
 
 static bool choose_structure(preisach_job_t *job) {
     static const size_t numbers[] = {4, 6, 8, 10, 13, 16, 20, 25, 30}; /* an amplifier holds 30 */
-    static const double smoothings[] = {1e-6, 1e-4, 1e-2};
-    enum { NUMBERS = sizeof numbers / sizeof numbers[0], SMOOTHINGS = sizeof smoothings / sizeof smoothings[0] };
     const bool given = job->job->operators > 0;
-    const size_t rows = given ? 1 : NUMBERS;
+    const size_t count = given ? 1 : sizeof numbers / sizeof numbers[0];
     double best = HUGE_VAL;
-    for (size_t i = 0; i < rows * SMOOTHINGS; i++) {
+    for (size_t i = 0; i < count; i++) {
         candidate_t *candidate = &job->candidate[job->candidates++];
-        const size_t wanted = given ? job->job->operators : numbers[i / SMOOTHINGS];
-        *candidate = (candidate_t){.intervals = wanted < MOST_INTERVALS ? wanted : MOST_INTERVALS,
-                                   .smoothing = smoothings[i % SMOOTHINGS]};
+        const size_t wanted = given ? job->job->operators : numbers[i];
+        *candidate = (candidate_t){.intervals = wanted < MOST_INTERVALS ? wanted : MOST_INTERVALS};
         if (!validate(job, candidate)) {
             return false;
         }
         best = fmin(best, candidate->validation_nrmse_percent);
-        progress_update(job->job->progress, (double)job->candidates / (double)(rows * SMOOTHINGS));
+        progress_update(job->job->progress, (double)job->candidates / (double)count);
     }
-    for (size_t i = 0; i < job->candidates; i++) {
-        const candidate_t *candidate = &job->candidate[i];
-        if (candidate->validation_nrmse_percent <= good_enough * best &&
-            (job->chosen.intervals == 0 ||
-             (candidate->intervals == job->chosen.intervals &&
-              candidate->validation_nrmse_percent < job->chosen.validation_nrmse_percent))) {
-            job->chosen = *candidate;
+    for (size_t i = job->candidates; i-- > 0;) {
+        if (job->candidate[i].validation_nrmse_percent <= good_enough * best) {
+            job->intervals = job->candidate[i].intervals;
         }
     }
     return true;
@@ -215,12 +241,12 @@ typedef struct {
     size_t end, stride;
 } past_search_t;
 
-static double past_error(const past_search_t *search, const double past_v[PREISACH_PAST], bool has_past) {
+static double past_error(const past_search_t *search, size_t past, const double *past_v) {
     preisach_span_t span = *search->span;
     preisach_memory_t memory;
     double sum = 0.0;
-    span.has_past = has_past;
-    memcpy(span.past_v, past_v, sizeof span.past_v);
+    span.past = past;
+    span.past_v = past_v;
     preisach_span_begin(search->grid, &span, &memory);
     for (size_t k = 0; k < search->end; k++) {
         preisach_memory_move(&memory, search->grid, span.recording->column[COLUMN_DRIVE][k]);
@@ -232,59 +258,68 @@ static double past_error(const past_search_t *search, const double past_v[PREISA
     return sum;
 }
 
+static bool take_better(const past_search_t *search, const double past_v[PAST], double best_v[PAST], double *least) {
+    const double error = past_error(search, PAST, past_v);
+    if (error >= *least) {
+        return false;
+    }
+    *least = error;
+    memcpy(best_v, past_v, PAST * sizeof(double));
+    return true;
+}
+
+/* Drives of past number k on a coarse grid over the range. */
+static void coarse_past(const preisach_job_t *job, size_t k, size_t grid, double past_v[PAST]) {
+    for (size_t p = 0; p < PAST; p++) {
+        past_v[p] = job->low_v + (job->high_v - job->low_v) * (double)(k % grid) / (double)(grid - 1);
+        k /= grid;
+    }
+}
+
 /*
- * The past that explains the samples before span->from best (least sum of absolute errors): demagnetised, or three
- * drives from the lowest level on, found on a grid and then in ever smaller steps.
+ * The past that explains the samples before `end` best (least sum of absolute errors, so that a transient does not
+ * decide): demagnetised, or three drives, found on a coarse grid and then in ever smaller steps.
  */
-static void estimate_past(const preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit,
-                          preisach_span_t *span, size_t end) {
-    enum { GRID = 8, MOST_SAMPLES = 300, ROUNDS = 14 };
-    const past_search_t search = {grid, fit, span, end > 0 ? end : 1, end / MOST_SAMPLES + 1};
-    const double width = job->high_v - job->low_v;
-    double past[PREISACH_PAST] = {job->low_v, job->low_v, job->low_v}, best[PREISACH_PAST], step = width / (2 * GRID);
-    double least = past_error(&search, past, true);
-    memcpy(best, past, sizeof best);
+static void estimate_past(const preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit, size_t s,
+                          size_t end) {
+    enum { GRID = 8, MOST_SAMPLES = 300, MOST_ROUNDS = 100 };
+    preisach_span_t *span = &job->train[s];
+    const past_search_t search = {grid, fit, span, end, end / MOST_SAMPLES + 1};
+    const double width_v = job->high_v - job->low_v;
+    double past_v[PAST], *best_v = job->past_v[s], least = HUGE_VAL, step_v = width_v / (2 * GRID);
     for (size_t k = 0; k < GRID * GRID * GRID; k++) {
-        const size_t place[PREISACH_PAST] = {k / (GRID * GRID), k / GRID % GRID, k % GRID};
-        double error;
-        for (size_t p = 0; p < PREISACH_PAST; p++) {
-            past[p] = job->low_v + width * (double)place[p] / (GRID - 1);
-        }
-        error = past_error(&search, past, true);
-        if (error < least) {
-            least = error;
-            memcpy(best, past, sizeof best);
-        }
+        coarse_past(job, k, GRID, past_v);
+        take_better(&search, past_v, best_v, &least);
     }
-    for (size_t k = 0; k < ROUNDS * PREISACH_PAST * 2; k++) {
-        double error;
-        memcpy(past, best, sizeof past);
-        past[k / 2 % PREISACH_PAST] += k % 2 == 0 ? step : -step;
-        error = past_error(&search, past, true);
-        if (error < least) {
-            least = error;
-            memcpy(best, past, sizeof best);
+    for (int round = 0; round < MOST_ROUNDS && step_v > 1e-4 * width_v; round++) {
+        bool better = false;
+        for (size_t k = 0; k < 4 * PAST; k++) { /* a drive alone, or with those after it, up or down */
+            const size_t first = k / 4, last = k % 4 < 2 ? first : PAST - 1;
+            memcpy(past_v, best_v, sizeof past_v);
+            for (size_t p = first; p <= last; p++) {
+                past_v[p] = fmax(job->low_v, fmin(job->high_v, past_v[p] + (k % 2 == 0 ? step_v : -step_v)));
+            }
+            better = take_better(&search, past_v, best_v, &least) || better;
         }
-        if (k % (PREISACH_PAST * 2) == PREISACH_PAST * 2 - 1) {
-            step *= 0.6;
-        }
+        step_v *= better ? 1.0 : 0.5;
     }
-    span->has_past = least < past_error(&search, best, false);
-    memcpy(span->past_v, best, sizeof span->past_v);
+    if (least < past_error(&search, 2 * MOST_INTERVALS, job->rest_v)) {
+        span->past = PAST;
+        span->past_v = best_v;
+    }
 }
 
 static void estimate_pasts(preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit) {
     for (size_t s = 0; s < job->job->count; s++) {
         preisach_span_t measured = job->train[s];
         if (!measured.own_offset) { /* else the position is only known up to a constant */
-            set_determined(job, &measured);
-            estimate_past(job, grid, fit, &job->train[s], measured.from);
+            estimate_past(job, grid, fit, s, determined_at(job, &measured));
         }
     }
 }
 
 static bool fit_structure(preisach_job_t *job, const preisach_grid_t *grid, preisach_fit_t *fit) {
-    const preisach_options_t options = options_of(job, job->chosen.smoothing, 0);
+    const preisach_options_t options = options_of(job, 0);
     if (!preisach_fit(grid, job->train, job->job->count, &options, fit, job->failure)) {
         return false;
     }
@@ -301,19 +336,17 @@ static bool fit_structure(preisach_job_t *job, const preisach_grid_t *grid, prei
 
 static void take_notes(const preisach_job_t *job, const preisach_fit_t *fit, family_notes_t *notes) {
     if (job->job->operators > 0) {
-        family_note(notes, "intervals %zu: %s", job->chosen.intervals,
+        family_note(notes, "intervals %zu: %s", job->intervals,
                     job->job->operators > MOST_INTERVALS ? "the most there may be" : "as asked for");
     } else {
         family_note(notes,
                     "intervals %zu: the fewest within 1 %% of the best validation error, fitted and judged inside the "
                     "training data:",
-                    job->chosen.intervals);
+                    job->intervals);
     }
     for (size_t i = 0; i < job->candidates; i++) {
-        if (job->candidate[i].smoothing == job->chosen.smoothing) {
-            family_note(notes, "  %3zu intervals: %.4f %%", job->candidate[i].intervals,
-                        job->candidate[i].validation_nrmse_percent);
-        }
+        family_note(notes, "  %3zu intervals: %.4f %%", job->candidate[i].intervals,
+                    job->candidate[i].validation_nrmse_percent);
     }
     if (fit->determined < fit->elements) {
         family_note(
@@ -324,7 +357,7 @@ static void take_notes(const preisach_job_t *job, const preisach_fit_t *fit, fam
         family_note(notes,
                     "  there smoothness with weight %.0e decides; first-order reversal curves would determine "
                     "them",
-                    job->chosen.smoothing);
+                    smoothing);
     }
     family_note(notes,
                 "standard errors (+-) count %.0f neighbouring samples as one: the residuals are that long correlated",
@@ -345,14 +378,12 @@ static json_t *facts(const preisach_job_t *job, const preisach_fit_t *fit) {
     json_t *candidates = json_array();
     for (size_t i = 0; i < job->candidates; i++) {
         json_array_append_new(candidates,
-                              json_pack("{s:I, s:f, s:f}", "operators", (json_int_t)job->candidate[i].intervals,
-                                        "smoothing", job->candidate[i].smoothing, "validation_nrmse_percent",
-                                        job->candidate[i].validation_nrmse_percent));
+                              json_pack("{s:I, s:f}", "operators", (json_int_t)job->candidate[i].intervals,
+                                        "validation_nrmse_percent", job->candidate[i].validation_nrmse_percent));
     }
-    return json_pack("{s:I, s:f, s:f, s:I, s:f, s:o}", "operators", (json_int_t)job->chosen.intervals,
-                     "residual_rms_um", fit->rms_um, "smoothing", job->chosen.smoothing, "determined_elements",
-                     (json_int_t)fit->determined, "residual_autocorrelation_samples", fit->autocorrelation_samples,
-                     "candidates", candidates);
+    return json_pack("{s:I, s:f, s:f, s:I, s:f, s:o}", "operators", (json_int_t)job->intervals, "residual_rms_um",
+                     fit->rms_um, "smoothing", smoothing, "determined_elements", (json_int_t)fit->determined,
+                     "residual_autocorrelation_samples", fit->autocorrelation_samples, "candidates", candidates);
 }
 
 static void make_model(const preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit,
@@ -363,8 +394,10 @@ static void make_model(const preisach_job_t *job, const preisach_grid_t *grid, c
     model_set_array(block, "levels_v", grid->levels, grid->level_v, NULL);
     model_set_array(block, "everett_um", fit->elements, fit->everett_um, fit->sigma_um);
     model_set_array(block, "offset_um", 1, &fit->offset_um, &fit->offset_sigma_um);
-    if (job->job->count == 1 && job->train[0].has_past) {
-        model_set_array(block, "past_v", PREISACH_PAST, job->train[0].past_v, NULL);
+    if (job->job->count == 1) {
+        model_set_array(block, "past_v", job->train[0].past, job->train[0].past_v, NULL);
+    } else { /* each has a past of its own */
+        model_set_array(block, "past_v", 2 * MOST_INTERVALS, job->rest_v, NULL);
     }
     model->fit = facts(job, fit);
 }
@@ -376,7 +409,7 @@ static bool fit_prepared(preisach_job_t *job, model_t *model, family_notes_t *no
     if (!prepare(job) || !choose_structure(job)) {
         return false;
     }
-    grid = make_grid(job, job->chosen.intervals);
+    grid = make_grid(job, job->intervals);
     good = fit_structure(job, &grid, &fit);
     if (good) {
         make_model(job, &grid, &fit, model);
@@ -388,9 +421,12 @@ static bool fit_prepared(preisach_job_t *job, model_t *model, family_notes_t *no
 }
 
 static bool fit(const family_job_t *family_job, model_t *model, family_notes_t *notes, failure_t *failure) {
-    preisach_job_t job = {
-        .job = family_job, .failure = failure, .train = allocate(family_job->count, sizeof *job.train)};
+    preisach_job_t job = {.job = family_job,
+                          .failure = failure,
+                          .train = allocate(family_job->count, sizeof *job.train),
+                          .past_v = allocate(family_job->count, sizeof *job.past_v)};
     const bool good = fit_prepared(&job, model, notes);
+    free(job.past_v);
     free(job.train);
     return good;
 }
