@@ -54,7 +54,8 @@ static double continued(const source_t *model, const mean_t *to, const mean_t *f
 static double kept_rising(const compile_job_t *job, size_t intervals, double value_um, double below_um,
                           double beside_um) {
     const double interval = 2.0 * job->elastic_half_um / (double)intervals / HYST_Q28_ONE;
-    const double least_um = 1.01 * HYST_PREISACH_MIN_SLOPE * interval; /* 1 %: well beyond rounding */
+    const hyst_q28_t least = HYST_PREISACH_MIN_SLOPE;
+    const double least_um = 1.01 * least * interval; /* 1 %: well beyond rounding */
     const double most_um = 0.99 * (double)HYST_PREISACH_MAX_SLOPE * interval;
     return fmax(fmax(below_um, beside_um) + least_um, fmin(fmin(below_um, beside_um) + most_um, value_um));
 }
@@ -65,7 +66,8 @@ static void resample_piece(const compile_job_t *job, const source_t *model, size
     const size_t last = piece->levels - 1;
     mean_t mean[HYST_PREISACH_MAX_INTERVALS + 1];
     for (size_t i = 0; i <= last; i++) {
-        const size_t beside = piece->level_v[i] < model->grid->level_v[0] ? i + 1 : i - (i > 0 ? 1 : 0);
+        const bool below = piece->level_v[i] < model->grid->level_v[0];
+        const size_t beside = below ? (i < last ? i + 1 : last) : (i > 0 ? i - 1 : 0);
         mean[i] = mean_of(model->grid, piece->level_v[i], piece->level_v[beside]);
     }
     for (size_t i = 1; i <= last; i++) {

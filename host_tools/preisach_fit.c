@@ -221,12 +221,12 @@ static double residual_autocorrelation(const preisach_grid_t *grid, const preisa
 bool preisach_fit_sigma(const preisach_grid_t *grid, const preisach_span_t *spans, size_t count,
                         const preisach_options_t *options, preisach_fit_t *fit, failure_t *failure) {
     layout_t layout = make_layout(grid, spans, count);
-    double *variance = allocate(layout.unknowns, sizeof(double));
+    double *covariance = allocate(layout.unknowns * layout.unknowns, sizeof(double));
     bool *bound = allocate(layout.unknowns, sizeof(bool)), good;
     normal_equations_t equations;
     layout.of_elements = true;
     make_equations(&equations, &layout, spans, count, options);
-    good = inverse_diagonal(&equations, bound, variance, failure);
+    good = inverse_matrix(&equations, bound, covariance, failure);
     if (good) {
         const double range = fit->everett_um[preisach_element(grid->levels - 1, 0)];
         double scale;
@@ -234,14 +234,14 @@ bool preisach_fit_sigma(const preisach_grid_t *grid, const preisach_span_t *span
         scale = fit->rms_um * sqrt(fit->autocorrelation_samples);
         fit->sigma_um = allocate(layout.cells, sizeof(double));
         for (size_t c = 0; c < layout.cells; c++) {
-            fit->sigma_um[c] = fmin(range, scale * sqrt(variance[c]));
+            fit->sigma_um[c] = fmin(range, scale * sqrt(covariance[c * (layout.unknowns + 1)]));
             fit->determined += fit->sigma_um[c] < determined_part * range ? 1 : 0;
         }
-        fit->offset_sigma_um = fmin(range, scale * sqrt(variance[layout.cells]));
+        fit->offset_sigma_um = fmin(range, scale * sqrt(covariance[layout.cells * (layout.unknowns + 1)]));
     }
     normal_equations_free(&equations);
     free(layout.offset_column);
-    free(variance);
+    free(covariance);
     free(bound);
     return good;
 }
