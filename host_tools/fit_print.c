@@ -3,6 +3,7 @@
 #include "json_output.h"
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 static void print_value(double value, const double *sigma) {
     printf(" %14.8g", value);
@@ -47,12 +48,17 @@ static void print_arrays(const model_block_t *block) {
 
 static void print_block(const model_block_t *block) {
     bool arrays = false;
+    int width = 16;
     printf("%s\n", block->block->name);
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        const int length = (int)strlen(block->block->parameter[p].name);
+        width = !block->block->parameter[p].array && length > width ? length : width;
+    }
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_info_t *info = &block->block->parameter[p];
         arrays = arrays || info->array;
         if (!info->array) {
-            printf("  %-16s", info->name);
+            printf("  %-*s", width, info->name);
             print_value(block->parameter[p].value[0], block->parameter[p].sigma);
             printf(" %s\n", info->unit);
         }

@@ -180,14 +180,25 @@ static void find_singular(const normal_equations_t *equations, refine_state_t *s
     gsl_matrix_free(scaled);
 }
 
+/* The most that a number of this unit can be off and still be called known. */
+static double plausible(const refine_problem_t *problem, const char *unit) {
+    return strcmp(unit, "V") == 0    ? problem->drive_v
+           : strcmp(unit, "um") == 0 ? problem->stroke_um
+           : strcmp(unit, "s") == 0  ? problem->duration_s
+           : strcmp(unit, "Hz") == 0 ? 0.5 * problem->job->recordings[0].sample_rate_hz
+                                     : HUGE_VAL;
+}
+
 /* Whether a standard error, in the coordinate of the search, leaves a number as open as it was before. */
 static bool implausible(const refine_problem_t *problem, const normal_equations_t *equations, size_t unknown,
                         double sigma) {
-    const double half_width = 0.5 * (refine_high(problem, unknown) - refine_low(problem, unknown));
+    const refine_unknown_t *u = &problem->job->unknown[unknown];
+    const char *unit = problem->model->block[u->block].block->parameter[u->parameter].unit;
+    const double value_sigma = u->logarithmic ? sigma * *refine_value(problem, unknown) : sigma;
     const double effect_um =
         sqrt(equations->gram[unknown * (equations->unknowns + 1)] / (double)problem->samples); /* of a step of 1 */
-    return sigma > half_width || (problem->job->unknown[unknown].logarithmic && sigma > 1.0) ||
-           sigma * effect_um > problem->stroke_um;
+    return value_sigma > 0.5 * (u->high - u->low) || value_sigma > plausible(problem, unit) ||
+           (u->logarithmic && sigma > 1.0) || sigma * effect_um > problem->stroke_um;
 }
 
 static void take_errors(const refine_problem_t *problem, const normal_equations_t *equations, const double *inverse,

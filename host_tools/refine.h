@@ -35,8 +35,11 @@ typedef struct {
 
 typedef enum {
     REFINE_DETERMINED,
-    REFINE_AT_BOUND,      /**< rests on low or high, and the data would have it beyond */
-    REFINE_NOT_DETERMINED /**< has no effect, or others can take its place, or sigma is larger than what is plausible */
+    REFINE_AT_BOUND, /**< rests on low or high, and the data would have it beyond */
+    /** Has no effect, or others can take its place, or its standard error is larger than half its range, the number
+     * itself (logarithmic), the drive's or the displacement's peak-to-peak value, the recording (for V, um, s), half
+     * the sample rate (Hz), or moves the displacement by more than all of its own. */
+    REFINE_NOT_DETERMINED
 } refine_state_t;
 
 typedef struct {

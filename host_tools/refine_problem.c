@@ -9,6 +9,34 @@ static const double relative_step = 1e-6;
 /* Of the displacement. A difference between two simulations that is everywhere below it is rounding: no effect. */
 static const double rounding = 1e-13;
 
+static double peak_to_peak(const double *values, size_t from, size_t to) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t k = from; k < to; k++) {
+        low = fmin(low, values[k]);
+        high = fmax(high, values[k]);
+    }
+    return high - low;
+}
+
+/* Adds a recording to what is known of all. */
+static void measure_recording(refine_problem_t *problem, size_t i) {
+    const recording_t *recording = &problem->job->recordings[i];
+    const double *displacement = recording->column[COLUMN_DISPLACEMENT];
+    const size_t from = problem->from[i], to = problem->to[i];
+    double mean = 0.0;
+    for (size_t k = from; k < to; k++) {
+        mean += displacement[k] / (double)(to - from);
+        problem->largest_um = fmax(problem->largest_um, fabs(displacement[k]));
+    }
+    for (size_t k = from; k < to; k++) {
+        problem->power += (displacement[k] - mean) * (displacement[k] - mean);
+    }
+    problem->stroke_um = fmax(problem->stroke_um, peak_to_peak(displacement, from, to));
+    problem->drive_v = fmax(problem->drive_v, peak_to_peak(recording->column[COLUMN_DRIVE], from, to));
+    problem->duration_s = fmax(problem->duration_s, (double)(to - from) / recording->sample_rate_hz);
+    problem->samples += to - from;
+}
+
 bool refine_problem_open(refine_problem_t *problem, model_t *model, const refine_job_t *job, failure_t *failure) {
     *problem = (refine_problem_t){.model = model,
                                   .job = job,
@@ -31,19 +59,7 @@ bool refine_problem_open(refine_problem_t *problem, model_t *model, const refine
         memset(problem->from, 0, job->count * sizeof(size_t));
     }
     for (size_t i = 0; i < job->count; i++) {
-        const double *displacement = job->recordings[i].column[COLUMN_DISPLACEMENT];
-        double low = HUGE_VAL, high = -HUGE_VAL, mean = 0.0;
-        for (size_t k = problem->from[i]; k < problem->to[i]; k++) {
-            low = fmin(low, displacement[k]);
-            high = fmax(high, displacement[k]);
-            mean += displacement[k] / (double)(problem->to[i] - problem->from[i]);
-        }
-        for (size_t k = problem->from[i]; k < problem->to[i]; k++) {
-            problem->power += (displacement[k] - mean) * (displacement[k] - mean);
-        }
-        problem->largest_um = fmax(problem->largest_um, fmax(-low, high));
-        problem->stroke_um = fmax(problem->stroke_um, high - low);
-        problem->samples += problem->to[i] - problem->from[i];
+        measure_recording(problem, i);
     }
     return problem->samples > job->unknowns + job->count ||
            fail(failure, "%zu samples count: too few for %zu unknowns", problem->samples, job->unknowns);

@@ -15,6 +15,8 @@ typedef struct {
     double power;      /**< sum of squares of their displacement around its mean, recording by recording */
     double stroke_um;  /**< largest peak-to-peak displacement of one recording */
     double largest_um; /**< largest magnitude of displacement */
+    double drive_v;    /**< largest peak-to-peak drive of one recording */
+    double duration_s; /**< of the longest recording */
     size_t stages, order[MODEL_MAX_BLOCKS];
 } refine_problem_t;
 
