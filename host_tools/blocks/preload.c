@@ -30,12 +30,14 @@ static const parameter_info_t parameters[] = {
      .low = 0.0,
      .high = 1e3,
      .optional = true,
+     .chosen = true,
      .text = "compliance of the actuator: position lost per force; 0 where the sensor was set to zero under load"},
     {.name = "spring_n_per_um",
      .unit = "N/um",
      .low = 0.0,
      .high = 1e6,
      .optional = true,
+     .chosen = true,
      .text = "stiffness of the mount without preload; takes part through shift_um_per_n"}};
 
 typedef struct {

@@ -10,4 +10,5 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
 const family_t family_inertial_hysteresis = {
     .name = "inertial_hysteresis",
     .text = "a mass on a damper and a spring of stops; takes recordings at several frequencies, and preloads",
-    .fit = fit};
+    .fit = fit,
+    .without = &family_stop_prandtl_ishlinskii};

@@ -207,4 +207,5 @@ const family_t family_inertial_prandtl_ishlinskii = {
     .name = "inertial_prandtl_ishlinskii",
     .text =
         "plays of the drive, less terms in the rate and acceleration of their sum; recordings at several frequencies",
-    .fit = fit};
+    .fit = fit,
+    .without = &family_prandtl_ishlinskii};
