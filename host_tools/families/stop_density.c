@@ -331,8 +331,7 @@ static void say_what_is_open(search_t *search, const double *shape, const stop_d
     }
     if (is_open(search, shape, LOG_BETA, shape_low[LOG_BETA])) {
         family_note(notes, "beta_per_v2 and delta_v are not determined: a flat density is as good");
-    }
-    if (shape[DELTA] <= shape_low[DELTA] || shape[DELTA] >= shape_high[DELTA]) {
+    } else if (shape[DELTA] <= shape_low[DELTA] || shape[DELTA] >= shape_high[DELTA]) {
         family_note(notes, "alpha_um_per_v2, beta_per_v2 and delta_v are not determined one by one: over these "
                            "thresholds the density is as good as an exponential, and delta_v rests on its bound");
     }
