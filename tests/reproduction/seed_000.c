@@ -142,7 +142,7 @@ static void report_inertial(reproduction_t *reproduction, campaign_t *campaign, 
                      1.0, amplitude, "1", MET_AT_LEAST, 0.0);
     reproduction_explain(
         reproduction,
-        "The twin's damping rises with the voltage at 10, 25 and 200 Hz, by 2 to 6 %%, not between. The strokes "
+        "The twin's damping rises with the voltage at 10, 25 and 200 Hz, by 2 to 12 %%, not between. The strokes "
         "that the paper prints, "
         "10.12 um at 40 V and 21.57 um at 80 V, leave plays little room: half a branch F(r) obeys 2 "
         "F(20 V) = 10.12 um and "
@@ -385,7 +385,7 @@ bool reproduce_000(reproduction_t *reproduction) {
                                     "200 Hz, 0 to 12 N. The twin is an "
                                     "amplifier that charges the stack through a resistance with a limited current, a "
                                     "continuum of plays with a curved "
-                                    "reversible part, and a mode at 4 kHz; sampled at 20 kHz. The paper does not "
+                                    "reversible part, and a mode at 6 kHz; sampled at 20 kHz. The paper does not "
                                     "report the sample rate, the hysteresis, "
                                     "the mode, what the amplifier does, or any error in numbers: all that is chosen. "
                                     "The current limit is not a guess: "

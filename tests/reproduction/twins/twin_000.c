@@ -6,16 +6,16 @@
 enum { SUBSTEPS = 16 };                  /* a sample */
 static const double largest_play_v = 60; /* half of the 120 V that the stack is made for */
 
-const twin_000_numbers_t twin_000_actuator = {.cutoff_hz = 560.0,
-                                              .rise_v_per_s = 23200.0,
-                                              .fall_v_per_s = 22040.0,
-                                              .charge_per_n = 0.0212,
-                                              .linear_um_per_v = 0.1910,
-                                              .quadratic_um_per_v2 = -0.00012,
-                                              .density_um_per_v2 = 0.01175,
-                                              .scale_v = 9.98,
-                                              .mode_hz = 4000.0,
-                                              .damping_ratio = 0.02,
+const twin_000_numbers_t twin_000_actuator = {.cutoff_hz = 565.0,
+                                              .rise_v_per_s = 23640.0,
+                                              .fall_v_per_s = 22460.0,
+                                              .charge_per_n = 0.0210,
+                                              .linear_um_per_v = 0.1909,
+                                              .quadratic_um_per_v2 = -0.000121,
+                                              .density_um_per_v2 = 0.0118,
+                                              .scale_v = 9.9,
+                                              .mode_hz = 6000.0,
+                                              .damping_ratio = 0.05,
                                               .stiffness_per_n = 0.003,
                                               .noise_um = 7.5e-4};
 
