@@ -55,6 +55,10 @@ extern const int32_t extremes[EXTREMES];
 void generate_hysteresis(generator_t *generator, hyst_parameters_t *parameters, uint32_t operators,
                          bool rate_dependent);
 
+/** Family and table of a Preisach model that hyst_preisach_build accepts: each element between the bounds that its
+ * neighbours leave, one in four on the lower one. */
+void generate_preisach(generator_t *generator, hyst_parameters_t *parameters, uint32_t intervals);
+
 /** A stable section, sum of magnitudes below 15; one in four is close to the edge of stability. */
 hyst_iir_section_t generate_section(generator_t *generator);
 

@@ -77,8 +77,10 @@ static void print_cost(const cost_t *cost) {
 /* 0.1 s to 1000 s, two a decade: what hyst compile makes of a block creep. */
 #define COMPILED_CELLS 9U
 
-static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sections, uint32_t cells,
-                           generator_t *generator) {
+typedef enum { FIXED_THRESHOLDS, RATE_DEPENDENT, PREISACH } kind_t;
+
+/* `size`: operators or intervals. */
+static void measure_models(uint32_t size, kind_t kind, uint32_t sections, uint32_t cells, generator_t *generator) {
     static hyst_parameters_t p;
     static hyst_compensator_t compensator;
     static hyst_q31_t steps[128];
@@ -89,7 +91,13 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
     for (unsigned model = 0; model < MODELS; model++) {
         const bool nested = (model & 1U) != 0;
         generate_parameters(generator, &p);
-        generate_hysteresis(generator, &p, operators, rate_dependent);
+        if (kind == PREISACH) {
+            generate_preisach(generator, &p, size);
+            p.pi_operators = 0;
+            p.pi_beta = 0;
+        } else {
+            generate_hysteresis(generator, &p, size, kind == RATE_DEPENDENT);
+        }
         p.shape_sections = sections / 2U;
         p.equalise_sections = sections / 2U;
         p.creep_cells = cells;
@@ -101,8 +109,9 @@ static void measure_models(uint32_t operators, bool rate_dependent, uint32_t sec
         cost_measure_loop(&loop_sine, &loop_adopting, &p, COST_SINE, steps);
         cost_measure_loop(&loop_steps, &loop_adopting, &p, COST_STEPS, steps);
     }
-    print_number(operators);
-    console_write(rate_dependent ? "       yes" : "        no");
+    static const char *const names[] = {"     fixed", "      rate", "  preisach"};
+    print_number(size);
+    console_write(names[kind]);
     print_number(sections);
     print_number(cells);
     print_cost(&step);
@@ -119,16 +128,19 @@ int main(void) {
     console_write(
         "                                        compensator_step    loop_sample, sine   loop_sample, steps   "
         "loop_sample, adopt\n"
-        " operators      rate  sections     cells     worst      mean     worst      mean     worst      mean     "
+        "      size      kind  sections     cells     worst      mean     worst      mean     worst      mean     "
         "worst      mean\n");
     for (unsigned n = 0; n < sizeof operators / sizeof operators[0]; n++) {
         for (uint32_t sections = 0; sections <= 4; sections += 4) {
-            measure_models(operators[n], false, sections, 0, &generator);
-            measure_models(operators[n], true, sections, 0, &generator);
+            measure_models(operators[n], FIXED_THRESHOLDS, sections, 0, &generator);
+            measure_models(operators[n], RATE_DEPENDENT, sections, 0, &generator);
         }
     }
-    measure_models(10, false, 0, COMPILED_CELLS, &generator);
-    measure_models(10, true, 4, HYST_CREEP_MAX_CELLS, &generator);
-    measure_models(HYST_PI_MAX_OPERATORS, true, 4, HYST_CREEP_MAX_CELLS, &generator);
+    measure_models(10, FIXED_THRESHOLDS, 0, COMPILED_CELLS, &generator);
+    measure_models(10, RATE_DEPENDENT, 4, HYST_CREEP_MAX_CELLS, &generator);
+    measure_models(HYST_PI_MAX_OPERATORS, RATE_DEPENDENT, 4, HYST_CREEP_MAX_CELLS, &generator);
+    measure_models(10, PREISACH, 0, 0, &generator);
+    measure_models(HYST_PREISACH_MAX_INTERVALS, PREISACH, 0, 0, &generator);
+    measure_models(HYST_PREISACH_MAX_INTERVALS, PREISACH, 4, HYST_CREEP_MAX_CELLS, &generator);
     console_exit(0);
 }

@@ -100,6 +100,29 @@ void generate_hysteresis(generator_t *generator, hyst_parameters_t *p, uint32_t 
     }
 }
 
+void generate_preisach(generator_t *generator, hyst_parameters_t *p, uint32_t intervals) {
+    const int32_t n = (int32_t)intervals;
+    const int32_t least = (2 * HYST_PREISACH_MIN_SLOPE + n - 1) / n;
+    const int32_t largest = (int32_t)((2 * HYST_PREISACH_MAX_SLOPE - 1) / n) >> generate_below(generator, 6);
+    p->family = HYST_FAMILY_PREISACH;
+    p->preisach_intervals = intervals;
+    for (uint32_t distance = 1; distance <= intervals; distance++) {
+        for (uint32_t j = 0; j + distance <= intervals; j++) {
+            const uint32_t i = j + distance;
+            hyst_q28_t *const here = &p->preisach_everett[i * (i - 1U) / 2U + j];
+            const int32_t below = distance > 1 ? *(here + 1 - i) : 0;
+            const int32_t beside = distance > 1 ? *(here + 1) : 0;
+            const int32_t low = (below > beside ? below : beside) + least;
+            /* At most largest * N <= INT32_MAX. */
+            const int32_t room = (below < beside ? below : beside) + largest - low;
+            *here = low;
+            if (generate_below(generator, 4) != 0) {
+                *here += (int32_t)generate_below(generator, (uint32_t)room + 1U);
+            }
+        }
+    }
+}
+
 hyst_iir_section_t generate_section(generator_t *generator) {
     /* |a2| < 1, then |a1| < 1 + a2; one in four within 2^-12 of the edge. The sum of magnitudes stays below 3 * 3 + 1
      * + 2. */

@@ -188,11 +188,34 @@ static void test_recovers_from_saturation_at_once(void) {
     }
 }
 
+/* A steep last interval: the answer lies above the last drive of Q31 by less than half a unit of it. */
+static void test_an_answer_that_rounds_beyond_the_range(void) {
+    enum { N = 30, STEP = HYST_Q28_ONE / 30 };
+    preisach_arguments_t a = {.intervals = N, .offset = 0};
+    for (uint32_t i = 1; i <= N; i++) {
+        for (uint32_t j = 0; j < i; j++) {
+            /* Slope 0.5, and 3.5 in the last interval. */
+            a.everett[i * (i - 1U) / 2U + j] = STEP * (int32_t)(i - j) + (i == N ? 6 * STEP : 0);
+        }
+    }
+    const hyst_preisach_t model = preisach_accept(&a);
+    hyst_preisach_state_t state;
+    hyst_preisach_reset(&model, &state, INT32_MIN);
+    const hyst_q31_t top = 4 * a.everett[HYST_PREISACH_ELEMENTS(N) - N]; /* E(N,0) / 2, which no drive reaches */
+    bool saturated = false;
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, hyst_preisach_solve(&model, &state, top - 1, &saturated));
+    TEST_ASSERT_TRUE(saturated);
+    saturated = false;
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, hyst_preisach_solve(&model, &state, top - 3, &saturated));
+    TEST_ASSERT_FALSE(saturated);
+}
+
 int main(void) {
     rng = random_start("test_preisach_inverse", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_composition);
     RUN_TEST(test_inverse_of_forward);
+    RUN_TEST(test_an_answer_that_rounds_beyond_the_range);
     RUN_TEST(test_recovers_from_saturation_at_once);
     return UNITY_END();
 }

@@ -134,10 +134,11 @@ static uint32_t remaining(const hyst_preisach_state_t *state, goal_t goal, bool 
     return left > 0 ? left : 1U;
 }
 
-/* Distance in drive between two reversals of the same kind; < 2^32. */
-static int64_t gap(const hyst_preisach_state_t *state, uint32_t k) {
-    const hyst_q31_t next = k + 2U < state->extremes ? state->extreme[k + 2U].drive : state->now.drive;
-    return hyst_magnitude((int64_t)next - state->extreme[k].drive);
+/* Distance in drive of reversal k from the next of the same kind, which lies further in. */
+static uint32_t gap(const hyst_preisach_state_t *state, uint32_t k) {
+    const uint32_t outer = (uint32_t)state->extreme[k].drive;
+    const uint32_t inner = (uint32_t)(k + 2U < state->extremes ? state->extreme[k + 2U].drive : state->now.drive);
+    return k % 2U == 0U ? inner - outer : outer - inner; /* minima rise inwards, maxima sink */
 }
 
 /*
@@ -147,11 +148,14 @@ static int64_t gap(const hyst_preisach_state_t *state, uint32_t k) {
  */
 static void merge(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
     uint32_t smallest = 1;
+    /* The lower end stays: its gap is enclosed by reversals 1 and 2 from the other side. */
+    uint32_t least = gap(state, 0) < gap(state, 1) ? gap(state, 0) : gap(state, 1);
     for (uint32_t k = 2; k + 1U < state->extremes; k++) {
-        smallest = gap(state, k) <= gap(state, smallest) ? k : smallest;
-    }
-    if (gap(state, 0) < gap(state, smallest)) {
-        smallest = 1; /* the lower end stays; 1 and 2 enclose the same gap from the other side */
+        const uint32_t here = gap(state, k);
+        if (here <= least) {
+            least = here;
+            smallest = k;
+        }
     }
     const uint32_t next = smallest + 2U;
     hyst_preisach_point_t *inner = next < state->extremes ? &state->extreme[next] : &state->now;
@@ -181,14 +185,19 @@ void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *
     state->now = on_branch(model, &state->extreme[state->extremes - 1U], drive);
 }
 
-void hyst_preisach_reset(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
+/* All relays down: the lower end of the range. */
+static void begin(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
     /* E over the whole range is below 2^31 in Q28; half of it in Q60 is E * 2^31. */
     const int64_t half = at_levels(model, model->intervals, 0) * ((int64_t)1 << 31);
     state->extremes = 1;
     state->extreme[0] =
         (hyst_preisach_point_t){.drive = HYST_Q31_MIN, .output = model->offset * ((int64_t)1 << 29) - half};
     state->now = state->extreme[0];
+}
+
+void hyst_preisach_reset(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
     const int64_t range = (int64_t)1 << 32;
+    begin(model, state);
     for (uint32_t k = 0; 2U * k < model->intervals; k++) {
         const int64_t inset = range * k / model->intervals; /* level k, and the same from above */
         if (k > 0) {
@@ -266,9 +275,10 @@ hyst_q31_t hyst_preisach_inverse(const hyst_preisach_t *model, hyst_preisach_sta
 void hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
                          const hyst_preisach_t *to, hyst_preisach_state_t *to_state) {
     (void)from; /* reversals are drives: read without their model */
-    hyst_preisach_reset(to, to_state, HYST_Q31_MIN);
+    begin(to, to_state);
+    to_state->extremes = from_state->extremes;
     for (uint32_t k = 1; k < from_state->extremes; k++) {
-        hyst_preisach_advance(to, to_state, from_state->extreme[k].drive);
+        to_state->extreme[k] = on_branch(to, &to_state->extreme[k - 1U], from_state->extreme[k].drive);
     }
-    hyst_preisach_advance(to, to_state, from_state->now.drive);
+    to_state->now = on_branch(to, &to_state->extreme[to_state->extremes - 1U], from_state->now.drive);
 }
