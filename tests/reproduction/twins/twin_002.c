@@ -55,25 +55,31 @@ void twin_002_open(twin_002_t *twin, const twin_002_numbers_t *numbers, double s
     *twin = (twin_002_t){.numbers = *numbers, .sample_s = 1.0 / sample_rate_hz, .random = {.state = seed}, .turns = 1};
 }
 
+/* Where a first-order lag is after step_s, while its input goes in a straight line. Exact. */
+static double lag(double output, double from, double to, double tau_s, double step_s) {
+    const double behind = tau_s * (to - from) / step_s; /* of a ramp that lasts */
+    return to - behind + (output - from + behind) * exp(-step_s / tau_s);
+}
+
 double twin_002_step(twin_002_t *twin, double drive_v) {
     const twin_002_numbers_t *n = &twin->numbers;
-    const double step_s = twin->sample_s / SUBSTEPS, rise = -expm1(-step_s * 2.0 * M_PI * n->cutoff_hz);
-    double instant = 0.0, position;
-    for (int i = 0; i < SUBSTEPS; i++) {
-        const double drive = twin->drive_v + (drive_v - twin->drive_v) * (i + 0.5) / SUBSTEPS;
-        twin->voltage_v += rise * (fmax(0.0, fmin(most_v, drive)) - twin->voltage_v);
+    const double step_s = twin->sample_s / SUBSTEPS, start_v = twin->drive_v;
+    for (int i = 1; i <= SUBSTEPS; i++) {
+        const double next_v = start_v + (drive_v - start_v) * i / SUBSTEPS, before_um = twin->instant_um;
+        twin->voltage_v = lag(twin->voltage_v, fmax(0.0, fmin(most_v, twin->drive_v)), fmax(0.0, fmin(most_v, next_v)),
+                              1.0 / (2.0 * M_PI * n->cutoff_hz), step_s);
+        twin->drive_v = next_v;
         follow(twin, twin->voltage_v);
-        instant = (n->linear_um_per_v + n->quadratic_um_per_v2 * twin->voltage_v) * twin->voltage_v + twin->h;
+        twin->instant_um = (n->linear_um_per_v + n->quadratic_um_per_v2 * twin->voltage_v) * twin->voltage_v + twin->h;
         for (size_t j = 0; j < TWIN_002_RELAXATIONS; j++) {
-            twin->relaxed_um[j] -= expm1(-step_s / n->tau_s[j]) * (instant - twin->relaxed_um[j]);
+            twin->relaxed_um[j] = lag(twin->relaxed_um[j], before_um, twin->instant_um, n->tau_s[j], step_s);
         }
     }
-    twin->drive_v = drive_v;
-    position = instant;
+    double position_um = twin->instant_um;
     for (size_t j = 0; j < TWIN_002_RELAXATIONS; j++) {
-        position += n->part[j] * (twin->relaxed_um[j] - instant);
+        position_um += n->part[j] * (twin->relaxed_um[j] - twin->instant_um);
     }
-    return position;
+    return position_um;
 }
 
 double twin_002_measure(twin_002_t *twin, double position_um) {
@@ -82,14 +88,13 @@ double twin_002_measure(twin_002_t *twin, double position_um) {
 }
 
 static void run_period(twin_002_t *twin, const double *drive_v, size_t samples) {
-    for (size_t k = 1; k <= samples; k++) {
-        twin_002_step(twin, drive_v[k % samples]);
+    for (size_t k = 0; k < samples; k++) {
+        twin_002_step(twin, drive_v[k]);
     }
 }
 
 void twin_002_repeat(twin_002_t *twin, const double *drive_v, size_t samples) {
     const double period_s = (double)samples * twin->sample_s;
-    twin_002_step(twin, drive_v[0]);
     run_period(twin, drive_v, samples); /* amplifier and turning points */
     run_period(twin, drive_v, samples);
     for (size_t j = 0; j < TWIN_002_RELAXATIONS; j++) {

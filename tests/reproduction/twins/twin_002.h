@@ -54,6 +54,7 @@ typedef struct {
     size_t turns;              /* turning points on the stack; the first is 0 V, coming down from 100 V */
     double turn_v[TWIN_002_TURNING_POINTS], turn_h[TWIN_002_TURNING_POINTS];
     double followed_v, h; /* where the ceramic is */
+    double instant_um;    /* position before relaxation */
     double relaxed_um[TWIN_002_RELAXATIONS];
 } twin_002_t;
 
@@ -66,7 +67,7 @@ double twin_002_step(twin_002_t *twin, double drive_v);
 /** What the sensor reads, um. */
 double twin_002_measure(twin_002_t *twin, double position_um);
 
-/** Goes to the start of a period that has been repeated for ever. The drive goes from its first sample around to it. */
+/** Goes to the last sample of a period that has been repeated for ever: the next one is its first. */
 void twin_002_repeat(twin_002_t *twin, const double *drive_v, size_t samples);
 
 #endif
