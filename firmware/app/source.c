@@ -1,31 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "source.h"
+#include "hyst/sine.h"
 #include <stddef.h>
-
-#define HALF_TURN    0x80000000U
-#define QUARTER_TURN 0x40000000
-
-/*
- * sin(pi/2 u) = u * (c0 + c1 u^2 + ... + c5 u^10), the minimax polynomial on -1 <= u <= 1: it alone is wrong by at most
- * 1.4e-11. Coefficients in Q30.
- */
-static const hyst_q30_t sine_coefficient[] = {1686629713, -693598663, 85569264, -5026852, 172032, -3670};
-#define SINE_TERMS (sizeof sine_coefficient / sizeof sine_coefficient[0])
-
-hyst_q31_t source_sine(uint32_t phase) {
-    /* A quarter turn is 2^30: the phase, as a signed number, is u in Q30. The outer quarters mirror the inner ones. */
-    int32_t u = (int32_t)phase;
-    if (u > QUARTER_TURN || u < -QUARTER_TURN) {
-        u = (int32_t)(HALF_TURN - phase);
-    }
-    const hyst_q30_t square = (hyst_q30_t)hyst_round_shift(hyst_product(u, u), 30); /* 0 .. 2^30 */
-    hyst_q30_t sum = sine_coefficient[SINE_TERMS - 1U];
-    for (size_t i = SINE_TERMS - 1U; i-- > 0;) {
-        /* |sum| < 2^31 in every step: 1.571 in Q30 at most. */
-        sum = sine_coefficient[i] + (hyst_q30_t)hyst_round_shift(hyst_product(sum, square), 30);
-    }
-    return hyst_saturate(hyst_round_shift(hyst_product(sum, u), 29)); /* Q30 * Q30 = Q60 */
-}
 
 hyst_q31_t source_approach(hyst_q31_t value, hyst_q31_t target, hyst_q31_t step) {
     const int64_t distance = (int64_t)target - value;
@@ -40,7 +16,7 @@ bool source_settings_valid(const source_settings_t *settings) {
     case SOURCE_HOLD:
         return true;
     case SOURCE_SINE:
-        return settings->increment > 0 && settings->increment <= HALF_TURN;
+        return settings->increment > 0 && settings->increment <= 2U * HYST_PHASE_QUARTER_TURN;
     case SOURCE_BREAKPOINTS:
         return settings->point_count > 0;
     }
@@ -102,7 +78,7 @@ static hyst_q31_t play_sine(source_t *source) {
         source->playing = false;
         return s->offset;
     }
-    return hyst_saturate(s->offset + hyst_round_shift(hyst_product(s->amplitude, source_sine(source->phase)), 31));
+    return hyst_saturate(s->offset + hyst_round_shift(hyst_product(s->amplitude, hyst_sine(source->phase)), 31));
 }
 
 static hyst_q31_t play_line(source_t *source) {

@@ -77,9 +77,6 @@ void source_stop(source_t *source);
 /** Reference of the next sample. */
 hyst_q31_t source_step(source_t *source);
 
-/** sin(2 pi phase / 2^32). */
-hyst_q31_t source_sine(uint32_t phase);
-
 /** value, moved towards target by at most step (> 0). */
 hyst_q31_t source_approach(hyst_q31_t value, hyst_q31_t target, hyst_q31_t step);
 

@@ -103,6 +103,27 @@ static void test_the_straight_line_changes_nothing(void) {
     }
 }
 
+/* curve.h: h^2 / 8 times the curvature; y = 0.98 x + 0.01 x^2 has curvature 0.02, so 9.8e-6. */
+static void test_a_quadratic_part_of_1_percent_is_met_to_1e_5(void) {
+    hyst_q31_t node[HYST_CURVE_NODES];
+    for (int i = 0; i < HYST_CURVE_NODES; i++) {
+        const double x = -1.0 + i / 16.0;
+        node[i] = (hyst_q31_t)lround((0.98 * x + 0.01 * x * x) * 0x1p31);
+    }
+    hyst_curve_t curve;
+    uint32_t element = 0;
+    TEST_ASSERT_EQUAL_INT(HYST_CURVE_OK, hyst_curve_build(&curve, node, &element));
+    double worst = 0.0;
+    for (int k = 0; k < 100000; k++) {
+        const double y = random_q31(&rng) / 4 * 0x1p-31;
+        bool saturated = false;
+        const double x = hyst_curve_solve(&curve, (hyst_q31_t)(y * 0x1p31), &saturated) * 0x1p-31;
+        worst = fmax(worst, fabs(0.98 * x + 0.01 * x * x - y));
+    }
+    TEST_ASSERT_TRUE(worst <= 0.02 / (16.0 * 16.0 * 8.0) + 2e-9); /* and the rounding of x, y and the nodes */
+    TEST_ASSERT_TRUE(worst > 9e-6);                               /* the formula is the error, not only a bound */
+}
+
 static void test_refusals(void) {
     const hyst_curve_t good = random_curve();
     uint32_t element;
@@ -121,6 +142,7 @@ int main(void) {
     RUN_TEST(test_composition_and_order);
     RUN_TEST(test_against_double_precision);
     RUN_TEST(test_the_straight_line_changes_nothing);
+    RUN_TEST(test_a_quadratic_part_of_1_percent_is_met_to_1e_5);
     RUN_TEST(test_refusals);
     return UNITY_END();
 }

@@ -30,8 +30,9 @@
  * (half a unit, times the slope) and of y (half a unit): tests/unit/test_bouc_wen.c.
  *
  * Limits of the model. Rate-independent, no creep, loops symmetric. Small loops neither close nor stay where they are
- * (the equation violates what real ceramics obey): after a change of amplitude they drift for some periods. The cells
- * follow the exponential to about E / (2 n^2) when they are placed where it bends (measured in the test).
+ * (the equation violates what real ceramics obey): after a change of amplitude they drift for some periods. Cells
+ * follow the exponential of n = 1 to 0.5 to 2.7 E / cells^2 when they are placed where it bends (measured, six pairs of
+ * beta and gamma).
  *
  * Formats: drive, position, length Q31; slopes and d Q28.
  * Preconditions: a hyst_bouc_wen_t that hyst_bouc_wen_build accepted. Total for such a model and any input.
@@ -65,7 +66,7 @@ typedef struct {
 /** Memory. */
 typedef struct {
     int64_t place;    /**< v, Q31, 0..place[n] */
-    int64_t rest;     /**< s h less what the curve has at v, Q59, |rest| <= 4 * 2^28 (half a unit of drive, times 8) */
+    int64_t rest;     /**< s h less what the curve has at v, Q59, |rest| <= 2^29 + 1: half a unit of drive, times 4 */
     int32_t side;     /**< +1: the drive rose last, -1: it fell; s h = side * (curve + rest) */
     hyst_q31_t drive; /**< u[k] */
 } hyst_bouc_wen_state_t;
