@@ -144,8 +144,9 @@ hyst_q31_t hyst_modified_play_solve(const hyst_modified_play_t *model, const hys
 /**
  * The source's compensator, direct inverse multiplication, (37): u = (position - rest) / 2A with the plays of the last
  * sample in place of those that u will move. It misses by what H changes within the sample, sum omega_ij (ramp[k] -
- * ramp[k-1]): nothing at a standstill, (S - 2A) |u[k] - u[k-1]| on a branch of slope S. And it is stable only where
- * |S - 2A| < 2A. For comparison with solve; used and followed up like it.
+ * ramp[k-1]): nothing at a standstill, (S - 2A) (u[k] - u[k-1]) on a branch of slope S. On a branch the miss comes back
+ * times -(S - 2A) / 2A in the next sample: where plays outweigh 2A, the drive chatters. For comparison with solve; used
+ * and followed up like it.
  */
 hyst_q31_t hyst_modified_play_direct_inverse(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
                                              hyst_q31_t position, bool *saturated);
