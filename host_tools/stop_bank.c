@@ -53,6 +53,19 @@ void stop_bank_to_play(const stop_bank_t *bank, play_bank_t *play) {
     }
 }
 
+/*
+ * Where the i-th play of the inverse holds the drive, the i-th play of H would hold it if the position were at its own:
+ * z'_i = S_i z_i - sum_{j>i} w_j z_j, S_i being the slope behind the i-th corner. From the outermost inwards.
+ */
+void stop_bank_memory(const stop_bank_t *bank, const double *play_v, double *memory_um) {
+    double slope = bank->stiffness, outside = 0.0;
+    for (size_t i = bank->operators; i-- > 0;) {
+        memory_um[i] = (play_v[i] + outside) / slope;
+        outside += bank->weight[i] * memory_um[i];
+        slope += bank->weight[i];
+    }
+}
+
 stop_bank_t stop_bank_of(const parameter_t *parameter) {
     return (stop_bank_t){.operators = parameter[STOP_THRESHOLDS].count,
                          .stiffness = parameter[STOP_WEIGHTS].value[0],

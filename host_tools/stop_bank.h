@@ -37,6 +37,9 @@ void stop_bank_advance(const stop_bank_t *bank, double *memory, double x);
  */
 void stop_bank_to_play(const stop_bank_t *bank, play_bank_t *play);
 
+/** The memory of H that belongs to a memory of that inverse (z_i of the drive in V to z_i of the position in um). */
+void stop_bank_memory(const stop_bank_t *bank, const double *play_v, double *memory_um);
+
 /* What the blocks with such a spring share: their first four parameters and their checks. */
 enum { STOP_OFFSET, STOP_WEIGHTS, STOP_THRESHOLDS, STOP_INITIAL_MEMORY, STOP_PARAMETERS };
 

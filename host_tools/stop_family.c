@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "catalogue.h"
 #include "golden_section.h"
+#include "initial_memory.h"
+#include "stop_bank.h"
 #include "stop_fit.h"
 #include <math.h>
 #include <stdlib.h>
@@ -39,6 +41,32 @@ static bool read_preloads(const family_job_t *job, double *preload_n, bool *diff
         *differ = *differ || preload_n[i] != preload_n[0];
     }
     return true;
+}
+
+/* What the spring remembered when the recording began, found as that of the play bank that is its inverse. */
+static void find_initial_memory(const family_job_t *job, const stop_problem_t *problem, const stop_fit_t *fit,
+                                model_block_t *spring, family_notes_t *notes) {
+    const stop_bank_t bank = {problem->operators, fit->weight[0], fit->weight + 1, fit->threshold_um};
+    double weight[STOP_FIT_MAX_OPERATORS + 1], threshold_v[STOP_FIT_MAX_OPERATORS];
+    double memory_v[STOP_FIT_MAX_OPERATORS], memory_um[STOP_FIT_MAX_OPERATORS];
+    play_bank_t play = {.weight = weight, .threshold = threshold_v};
+    linear_fit_t inverse = {.operators = problem->operators, .weight = weight};
+    const play_basis_t basis = {.operators = problem->operators, .threshold_v = threshold_v};
+    stop_bank_to_play(&bank, &play);
+    for (size_t i = 0; i <= problem->operators; i++) {
+        inverse.offset_um -= fit->offset_v * weight[i];
+    }
+    const size_t end = play_memory_determined(&basis, &job->recordings[0], job->train_to[0]);
+    if (end == 0) {
+        return;
+    }
+    estimate_initial_memory(&basis, &inverse, &job->recordings[0], end, memory_v);
+    for (size_t i = 0; i < problem->operators; i++) {
+        memory_v[i] -= fit->offset_v;
+    }
+    stop_bank_memory(&bank, memory_v, memory_um);
+    model_set_array(spring, "initial_memory_um", problem->operators, memory_um, NULL);
+    family_note(notes, "initial memory estimated from the samples that still depend on the past");
 }
 
 static void make_model(const family_job_t *job, const block_t *block, const stop_problem_t *problem,
@@ -104,6 +132,9 @@ bool stop_family_fit(const family_job_t *job, const block_t *block, bool inertia
     if (good) {
         make_model(job, block, &search.problem, &fit, compliance_per_n, model);
         tell(&search.problem, &fit, notes);
+        if (job->count == 1) {
+            find_initial_memory(job, &search.problem, &fit, &model->block[0], notes);
+        }
         if (differ && compliance_per_n == 0.0) {
             family_note(notes, "the recordings are under different preloads, but no stroke is lost to them");
         }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Families in stop form and with inertia: the truth found again, from positions whose derivatives are known. */
 #include "catalogue.h"
-#include "family.h"
+#include "fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -167,6 +167,47 @@ static void test_noise_does_not_pull_the_mass_down(void) {
     TEST_ASSERT_TRUE(worst[1] < 3e-3);
 }
 
+/* Through the driver, which knows the standard errors. The noise is 20 nm: with less, what decides is that thresholds
+ * follow the ends of the range and rates the differences, which are systematic errors and not in sigma. */
+static void test_numbers_are_within_their_standard_errors(void) {
+    static const double frequencies[] = {40.0, 100.0, 200.0};
+    random_t random = random_start("inertial_sigma", 46);
+    recording_t recordings[3];
+    fit_report_t report;
+    failure_t failure = {{0}};
+    model_t model;
+    double worst = 0.0;
+    for (size_t i = 0; i < 3; i++) {
+        make_recording(&recordings[i], frequencies[i], 1.0, 2e-2, &random);
+    }
+    TEST_ASSERT_TRUE_MESSAGE(
+        fit_recordings(&family_inertial_hysteresis, recordings, 3, &(fit_options_t){0}, &model, &report, &failure),
+        failure.text);
+    const struct {
+        const char *name;
+        const double *truth;
+        size_t count;
+    } numbers[] = {{"offset_v", &offset_v, 1},
+                   {"weights", weights, STOPS + 1},
+                   {"damping_v_s_per_um", &damping, 1},
+                   {"mass_v_s2_per_um", &mass, 1}};
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+        const parameter_t *found = model_parameter(&model.block[0], numbers[n].name);
+        TEST_ASSERT_NOT_NULL_MESSAGE(found->sigma, numbers[n].name);
+        for (size_t i = 0; i < numbers[n].count; i++) {
+            worst = fmax(worst, fabs(found->value[i] - numbers[n].truth[i]) / found->sigma[i]);
+        }
+    }
+    printf("worst number %.1f standard errors off; held out %.4f %%, without mass and damper %.4f %%\n", worst,
+           report.held_out_nrmse_percent, report.without_held_out_nrmse_percent);
+    TEST_ASSERT_TRUE(worst < 6.0);
+    model_free(&model);
+    fit_report_free(&report);
+    for (size_t i = 0; i < 3; i++) {
+        recording_free(&recordings[i]);
+    }
+}
+
 /* Where the motion is so slow that its acceleration drowns in the noise (the estimate of the noise is then above the
  * power of both as often as below), the numbers stay finite and explain the drive. */
 static void test_noise_alone_in_the_acceleration(void) {
@@ -216,6 +257,52 @@ static void test_finds_the_compliance_under_three_preloads(void) {
     }
 }
 
+/* A recording that begins in the middle of things: 0 to 60 V and back to 25 V happened before it. */
+static void test_finds_what_happened_before_the_recording(void) {
+    enum { BEFORE = 200, SMALL = 1000 };
+    const double thresholds[STOPS] = {2.0, 4.0, 6.0, 8.0};
+    double position[SAMPLES], with = 0.0, without = 0.0;
+    recording_t recording;
+    family_notes_t notes;
+    model_t truth, model;
+    failure_t failure = {{0}};
+    model_create(&truth, rate_hz);
+    model_block_t *block = model_append(&truth, &block_stop_prandtl_ishlinskii);
+    model_set(block, "offset_v", offset_v);
+    model_set_array(block, "weights", STOPS + 1, weights, NULL);
+    model_set_array(block, "thresholds_um", STOPS, thresholds, NULL);
+    chain_t *chain = chain_open(&truth, rate_hz, 1, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
+    recording_create(&recording, "late", rate_hz, SAMPLES);
+    chain_settle(chain, 0.0);
+    for (int k = 0; k < BEFORE + SAMPLES; k++) {
+        const double t = (k - BEFORE) / rate_hz, w = 2.0 * M_PI * 40.0;
+        const double past = k < BEFORE / 2 ? 60.0 * k / (BEFORE / 2) : 60.0 - 35.0 * (k - BEFORE / 2) / (BEFORE / 2);
+        const double now = k < BEFORE + SMALL ? 25.0 + 4.0 * sin(w * t) : 30.0 - 5.0 * cos(w * t) - 30.0 * sin(w * t);
+        const double drive = k < BEFORE ? past : now, x = chain_step(chain, drive);
+        if (k >= BEFORE) {
+            recording.column[COLUMN_DRIVE][k - BEFORE] = drive;
+            recording.column[COLUMN_DISPLACEMENT][k - BEFORE] = x;
+        }
+    }
+    chain_close(chain);
+    fit(&family_stop_prandtl_ishlinskii, &recording, 1, 0, &model, &notes);
+    TEST_ASSERT_EQUAL_UINT64(STOPS, model_parameter(&model.block[0], "initial_memory_um")->count);
+    for (int memory = 1; memory >= 0; memory--) {
+        TEST_ASSERT_TRUE(chain_simulate(&model, &recording, 1, position, &failure));
+        for (size_t k = 0; k < SMALL; k++) {
+            *(memory == 1 ? &with : &without) += fabs(position[k] - recording.column[COLUMN_DISPLACEMENT][k]) / SMALL;
+        }
+        model_set_array(&model.block[0], "initial_memory_um", 0, NULL, NULL);
+    }
+    printf("mean error before the memory is determined: %.4f um, %.4f um from demagnetised\n", with, without);
+    TEST_ASSERT_TRUE(with < 0.05); /* of 20 um: the thresholds are not the true ones */
+    TEST_ASSERT_TRUE(without > 10.0 * with);
+    model_free(&model);
+    model_free(&truth);
+    recording_free(&recording);
+}
+
 /* Mass and damping of the play form, and its weights, from a simulation of its own blocks. */
 static void test_finds_the_play_form(void) {
     enum { PLAYS = 4 };
@@ -244,8 +331,9 @@ static void test_finds_the_play_form(void) {
     const parameter_t *found = model_parameter(&model.block[0], "weights");
     printf("play form: damping %.6g s (true %.6g), mass %.6g s2 (true %.6g)\n",
            scalar(&model, "inertial_terms", "damping_s"), c, scalar(&model, "inertial_terms", "mass_s2"), m);
-    /* 12000 samples of 0.75 nm over 20 um know the lag to 0.75e-3 / (20 * 1257) / sqrt(12000) = 3e-10 s. */
-    TEST_ASSERT_DOUBLE_WITHIN(3e-9, c, scalar(&model, "inertial_terms", "damping_s"));
+    /* 12000 samples of 0.75 nm over 20 um know the lag to 0.75e-3 / (20 * 1257) / sqrt(12000) = 3e-10 s,
+     * were it not for the first weight, which opens the loop too. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, c, scalar(&model, "inertial_terms", "damping_s"));
     TEST_ASSERT_DOUBLE_WITHIN(5e-3 * m, m, scalar(&model, "inertial_terms", "mass_s2"));
     for (size_t i = 0; i <= PLAYS; i++) {
         TEST_ASSERT_DOUBLE_WITHIN(2e-5, true_weights[i], found->value[i]);
@@ -263,8 +351,10 @@ int main(void) {
     RUN_TEST(test_finds_mass_damping_and_spring);
     RUN_TEST(test_finds_its_own_block_to_rounding);
     RUN_TEST(test_noise_does_not_pull_the_mass_down);
+    RUN_TEST(test_numbers_are_within_their_standard_errors);
     RUN_TEST(test_noise_alone_in_the_acceleration);
     RUN_TEST(test_finds_the_compliance_under_three_preloads);
+    RUN_TEST(test_finds_what_happened_before_the_recording);
     RUN_TEST(test_finds_the_play_form);
     return UNITY_END();
 }

@@ -347,6 +347,30 @@ static void test_refuses_springs_without_an_inverse(void) {
     }
 }
 
+/* Plays of the drive, followed by hand, say what the plays of the position are. */
+static void test_memory_of_the_inverse_is_that_of_the_spring(void) {
+    random_t random = random_start("stop_memory_map", 35);
+    for (int round = 0; round < 100; round++) {
+        const spring_t spring = random_spring(&random);
+        const stop_bank_t bank = {spring.stops, spring.weight[0], spring.weight + 1, spring.threshold};
+        double weight[MAX_STOPS + 1], threshold[MAX_STOPS], play_v[MAX_STOPS] = {0}, play_um[MAX_STOPS] = {0};
+        double mapped[MAX_STOPS], drive = 0.0;
+        play_bank_t inverse = {.weight = weight, .threshold = threshold};
+        stop_bank_to_play(&bank, &inverse);
+        for (int k = 0; k < 100; k++) {
+            drive = next_drive(&random, drive);
+            stop_bank_advance(&bank, play_um, stop_bank_solve(&bank, play_um, 0.0, drive));
+            for (size_t i = 0; i < spring.stops; i++) {
+                play_v[i] = fmax(drive - threshold[i], fmin(drive + threshold[i], play_v[i]));
+            }
+            stop_bank_memory(&bank, play_v, mapped);
+            for (size_t i = 0; i < spring.stops; i++) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-10, play_um[i], mapped[i]);
+            }
+        }
+    }
+}
+
 /* Memories that no past leaves: the block makes them a possible one, and the composition holds from then on. */
 static void test_any_initial_memory_is_made_possible(void) {
     random_t random = random_start("stop_memory", 34);
@@ -378,6 +402,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_stop_sum_of_the_position_is_the_drive);
     RUN_TEST(test_equals_the_play_sum_of_the_inversion_formulas);
+    RUN_TEST(test_memory_of_the_inverse_is_that_of_the_spring);
     RUN_TEST(test_any_initial_memory_is_made_possible);
     RUN_TEST(test_without_mass_and_damping_it_is_the_stop_sum);
     RUN_TEST(test_a_linear_spring_answers_a_sine_like_its_transfer_function);
