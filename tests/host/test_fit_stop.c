@@ -277,7 +277,8 @@ static void test_finds_what_happened_before_the_recording(void) {
     chain_settle(chain, 0.0);
     for (int k = 0; k < BEFORE + SAMPLES; k++) {
         const double t = (k - BEFORE) / rate_hz, w = 2.0 * M_PI * 40.0;
-        const double past = k < BEFORE / 2 ? 60.0 * k / (BEFORE / 2) : 60.0 - 35.0 * (k - BEFORE / 2) / (BEFORE / 2);
+        const double way = 2.0 * k / BEFORE; /* 1 at 60 V, 2 at 25 V */
+        const double past = way < 1.0 ? 60.0 * way : 60.0 - 35.0 * (way - 1.0);
         const double now = k < BEFORE + SMALL ? 25.0 + 4.0 * sin(w * t) : 30.0 - 5.0 * cos(w * t) - 30.0 * sin(w * t);
         const double drive = k < BEFORE ? past : now, x = chain_step(chain, drive);
         if (k >= BEFORE) {
