@@ -12,9 +12,9 @@
  */
 static const double close_enough = 1e-6;
 /* Play operators make the sum of squares a chain of smooth pieces, and the lowest point may be a kink between two,
- * where the equations promise more than there is. Then a step that would be a third of a standard error is good enough.
- */
-static const double close_at_kink = 0.1;
+ * where the equations promise more than there is. Where no step leads down, one that would be a standard error is near
+ * enough. */
+static const double close_at_kink = 1.0;
 /* Of the power of the displacement; sums of squares below it are rounding. */
 static const double rounding = 1e-24;
 static const double first_damping = 1e-3, least_damping = 1e-12, most_damping = 1e9;

@@ -52,8 +52,8 @@ typedef struct {
     double rms_um;                  /**< of the residuals */
     double autocorrelation_samples; /**< so many residuals count as one (autocorrelation.h) */
     size_t iterations;
-    /** The next step would be below a thousandth of the standard errors, or a third where there is no way down (a kink
-     * of the sum of squares). True when most_iterations is 0. */
+    /** The next step would be below a thousandth of the standard errors, or below one where there is no way down (a
+     * kink of the sum of squares). True when most_iterations is 0. */
     bool converged;
 } refine_report_t;
 
