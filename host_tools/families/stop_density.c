@@ -10,7 +10,7 @@
 #include "family.h"
 #include "initial_memory.h"
 #include "least_squares.h"
-#include <gsl/gsl_multimin.h>
+#include "simplex.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,20 +24,18 @@ enum { SMALL_OFFSET, SMALL_DIRECT, SMALL_DENSITY, SMALL };
 /* Of the mean slope: how small the drive's own weight may become. Without a bound the inverse may jump at every turning
  * point (a lag looks like hysteresis of small thresholds). */
 static const double direct_part = 0.3;
-/* Of the training data; if less has a determined memory, the actuator is taken as demagnetised at 0 V. */
-static const double least_determined_part = 0.25;
 /* A shape whose residuals are no larger than this times the best ones' is as good. */
 static const double as_good = 1.001;
 
-/* What is searched, relative to the largest level. */
+/* What is searched, relative to the largest level, and of beta a quarter of its logarithm: much the same steps matter
+ * in all of them. */
 enum { LOG_BETA, DELTA, INTERCEPT, TOP, SHAPE };
-static const double shape_low[SHAPE] = {-7.0 /* flat to a thousandth */, -1.0, 0.0, 0.2};
-static const double shape_high[SHAPE] = {6.0, 2.0, 0.5, 1.0};
+static const double shape_low[SHAPE] = {-1.75 /* flat to a thousandth */, -1.0, 0.0, 0.2};
+static const double shape_high[SHAPE] = {1.5, 2.0, 0.5, 1.0};
 
 typedef struct {
     const family_job_t *job;
     failure_t *failure;
-    size_t *from;        /* a recording: first sample that is used */
     double range_v[2];   /* of the drive over the training data */
     double least_direct; /* um/V */
     double *level_v;
@@ -95,30 +93,18 @@ static bool measure_ranges(search_t *search) {
     return true;
 }
 
-static void skip_undetermined(search_t *search, const play_basis_t *basis) {
-    const family_job_t *job = search->job;
-    double used = 0.0, all = 0.0;
-    for (size_t i = 0; i < job->count; i++) {
-        search->from[i] = play_memory_determined(basis, &job->recordings[i], job->train_to[i]);
-        used += (double)(job->train_to[i] - search->from[i]);
-        all += (double)job->train_to[i];
-    }
-    if (used < least_determined_part * all) {
-        memset(search->from, 0, job->count * sizeof search->from[0]);
-    }
-}
-
 /* Adds the training samples: `fill` makes a row of the drive and the plays. */
 static void add_samples(const search_t *search, const play_basis_t *basis, normal_equations_t *equations,
                         void (*fill)(const search_t *search, double drive_v, const double *play_v, double *row)) {
     double *row = allocate(equations->unknowns, sizeof(double));
     for (size_t i = 0; i < search->job->count; i++) {
         const recording_t *recording = &search->job->recordings[i];
+        const size_t to = search->job->train_to[i], from = play_memory_as_determined_as_possible(basis, recording, to);
         play_walk_t walk;
         play_walk_begin(&walk, basis, recording, NULL);
-        for (size_t k = 0; k < search->job->train_to[i]; k++) {
+        for (size_t k = 0; k < to; k++) {
             play_walk_step(&walk);
-            if (k >= search->from[i]) {
+            if (k >= from) {
                 fill(search, recording->column[COLUMN_DRIVE][k] - center_v(search), walk.memory_v, row);
                 normal_equations_add(equations, row, recording->column[COLUMN_DISPLACEMENT][k]);
             }
@@ -149,7 +135,7 @@ static void fill_small(const search_t *search, double drive_v, const double *pla
 static stop_density_t make_density(const search_t *search, const double *shape, double alpha) {
     const double scale = largest_level(search);
     return (stop_density_t){.alpha_um_per_v2 = alpha,
-                            .beta_per_v2 = exp(shape[LOG_BETA]) / (scale * scale),
+                            .beta_per_v2 = exp(4.0 * shape[LOG_BETA]) / (scale * scale),
                             .delta_v = shape[DELTA] * scale,
                             .a = shape[TOP] - shape[INTERCEPT],
                             .b_v = shape[INTERCEPT] * scale,
@@ -199,68 +185,53 @@ static void project(search_t *search, const stop_density_t *density) {
     small->rows = fine->rows;
 }
 
-/* Sum of squares of the best density of this shape. Outside of the bounds: that on the bound, and more. */
-static double cost(const gsl_vector *trial, void *context) {
-    search_t *search = context;
-    double shape[SHAPE], outside = 0.0, x[SMALL];
+/* Moves a trial inside of the bounds. Returns the square of how far it was outside. */
+static double enter_bounds(const double *trial, double shape[SHAPE]) {
+    double outside = 0.0;
     for (size_t i = 0; i < SHAPE; i++) {
-        const double wanted = gsl_vector_get(trial, i);
-        shape[i] = fmax(shape_low[i], fmin(shape_high[i], wanted));
-        outside += (wanted - shape[i]) * (wanted - shape[i]);
+        shape[i] = fmax(shape_low[i], fmin(shape_high[i], trial[i]));
+        outside += (trial[i] - shape[i]) * (trial[i] - shape[i]);
     }
     shape[TOP] = fmax(shape[TOP], shape[INTERCEPT] + 0.1);
+    return outside;
+}
+
+/* Sum of squares of the best density of this shape. Outside of the bounds: that on the bound, and more. */
+static double cost(const double *trial, void *context) {
+    search_t *search = context;
+    double shape[SHAPE], x[SMALL];
+    const double outside = enter_bounds(trial, shape);
     const stop_density_t density = make_density(search, shape, 1.0);
     project(search, &density);
     return solve_small(search, x) ? squared_error(&search->small, x) * (1.0 + outside) : HUGE_VAL;
 }
 
-static void search_grid(search_t *search, gsl_vector *best) {
-    gsl_vector *trial = gsl_vector_alloc(SHAPE);
+static void search_grid(search_t *search, double best[SHAPE]) {
+    enum { BETAS = 11, DELTAS = 7, INTERCEPTS = 2, TOPS = 3 };
     double least = HUGE_VAL;
-    gsl_vector_set(trial, INTERCEPT, 0.0);
-    gsl_vector_set(trial, TOP, 1.0);
-    for (int i = -5; i <= 5; i++) {
-        for (int j = -2; j <= 4; j++) {
-            gsl_vector_set(trial, LOG_BETA, i);
-            gsl_vector_set(trial, DELTA, 0.25 * j);
-            const double now = cost(trial, search);
-            if (now < least) {
-                least = now;
-                gsl_vector_memcpy(best, trial);
-            }
+    for (int i = 0; i < BETAS * DELTAS * INTERCEPTS * TOPS; i++) {
+        const double trial[SHAPE] = {-1.25 + 0.25 * (i % BETAS), -0.5 + 0.25 * (i / BETAS % DELTAS),
+                                     0.1 * (i / (BETAS * DELTAS) % INTERCEPTS),
+                                     1.0 - 0.2 * (i / (BETAS * DELTAS * INTERCEPTS))};
+        const double now = cost(trial, search);
+        if (now < least) {
+            least = now;
+            memcpy(best, trial, sizeof trial);
         }
     }
-    gsl_vector_free(trial);
 }
 
-/* Leaves the shape in `shape`. */
 static void search_shape(search_t *search, double shape[SHAPE]) {
-    enum { RESTARTS = 3, ITERATIONS = 300 };
-    gsl_multimin_function function = {.f = cost, .n = SHAPE, .params = search};
-    gsl_vector *best = gsl_vector_alloc(SHAPE), *step = gsl_vector_alloc(SHAPE);
-    gsl_multimin_fminimizer *minimiser = gsl_multimin_fminimizer_alloc(gsl_multimin_fminimizer_nmsimplex2, SHAPE);
+    enum { RESTARTS = 3 };
+    const simplex_job_t simplex = {
+        .function = cost, .context = search, .dimensions = SHAPE, .step = 0.1, .size = 1e-6, .most_iterations = 300};
+    double best[SHAPE] = {0};
     search_grid(search, best);
     for (int restart = 0; restart < RESTARTS; restart++) { /* a simplex may collapse on a bound */
-        static const double steps[SHAPE] = {1.0, 0.25, 0.05, -0.1};
-        for (size_t i = 0; i < SHAPE; i++) {
-            gsl_vector_set(step, i, steps[i]);
-        }
-        gsl_multimin_fminimizer_set(minimiser, &function, best, step);
-        for (int i = 0; i < ITERATIONS && gsl_multimin_fminimizer_iterate(minimiser) == GSL_SUCCESS; i++) {
-            if (gsl_multimin_fminimizer_size(minimiser) < 1e-6) {
-                break;
-            }
-        }
-        gsl_vector_memcpy(best, minimiser->x);
+        simplex_minimise(&simplex, best);
         progress_update(search->job->progress, (restart + 1.0) / (RESTARTS + 1.0));
     }
-    for (size_t i = 0; i < SHAPE; i++) {
-        shape[i] = fmax(shape_low[i], fmin(shape_high[i], gsl_vector_get(best, i)));
-    }
-    shape[TOP] = fmax(shape[TOP], shape[INTERCEPT] + 0.1);
-    gsl_multimin_fminimizer_free(minimiser);
-    gsl_vector_free(best);
-    gsl_vector_free(step);
+    enter_bounds(best, shape);
 }
 
 /* Whether the recording is explained as well with this part of the shape at a bound. */
@@ -345,7 +316,6 @@ static void say_what_is_open(search_t *search, const double *shape, const stop_d
 static bool run(search_t *search, model_t *model, family_notes_t *notes) {
     play_basis_t basis = make_basis(FINE, largest_level(search));
     double shape[SHAPE], x[SMALL];
-    skip_undetermined(search, &basis);
     add_samples(search, &basis, &search->fine, fill_fine);
     free(basis.threshold_v);
     search_shape(search, shape);
@@ -363,7 +333,6 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
     if (!measure_ranges(&search)) {
         return false;
     }
-    search.from = allocate(job->count, sizeof search.from[0]);
     search.column = allocate(COLUMNS, sizeof(double));
     search.threshold_v = allocate(search.levels, sizeof(double));
     search.weight = allocate(search.levels, sizeof(double));
@@ -372,7 +341,6 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
     const bool good = run(&search, model, notes);
     normal_equations_free(&search.fine);
     normal_equations_free(&search.small);
-    free(search.from);
     free(search.column);
     free(search.threshold_v);
     free(search.weight);
