@@ -207,12 +207,16 @@ static double cost(const double *trial, void *context) {
 }
 
 static void search_grid(search_t *search, double best[SHAPE]) {
-    enum { BETAS = 11, DELTAS = 7, INTERCEPTS = 2, TOPS = 3 };
+    static const int count[SHAPE] = {11, 7, 2, 3};
+    static const double first[SHAPE] = {-1.25, -0.5, 0.0, 0.6}, step[SHAPE] = {0.25, 0.25, 0.1, 0.2};
     double least = HUGE_VAL;
-    for (int i = 0; i < BETAS * DELTAS * INTERCEPTS * TOPS; i++) {
-        const double trial[SHAPE] = {-1.25 + 0.25 * (i % BETAS), -0.5 + 0.25 * (i / BETAS % DELTAS),
-                                     0.1 * (i / (BETAS * DELTAS) % INTERCEPTS),
-                                     1.0 - 0.2 * (i / (BETAS * DELTAS * INTERCEPTS))};
+    for (int number = 0; number < count[0] * count[1] * count[2] * count[3]; number++) {
+        double trial[SHAPE];
+        int rest = number;
+        for (size_t i = 0; i < SHAPE; i++) {
+            trial[i] = first[i] + step[i] * (rest % count[i]);
+            rest /= count[i];
+        }
         const double now = cost(trial, search);
         if (now < least) {
             least = now;
