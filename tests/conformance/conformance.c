@@ -37,6 +37,12 @@ int main(void) {
         {"compensator", subject_compensator},
         {"preisach", subject_preisach},
         {"preisach_refusals", subject_preisach_refusals},
+        {"sine", subject_sine},
+        {"curve", subject_curve},
+        {"bouc_wen", subject_bouc_wen},
+        {"bouc_wen_refusals", subject_bouc_wen_refusals},
+        {"modified_play", subject_modified_play},
+        {"modified_play_refusals", subject_modified_play_refusals},
     };
     static const struct {
         const char *name;

@@ -83,5 +83,11 @@ void subject_image(digest_t *digest, generator_t *generator);
 void subject_broken_images(digest_t *digest, generator_t *generator);
 void subject_texts(digest_t *digest, generator_t *generator);
 void subject_compensator(digest_t *digest, generator_t *generator);
+void subject_sine(digest_t *digest, generator_t *generator);
+void subject_curve(digest_t *digest, generator_t *generator);
+void subject_bouc_wen(digest_t *digest, generator_t *generator);
+void subject_bouc_wen_refusals(digest_t *digest, generator_t *generator);
+void subject_modified_play(digest_t *digest, generator_t *generator);
+void subject_modified_play_refusals(digest_t *digest, generator_t *generator);
 
 #endif
