@@ -32,7 +32,7 @@ static void measure_loop(run_t *run) {
     run->asymmetry_percent = 100.0 * sqrt(even) / run->stroke_um;
 }
 
-static void record(run_t *run, uint64_t seed) {
+void campaign_record(run_t *run, uint64_t seed) {
     const size_t n = (size_t)(CAMPAIGN_000_RATE_HZ / run->frequency_hz + 0.5);
     const size_t periods = n >= 400 ? 5 : 2000 / n; /* a tenth of a second at least */
     char text[60];
@@ -64,7 +64,7 @@ void campaign_open(campaign_t *campaign, bool reduced) {
                 run_t *run = campaign_run(campaign, p, v, f);
                 *run =
                     (run_t){.volts = voltages[v], .frequency_hz = campaign->frequency_hz[f], .preload_n = preloads[p]};
-                record(run, (uint64_t)(run - campaign->run) + 1);
+                campaign_record(run, (uint64_t)(run - campaign->run) + 1);
             }
         }
     }

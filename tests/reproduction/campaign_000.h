@@ -8,6 +8,7 @@
 
 #include "model.h"
 #include "recording.h"
+#include <stdint.h>
 
 #define CAMPAIGN_000_RATE_HZ 20000.0 /* chosen: the paper does not report it */
 
@@ -37,6 +38,10 @@ typedef struct {
     double turning; /**< rms within a twentieth of a period of the drive's turning points */
     double between; /**< rms elsewhere */
 } loop_error_t;
+
+/** Records and measures a run whose volts, frequency_hz and preload_n are set. The recording is the caller's to free.
+ */
+void campaign_record(run_t *run, uint64_t seed);
 
 /** Records everything. Reduced: the first, a middle and the last frequency. */
 void campaign_open(campaign_t *campaign, bool reduced);

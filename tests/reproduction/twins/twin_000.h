@@ -12,8 +12,8 @@
  *      125 Hz at 80 V is the same rate as 250 Hz at 40 V, 31 kV/s: the loops bend where a limit of current begins.
  *   2. The ceramic: a curved, reversible part, and a continuum of plays with a density that falls exponentially, summed
  *      as 400 thin ones.
- *   3. One mode, stack and target on the mount: m x'' + c x' + k x = k ceramic - K F x, K F the mount's stiffness,
- * which grows with the preload. It costs 36 um / (1 + K F / k) of the stroke.
+ *   3. One mode, stack and target on the mount: m x'' + c x' + k x = k ceramic - K F x. The mount's stiffness K F
+ *      grows with the preload and divides the stroke by 1 + K F / k.
  *   4. Sensor noise of 0.75 nm rms (normal).
  *
  * Integrated 16 times a sample. The position is 0 where the actuator rests at 0 V under its preload.
