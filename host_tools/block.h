@@ -28,8 +28,8 @@ typedef struct {
     bool array;
     bool rising;   /**< every element of the array is greater than the one before it */
     bool optional; /**< may be absent from a model */
-    /** A choice (thresholds, grids, limits) or a state at the start, rather than a property of the actuator: it is not
-     * counted among the numbers that a fit has found, and gets no standard error. */
+    /** A choice (thresholds, grids, limits), a property of the drive, or a state at the start, rather than a property
+     * of the actuator: it is not counted among the numbers that a fit has found, and gets no standard error. */
     bool chosen;
     double default_value; /**< of an absent scalar */
     /** Of a scalar that a model file may leave out although it is not optional: it is then the middle, or half the

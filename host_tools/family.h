@@ -43,7 +43,7 @@ typedef struct {
     size_t count;
     const size_t *train_to; /**< one a recording */
     size_t operators;       /**< asked for; 0: the family chooses */
-    bool creep;             /**< find a block creep too, if the family can */
+    bool creep;             /**< find a block creep too; only families that find creep look at it */
     progress_t *progress;
 } family_job_t;
 
@@ -58,6 +58,7 @@ typedef struct family {
      * number of operators that the family chose stands there as "operators" (an integer).
      */
     bool (*fit)(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure);
+    bool finds_creep; /**< knows what to do with job->creep */
     /** What remains of the family without what is special about it, or NULL. It is fitted with the same number of
      * operators and judged beside it: "held out with <name> instead". It need not be in FAMILIES. */
     const struct family *without;

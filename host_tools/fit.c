@@ -273,6 +273,9 @@ static bool run(job_t *job, model_t *model) {
         !run_family(job, job->family, job->options->operators, job->train_to, model, &job->report->notes)) {
         return false;
     }
+    if (job->options->creep && !job->family->finds_creep) {
+        family_note(&job->report->notes, "creep: family %s does not look for it", job->family->name);
+    }
     operators = operators_of(job, model);
     if (!judge(job, model) || !judge_without(job, operators) ||
         !(job->options->use_all ? fit_to_all(job, operators, model)

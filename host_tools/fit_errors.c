@@ -15,7 +15,8 @@ static bool found(const parameter_info_t *info, const parameter_t *parameter) {
            !(info->optional && !info->array && parameter->value[0] == info->default_value && parameter->sigma == NULL);
 }
 
-/* The numbers that were found and do not rest on a bound, in *unknown unless it is NULL. *open: some have no error yet.
+/* The numbers that were found and do not rest on a bound, in *unknown unless it is NULL. Elements of exactly 0 rest on
+ * a bound of the family's. *open: some have no error yet.
  */
 static size_t list_unknowns(const model_t *model, refine_unknown_t *unknown, bool *open) {
     size_t count = 0;
@@ -25,7 +26,8 @@ static size_t list_unknowns(const model_t *model, refine_unknown_t *unknown, boo
         for (size_t p = 0; p < block->parameters; p++) {
             const parameter_t *parameter = &model->block[b].parameter[p];
             for (size_t e = 0; found(&block->parameter[p], parameter) && e < parameter->count; e++) {
-                if (parameter->sigma != NULL && parameter->sigma[e] == 0.0) {
+                const bool unused = block->parameter[p].array && parameter->value[e] == 0.0;
+                if (parameter->sigma != NULL ? parameter->sigma[e] == 0.0 : unused) {
                     continue;
                 }
                 if (unknown != NULL) {

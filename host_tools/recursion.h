@@ -39,11 +39,18 @@ enum {
 };
 
 #define RECURSION_PARAMETER_TABLE                                                                                      \
-    {.name = "center_v", .unit = "V", .low = -1e9, .high = 1e9, .optional = true, .text = "drive that counts as 0"},   \
+    {.name = "center_v",                                                                                               \
+     .unit = "V",                                                                                                      \
+     .low = -1e9,                                                                                                      \
+     .high = 1e9,                                                                                                      \
+     .optional = true,                                                                                                 \
+     .chosen = true,                                                                                                   \
+     .text = "drive that counts as 0"},                                                                                \
         {.name = "half_range_v",                                                                                       \
          .unit = "V",                                                                                                  \
          .low = 1e-9,                                                                                                  \
          .high = 1e9,                                                                                                  \
+         .chosen = true,                                                                                               \
          .text = "drive above center_v that counts as 1"},                                                             \
         {.name = "feedback",                                                                                           \
          .unit = "1",                                                                                                  \
@@ -65,8 +72,15 @@ enum {
          .array = true,                                                                                                \
          .optional = true,                                                                                             \
          .text = "A11, A31, A51 of u, u^3, u^5 times the sine, A12, A32, A52 times the cosine"},                       \
-        {.name = "frequency_hz", .unit = "Hz", .low = 0.0, .high = 1e6, .optional = true, .text = "of that sine"}, {   \
-        .name = "phase_rad", .unit = "rad", .low = -100.0, .high = 100.0, .optional = true,                            \
+        {.name = "frequency_hz",                                                                                       \
+         .unit = "Hz",                                                                                                 \
+         .low = 0.0,                                                                                                   \
+         .high = 1e6,                                                                                                  \
+         .optional = true,                                                                                             \
+         .chosen = true,                                                                                               \
+         .text = "of that sine"},                                                                                      \
+    {                                                                                                                  \
+        .name = "phase_rad", .unit = "rad", .low = -100.0, .high = 100.0, .optional = true, .chosen = true,            \
         .text = "of that sine at the first sample"                                                                     \
     }
 

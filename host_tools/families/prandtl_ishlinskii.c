@@ -252,14 +252,19 @@ static bool fit_without_rate(const family_job_t *job, model_t *model, family_not
     return run(job, true, false, model, notes, failure);
 }
 
-static const family_t fixed_thresholds = {
-    .name = "fixed thresholds", .text = "a rate-dependent bank with beta_s = 0", .fit = fit_without_rate};
+static const family_t fixed_thresholds = {.name = "fixed thresholds",
+                                          .text = "a rate-dependent bank with beta_s = 0",
+                                          .fit = fit_without_rate,
+                                          .finds_creep = true};
 
-const family_t family_prandtl_ishlinskii = {
-    .name = "prandtl_ishlinskii", .text = "play operators with fixed thresholds; any drive", .fit = fit_fixed};
+const family_t family_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
+                                            .text = "play operators with fixed thresholds; any drive",
+                                            .fit = fit_fixed,
+                                            .finds_creep = true};
 
 const family_t family_rate_dependent_prandtl_ishlinskii = {
     .name = "rate_dependent_prandtl_ishlinskii",
     .text = "thresholds that grow with the drive rate; several frequencies",
     .fit = fit_rate_dependent,
+    .finds_creep = true,
     .without = &fixed_thresholds};

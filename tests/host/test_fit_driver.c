@@ -159,13 +159,14 @@ static void test_finds_the_errors_that_a_family_leaves_open(void) {
 }
 
 static void test_says_what_the_recordings_do_not_determine(void) {
-    const fit_options_t options = {0};
+    const fit_options_t options = {.creep = true};
     model_t model;
     fit_report_t report;
     fit(&two_lags, &options, &model, &report);
     TEST_ASSERT_TRUE(says(&report, "not determined by these recordings: cutoff_hz of amplifier_bandwidth"));
     TEST_ASSERT_TRUE(says(&report, "not determined by these recordings: cutoff_hz of sensor_bandwidth"));
     TEST_ASSERT_FALSE(says(&report, "weights of"));
+    TEST_ASSERT_TRUE(says(&report, "creep: family two_lags does not look for it"));
     TEST_ASSERT_TRUE(isinf(model_parameter(model_find(&model, "sensor_bandwidth"), "cutoff_hz")->sigma[0]));
     model_free(&model);
     fit_report_free(&report);
