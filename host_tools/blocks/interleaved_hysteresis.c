@@ -20,12 +20,14 @@ static const parameter_info_t parameters[] = {
      .unit = "V",
      .low = -1e9,
      .high = 1e9,
+     .chosen = true,
      .center_of = "drive_range_v",
      .text = "drive that counts as 0"},
     {.name = "half_range_v",
      .unit = "V",
      .low = 1e-9,
      .high = 1e9,
+     .chosen = true,
      .half_of = "drive_range_v",
      .text = "drive above center_v that counts as 1"}};
 

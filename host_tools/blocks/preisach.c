@@ -12,6 +12,7 @@ static const parameter_info_t parameters[] = {
      .low = -1e9,
      .high = 1e9,
      .array = true,
+     .rising = true,
      .chosen = true,
      .text = "of the drive, strictly rising, two or more"},
     {.name = "everett_um",
@@ -47,11 +48,6 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
     const size_t levels = parameter[LEVELS].count;
     if (levels < 2) {
         return fail(failure, "levels_v needs two levels or more");
-    }
-    for (size_t i = 1; i < levels; i++) {
-        if (!(parameter[LEVELS].value[i] > parameter[LEVELS].value[i - 1])) {
-            return fail(failure, "levels_v[%zu] does not rise", i);
-        }
     }
     if (parameter[EVERETT].count != preisach_elements(levels)) {
         return fail(failure, "%zu values of everett_um for %zu levels, there must be %zu", parameter[EVERETT].count,
