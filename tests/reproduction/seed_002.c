@@ -47,8 +47,8 @@ static void row(reproduction_t *reproduction, const char *what, const char *wher
     reproduction_row(reproduction, quantity, paper, ours, unit, met, tolerance);
 }
 
-/* How well the twin stands for the actuator: nine tuned numbers, eighteen reported ones. Of the tolerances the first is
- * what the slopes are printed to; the others are 1.2 % of the stroke. */
+/* How well the twin stands for the actuator: eight tuned numbers, eighteen reported ones. Of the tolerances the first
+ * is what the slopes are printed to; the others are 1.2 % of the stroke. */
 static void compare_twin(reproduction_t *reproduction) {
     static const double slope_tolerance = 0.005, position_tolerance_um = 0.25, percent_tolerance = 1.2;
     for (size_t i = 0; i < sizeof reported_loops / sizeof reported_loops[0]; i++) {
@@ -148,8 +148,8 @@ static bool describe_printed(reproduction_t *reproduction, const reported_model_
     reproduction_text(
         reproduction,
         "* %s: %.0f %% of the stops have thresholds above half the drive and never slip. The sum rises by %.0f um/V, "
-        "the twin by %.2f; its loop turns %s, the twin's %s. Mean error with the best factor and offset %.2f %%, of a "
-        "straight line %.2f %%; printed: %.2f %%.",
+        "the twin by %.2f; its loop turns %s, the twin's %s. Mean error with the best factor and offset %.2f %%, of "
+        "a straight line %.2f %%; printed: %.2f %%.",
         reported->name, 100.0 * (1.0 - (0.5 * reported->top_v - reported->b) / (reported->a * reported->top_v)),
         line.slope / scaled.slope, line.slope, direction_002(drive, simulated + last, period),
         direction_002(drive, measured, period), scaled.mean, line.mean, reported->density_mean);
@@ -212,8 +212,8 @@ static void describe_density(reproduction_t *reproduction, const frequency_t *f)
     const model_block_t *block = &f->density.block[0];
     reproduction_text(
         reproduction,
-        "* %s: alpha = %.4g um/V², beta = %.3g /V², delta = %.3g V, a = %.3g, b = %.3g V, gain %.4g um/V. "
-        "A bank of plays with free weights is left with %.2f %% mean and %.2f %% largest error.",
+        "* %s: alpha = %.4g um/V², beta = %.3g /V², delta = %.3g V, a = %.3g, b = %.3g V, gain %.4g um/V. A bank of "
+        "plays with free weights is left with %.2f %% mean and %.2f %% largest error.",
         f->reported->name, model_parameter(block, "alpha_um_per_v2")->value[0],
         model_parameter(block, "beta_per_v2")->value[0], model_parameter(block, "delta_v")->value[0],
         model_parameter(block, "a")->value[0], model_parameter(block, "b_v")->value[0],
@@ -230,8 +230,8 @@ static bool describe_reversals(reproduction_t *reproduction, const frequency_t *
     if (good) {
         reproduction_text(
             reproduction,
-            "* %s: density model %.2f %% mean, %.2f %% largest; Preisach model of the one loop %.2f, %.2f; of "
-            "the reversal curves %.2f, %.2f.",
+            "* %s: density model %.2f %% mean, %.2f %% largest; Preisach model of the one loop %.2f, %.2f; of the "
+            "reversal curves %.2f, %.2f.",
             f->reported->name, density.mean, density.maximum, preisach.mean, preisach.maximum, f->reversals_error.mean,
             f->reversals_error.maximum);
     }
@@ -247,15 +247,13 @@ static bool compare_models(reproduction_t *reproduction, frequency_t *frequency,
     }
     reproduction_text(
         reproduction,
-        "**Density model.** Printed is y = sum of p(r) E_r[v] dr, p(r) = alpha exp(-beta (r - delta)²), r = a v + b. A "
-        "sum of stops of the drive with positive weights turns clockwise; a piezo turns counterclockwise. What "
-        "describes "
-        "it is y = offset + gain v - sum of p(r) E_r[v] dr. And a > 1 puts the threshold of a level above the level: a "
-        "stop whose threshold is that of the present drive never slips, and the sum is a straight line. With "
-        "thresholds "
-        "on a grid of levels (1 V here), which is how the model can be meant, the numbers of Table 4.1 do this (and "
-        "the "
-        "printed error at 100 Hz, 10.26 %%, is no better than that of the straight line of Table 3.1, 9.77 %%):");
+        "**Density model.** Printed is y = sum of p(r) E_r[v] dr, p(r) = alpha exp(-beta (r - delta)²), r = a v + b. "
+        "A sum of stops of the drive with positive weights turns clockwise; a piezo turns counterclockwise. What "
+        "describes it is y = offset + gain v - sum of p(r) E_r[v] dr. And a > 1 puts the threshold of a level above "
+        "the level: a stop whose threshold is that of the present drive never slips, and the sum is a straight line. "
+        "With thresholds on a grid of levels (1 V here), which is how the model can be meant, the numbers of Table "
+        "4.1 do this (and the printed error at 100 Hz, 10.26 %%, is no better than that of the straight line of "
+        "Table 3.1, 9.77 %%):");
     for (size_t i = 0; i < MODELS; i++) {
         if (!describe_printed(reproduction, frequency[i].reported, &frequency[i].sine, frequency[i].printed_um,
                               failure)) {
@@ -268,9 +266,9 @@ static bool compare_models(reproduction_t *reproduction, frequency_t *frequency,
     }
     reproduction_text(
         reproduction,
-        "**Preisach model.** The rows above are for the thesis' work: one loop, fitted and judged. Whoever "
-        "drives it otherwise has use for more. On first-order reversal curves (from 0 V up to 14 peaks and "
-        "down, the last third held out):");
+        "**Preisach model.** The rows above are for the thesis' work: one loop, fitted and judged. Whoever drives it "
+        "otherwise has use for more. On first-order reversal curves (from 0 V up to 14 peaks and down, the last "
+        "third held out):");
     for (size_t i = 0; i < MODELS; i++) {
         if (!describe_reversals(reproduction, &frequency[i], failure)) {
             return false;
@@ -323,8 +321,8 @@ static bool describe_tracking(reproduction_t *reproduction, const frequency_t *f
     char table[2000];
     size_t length =
         (size_t)snprintf(table, sizeof table,
-                         "| sine | without a model | density model | Preisach, one loop | Preisach, reversals | "
-                         "one set for all |\n|---|---|---|---|---|---|\n");
+                         "| sine | without a model | density model | Preisach, one loop | Preisach, reversals | one "
+                         "set for all |\n|---|---|---|---|---|---|\n");
     for (size_t i = 0; i < MODELS; i++) {
         const reported_model_t *reported = frequency[i].reported;
         const double range_um =
@@ -352,9 +350,9 @@ static bool describe_tracking(reproduction_t *reproduction, const frequency_t *f
     reproduction_text(
         reproduction,
         "**Inverse.** The thesis has none for the Preisach model. The inverse of the discrete model is exact "
-        "(docs/MODELS.md, section 7). Compiled, and run by lib/hyst in front of the twin, the models track sines over "
-        "80 %% "
-        "of the stroke with these errors, largest / RMS in %% of the sine's range, mean offset taken out:\n\n%s",
+        "(docs/MODELS.md, section 7). Compiled, and run by lib/hyst in front of the twin, the models track sines "
+        "over 80 %% of the stroke with these errors, largest / RMS in %% of the sine's range, mean offset taken "
+        "out:\n\n%s",
         table);
     return true;
 }
@@ -376,20 +374,15 @@ bool reproduce_002(reproduction_t *reproduction) {
         reproduction,
         "**Twin.** P-753.31C behind an E-505: a first-order lag, a continuum of plays with a density that is not a "
         "Gaussian, a curved reversible part (the reported asymmetry), three relaxations, 0.1 nm of noise and "
-        "resolution. "
-        "Reported are loops and lines (Table 3.1); the twin's nine numbers were tuned to them. Table 3.1 and Table 5.2 "
-        "pull "
-        "at the asymmetry from two sides: the first would like it half as large again, and then no symmetric model "
-        "could "
-        "come down to the 1.30 %% of the second. Sample rates are not reported: a thousand samples a period were "
-        "chosen, two "
-        "hundred at 100 Hz. Errors are those of the last third of six periods, which the fits did not see, in %% of "
-        "the "
-        "stroke; the thesis judges on what it fitted. The rows hold against Table 5.2. Its text says otherwise in "
-        "places: "
-        "4.73 and 0.84 %% at 0.1 Hz (density), 0.59 %% as the largest and 2.98 %% as the mean error at 100 Hz "
-        "(Preisach), "
-        "where the largest cannot be below the mean.");
+        "resolution. Reported are loops and lines (Table 3.1); the twin's numbers (eight, and three time constants "
+        "that were set) were tuned to them. Table 3.1 and Table 5.2 pull at the asymmetry from two sides: the first "
+        "would like it half as large again, and then no symmetric model could come down to the 1.30 %% of the "
+        "second. So the rows of the density model at 0.1 and 10 Hz say that the fit finds what the twin has in it, "
+        "and not that the twin had to be like this. Sample rates are not reported: a thousand samples a period were "
+        "chosen, two hundred at 100 Hz. Errors are those of the last third of six periods, which the fits did not "
+        "see, in %% of the stroke; the thesis judges on what it fitted. The rows hold against Table 5.2. Its text "
+        "says otherwise in places: 4.73 and 0.84 %% at 0.1 Hz (density), 0.59 %% as the largest and 2.98 %% as the "
+        "mean error at 100 Hz (Preisach), where the largest cannot be below the mean.");
     compare_twin(reproduction);
     bool good = compare_models(reproduction, frequency, &failure);
     if (good) {

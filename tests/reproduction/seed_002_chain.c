@@ -105,14 +105,11 @@ bool fit_chain_002(reproduction_t *reproduction, const chain_002_case_t *cases, 
     }
     reproduction_text(
         reproduction,
-        "**One set for all frequencies.** The thesis has one set of numbers a frequency and leaves rate dependence to "
-        "future "
-        "work. Here a chain of amplifier (cutoff %.0f ± %.0f Hz), asymmetry (%.4f ± %.4f), %d plays and creep (gamma "
-        "%.4f ± %.4f a decade, 10 ms to 10 s) has %zu numbers, found together from 0 to 70 V at 0.1, 1, 10 and 100 Hz "
-        "from "
-        "rest. Judged on other recordings than it was found from, at 0.1 Hz with another amplitude, its mean error "
-        "stands "
-        "in the rows beside that of the thesis' Preisach model of the one frequency.",
+        "**One set for all frequencies.** The thesis has one set of numbers a frequency and leaves rate dependence "
+        "to future work. Here a chain of amplifier (cutoff %.0f ± %.0f Hz), asymmetry (%.4f ± %.4f), %d plays and "
+        "creep (gamma %.4f ± %.4f a decade, 10 ms to 10 s) has %zu numbers, found together from 0 to 70 V at 0.1, 1, "
+        "10 and 100 Hz from rest. Judged on other recordings than it was found from, at 0.1 Hz with another "
+        "amplitude, its mean error stands in the rows beside that of the thesis' Preisach model of the one frequency.",
         model_parameter(&model->block[0], "cutoff_hz")->value[0], report.sigma[0],
         model_parameter(&model->block[1], "asymmetry")->value[0], report.sigma[1], OPERATORS,
         model_parameter(&model->block[3], "gamma_per_decade")->value[0], report.sigma[2], report.unknowns);

@@ -130,11 +130,10 @@ bool describe_memory_002(reproduction_t *reproduction, const model_t *model, fai
     reproduction_text(
         reproduction,
         "**Wiping out and congruency**, at 10 V/s. An inner loop from 50 to 30 V leaves, once it is passed, %.1g um "
-        "behind "
-        "in the Preisach model and %.1g um in the twin's ceramic; with lag and relaxations %.2g um stay for a while. "
-        "Loops between 30 and 40 V, reached from below and from above, differ by %.1g %% of their stroke in the model, "
-        "by "
-        "%.1g %% in the ceramic and by %.2g %% in the twin as it is: so much of it no Preisach model can know.",
+        "behind in the Preisach model and %.1g um in the twin's ceramic; with lag and relaxations %.2g um stay for a "
+        "while. Loops between 30 and 40 V, reached from below and from above, differ by %.1g %% of their stroke in "
+        "the model, by %.1g %% in the ceramic and by %.2g %% in the twin as it is: so much of it no Preisach model "
+        "can know.",
         of_this_model.wiping_um, alone.wiping_um, whole.wiping_um, of_this_model.congruency_percent,
         alone.congruency_percent, whole.congruency_percent);
     return true;
