@@ -73,6 +73,8 @@ typedef struct block {
     place_t place;
     bool modifies_hysteresis; /**< see signal_t; works only in a chain with a hysteresis block */
     bool follows_hysteresis;  /**< likewise */
+    bool widens_plays;        /**< writes signal_t.threshold_growth_v */
+    bool has_plays;           /**< a hysteresis that takes threshold_growth_v: what widens_plays needs */
     /** Its numbers belong to the model's sample rate: at another one the chain is refused. */
     bool one_sample_rate;
     const char *text; /**< one line: what it is */

@@ -144,6 +144,7 @@ static bool check_block(const model_block_t *block, const char *where, failure_t
 
 bool model_check(const model_t *model, const char *where, failure_t *failure) {
     size_t hystereses = 0;
+    const block_t *hysteresis = NULL, *widening = NULL;
     place_t place = PLACE_ELECTRONICS;
     if (!(isfinite(model->sample_rate_hz) && model->sample_rate_hz > 0.0)) {
         return fail(failure, "%s: sample_rate_hz = %g is not a positive number", where, model->sample_rate_hz);
@@ -160,13 +161,19 @@ bool model_check(const model_t *model, const char *where, failure_t *failure) {
         place = block->place;
         if (block_is_hysteresis(block)) {
             hystereses++;
+            hysteresis = block;
         }
+        widening = block->widens_plays ? block : widening;
         if (block->follows_hysteresis && hystereses == 0) {
             return fail(failure, "%s: block %s stands before the hysteresis that it follows", where, block->name);
         }
     }
     if (hystereses != 1) {
         return fail(failure, "%s: a chain needs exactly one hysteresis block, this one has %zu", where, hystereses);
+    }
+    if (widening != NULL && !hysteresis->has_plays) {
+        return fail(failure, "%s: block %s widens play operators, and %s has none", where, widening->name,
+                    hysteresis->name);
     }
     return true;
 }

@@ -88,6 +88,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .place = PLACE_HYSTERESIS,
+                                          .has_plays = true,
                                           .text = "hysteresis as a weighted sum of play operators",
                                           .parameter = parameters,
                                           .parameters = 4,

@@ -65,6 +65,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
                                                  .place = PLACE_HYSTERESIS,
                                                  .modifies_hysteresis = true,
+                                                 .widens_plays = true,
                                                  .text = "play thresholds that grow with the drive rate",
                                                  .parameter = parameters,
                                                  .parameters = 3,
