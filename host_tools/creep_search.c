@@ -60,38 +60,21 @@ void creep_recordings_free(recording_t *elastic, size_t count) {
 }
 
 typedef struct {
-    const play_basis_t *basis;
-    const fit_span_t *spans;
+    const recording_t *recordings;
     size_t count;
-    const linear_options_t *options;
+    creep_fit_t *fit;
+    void *context;
     size_t samples; /* of the last fit */
     int tried;
     progress_t *progress;
-    failure_t *failure;
 } problem_t;
 
-/* Mean square of what the best bank leaves, in *mean_square. */
+/* Mean square of what the best fit leaves, in *mean_square. */
 static bool evaluate(void *context, double gamma, double *mean_square) {
     problem_t *problem = context;
-    fit_span_t *spans = allocate(problem->count, sizeof *spans);
-    recording_t *elastic = allocate(problem->count, sizeof *elastic);
-    linear_fit_t fit;
-    bool good;
-    for (size_t i = 0; i < problem->count; i++) {
-        recording_t *copy = creep_recordings(problem->spans[i].recording, 1, gamma);
-        elastic[i] = *copy;
-        free(copy);
-        spans[i] = problem->spans[i];
-        spans[i].recording = &elastic[i];
-    }
-    good = linear_fit(problem->basis, spans, problem->count, problem->options, &fit, problem->failure);
-    if (good) {
-        *mean_square = fit.rms_um * fit.rms_um;
-        problem->samples = fit.samples;
-        linear_fit_free(&fit);
-    }
+    recording_t *elastic = creep_recordings(problem->recordings, problem->count, gamma);
+    const bool good = problem->fit(problem->context, elastic, mean_square, &problem->samples);
     creep_recordings_free(elastic, problem->count);
-    free(spans);
     progress_update(problem->progress, fmin((double)++problem->tried / STEPS, 1.0));
     return good;
 }
@@ -109,10 +92,10 @@ static bool standard_error(problem_t *problem, double gamma, double *sigma) {
     return true;
 }
 
-bool creep_search(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
-                  double *gamma_per_decade, double *sigma, progress_t *progress, failure_t *failure) {
+bool creep_search(const recording_t *recordings, size_t count, creep_fit_t *fit, void *context,
+                  double *gamma_per_decade, double *sigma, progress_t *progress) {
     problem_t problem = {
-        .basis = basis, .spans = spans, .count = count, .options = options, .progress = progress, .failure = failure};
+        .recordings = recordings, .count = count, .fit = fit, .context = context, .progress = progress};
     if (!golden_section(evaluate, &problem, lowest_gamma, highest_gamma, STEPS, gamma_per_decade)) {
         return false;
     }

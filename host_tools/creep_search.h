@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** Search of gamma_per_decade around the linear problem: creep is taken out of the displacement, the bank fitted to
- * what is left. */
+/** Search of gamma_per_decade around the fit of a hysteresis: creep is taken out of the displacement, the hysteresis
+ * fitted to what is left. */
 #ifndef CREEP_SEARCH_H
 #define CREEP_SEARCH_H
 
 #include "creep_cells.h"
-#include "linear_fit.h"
 #include "progress.h"
+#include "recording.h"
 
 /**
  * The exact inverse of block creep, and the block itself, over a whole signal. Before the first sample
@@ -16,13 +16,16 @@
 void creep_remove(const creep_cells_t *cells, const double *position, size_t samples, double initial, double *elastic);
 void creep_apply(const creep_cells_t *cells, const double *elastic, size_t samples, double initial, double *position);
 
+/** Fits a hysteresis to recordings without creep: mean square of what is left over so many samples. */
+typedef bool creep_fit_t(void *context, const recording_t *elastic, double *mean_square, size_t *samples);
+
 /**
- * Finds the gamma_per_decade with which a play bank explains the spans best. spans[i].recording is left alone. *sigma:
- * standard error from the curvature, for white residuals; HUGE_VAL where the data do not determine gamma: no
- * minimum inside the range searched (-2 to 8 % a decade; piezo ceramics creep by 1 to 2, 5 at most).
+ * Finds the gamma_per_decade with which the fit explains the recordings best. *sigma: standard error from the
+ * curvature, for white residuals; HUGE_VAL where the data do not determine gamma: no minimum inside the range searched
+ * (-2 to 8 % a decade; piezo ceramics creep by 1 to 2, 5 at most). Returns false as soon as the fit does.
  */
-bool creep_search(const play_basis_t *basis, const fit_span_t *spans, size_t count, const linear_options_t *options,
-                  double *gamma_per_decade, double *sigma, progress_t *progress, failure_t *failure);
+bool creep_search(const recording_t *recordings, size_t count, creep_fit_t *fit, void *context,
+                  double *gamma_per_decade, double *sigma, progress_t *progress);
 
 /** The elastic position that was present before the recording, if its first sample was at rest. */
 double creep_initial(const creep_cells_t *cells, const recording_t *recording);

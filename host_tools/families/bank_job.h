@@ -43,6 +43,17 @@ typedef struct {
     double autocorrelation_samples;
 } bank_job_t;
 
+/** Measures the range of the training data, and the least slope that every fit keeps. Fails on a displacement that
+ * falls with the drive. */
+bool bank_prepare(bank_job_t *job);
+
+/** Goes on with the displacement without the creep of job->gamma_per_decade (job->recordings, job->elastic), if the
+ * data determine it. */
+void bank_take_creep_out(bank_job_t *job, bool found);
+
+/** Appends the block creep that was found. */
+void bank_append_creep(const bank_job_t *job, model_t *model);
+
 /** Even thresholds. The caller frees basis.threshold_v. */
 play_basis_t bank_basis(const bank_job_t *job, size_t operators);
 

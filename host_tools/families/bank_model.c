@@ -65,7 +65,7 @@ static void take_notes(const bank_job_t *job, const linear_fit_t *fit, family_no
     }
 }
 
-static void append_creep(const bank_job_t *job, model_t *model) {
+void bank_append_creep(const bank_job_t *job, model_t *model) {
     const recording_t *recordings = job->job->recordings;
     model_block_t *block = model_append(model, &block_creep);
     const double sigma = job->gamma_sigma * sqrt(job->autocorrelation_samples);
@@ -95,7 +95,7 @@ void bank_make_model(const bank_job_t *job, const play_basis_t *basis, const lin
         model_set_array(block, "initial_memory_v", basis->operators, job->initial_v[0], NULL);
     }
     if (job->creep) {
-        append_creep(job, model);
+        bank_append_creep(job, model);
     }
     model->fit = facts(job, fit);
     take_notes(job, fit, notes);

@@ -55,8 +55,7 @@ static bool falls(const recording_t *recording, size_t samples) {
     return covariance < 0.0;
 }
 
-/* Measures the range of the training data. */
-static bool prepare(bank_job_t *job) {
+bool bank_prepare(bank_job_t *job) {
     double slope = HUGE_VAL;
     for (size_t i = 0; i < job->job->count; i++) {
         const recording_t *recording = &job->recordings[i];
@@ -103,16 +102,48 @@ bool bank_skip_undetermined(bank_job_t *job, const play_basis_t *basis) {
     return false;
 }
 
+/* Mean square of what the best bank leaves of displacements without creep. */
+typedef struct {
+    const bank_job_t *job;
+    const play_basis_t *basis;
+} creep_bank_t;
+
+static bool fit_without_creep(void *context, const recording_t *elastic, double *mean_square, size_t *samples) {
+    const creep_bank_t *bank = context;
+    const size_t count = bank->job->job->count;
+    fit_span_t *spans = allocate(count, sizeof *spans);
+    linear_fit_t fit;
+    bool good;
+    for (size_t i = 0; i < count; i++) {
+        spans[i] = bank->job->train[i];
+        spans[i].recording = &elastic[i];
+    }
+    good = linear_fit(bank->basis, spans, count, &bank->job->linear, &fit, bank->job->failure);
+    if (good) {
+        *mean_square = fit.rms_um * fit.rms_um;
+        *samples = fit.samples;
+        linear_fit_free(&fit);
+    }
+    free(spans);
+    return good;
+}
+
 /* Finds gamma with a bank of this many operators, and goes on with the displacement without creep. */
 static bool find_creep(bank_job_t *job) {
     enum { OPERATORS = 32 };
     play_basis_t basis = bank_basis(job, OPERATORS);
+    creep_bank_t bank = {.job = job, .basis = &basis};
     bool good;
     bank_skip_undetermined(job, &basis);
-    good = creep_search(&basis, job->train, job->job->count, &job->linear, &job->gamma_per_decade, &job->gamma_sigma,
-                        job->job->progress, job->failure);
+    good = creep_search(job->job->recordings, job->job->count, fit_without_creep, &bank, &job->gamma_per_decade,
+                        &job->gamma_sigma, job->job->progress);
     free(basis.threshold_v);
-    job->creep = good && isfinite(job->gamma_sigma);
+    bank_take_creep_out(job, good && isfinite(job->gamma_sigma));
+    return good;
+}
+
+void bank_take_creep_out(bank_job_t *job, bool found) {
+    job->creep = found;
     if (job->creep) {
         job->elastic = creep_recordings(job->job->recordings, job->job->count, job->gamma_per_decade);
         job->recordings = job->elastic;
@@ -120,7 +151,6 @@ static bool find_creep(bank_job_t *job) {
             job->train[i].recording = &job->recordings[i];
         }
     }
-    return good;
 }
 
 static bool fit_bank(bank_job_t *job, play_basis_t *basis, linear_fit_t *fit) {
@@ -200,7 +230,7 @@ static bool fit_prepared(bank_job_t *job, model_t *model, family_notes_t *notes)
     play_basis_t basis;
     linear_fit_t fit = {0};
     bool good;
-    if (!prepare(job) || (job->job->creep && !find_creep(job)) || !bank_choose_structure(job)) {
+    if (!bank_prepare(job) || (job->job->creep && !find_creep(job)) || !bank_choose_structure(job)) {
         return false;
     }
     basis = bank_basis(job, job->operators);

@@ -9,14 +9,15 @@
  * part; the past is then estimated from them. If they are most of the training data, past and table are estimated in
  * turn, starting from demagnetised.
  */
+#include "bank_job.h"
 #include "catalogue.h"
-#include "family.h"
-#include "preisach_fit.h"
+#include "creep_search.h"
+#include "preisach_past.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_INTERVALS = 60, MOST_CANDIDATES = 10, PAST = 3 };
+enum { MOST_INTERVALS = 60, MOST_CANDIDATES = 10 };
 
 /* Of the training data; below it the past is estimated along with the table. */
 static const double least_determined_part = 0.25;
@@ -26,9 +27,6 @@ static const double good_enough = 1.01;
 /* Weight of the smoothness, of the data: decides where the recording says nothing, and biases nothing else by more than
  * some 1e-5 of the range (tests/host/test_fit_preisach.c). */
 static const double smoothing = 1e-6;
-/* Slope of the triangles, of the mean slope, as for play operators (prandtl_ishlinskii.c): without it the drive of the
- * inverse jumps at every turning point. On the real recordings it costs 0.01 % NRMSE. */
-static const double least_slope_part = 0.3;
 /* Of the drive's range: so close to an end of the levels counts as there. Recorded peaks differ by noise and sampling.
  */
 static const double reached_part = 0.001;
@@ -45,10 +43,10 @@ typedef struct {
 typedef struct {
     const family_job_t *job;
     failure_t *failure;
-    double low_v, high_v; /* of the training drives */
-    double mean_slope;
+    double low_v, high_v;              /* of the training drives */
+    bank_job_t bank;                   /* for what banks of plays share: the least slope, and creep */
     preisach_span_t *train;            /* one a recording */
-    double (*past_v)[PAST];            /* estimated, likewise */
+    double (*past_v)[PREISACH_PAST];   /* estimated, likewise */
     double rest_v[2 * MOST_INTERVALS]; /* demagnetised within the range of the training drives, as a past */
     size_t candidates;
     candidate_t candidate[MOST_CANDIDATES];
@@ -101,7 +99,7 @@ static bool leave_out_undetermined(preisach_job_t *job, bool both_ends) {
     return (double)used >= least_determined_part * (double)all;
 }
 
-static bool prepare(preisach_job_t *job) {
+static void prepare(preisach_job_t *job) {
     const family_job_t *family_job = job->job;
     job->low_v = HUGE_VAL;
     job->high_v = -HUGE_VAL;
@@ -118,29 +116,15 @@ static bool prepare(preisach_job_t *job) {
         job->rest_v[2 * k + 1] = job->high_v - inset;
     }
     for (size_t s = 0; s < family_job->count; s++) {
-        preisach_span_t *span = &job->train[s];
-        const double *drive = family_job->recordings[s].column[COLUMN_DRIVE];
-        const double *displacement = family_job->recordings[s].column[COLUMN_DISPLACEMENT];
-        const size_t end = family_job->train_to[s];
-        double cross = 0.0, square = 0.0;
-        *span = (preisach_span_t){
-            .recording = &family_job->recordings[s], .to = end, .past = 2 * MOST_INTERVALS, .past_v = job->rest_v};
-        for (size_t k = 1; k < end; k++) { /* regression through the first sample */
-            cross += (drive[k] - drive[0]) * (displacement[k] - displacement[0]);
-            square += (drive[k] - drive[0]) * (drive[k] - drive[0]);
-        }
-        if (!(cross > 0.0)) {
-            return fail(job->failure,
-                        "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit",
-                        span->recording->name);
-        }
-        job->mean_slope = fmax(job->mean_slope, cross / square);
+        job->train[s] = (preisach_span_t){.recording = &job->bank.recordings[s],
+                                          .to = family_job->train_to[s],
+                                          .past = 2 * MOST_INTERVALS,
+                                          .past_v = job->rest_v};
     }
     job->from_demagnetised = !leave_out_undetermined(job, true) && !leave_out_undetermined(job, false);
     for (size_t s = 0; s < family_job->count && job->from_demagnetised; s++) {
         job->train[s].from = 0;
     }
-    return true;
 }
 
 /*
@@ -164,7 +148,7 @@ static void free_grid(preisach_grid_t *grid) {
 
 static preisach_options_t options_of(const preisach_job_t *job, size_t most_rows) {
     return (preisach_options_t){
-        .smoothing = smoothing, .least_slope = least_slope_part * job->mean_slope, .most_rows = most_rows};
+        .smoothing = smoothing, .least_slope = job->bank.linear.least_direct, .most_rows = most_rows};
 }
 
 /* Fitted on the first two thirds of the training data, judged on its last third: worst NRMSE. */
@@ -233,87 +217,16 @@ static bool choose_structure(preisach_job_t *job) {
     return true;
 }
 
-/* The samples [0, end) that a past is judged by, and what the model makes of them. */
-typedef struct {
-    const preisach_grid_t *grid;
-    const preisach_fit_t *fit;
-    const preisach_span_t *span;
-    size_t end, stride;
-} past_search_t;
-
-static double past_error(const past_search_t *search, size_t past, const double *past_v) {
-    preisach_span_t span = *search->span;
-    preisach_memory_t memory;
-    double sum = 0.0;
-    span.past = past;
-    span.past_v = past_v;
-    preisach_span_begin(search->grid, &span, &memory);
-    for (size_t k = 0; k < search->end; k++) {
-        preisach_memory_move(&memory, search->grid, span.recording->column[COLUMN_DRIVE][k]);
-        if (k % search->stride == 0) {
-            sum += fabs(span.recording->column[COLUMN_DISPLACEMENT][k] -
-                        preisach_output(search->grid, search->fit->everett_um, search->fit->offset_um, &memory));
-        }
-    }
-    return sum;
-}
-
-static bool take_better(const past_search_t *search, const double past_v[PAST], double best_v[PAST], double *least) {
-    const double error = past_error(search, PAST, past_v);
-    if (error >= *least) {
-        return false;
-    }
-    *least = error;
-    memcpy(best_v, past_v, PAST * sizeof(double));
-    return true;
-}
-
-/* Drives of past number k on a coarse grid over the range. */
-static void coarse_past(const preisach_job_t *job, size_t k, size_t grid, double past_v[PAST]) {
-    for (size_t p = 0; p < PAST; p++) {
-        past_v[p] = job->low_v + (job->high_v - job->low_v) * (double)(k % grid) / (double)(grid - 1);
-        k /= grid;
-    }
-}
-
-/*
- * The past that explains the samples before `end` best (least sum of absolute errors, so that a transient does not
- * decide): demagnetised, or three drives, found on a coarse grid and then in ever smaller steps.
- */
-static void estimate_past(const preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit, size_t s,
-                          size_t end) {
-    enum { GRID = 8, MOST_SAMPLES = 300, MOST_ROUNDS = 100 };
-    preisach_span_t *span = &job->train[s];
-    const past_search_t search = {grid, fit, span, end, end / MOST_SAMPLES + 1};
-    const double width_v = job->high_v - job->low_v;
-    double past_v[PAST], *best_v = job->past_v[s], least = HUGE_VAL, step_v = width_v / (2 * GRID);
-    for (size_t k = 0; k < GRID * GRID * GRID; k++) {
-        coarse_past(job, k, GRID, past_v);
-        take_better(&search, past_v, best_v, &least);
-    }
-    for (int round = 0; round < MOST_ROUNDS && step_v > 1e-4 * width_v; round++) {
-        bool better = false;
-        for (size_t k = 0; k < 4 * PAST; k++) { /* a drive alone, or with those after it, up or down */
-            const size_t first = k / 4, last = k % 4 < 2 ? first : PAST - 1;
-            memcpy(past_v, best_v, sizeof past_v);
-            for (size_t p = first; p <= last; p++) {
-                past_v[p] = fmax(job->low_v, fmin(job->high_v, past_v[p] + (k % 2 == 0 ? step_v : -step_v)));
-            }
-            better = take_better(&search, past_v, best_v, &least) || better;
-        }
-        step_v *= better ? 1.0 : 0.5;
-    }
-    if (least < past_error(&search, 2 * MOST_INTERVALS, job->rest_v)) {
-        span->past = PAST;
-        span->past_v = best_v;
-    }
-}
-
 static void estimate_pasts(preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit) {
     for (size_t s = 0; s < job->job->count; s++) {
         preisach_span_t measured = job->train[s];
         if (!measured.own_offset) { /* else the position is only known up to a constant */
-            estimate_past(job, grid, fit, s, determined_at(job, &measured));
+            const double range_v[] = {job->low_v, job->high_v};
+            const size_t end = determined_at(job, &measured);
+            if (preisach_find_past(grid, fit, &measured, end, range_v, job->past_v[s])) {
+                job->train[s].past = PREISACH_PAST;
+                job->train[s].past_v = job->past_v[s];
+            }
         }
     }
 }
@@ -362,8 +275,9 @@ static void take_notes(const preisach_job_t *job, const preisach_fit_t *fit, fam
     family_note(notes,
                 "standard errors (+-) count %.0f neighbouring samples as one: the residuals are that long correlated",
                 fit->autocorrelation_samples);
-    if (job->job->creep) {
-        family_note(notes, "creep: not looked for by this family");
+    if (job->job->creep && !job->bank.creep) {
+        family_note(notes, "creep: no minimum between -2 and 8 %% a decade, so these recordings do not determine it; "
+                           "left out");
     }
     if (job->job->count == 1) {
         family_note(notes, "past_v estimated from the samples that still depend on it");
@@ -399,19 +313,70 @@ static void make_model(const preisach_job_t *job, const preisach_grid_t *grid, c
     } else { /* each has a past of its own */
         model_set_array(block, "past_v", 2 * MOST_INTERVALS, job->rest_v, NULL);
     }
+    if (job->bank.creep) {
+        bank_append_creep(&job->bank, model);
+    }
     model->fit = facts(job, fit);
+}
+
+/* Mean square of what the best table leaves of displacements without creep. */
+typedef struct {
+    const preisach_job_t *job;
+    const preisach_grid_t *grid;
+} creep_table_t;
+
+static bool fit_without_creep(void *context, const recording_t *elastic, double *mean_square, size_t *samples) {
+    const creep_table_t *table = context;
+    const preisach_options_t options = options_of(table->job, 0);
+    const size_t count = table->job->job->count;
+    preisach_span_t *spans = allocate(count, sizeof *spans);
+    preisach_fit_t fit;
+    bool good;
+    for (size_t s = 0; s < count; s++) {
+        spans[s] = table->job->train[s];
+        spans[s].recording = &elastic[s];
+    }
+    good = preisach_fit(table->grid, spans, count, &options, &fit, table->job->failure);
+    if (good) {
+        *mean_square = fit.rms_um * fit.rms_um;
+        *samples = fit.rows;
+        preisach_fit_free(&fit);
+    }
+    free(spans);
+    return good;
+}
+
+/* Finds gamma with so many intervals, and goes on with the displacement without creep. */
+static bool find_creep(preisach_job_t *job) {
+    enum { CREEP_INTERVALS = 16 };
+    const size_t count = job->job->count;
+    preisach_grid_t grid = make_grid(job, CREEP_INTERVALS);
+    creep_table_t table = {.job = job, .grid = &grid};
+    const bool good = creep_search(job->job->recordings, count, fit_without_creep, &table, &job->bank.gamma_per_decade,
+                                   &job->bank.gamma_sigma, job->job->progress);
+    free_grid(&grid);
+    bank_take_creep_out(&job->bank, good && isfinite(job->bank.gamma_sigma));
+    for (size_t s = 0; s < count; s++) {
+        job->train[s].recording = &job->bank.recordings[s];
+    }
+    return good;
 }
 
 static bool fit_prepared(preisach_job_t *job, model_t *model, family_notes_t *notes) {
     preisach_grid_t grid;
     preisach_fit_t fit = {0};
     bool good;
-    if (!prepare(job) || !choose_structure(job)) {
+    if (!bank_prepare(&job->bank)) {
+        return false;
+    }
+    prepare(job);
+    if ((job->job->creep && !find_creep(job)) || !choose_structure(job)) {
         return false;
     }
     grid = make_grid(job, job->intervals);
     good = fit_structure(job, &grid, &fit);
     if (good) {
+        job->bank.autocorrelation_samples = fit.autocorrelation_samples;
         make_model(job, &grid, &fit, model);
         take_notes(job, &fit, notes);
     }
@@ -421,11 +386,20 @@ static bool fit_prepared(preisach_job_t *job, model_t *model, family_notes_t *no
 }
 
 static bool fit(const family_job_t *family_job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    const size_t count = family_job->count;
     preisach_job_t job = {.job = family_job,
                           .failure = failure,
-                          .train = allocate(family_job->count, sizeof *job.train),
-                          .past_v = allocate(family_job->count, sizeof *job.past_v)};
+                          .bank = {.job = family_job,
+                                   .failure = failure,
+                                   .recordings = family_job->recordings,
+                                   .train = allocate(count, sizeof *job.bank.train)},
+                          .train = allocate(count, sizeof *job.train),
+                          .past_v = allocate(count, sizeof *job.past_v)};
     const bool good = fit_prepared(&job, model, notes);
+    if (job.bank.elastic != NULL) {
+        creep_recordings_free(job.bank.elastic, count);
+    }
+    free(job.bank.train);
     free(job.past_v);
     free(job.train);
     return good;
