@@ -13,12 +13,16 @@ enum {
     NONLINEAR = RECURSION_FEEDBACK + RECURSION_FIT_SHAPES + 1,
     MOST_SAMPLES = 6000,
     MOST_WARM_UP = 3000,
-    MOST_ITERATIONS = 200
+    MOST_ITERATIONS = 200,
+    MOST_KEPT = 1 << 23 /* elements of rows: 64 MiB */
 };
 /* What may be left of the drive besides its sine, of its amplitude. */
 static const double drive_left = 0.02;
 /* What is left of the start when the first sample counts, as a power of e. */
 static const double forgotten = 5.0;
+/* The drive's own weight is at least this part of the others: the inverse divides by it. And the harmonics may answer
+ * to the last drive with this part of it: the inverse feeds its own last drive back through them. */
+static const double least_direct = 0.1, most_harmonics = 0.8;
 /* The search's scale of the bilinear gain, which is small. */
 static const double bilinear_scale = 0.01;
 
@@ -41,7 +45,7 @@ bool recursion_problem(const family_job_t *job, const char *family, recursion_pr
                     problem->drive.frequency_hz);
     }
     const double period = recording->sample_rate_hz / problem->drive.frequency_hz;
-    problem->from = (size_t)fmax(ceil(period), fmin(MOST_WARM_UP, (double)(train_to / 3)));
+    problem->from = (size_t)fmax(ceil(period), fmin(MOST_WARM_UP, floor((double)train_to / 3.0)));
     problem->to = (size_t)fmin((double)train_to, (double)problem->from + fmax(MOST_SAMPLES, 2.0 * period));
     if ((double)(problem->to - problem->from) < 0.99 * period || problem->from >= train_to) {
         return fail(failure, "%s: family %s needs two periods; the training part has %.2g of its %.6g Hz",
@@ -54,26 +58,36 @@ bool recursion_problem(const family_job_t *job, const char *family, recursion_pr
 typedef struct {
     const recursion_problem_t *problem;
     size_t sample;
-    double angle_step, input; /* input: u of the sample before */
+    double angle_step;
 } walk_t;
 
+/* u of the sample before k; what stands before the first is taken as equal to it. */
+static double input_before(const recursion_problem_t *problem, size_t k) {
+    const double drive = problem->recording->column[COLUMN_DRIVE][k > 0 ? k - 1 : 0];
+    return (drive - problem->drive.offset) / problem->drive.amplitude;
+}
+
 static walk_t walk_begin(const recursion_problem_t *problem, const double *shape) {
-    const double first = problem->recording->column[COLUMN_DRIVE][0];
     problem->basis.open(problem->basis.state, shape);
     return (walk_t){.problem = problem,
-                    .angle_step = 2.0 * M_PI * problem->drive.frequency_hz / problem->recording->sample_rate_hz,
-                    .input = (first - problem->drive.offset) / problem->drive.amplitude};
+                    .angle_step = 2.0 * M_PI * problem->drive.frequency_hz / problem->recording->sample_rate_hz};
 }
 
 static void walk_step(walk_t *walk, double *row) {
     const recursion_problem_t *problem = walk->problem;
     const size_t columns = problem->basis.columns;
     const double angle = problem->drive.phase + walk->angle_step * ((double)walk->sample - 1.0);
-    recursion_harmonics(walk->input, angle, row + columns);
+    recursion_harmonics(input_before(problem, walk->sample), angle, row + columns);
     row[columns + RECURSION_HARMONICS] = 1.0;
-    walk->input =
-        (problem->recording->column[COLUMN_DRIVE][walk->sample++] - problem->drive.offset) / problem->drive.amplitude;
-    problem->basis.step(problem->basis.state, walk->input, row);
+    problem->basis.step(problem->basis.state, input_before(problem, ++walk->sample), row);
+}
+
+/* The same with least_direct of the drive in every other column. */
+static void walk_step_shared(walk_t *walk, double *row) {
+    walk_step(walk, row);
+    for (size_t i = 1; i < walk->problem->basis.columns; i++) {
+        row[i] += least_direct * row[0];
+    }
 }
 
 static double predict(const recursion_estimate_t *estimate, size_t columns, const double *row) {
@@ -90,10 +104,10 @@ static double predict(const recursion_estimate_t *estimate, size_t columns, cons
 /* Sets both errors. */
 static void judge(const recursion_problem_t *problem, recursion_estimate_t *estimate) {
     const double *y = problem->recording->column[COLUMN_DISPLACEMENT], *c = estimate->feedback;
-    double row[ROW], past[RECURSION_FEEDBACK] = {0.0}, one_step = 0.0, simulated = 0.0;
+    double row[ROW], past[RECURSION_FEEDBACK] = {0.0}, one_step = 0.0, simulated = 0.0, power = 0.0;
     walk_t walk = walk_begin(problem, estimate->shape);
     for (size_t k = 0; k < problem->to; k++) {
-        const double bend = c[0] + estimate->bilinear * walk.input;
+        const double bend = c[0] + estimate->bilinear * input_before(problem, k);
         walk_step(&walk, row);
         const double sum = predict(estimate, problem->basis.columns, row);
         const double own = sum + bend * past[0] + c[1] * past[1] + c[2] * past[2];
@@ -103,16 +117,29 @@ static void judge(const recursion_problem_t *problem, recursion_estimate_t *esti
         if (k >= problem->from) {
             one_step += gsl_pow_2(sum + bend * y[k - 1] + c[1] * y[k - 2] + c[2] * y[k - 3] - y[k]);
             simulated += gsl_pow_2(own - y[k]);
+            power += gsl_pow_2(y[k]);
         }
     }
     const double samples = (double)(problem->to - problem->from);
     estimate->one_step_rms_um = sqrt(one_step / samples);
-    estimate->simulated_rms_um = isfinite(simulated) ? sqrt(simulated / samples) : HUGE_VAL;
+    /* A thousand times the displacement is no simulation any more. */
+    estimate->simulated_rms_um = simulated < 1e6 * power ? sqrt(simulated / samples) : HUGE_VAL;
 }
 
-static void take_linear(const recursion_problem_t *problem, const double *x, recursion_estimate_t *estimate) {
+/* The drive's own weight when every other column brings `share` of the drive along. */
+static double direct_weight(const double *x, size_t columns, double share) {
+    double direct = x[0];
+    for (size_t i = 1; i < columns; i++) {
+        direct += share * x[i];
+    }
+    return direct;
+}
+
+static void take_linear(const recursion_problem_t *problem, const double *x, double share,
+                        recursion_estimate_t *estimate) {
     const size_t columns = problem->basis.columns;
     memcpy(estimate->weight, x, columns * sizeof(double));
+    estimate->weight[0] = direct_weight(x, columns, share);
     memcpy(estimate->harmonic, x + columns, sizeof estimate->harmonic);
     estimate->offset_um = x[columns + RECURSION_HARMONICS];
 }
@@ -128,13 +155,12 @@ bool recursion_fit_one_step(const recursion_problem_t *problem, recursion_estima
     normal_equations_create(&equations, unknowns);
     walk_t walk = walk_begin(problem, estimate->shape);
     for (size_t k = 0; k < problem->to; k++) {
-        const double input = walk.input;
         walk_step(&walk, row);
         if (k >= problem->from) { /* a period into the recording: there are three samples before it */
             for (size_t i = 0; i < RECURSION_FEEDBACK; i++) {
                 row[own + i] = y[k - 1 - i];
             }
-            row[own + RECURSION_FEEDBACK] = input * y[k - 1];
+            row[own + RECURSION_FEEDBACK] = input_before(problem, k) * y[k - 1];
             normal_equations_add(&equations, row, y[k]);
         }
     }
@@ -144,7 +170,7 @@ bool recursion_fit_one_step(const recursion_problem_t *problem, recursion_estima
     }
     const bool good = solve_bounded(&equations, lower, x, NULL, failure);
     if (good) {
-        take_linear(problem, x, estimate);
+        take_linear(problem, x, 0.0, estimate);
         memcpy(estimate->feedback, x + own, sizeof estimate->feedback);
         estimate->bilinear = problem->bilinear ? x[own + RECURSION_FEEDBACK] : 0.0;
         judge(problem, estimate);
@@ -159,6 +185,7 @@ typedef struct {
     double lower[ROW];
     double shrink; /* roots have to be inside the circle of 1 / shrink */
     double *past;  /* three filtered rows */
+    double *rows;  /* of all samples, where no shape changes them and they are not too many; else NULL */
     recursion_estimate_t *estimate;
     failure_t *failure;
     double evaluations, most_evaluations;
@@ -208,6 +235,41 @@ static bool decays(const double feedback[RECURSION_FEEDBACK], double bilinear, d
     return recursion_margin(grown, bilinear * factor) > 0.0;
 }
 
+/* How much the harmonics answer to a change of the drive before, at most: the slopes of u, u^3 and u^5 at u = 1. */
+static double harmonics_slope(const double harmonic[RECURSION_HARMONICS]) {
+    return hypot(harmonic[0], harmonic[3]) + 3.0 * hypot(harmonic[1], harmonic[4]) +
+           5.0 * hypot(harmonic[2], harmonic[5]);
+}
+
+/* Solves, and pulls the harmonics towards 0 until the inverse bears them. */
+static bool solve_invertible(const search_t *search, normal_equations_t *equations, double *x, double *rms) {
+    const size_t columns = search->problem->basis.columns;
+    double *const harmonic = x + columns;
+    double pull = 1e-9 * equations->power, pulled = 0.0;
+    for (;;) {
+        double part = 0.0, unit[ROW] = {0.0};
+        if (!solve_bounded(equations, search->lower, x, NULL, search->failure)) {
+            return false;
+        }
+        const double direct = direct_weight(x, columns, least_direct);
+        for (size_t i = 0; i < RECURSION_HARMONICS; i++) {
+            part += gsl_pow_2((double)(2 * (i % 3) + 1) * harmonic[i]);
+        }
+        /* Without any weight on the drive there is nothing to be inverted, and nothing to compare with. */
+        if (harmonics_slope(harmonic) <= most_harmonics * direct || !(part > 0.0) || pull > 1e9 * equations->power) {
+            *rms = sqrt(fmax(squared_error(equations, x) - pulled * part, 0.0) / (double)equations->rows);
+            return true;
+        }
+        for (size_t i = 0; i < RECURSION_HARMONICS; i++) {
+            unit[columns + i] = (double)(2 * (i % 3) + 1);
+            normal_equations_penalise(equations, unit, pull);
+            unit[columns + i] = 0.0;
+        }
+        pulled += pull;
+        pull *= 10.0;
+    }
+}
+
 /* The best linear numbers for x: feedback, shapes, bilinear gain. Returns the RMS error, HUGE_VAL where x is no good.
  */
 static double solve_for(const double *x, void *context) {
@@ -230,21 +292,23 @@ static double solve_for(const double *x, void *context) {
     normal_equations_create(&equations, n);
     walk_t walk = walk_begin(problem, estimate->shape);
     for (size_t k = 0; k < problem->to; k++) {
-        const double *c = estimate->feedback, bend = c[0] + estimate->bilinear * walk.input;
+        const double *c = estimate->feedback, bend = c[0] + estimate->bilinear * input_before(problem, k);
+        const double *own = search->rows != NULL ? search->rows + k * n : row;
         double *newest = past + k % RECURSION_FEEDBACK * n; /* overwrites the oldest, in place */
         const double *last = past + (k + 2) % RECURSION_FEEDBACK * n, *before = past + (k + 1) % RECURSION_FEEDBACK * n;
-        walk_step(&walk, row);
+        if (search->rows == NULL) {
+            walk_step_shared(&walk, row);
+        }
         for (size_t i = 0; i < n; i++) {
-            newest[i] = row[i] + bend * last[i] + c[1] * before[i] + c[2] * newest[i];
+            newest[i] = own[i] + bend * last[i] + c[1] * before[i] + c[2] * newest[i];
         }
         if (k >= problem->from) {
             normal_equations_add(&equations, newest, y[k]);
         }
     }
     normal_equations_finish(&equations);
-    if (solve_bounded(&equations, search->lower, solution, NULL, search->failure)) {
-        rms = sqrt(squared_error(&equations, solution) / (double)equations.rows);
-        take_linear(problem, solution, estimate);
+    if (solve_invertible(search, &equations, solution, &rms)) {
+        take_linear(problem, solution, least_direct, estimate);
     }
     normal_equations_free(&equations);
     return rms;
@@ -332,6 +396,13 @@ bool recursion_fit_simulation(const recursion_problem_t *problem, recursion_esti
         search.lower[i] = i < problem->basis.columns ? problem->basis.lower[i] : -HUGE_VAL;
     }
     search.past = allocate(RECURSION_FEEDBACK * n, sizeof(double));
+    if (problem->basis.shapes == 0 && problem->to * n <= MOST_KEPT) {
+        walk_t walk = walk_begin(problem, one_step.shape);
+        search.rows = allocate(problem->to * n, sizeof(double));
+        for (size_t k = 0; k < problem->to; k++) {
+            walk_step_shared(&walk, search.rows + k * n);
+        }
+    }
     scanned = one_step;
     scan(&search, &scanned);
     least = search_from(&search, one_step, estimate, least);
@@ -343,6 +414,7 @@ bool recursion_fit_simulation(const recursion_problem_t *problem, recursion_esti
         least = search_from(&search, without, estimate, least);
     }
     free(search.past);
+    free(search.rows);
     if (!isfinite(least)) {
         return fail(failure, "%s: no stable recursion comes near the displacement", problem->recording->name);
     }
@@ -361,14 +433,26 @@ void recursion_set(model_block_t *block, const recursion_problem_t *problem, con
     model_set(block, "offset_um", estimate->offset_um);
 }
 
-void recursion_note(family_notes_t *notes, const recursion_estimate_t *one_step,
-                    const recursion_estimate_t *simulation) {
+/* JSON has no infinity. */
+static void set_fact(model_t *model, const char *key, double value) {
+    if (isfinite(value)) {
+        json_object_set_new(model->fit, key, json_real(value));
+    }
+}
+
+void recursion_report(model_t *model, family_notes_t *notes, const recursion_estimate_t *one_step,
+                      const recursion_estimate_t *estimate) {
     char simulated[40] = "runs away";
-    if (one_step->simulated_rms_um < 1e6) {
+    model->fit = json_object();
+    set_fact(model, "simulated_rms_um", estimate->simulated_rms_um);
+    set_fact(model, "one_step_rms_um", estimate->one_step_rms_um);
+    set_fact(model, "least_squares_one_step_rms_um", one_step->one_step_rms_um);
+    set_fact(model, "least_squares_simulated_rms_um", one_step->simulated_rms_um);
+    if (isfinite(one_step->simulated_rms_um)) {
         snprintf(simulated, sizeof simulated, "leaves %.4g um", one_step->simulated_rms_um);
     }
     family_note(notes, "fitted as a simulation: leaves %.4g um rms, %.4g um when it is given the measured positions",
-                simulation->simulated_rms_um, simulation->one_step_rms_um);
+                estimate->simulated_rms_um, estimate->one_step_rms_um);
     family_note(notes, "fitted to predict one step, as recursive least squares do: %.4g um rms, but simulated it %s",
                 one_step->one_step_rms_um, simulated);
 }

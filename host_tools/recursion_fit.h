@@ -26,7 +26,7 @@
 
 /** A hysteresis as a sum of columns with weights to be found. */
 typedef struct {
-    size_t columns;
+    size_t columns;                           /**< the first one is the drive */
     const double *lower;                      /**< of their weights, in the simulation estimate; -HUGE_VAL: none */
     size_t shapes;                            /**< numbers that the columns depend on */
     double shape_start[RECURSION_FIT_SHAPES]; /**< in the search's own, unbounded scale */
@@ -71,8 +71,9 @@ bool recursion_fit_simulation(const recursion_problem_t *problem, recursion_esti
 /** Sets the parameters of recursion.h in a block. */
 void recursion_set(model_block_t *block, const recursion_problem_t *problem, const recursion_estimate_t *estimate);
 
-/** What both estimates reach, for the family's notes. */
-void recursion_note(family_notes_t *notes, const recursion_estimate_t *one_step,
-                    const recursion_estimate_t *simulation);
+/** What both estimates reach: notes, and facts "simulated_rms_um", "one_step_rms_um", "least_squares_one_step_rms_um",
+ * "least_squares_simulated_rms_um" (absent: runs away) of the model. */
+void recursion_report(model_t *model, family_notes_t *notes, const recursion_estimate_t *one_step,
+                      const recursion_estimate_t *estimate);
 
 #endif

@@ -30,7 +30,7 @@ static void step(void *state, double u, double *column) {
 }
 
 static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
-    static const double lower[COLUMNS] = {0.0, -HUGE_VAL};
+    static const double lower[COLUMNS] = {0.0, 0.0};
     recursion_problem_t problem;
     recursion_estimate_t one_step, simulation;
     bouc_wen_t state;
@@ -57,7 +57,7 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
     model_set(block, "beta", found.beta);
     model_set(block, "gamma", found.gamma);
     model_set(block, "exponent", found.exponent);
-    recursion_note(notes, &one_step, &simulation);
+    recursion_report(model, notes, &one_step, &simulation);
     return true;
 }
 
