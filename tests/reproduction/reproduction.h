@@ -17,6 +17,7 @@
 /* One line a paper: its number, as three digits, and a short title for the page. */
 #define SEEDS(SEED)                                                                                                    \
     SEED(000, "A stack as a mass on a spring of stops, 10 to 200 Hz, 0 to 12 N")                                       \
+    SEED(001, "A bimorph with odd harmonics and interleaved hysteresis, 1 to 110 Hz")                                  \
     SEED(002, "A stack with a density of stops and with a Preisach model, 0.1 to 100 Hz")                              \
     SEED(003, "A family of ellipses for the loops of a stack, 0.5 to 300 Hz")                                          \
     SEED(004, "Rate-dependent Prandtl-Ishlinskii model of a cantilever, 0.1 to 200 Hz")
