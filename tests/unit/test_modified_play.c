@@ -245,6 +245,25 @@ static void test_carry_between_grids(void) {
     }
 }
 
+/* Locked to a phase later on or started with it: the same next sample. */
+static void test_set_phase(void) {
+    for (int run = 0; run < 100; run++) {
+        hyst_modified_play_t model;
+        hyst_modified_play_parameters_t p = modified_play_random(&rng, &model);
+        p.phase = (uint32_t)random_bits(&rng);
+        const hyst_modified_play_t locked = modified_play_accept(&p);
+        hyst_modified_play_state_t set, started;
+        const hyst_q31_t start = random_q31(&rng);
+        const hyst_q31_t drive = random_q31(&rng);
+        hyst_modified_play_reset(&model, &set, start);
+        hyst_modified_play_set_phase(&model, &set, p.phase);
+        hyst_modified_play_reset(&locked, &started, start);
+        TEST_ASSERT_EQUAL_INT32(hyst_modified_play_forward(&locked, &started, drive),
+                                hyst_modified_play_forward(&model, &set, drive));
+        TEST_ASSERT_EQUAL_UINT32(started.phase, set.phase);
+    }
+}
+
 /* What reset promises: held at that drive, a model without harmonics stays. */
 static void test_reset_is_rest(void) {
     for (int run = 0; run < 200; run++) {
@@ -380,6 +399,7 @@ int main(void) {
     RUN_TEST(test_composition);
     RUN_TEST(test_plays_stay_nested);
     RUN_TEST(test_carry_between_grids);
+    RUN_TEST(test_set_phase);
     RUN_TEST(test_reset_is_rest);
     RUN_TEST(test_direct_inverse_misses_by_the_change_of_the_plays);
     RUN_TEST(test_direct_inverse_chatters_where_plays_outweigh_2a);

@@ -46,7 +46,7 @@ static int64_t odd_powers(const hyst_q28_t coefficient[HYST_MODIFIED_PLAY_HARMON
 }
 
 /* Everything in the next output but 2A u + H, Q59. */
-static int64_t known(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state) {
+static int64_t known_of(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state) {
     const hyst_modified_play_parameters_t *p = &model->parameters;
     int64_t sum = hyst_product(p->offset, HYST_Q28_ONE) + state->remainder;
     for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_FEEDBACK; i++) {
@@ -82,6 +82,12 @@ static int64_t divide(int64_t x, int64_t divisor) {
     return (x < 0 ? x - divisor / 2 : x + divisor / 2) / divisor;
 }
 
+void hyst_modified_play_set_phase(const hyst_modified_play_t *model, hyst_modified_play_state_t *state,
+                                  uint32_t phase) {
+    state->phase = phase;
+    state->known = known_of(model, state);
+}
+
 void hyst_modified_play_reset(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, hyst_q31_t drive) {
     const hyst_modified_play_parameters_t *p = &model->parameters;
     for (uint32_t row = 0; row < rows_of(model); row++) {
@@ -93,15 +99,16 @@ void hyst_modified_play_reset(const hyst_modified_play_t *model, hyst_modified_p
     for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_FEEDBACK; i++) {
         bracket -= p->feedback[i];
     }
-    const int64_t sum = hyst_product(p->offset, HYST_Q28_ONE) + hyst_product(p->direct, drive) +
-                        share_of(model, state->play); /* < 2^62 */
+    state->share = share_of(model, state->play);
+    const int64_t sum =
+        hyst_product(p->offset, HYST_Q28_ONE) + hyst_product(p->direct, drive) + state->share; /* < 2^62 */
     for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_FEEDBACK; i++) {
         state->position[i] = hyst_saturate(divide(sum, bracket));
     }
     state->remainder = 0;
     state->drive = drive;
     state->rate = 0;
-    state->phase = p->phase;
+    hyst_modified_play_set_phase(model, state, p->phase);
 }
 
 void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified_play_state_t *state,
@@ -109,13 +116,13 @@ void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified
     const hyst_modified_play_parameters_t *p = &model->parameters;
     const int64_t low = drive - widening(model, state, 1);
     const int64_t high = drive + widening(model, state, -1);
-    int64_t sum = known(model, state) + hyst_product(p->direct, drive);
     for (uint32_t row = 0; row < rows_of(model); row++) {
         /* A bound that saturates does not bind: the play is within the range. */
         const hyst_q31_t r = threshold(model, row);
         state->play[row] = hyst_clamp(state->play[row], hyst_saturate(low - r), hyst_saturate(high + r));
     }
-    sum += share_of(model, state->play);
+    state->share = share_of(model, state->play);
+    const int64_t sum = state->known + hyst_product(p->direct, drive) + state->share;
     const int64_t rounded = hyst_round_shift(sum, 28);
     state->position[2] = state->position[1];
     state->position[1] = state->position[0];
@@ -125,7 +132,7 @@ void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified
     const int64_t step = ((int64_t)drive - state->drive) >> 1;
     state->rate = (hyst_q30_t)(state->rate + hyst_round_shift((step - state->rate) * p->rate_gain, 30));
     state->drive = drive;
-    state->phase += p->phase_step;
+    hyst_modified_play_set_phase(model, state, state->phase + p->phase_step);
 }
 
 hyst_q31_t hyst_modified_play_output(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state) {
@@ -166,10 +173,9 @@ static int64_t walk(const hyst_modified_play_t *model, const hyst_modified_play_
     }
 }
 
-/* What 2A u + H has to be at the next sample, Q59. */
-static int64_t goal_of(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
-                       hyst_q31_t position) {
-    return hyst_product(position, HYST_Q28_ONE) - known(model, state);
+/* What 2A u has to be at the next sample while no play moves, Q59. */
+static int64_t goal_of(const hyst_modified_play_state_t *state, hyst_q31_t position) {
+    return hyst_product(position, HYST_Q28_ONE) - state->known - state->share;
 }
 
 static hyst_q31_t within_range(int64_t drive, bool *saturated) {
@@ -182,7 +188,7 @@ static hyst_q31_t within_range(int64_t drive, bool *saturated) {
 hyst_q31_t hyst_modified_play_solve(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
                                     hyst_q31_t position, bool *saturated) {
     const hyst_q28_t direct = model->parameters.direct;
-    const int64_t rest = goal_of(model, state, position) - share_of(model, state->play);
+    const int64_t rest = goal_of(state, position);
     for (int outward = -1; outward <= 1 && rows_of(model) > 0; outward += 2) {
         /* Where the drive begins to carry the first play. Out of the range it carries none. */
         const int64_t growth = widening(model, state, outward);
@@ -199,7 +205,7 @@ hyst_q31_t hyst_modified_play_solve(const hyst_modified_play_t *model, const hys
 
 hyst_q31_t hyst_modified_play_direct_inverse(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
                                              hyst_q31_t position, bool *saturated) {
-    const int64_t rest = goal_of(model, state, position) - share_of(model, state->play);
+    const int64_t rest = goal_of(state, position);
     return within_range(divide(rest, model->parameters.direct), saturated);
 }
 
@@ -231,10 +237,8 @@ static int64_t read_curve(const hyst_modified_play_t *model, const hyst_modified
 void hyst_modified_play_carry(const hyst_modified_play_t *from, const hyst_modified_play_state_t *from_state,
                               const hyst_modified_play_t *to, hyst_modified_play_state_t *to_state) {
     *to_state = *from_state;
-    if (from->parameters.divisions == to->parameters.divisions) {
-        return;
-    }
-    for (uint32_t row = rows_of(to); row-- > 0;) {
+    const bool same_rows = from->parameters.divisions == to->parameters.divisions;
+    for (uint32_t row = same_rows ? 0 : rows_of(to); row-- > 0;) {
         /* A play can be displaced as far as |p| + r <= 1, and from the next outer one by the pitch: nesting. */
         const hyst_q31_t r = threshold(to, row);
         const hyst_q31_t farthest = HYST_Q31_MAX - r;
@@ -245,4 +249,6 @@ void hyst_modified_play_carry(const hyst_modified_play_t *from, const hyst_modif
         }
         to_state->play[row] = play;
     }
+    to_state->share = share_of(to, to_state->play);
+    hyst_modified_play_set_phase(to, to_state, from_state->phase);
 }

@@ -97,7 +97,9 @@ typedef struct {
     int32_t remainder;                                /**< what rounding y[k] left over, Q59, |.| <= 2^27 */
     hyst_q31_t drive;                                 /**< u[k] */
     hyst_q30_t rate;                                  /**< v[k], |v| <= 2 */
-    uint32_t phase;                                   /**< theta[k]; the caller may set it to lock it to a source */
+    uint32_t phase;                                   /**< theta[k], see hyst_modified_play_set_phase */
+    int64_t share;                                    /**< H[u[k]], Q59 */
+    int64_t known;                                    /**< all of y[k+1] but 2A u + H, Q59 */
 } hyst_modified_play_state_t;
 
 /** Why a model is refused. Values are part of the Modbus interface: append only. */
@@ -126,6 +128,9 @@ hyst_modified_play_status_t hyst_modified_play_build(hyst_modified_play_t *model
  * theta is the model's phase.
  */
 void hyst_modified_play_reset(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, hyst_q31_t drive);
+
+/** Sets theta[k], to lock it to a source. */
+void hyst_modified_play_set_phase(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, uint32_t phase);
 
 /** Moves the memory by one sample, with the drive that was really applied. */
 void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, hyst_q31_t drive);
