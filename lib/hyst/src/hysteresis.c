@@ -6,6 +6,12 @@ void hyst_hysteresis_reset(const hyst_hysteresis_t *model, hyst_hysteresis_state
     case HYST_FAMILY_PREISACH:
         hyst_preisach_reset(&model->preisach, &state->preisach, drive);
         break;
+    case HYST_FAMILY_BOUC_WEN:
+        hyst_bouc_wen_reset(&model->bouc_wen, &state->bouc_wen, drive);
+        break;
+    case HYST_FAMILY_MODIFIED_PLAY:
+        hyst_modified_play_reset(&model->modified_play, &state->modified_play, drive);
+        break;
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:
         hyst_pi_reset(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, drive);
@@ -18,6 +24,12 @@ void hyst_hysteresis_advance(const hyst_hysteresis_t *model, hyst_hysteresis_sta
     case HYST_FAMILY_PREISACH:
         hyst_preisach_advance(&model->preisach, &state->preisach, drive);
         break;
+    case HYST_FAMILY_BOUC_WEN:
+        hyst_bouc_wen_advance(&model->bouc_wen, &state->bouc_wen, drive);
+        break;
+    case HYST_FAMILY_MODIFIED_PLAY:
+        hyst_modified_play_advance(&model->modified_play, &state->modified_play, drive);
+        break;
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:
         hyst_pi_advance(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, drive);
@@ -29,6 +41,10 @@ hyst_q31_t hyst_hysteresis_output(const hyst_hysteresis_t *model, const hyst_hys
     switch (model->family) {
     case HYST_FAMILY_PREISACH:
         return hyst_preisach_output(&model->preisach, &state->preisach);
+    case HYST_FAMILY_BOUC_WEN:
+        return hyst_bouc_wen_output(&model->bouc_wen, &state->bouc_wen);
+    case HYST_FAMILY_MODIFIED_PLAY:
+        return hyst_modified_play_output(&model->modified_play, &state->modified_play);
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:
         break;
@@ -41,6 +57,10 @@ hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hyst
     switch (model->family) {
     case HYST_FAMILY_PREISACH:
         return hyst_preisach_solve(&model->preisach, &state->preisach, position, saturated);
+    case HYST_FAMILY_BOUC_WEN:
+        return hyst_bouc_wen_solve(&model->bouc_wen, &state->bouc_wen, position, saturated);
+    case HYST_FAMILY_MODIFIED_PLAY:
+        return hyst_modified_play_solve(&model->modified_play, &state->modified_play, position, saturated);
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:
         break;
@@ -57,6 +77,13 @@ void hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_
     switch (to->family) {
     case HYST_FAMILY_PREISACH:
         hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach);
+        break;
+    case HYST_FAMILY_BOUC_WEN:
+        hyst_bouc_wen_carry(&from->bouc_wen, &from_state->bouc_wen, &to->bouc_wen, &to_state->bouc_wen);
+        break;
+    case HYST_FAMILY_MODIFIED_PLAY:
+        hyst_modified_play_carry(&from->modified_play, &from_state->modified_play, &to->modified_play,
+                                 &to_state->modified_play);
         break;
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:

@@ -31,11 +31,14 @@ static const scalar_t scalars[] = {
     SCALAR(19, pi_beta),
     SCALAR(20, pi_rate_gain),
     SCALAR(21, preisach_intervals),
-    SCALAR(22, drive_curves),
-    SCALAR(23, shape_sections),
-    SCALAR(24, inertia_sections),
-    SCALAR(25, equalise_sections),
-    SCALAR(26, creep_cells),
+    SCALAR(22, bouc_wen_cells),
+    SCALAR(23, bouc_wen_direct),
+    SCALAR(24, modified_plays),
+    SCALAR(25, drive_curves),
+    SCALAR(26, shape_sections),
+    SCALAR(27, inertia_sections),
+    SCALAR(28, equalise_sections),
+    SCALAR(29, creep_cells),
 };
 #define SCALARS (sizeof scalars / sizeof scalars[0])
 _Static_assert(SCALARS == HYST_IMAGE_HEADER_WORDS - 3U, "every header word after the length has its member");
@@ -63,6 +66,9 @@ static const array_t arrays[] = {
     ARRAY(pi_operators, pi_threshold, HYST_PI_MAX_OPERATORS, HYST_FIELD_PI_OPERATORS, .extra = 0),
     ARRAY(preisach_intervals, preisach_everett, HYST_PREISACH_MAX_INTERVALS, HYST_FIELD_PREISACH_INTERVALS,
           .triangle = true),
+    ARRAY(bouc_wen_cells, bouc_wen_length, HYST_BOUC_WEN_MAX_CELLS, HYST_FIELD_BOUC_WEN_CELLS, .extra = 0),
+    ARRAY(bouc_wen_cells, bouc_wen_slope, HYST_BOUC_WEN_MAX_CELLS, HYST_FIELD_BOUC_WEN_CELLS, .extra = 0),
+    ARRAY(modified_plays, modified_play, 1, HYST_FIELD_MODIFIED_PLAYS, .extra = 0),
     ARRAY(drive_curves, drive_curve, 1, HYST_FIELD_DRIVE_CURVES, .extra = 0),
     ARRAY(shape_sections, shape, HYST_IIR_MAX_SECTIONS, HYST_FIELD_SHAPE_SECTIONS, .extra = 0),
     ARRAY(inertia_sections, inertia, HYST_INERTIA_MAX_SECTIONS, HYST_FIELD_INERTIA_SECTIONS, .extra = 0),
@@ -71,6 +77,7 @@ static const array_t arrays[] = {
 };
 #define ARRAYS (sizeof arrays / sizeof arrays[0])
 _Static_assert(sizeof(hyst_iir_section_t) == 20 && sizeof(hyst_creep_cell_t) == 8, "elements are words, unpadded");
+_Static_assert(sizeof(hyst_modified_play_parameters_t) == (18U + HYST_MODIFIED_PLAY_MAX_CELLS) * 4U, "likewise");
 
 uint32_t hyst_crc32(const uint32_t *words, size_t count) {
     uint32_t crc = 0xFFFFFFFFU;
@@ -239,13 +246,53 @@ static hyst_parameters_fault_t preisach_fault(hyst_preisach_status_t status, uin
     return fault(HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PREISACH_EVERETT, element);
 }
 
+static hyst_parameters_fault_t bouc_wen_fault(hyst_bouc_wen_status_t status, uint32_t element) {
+    switch (status) {
+    case HYST_BOUC_WEN_OK:
+        return no_fault();
+    case HYST_BOUC_WEN_TOO_MANY_CELLS:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_BOUC_WEN_CELLS, 0);
+    case HYST_BOUC_WEN_LENGTH_NOT_POSITIVE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_BOUC_WEN_LENGTH, element);
+    case HYST_BOUC_WEN_SLOPE_SIGN:
+        return fault(HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_BOUC_WEN_SLOPE, element);
+    case HYST_BOUC_WEN_TOO_STEEP:
+    case HYST_BOUC_WEN_BRANCH_TOO_LONG:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_BOUC_WEN_SLOPE, element);
+    case HYST_BOUC_WEN_TOO_FLAT:
+        break;
+    }
+    return fault(HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_BOUC_WEN_SLOPE, element);
+}
+
+static hyst_parameters_fault_t modified_play_fault(hyst_modified_play_status_t status, uint32_t element) {
+    switch (status) {
+    case HYST_MODIFIED_PLAY_OK:
+        return no_fault();
+    case HYST_MODIFIED_PLAY_DIVISIONS_OUT_OF_RANGE:
+    case HYST_MODIFIED_PLAY_COEFFICIENTS_TOO_LARGE:
+    case HYST_MODIFIED_PLAY_WEIGHTS_TOO_LARGE:
+    case HYST_MODIFIED_PLAY_TOO_STEEP:
+    case HYST_MODIFIED_PLAY_RATE_OUT_OF_RANGE:
+        return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_MODIFIED_PLAY, element);
+    case HYST_MODIFIED_PLAY_TOO_FLAT:
+        return fault(HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_MODIFIED_PLAY, element);
+    case HYST_MODIFIED_PLAY_FILTER_UNSTABLE:
+    case HYST_MODIFIED_PLAY_INVERSE_UNSTABLE:
+        break;
+    }
+    return fault(HYST_PARAMETERS_UNSTABLE, HYST_FIELD_MODIFIED_PLAY, element);
+}
+
 /* What belongs to another family than the one that is chosen must not be there. */
 static hyst_parameters_fault_t check_family(const hyst_parameters_t *p) {
     const struct {
         uint32_t count, family;
         hyst_field_t field;
     } parts[] = {{p->pi_operators, HYST_FAMILY_PRANDTL_ISHLINSKII, HYST_FIELD_PI_OPERATORS},
-                 {p->preisach_intervals, HYST_FAMILY_PREISACH, HYST_FIELD_PREISACH_INTERVALS}};
+                 {p->preisach_intervals, HYST_FAMILY_PREISACH, HYST_FIELD_PREISACH_INTERVALS},
+                 {p->bouc_wen_cells, HYST_FAMILY_BOUC_WEN, HYST_FIELD_BOUC_WEN_CELLS},
+                 {p->modified_plays, HYST_FAMILY_MODIFIED_PLAY, HYST_FIELD_MODIFIED_PLAYS}};
     if (p->family >= HYST_FAMILY_COUNT) {
         return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_FAMILY, 0);
     }
@@ -270,6 +317,20 @@ static hyst_parameters_fault_t build_hysteresis(const hyst_parameters_t *p, hyst
         const hyst_preisach_status_t status = hyst_preisach_build(&hysteresis->preisach, p->preisach_intervals,
                                                                   p->hysteresis_offset, p->preisach_everett, &element);
         return preisach_fault(status, element);
+    }
+    case HYST_FAMILY_BOUC_WEN: {
+        const hyst_bouc_wen_status_t status =
+            hyst_bouc_wen_build(&hysteresis->bouc_wen, p->bouc_wen_cells, p->hysteresis_offset, p->bouc_wen_direct,
+                                p->bouc_wen_length, p->bouc_wen_slope, &element);
+        return bouc_wen_fault(status, element);
+    }
+    case HYST_FAMILY_MODIFIED_PLAY: {
+        if (p->modified_plays != 1) {
+            return fault(HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_MODIFIED_PLAYS, 0);
+        }
+        const hyst_modified_play_status_t status =
+            hyst_modified_play_build(&hysteresis->modified_play, &p->modified_play[0], &element);
+        return modified_play_fault(status, element);
     }
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:
@@ -430,6 +491,12 @@ const char *hyst_field_text(hyst_field_t field) {
         [HYST_FIELD_FAMILY] = "family",
         [HYST_FIELD_PREISACH_INTERVALS] = "preisach_intervals",
         [HYST_FIELD_PREISACH_EVERETT] = "preisach_everett",
+        [HYST_FIELD_BOUC_WEN_CELLS] = "bouc_wen_cells",
+        [HYST_FIELD_BOUC_WEN_DIRECT] = "bouc_wen_direct",
+        [HYST_FIELD_BOUC_WEN_LENGTH] = "bouc_wen_length",
+        [HYST_FIELD_BOUC_WEN_SLOPE] = "bouc_wen_slope",
+        [HYST_FIELD_MODIFIED_PLAYS] = "modified_plays",
+        [HYST_FIELD_MODIFIED_PLAY] = "modified_play",
         [HYST_FIELD_DRIVE_CURVES] = "drive_curves",
         [HYST_FIELD_DRIVE_CURVE] = "drive_curve",
         [HYST_FIELD_INERTIA_SECTIONS] = "inertia_sections",

@@ -2,9 +2,11 @@
 /**
  * One interface to every family of hysteresis models that the loop can run.
  *
- *   family                                      header                 inverse
+ *   family                                                                                header
  *   HYST_FAMILY_PRANDTL_ISHLINSKII  weighted plays, fixed or rate-dependent thresholds    prandtl_ishlinskii.h
  *   HYST_FAMILY_PREISACH            Everett table over the drive plane                    preisach.h
+ *   HYST_FAMILY_BOUC_WEN            two mirrored branch curves                            bouc_wen.h
+ *   HYST_FAMILY_MODIFIED_PLAY       plane of plays, third-order feedback, odd harmonics   modified_play.h
  *
  * (Stop sums, densities and ellipses become one of these when a model is compiled: docs/MODELS.md.) All of them invert
  * exactly: the drive that solve returns brings the output to the wanted position at this sample, up to the rounding
@@ -22,11 +24,19 @@
 #ifndef HYST_HYSTERESIS_H
 #define HYST_HYSTERESIS_H
 
+#include "hyst/bouc_wen.h"
+#include "hyst/modified_play.h"
 #include "hyst/prandtl_ishlinskii.h"
 #include "hyst/preisach.h"
 
 /** Values are part of the Modbus interface and of the parameter image: append only. */
-typedef enum { HYST_FAMILY_PRANDTL_ISHLINSKII = 0, HYST_FAMILY_PREISACH = 1, HYST_FAMILY_COUNT } hyst_family_t;
+typedef enum {
+    HYST_FAMILY_PRANDTL_ISHLINSKII = 0,
+    HYST_FAMILY_PREISACH = 1,
+    HYST_FAMILY_BOUC_WEN = 2,
+    HYST_FAMILY_MODIFIED_PLAY = 3,
+    HYST_FAMILY_COUNT
+} hyst_family_t;
 
 /** Coefficients of the one family that is in use. */
 typedef struct {
@@ -34,6 +44,8 @@ typedef struct {
     union {
         hyst_pi_t prandtl_ishlinskii;
         hyst_preisach_t preisach;
+        hyst_bouc_wen_t bouc_wen;
+        hyst_modified_play_t modified_play;
     };
 } hyst_hysteresis_t;
 
@@ -41,6 +53,8 @@ typedef struct {
 typedef union {
     hyst_pi_state_t prandtl_ishlinskii;
     hyst_preisach_state_t preisach;
+    hyst_bouc_wen_state_t bouc_wen;
+    hyst_modified_play_state_t modified_play;
 } hyst_hysteresis_state_t;
 
 void hyst_hysteresis_reset(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive);

@@ -17,12 +17,15 @@
  *     16 family, hyst_family_t              17 hysteresis_offset  Q31, see the header of the family
  *     18 pi_operators n   19 pi_beta Q20 (samples)       20 pi_rate_gain Q30
  *     21 preisach_intervals N, 0 but for its family
- *     22 drive_curves, 0 or 1
- *     23 shape_sections   24 inertia_sections   25 equalise_sections   26 creep_cells
- *     27 ...
+ *     22 bouc_wen_cells n, 0 but for its family          23 bouc_wen_direct Q28
+ *     24 modified_plays   1 for its family, else 0       25 drive_curves, 0 or 1
+ *     26 shape_sections   27 inertia_sections   28 equalise_sections   29 creep_cells
+ *     30 ...
  *        w_0..w_n            Q28            (w_0 stands in every image; it is used by its family only)
  *        a_1..a_n            Q31
  *        E(i,j)              Q28, N (N + 1) / 2 elements, see preisach.h
+ *        length_1..length_n  Q31, then slope_1..slope_n Q28, see bouc_wen.h
+ *        a hyst_modified_play_parameters_t, word by word
  *        nodes of the drive curve   Q31, HYST_CURVE_NODES
  *        b0 b1 b2 a1 a2      Q28, per shape section, then per inertia section, then per equalise section
  *        gain rate           Q31, per creep cell
@@ -40,7 +43,7 @@
 
 #define HYST_IMAGE_MAGIC        0x48595354U
 #define HYST_IMAGE_VERSION      2U
-#define HYST_IMAGE_HEADER_WORDS 27U
+#define HYST_IMAGE_HEADER_WORDS 30U
 #define HYST_IMAGE_MIN_WORDS    (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
 /* The largest play bank with everything that can stand around it. No other family needs as much. */
 #define HYST_IMAGE_MAX_WORDS                                                                                           \
@@ -72,6 +75,12 @@ typedef struct {
     hyst_q31_t pi_threshold[HYST_PI_MAX_OPERATORS];
     uint32_t preisach_intervals;
     hyst_q28_t preisach_everett[HYST_PREISACH_MAX_ELEMENTS];
+    uint32_t bouc_wen_cells;
+    hyst_q28_t bouc_wen_direct;
+    hyst_q31_t bouc_wen_length[HYST_BOUC_WEN_MAX_CELLS];
+    hyst_q28_t bouc_wen_slope[HYST_BOUC_WEN_MAX_CELLS];
+    uint32_t modified_plays;
+    hyst_modified_play_parameters_t modified_play[1];
     uint32_t drive_curves;
     hyst_curve_t drive_curve[1];
     uint32_t shape_sections;
@@ -127,6 +136,12 @@ typedef enum {
     HYST_FIELD_FAMILY,
     HYST_FIELD_PREISACH_INTERVALS,
     HYST_FIELD_PREISACH_EVERETT,
+    HYST_FIELD_BOUC_WEN_CELLS,
+    HYST_FIELD_BOUC_WEN_DIRECT,
+    HYST_FIELD_BOUC_WEN_LENGTH,
+    HYST_FIELD_BOUC_WEN_SLOPE,
+    HYST_FIELD_MODIFIED_PLAYS,
+    HYST_FIELD_MODIFIED_PLAY,
     HYST_FIELD_DRIVE_CURVES,
     HYST_FIELD_DRIVE_CURVE,
     HYST_FIELD_INERTIA_SECTIONS,
