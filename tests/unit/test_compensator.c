@@ -142,6 +142,34 @@ static void set_preisach(hyst_parameters_t *p, uint32_t intervals) {
     }
 }
 
+/* Four cells, steep at the reversal. */
+static void set_bouc_wen(hyst_parameters_t *p) {
+    p->family = HYST_FAMILY_BOUC_WEN;
+    p->bouc_wen_cells = 4;
+    p->bouc_wen_direct = HYST_Q28_ONE / 2;
+    for (uint32_t i = 0; i < p->bouc_wen_cells; i++) {
+        p->bouc_wen_length[i] = HYST_Q31_MAX / 8 * (hyst_q31_t)(i + 1U);
+        p->bouc_wen_slope[i] = -HYST_Q28_ONE / 8 / (hyst_q28_t)(i + 1U);
+    }
+}
+
+/* Ten divisions, a damped recursion, a third harmonic. */
+static void set_modified_play(hyst_parameters_t *p) {
+    hyst_modified_play_parameters_t *m = &p->modified_play[0];
+    p->family = HYST_FAMILY_MODIFIED_PLAY;
+    p->modified_plays = 1;
+    m->divisions = 10;
+    m->direct = HYST_Q28_ONE / 4;
+    for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_CELLS(10); i++) {
+        m->slope[i] = HYST_Q28_ONE / 90;
+    }
+    m->feedback[0] = HYST_Q28_ONE / 4;
+    m->feedback[1] = HYST_Q28_ONE / 8;
+    m->bilinear = HYST_Q28_ONE / 50;
+    m->sine[1] = HYST_Q28_ONE / 200;
+    m->phase_step = UINT32_MAX / 400U;
+}
+
 /* g(x) = x + bend (x^2 - 1). */
 static void set_curve(hyst_parameters_t *p, double bend) {
     p->drive_curves = 1;
@@ -153,16 +181,27 @@ static void set_curve(hyst_parameters_t *p, double bend) {
 
 /* Whatever the family, with and without a drive curve, the plant is where the reference wants it. */
 static void test_every_family_tracks_exactly_behind_a_curve(void) {
-    for (int run = 0; run < 4; run++) {
+    for (int run = 0; run < 2 * HYST_FAMILY_COUNT; run++) {
         const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE / 3);
         const double bend = run % 2 == 0 ? 0.0 : 0.2;
         hyst_parameters_t p;
         hyst_parameters_default(&p);
-        if (run < 2) {
-            p = parameters_of(&a);
-        } else {
+        switch ((hyst_family_t)(run / 2)) {
+        case HYST_FAMILY_PREISACH:
             set_preisach(&p, 30);
+            break;
+        case HYST_FAMILY_BOUC_WEN:
+            set_bouc_wen(&p);
+            break;
+        case HYST_FAMILY_MODIFIED_PLAY:
+            set_modified_play(&p);
+            break;
+        case HYST_FAMILY_PRANDTL_ISHLINSKII:
+        case HYST_FAMILY_COUNT:
+            p = parameters_of(&a);
+            break;
         }
+        TEST_ASSERT_EQUAL_UINT32(run / 2, p.family);
         set_curve(&p, bend);
         const hyst_compensator_t c = build(&p);
         hyst_compensator_state_t s;
@@ -182,7 +221,7 @@ static void test_every_family_tracks_exactly_behind_a_curve(void) {
             const int32_t error = abs(hyst_hysteresis_output(&c.hysteresis, &plant) - reference);
             worst = k > 3000 && error > worst ? error : worst;
         }
-        /* The slopes of both families are below 1: half a unit from solve, half from output. The curve rounds twice, at
+        /* The slopes of all families are below 1: half a unit from solve, half from output. The curve rounds twice, at
          * slopes up to 1 + 2 bend: (1 + 2 bend) / 2 + 1/2 more. */
         TEST_ASSERT_LESS_OR_EQUAL_INT32(bend > 0.0 ? 2 : 1, worst);
     }

@@ -196,6 +196,41 @@ static void test_every_preisach_table_survives_the_image(void) {
     expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_PREISACH_INTERVALS, 0);
 }
 
+static void test_refusals_of_the_other_families_point_at_their_fields(void) {
+    hyst_compensator_t compensator;
+    hyst_parameters_t p = sample_parameters(0);
+    p.family = HYST_FAMILY_BOUC_WEN;
+    p.bouc_wen_cells = 2;
+    p.bouc_wen_direct = HYST_Q28_ONE / 2;
+    p.bouc_wen_length[0] = p.bouc_wen_length[1] = HYST_Q31_MAX / 4;
+    p.bouc_wen_slope[0] = p.bouc_wen_slope[1] = HYST_Q28_ONE / 8;
+    uint32_t image[HYST_IMAGE_MAX_WORDS];
+    const size_t length = hyst_parameters_encode(&p, image, HYST_IMAGE_MAX_WORDS);
+    TEST_ASSERT_EQUAL_UINT32(HYST_IMAGE_HEADER_WORDS + 1 + 2 * 2 + 5 * 3 + 2 * 2 + 1, length);
+    hyst_parameters_t back;
+    expect(hyst_parameters_decode(image, length, &back), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+    expect(hyst_parameters_build(&back, &compensator), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+    p.bouc_wen_length[1] = 0;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_BOUC_WEN_LENGTH, 1);
+    p.bouc_wen_length[1] = 1;
+    p.bouc_wen_slope[1] = -1;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_BOUC_WEN_SLOPE, 1);
+    p.bouc_wen_slope[0] = p.bouc_wen_slope[1] = -HYST_Q28_ONE / 2;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_BOUC_WEN_SLOPE, 0);
+    p.modified_plays = 1;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_MODIFIED_PLAYS, 0);
+    p.family = HYST_FAMILY_MODIFIED_PLAY;
+    p.bouc_wen_cells = 0;
+    p.modified_play[0].divisions = 1;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_MODIFIED_PLAY, 0);
+    p.modified_play[0].direct = HYST_Q28_ONE;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+    p.modified_play[0].feedback[0] = HYST_Q28_ONE;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_MODIFIED_PLAY, 0);
+    p.modified_plays = 0;
+    expect(hyst_parameters_build(&p, &compensator), HYST_PARAMETERS_OUT_OF_RANGE, HYST_FIELD_MODIFIED_PLAYS, 0);
+}
+
 static void test_unstable_rate_feedback_is_refused(void) {
     hyst_parameters_t p = sample_parameters(10);
     const pi_arguments_t a = pi_seed_004(HYST_Q30_ONE);
@@ -284,6 +319,7 @@ int main(void) {
     RUN_TEST(test_every_truncation_is_noticed);
     RUN_TEST(test_validator_names_the_field);
     RUN_TEST(test_every_preisach_table_survives_the_image);
+    RUN_TEST(test_refusals_of_the_other_families_point_at_their_fields);
     RUN_TEST(test_unstable_rate_feedback_is_refused);
     RUN_TEST(test_counts_are_bounded_without_an_image_too);
     RUN_TEST(test_random_images_never_break_anything);
