@@ -140,17 +140,27 @@ static double difference(const compile_job_t *job, const source_t *model, const 
     return largest_um;
 }
 
-/* Mean of the positions at the amplifier's outermost levels. Both models agree where the drive has risen from the lower
- * end to the upper end of what they share. */
+static double conditioned(const preisach_grid_t *grid, const double *everett_um, double offset_um, double low_v,
+                          double high_v) {
+    preisach_memory_t memory;
+    preisach_memory_begin(&memory, grid);
+    preisach_memory_move(&memory, grid, grid->level_v[grid->levels - 1]);
+    preisach_memory_move(&memory, grid, low_v);
+    preisach_memory_move(&memory, grid, high_v);
+    return preisach_output(grid, everett_um, offset_um, &memory);
+}
+
+/*
+ * Mean of the positions at the amplifier's outermost levels, such that both models agree after a sweep over what they
+ * share. Beyond that nothing moves: the amplifier's memory was at its upper end once, in its reset, and at its lower
+ * end never.
+ */
 static double middle(const source_t *model, double offset_um, const amplifier_table_t *amplifier) {
     const size_t last = amplifier->grid.levels - 1;
-    const double top_v = fmin(model->grid->level_v[model->grid->levels - 1], amplifier->level_v[last]);
-    preisach_memory_t memory;
-    preisach_memory_begin(&memory, model->grid);
-    preisach_memory_move(&memory, model->grid, top_v);
-    return preisach_output(model->grid, model->everett_um, offset_um, &memory) -
-           preisach_everett(&amplifier->grid, amplifier->everett_um, top_v, amplifier->level_v[0]) +
-           0.5 * amplifier->everett_um[preisach_element(last, 0)];
+    const double low_v = fmax(model->grid->level_v[0], amplifier->level_v[0]);
+    const double high_v = fmin(model->grid->level_v[model->grid->levels - 1], amplifier->level_v[last]);
+    return conditioned(model->grid, model->everett_um, offset_um, low_v, high_v) -
+           conditioned(&amplifier->grid, amplifier->everett_um, 0.0, low_v, high_v);
 }
 
 bool compile_preisach(compile_job_t *job, const preisach_grid_t *grid, const double *everett_um, double offset_um) {
