@@ -3,34 +3,35 @@
 #include <math.h>
 #include <stdlib.h>
 
-typedef struct {
-    const block_t *block;
-    void *state;
-} stage_t;
-
 struct chain {
     size_t stages;
-    stage_t stage[MODEL_MAX_BLOCKS];
+    chain_stage_t stage[MODEL_MAX_BLOCKS];
 };
 
-static stage_t open_stage(const model_t *model, size_t index, stage_setup_t setup) {
+chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_setup_t *setup) {
     const model_block_t *from = &model->block[index];
-    setup.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
-    return (stage_t){.block = from->block, .state = block_open(from->block, from->parameter, &setup)};
+    stage_setup_t own = *setup;
+    own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
+    return (chain_stage_t){.block = from->block, .state = block_open(from->block, from->parameter, &own)};
 }
 
-static void note_drive(const stage_t *stage, signal_t *signal) {
+void chain_stage_close(chain_stage_t *stage) {
+    free(stage->state);
+    stage->state = NULL;
+}
+
+static void note_drive(const chain_stage_t *stage, signal_t *signal) {
     if (block_is_hysteresis(stage->block)) {
         signal->drive_v = signal->value;
     }
 }
 
-static void stage_settle(const stage_t *stage, signal_t *signal) {
+void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
     note_drive(stage, signal);
     stage->block->settle(stage->state, signal);
 }
 
-static void stage_step(const stage_t *stage, signal_t *signal) {
+void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
     note_drive(stage, signal);
     stage->block->step(stage->state, signal);
 }
@@ -51,15 +52,6 @@ size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
         }
     }
     return count;
-}
-
-void chain_run_block(const model_t *model, size_t index, const stage_setup_t *setup, size_t samples, signal_t *signal) {
-    const stage_t stage = open_stage(model, index, *setup);
-    stage_settle(&stage, &signal[0]);
-    for (size_t k = 1; k <= samples; k++) {
-        stage_step(&stage, &signal[k]);
-    }
-    free(stage.state);
 }
 
 chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint64_t seed, double preload_n,
@@ -85,7 +77,7 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
     chain = allocate(1, sizeof *chain);
     chain->stages = chain_order(model, order);
     for (size_t i = 0; i < chain->stages; i++) {
-        chain->stage[i] = open_stage(model, order[i], setup);
+        chain->stage[i] = chain_stage_open(model, order[i], &setup);
     }
     return chain;
 }
@@ -97,7 +89,7 @@ chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, 
 double chain_settle(chain_t *chain, double drive_v) {
     signal_t signal = {.value = drive_v};
     for (size_t i = 0; i < chain->stages; i++) {
-        stage_settle(&chain->stage[i], &signal);
+        chain_stage_settle(&chain->stage[i], &signal);
     }
     return signal.value;
 }
@@ -105,7 +97,7 @@ double chain_settle(chain_t *chain, double drive_v) {
 double chain_step(chain_t *chain, double drive_v) {
     signal_t signal = {.value = drive_v};
     for (size_t i = 0; i < chain->stages; i++) {
-        stage_step(&chain->stage[i], &signal);
+        chain_stage_step(&chain->stage[i], &signal);
     }
     return signal.value;
 }
@@ -113,7 +105,7 @@ double chain_step(chain_t *chain, double drive_v) {
 void chain_close(chain_t *chain) {
     if (chain != NULL) {
         for (size_t i = 0; i < chain->stages; i++) {
-            free(chain->stage[i].state);
+            chain_stage_close(&chain->stage[i]);
         }
         free(chain);
     }
@@ -146,18 +138,18 @@ static void cut_behind_hysteresis(chain_t *chain) {
         keep++;
     }
     while (chain->stages > keep + 1) {
-        free(chain->stage[--chain->stages].state);
+        chain_stage_close(&chain->stage[--chain->stages]);
     }
 }
 
 /* Leads the hysteresis, the last stage, from the drive it has settled at to another one and back, in small steps. */
 static void lead_there_and_back(chain_t *chain, double from_v, double to_v) {
     enum { STEPS = 256 };
-    const stage_t *hysteresis = &chain->stage[chain->stages - 1];
+    const chain_stage_t *hysteresis = &chain->stage[chain->stages - 1];
     for (int i = 1; i <= 2 * STEPS; i++) {
         const double way = (double)(i <= STEPS ? i : 2 * STEPS - i) / STEPS;
         signal_t signal = {.value = from_v + way * (to_v - from_v)};
-        hysteresis->block->step(hysteresis->state, &signal);
+        chain_stage_step(hysteresis, &signal);
     }
 }
 

@@ -38,13 +38,18 @@ bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t
 /** The model's blocks in the order in which they run: order[i] is an index into model->block. Returns how many. */
 size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]);
 
-/**
- * Runs one block alone over a whole signal, and replaces the signal by its output: what chain_simulate does, a stage at
- * a time, for those who change one stage and keep what stands before it. signal[0] is what the stage settles with,
- * signal[1 ... samples] the samples; a drive u enters the first stage as u[0], u[0], u[1], ... The model must have
- * passed model_check.
- */
-void chain_run_block(const model_t *model, size_t index, const stage_setup_t *setup, size_t samples, signal_t *signal);
+/** One stage of a chain alone, for those who change one and keep what stands before it. */
+typedef struct {
+    const block_t *block;
+    void *state;
+} chain_stage_t;
+
+/** `index` into model->block; the model must have passed model_check and may be freed afterwards. */
+chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_setup_t *setup);
+/** As chain_settle and chain_step do it: replace *signal by the output. The first stage takes {.value = drive}. */
+void chain_stage_settle(const chain_stage_t *stage, signal_t *signal);
+void chain_stage_step(const chain_stage_t *stage, signal_t *signal);
+void chain_stage_close(chain_stage_t *stage);
 
 /**
  * First sample of [0, end) from which on the hysteresis output no longer depends on what happened before the recording,

@@ -98,56 +98,85 @@ double refine_high(const refine_problem_t *problem, size_t unknown) {
     return u->logarithmic ? log(u->high) : u->high;
 }
 
-static void run_stage(const refine_problem_t *problem, size_t recording, size_t stage, signal_t *signal) {
+/* A chain from one stage on, with the numbers that the model had when it was opened. */
+typedef struct {
+    size_t first, stages;
+    chain_stage_t stage[MODEL_MAX_BLOCKS];
+} tail_t;
+
+static tail_t tail_open(const refine_problem_t *problem, size_t recording, size_t first) {
     const stage_setup_t setup = {.sample_rate_hz = problem->job->recordings[recording].sample_rate_hz,
                                  .preload_n = problem->preload_n[recording]};
-    chain_run_block(problem->model, problem->order[stage], &setup, problem->to[recording], signal);
+    tail_t tail = {.first = first, .stages = problem->stages};
+    for (size_t stage = first; stage < problem->stages; stage++) {
+        tail.stage[stage] = chain_stage_open(problem->model, problem->order[stage], &setup);
+    }
+    return tail;
 }
 
-static signal_t *drive_signal(const refine_problem_t *problem, size_t recording) {
+static void tail_close(tail_t *tail) {
+    for (size_t stage = tail->first; stage < tail->stages; stage++) {
+        chain_stage_close(&tail->stage[stage]);
+    }
+}
+
+/* Signals are taken through the chain in pieces, so that memory does not grow with the recording. `input`, unless NULL,
+ * gets what enters each stage, PIECE signals a stage. */
+enum { PIECE = 512 };
+
+static void tail_settle(const tail_t *tail, signal_t *signal, signal_t *input) {
+    for (size_t stage = tail->first; stage < tail->stages; stage++) {
+        if (input != NULL) {
+            input[stage * PIECE] = *signal;
+        }
+        chain_stage_settle(&tail->stage[stage], signal);
+    }
+}
+
+static void tail_run(const tail_t *tail, signal_t *signal, size_t count, signal_t *input) {
+    for (size_t stage = tail->first; stage < tail->stages; stage++) {
+        if (input != NULL) {
+            memcpy(input + stage * PIECE, signal, count * sizeof *signal);
+        }
+        for (size_t k = 0; k < count; k++) {
+            chain_stage_step(&tail->stage[stage], &signal[k]);
+        }
+    }
+}
+
+/* The drive from sample `start` on; returns how many, at most PIECE. */
+static size_t fill_drive(const refine_problem_t *problem, size_t recording, size_t start, signal_t *signal) {
     const double *drive = problem->job->recordings[recording].column[COLUMN_DRIVE];
-    signal_t *signal = allocate(problem->to[recording] + 1, sizeof *signal);
-    signal[0].value = drive[0];
-    for (size_t k = 0; k < problem->to[recording]; k++) {
-        signal[k + 1].value = drive[k];
-    }
-    return signal;
-}
-
-static double take_out_mean(double *values, size_t count) {
-    double mean = 0.0;
+    const size_t left = problem->to[recording] - start, count = left < PIECE ? left : PIECE;
     for (size_t k = 0; k < count; k++) {
-        mean += values[k] / (double)count;
+        signal[k] = (signal_t){.value = drive[start + k]};
     }
-    for (size_t k = 0; k < count; k++) {
-        values[k] -= mean;
-    }
-    return mean;
-}
-
-/* What is left of the displacement at the end of the chain. */
-static bool residual_of(const refine_problem_t *problem, size_t i, const signal_t *position, double *residual,
-                        double *offset_um) {
-    const double *displacement = problem->job->recordings[i].column[COLUMN_DISPLACEMENT];
-    const size_t from = problem->from[i], count = problem->to[i] - from;
-    double sum = 0.0;
-    for (size_t k = 0; k < count; k++) {
-        residual[k] = displacement[from + k] - position[from + k + 1].value;
-        sum += residual[k];
-    }
-    *offset_um = problem->job->offsets ? take_out_mean(residual, count) : 0.0;
-    return isfinite(sum);
+    return count;
 }
 
 bool refine_residual(const refine_problem_t *problem, size_t i, double *residual, double *offset_um) {
-    signal_t *signal = drive_signal(problem, i);
-    bool good;
-    for (size_t stage = 0; stage < problem->stages; stage++) {
-        run_stage(problem, i, stage, signal);
+    const recording_t *recording = &problem->job->recordings[i];
+    const size_t from = problem->from[i], to = problem->to[i];
+    tail_t chain = tail_open(problem, i, 0);
+    signal_t signal[PIECE], settled = {.value = recording->column[COLUMN_DRIVE][0]};
+    double sum = 0.0;
+    tail_settle(&chain, &settled, NULL);
+    for (size_t start = 0; start < to; start += PIECE) {
+        const size_t count = fill_drive(problem, i, start, signal);
+        tail_run(&chain, signal, count, NULL);
+        for (size_t k = start; k < start + count; k++) {
+            if (k >= from) {
+                residual[k - from] = recording->column[COLUMN_DISPLACEMENT][k] - signal[k - start].value;
+                sum += residual[k - from];
+            }
+        }
     }
-    good = residual_of(problem, i, signal, residual, offset_um);
-    free(signal);
-    return good;
+    tail_close(&chain);
+    *offset_um = problem->job->offsets && to > from ? sum / (double)(to - from) : 0.0;
+    for (size_t k = 0; k < to - from; k++) {
+        residual[k] -= *offset_um;
+    }
+    return isfinite(sum);
 }
 
 double refine_cost(const refine_problem_t *problem) {
@@ -178,81 +207,181 @@ static size_t stage_of(const refine_problem_t *problem, size_t unknown) {
     return stage;
 }
 
-/* Derivative of the position by one unknown, from a step of `step`, with what enters every stage in `input`; false when
- * the model takes no such step. */
-static bool difference(const refine_problem_t *problem, size_t i, size_t unknown, double step, const signal_t *input,
-                       const double *residual, double *column) {
-    const size_t first = stage_of(problem, unknown), length = problem->to[i] + 1;
-    const double x = refine_get(problem, unknown);
-    const double value = *refine_value(problem, unknown);
-    double offset_um, effect_um = 0.0;
-    failure_t refused;
-    bool good;
-    if (x + step < refine_low(problem, unknown) || x + step > refine_high(problem, unknown)) {
-        return false;
-    }
-    refine_set(problem, unknown, x + step);
-    good = model_check(problem->model, "model", &refused);
-    if (good) {
-        signal_t *signal = allocate(length, sizeof *signal);
-        memcpy(signal, input + first * length, length * sizeof *signal);
-        for (size_t stage = first; stage < problem->stages; stage++) {
-            run_stage(problem, i, stage, signal);
-        }
-        good = residual_of(problem, i, signal, column, &offset_um);
-        free(signal);
-    }
-    *refine_value(problem, unknown) = value;
-    for (size_t k = 0; good && k < problem->to[i] - problem->from[i]; k++) {
-        column[k] = residual[k] - column[k];
-        effect_um = fmax(effect_um, fabs(column[k]));
-    }
-    for (size_t k = 0; good && k < problem->to[i] - problem->from[i]; k++) {
-        column[k] = effect_um > rounding * problem->largest_um ? column[k] / step : 0.0;
-    }
-    return good;
-}
-
-static void fill_column(const refine_problem_t *problem, size_t i, size_t unknown, const signal_t *input,
-                        const double *residual, double *column) {
+/* A step of one unknown for a difference, upwards or downwards, that its range and the model take; 0 if there is none.
+ */
+static double difference_step(const refine_problem_t *problem, size_t unknown) {
     const double x = refine_get(problem, unknown), width = refine_high(problem, unknown) - refine_low(problem, unknown);
     const double size = problem->job->unknown[unknown].logarithmic ? 1.0 : x != 0.0 ? fabs(x) : fmin(width, 1.0);
-    if (!difference(problem, i, unknown, relative_step * size, input, residual, column) &&
-        !difference(problem, i, unknown, -relative_step * size, input, residual, column)) {
-        memset(column, 0, (problem->to[i] - problem->from[i]) * sizeof(double)); /* as if it had no effect */
+    const double value = *refine_value(problem, unknown);
+    double step = relative_step * size;
+    for (int sign = 0; sign < 2; sign++) {
+        failure_t refused;
+        bool taken = x + step >= refine_low(problem, unknown) && x + step <= refine_high(problem, unknown);
+        if (taken) {
+            refine_set(problem, unknown, x + step);
+            taken = model_check(problem->model, "model", &refused);
+            *refine_value(problem, unknown) = value;
+        }
+        if (taken) {
+            return step;
+        }
+        step = -step;
+    }
+    return 0.0;
+}
+
+/* Simulations that differ in one unknown each, along one recording. */
+typedef struct {
+    const refine_problem_t *problem;
+    size_t recording;
+    const double *step; /* an unknown; 0: none */
+    double *effect_um;  /* an unknown: largest difference so far; HUGE_VAL: it ran away */
+    tail_t chain, *moved;
+    signal_t *input, *signal; /* PIECE a stage, PIECE */
+    double *column;           /* an unknown: PIECE derivatives */
+    double *row, *first;      /* of the sample; of the first one that counts, its residual behind it */
+    double *sum;              /* an unknown, and the residual: of rows less the first one */
+} walk_t;
+
+static void walk_open(walk_t *walk) {
+    const refine_problem_t *problem = walk->problem;
+    const size_t n = problem->job->unknowns;
+    signal_t settled = {.value = problem->job->recordings[walk->recording].column[COLUMN_DRIVE][0]};
+    walk->chain = tail_open(problem, walk->recording, 0);
+    walk->moved = allocate(n, sizeof *walk->moved);
+    walk->input = allocate(problem->stages * PIECE, sizeof(signal_t));
+    walk->signal = allocate(PIECE, sizeof(signal_t));
+    walk->column = allocate(n * PIECE, sizeof(double));
+    walk->row = allocate(n + 1, sizeof(double));
+    walk->first = allocate(n + 1, sizeof(double));
+    tail_settle(&walk->chain, &settled, walk->input);
+    for (size_t u = 0; u < n; u++) {
+        const size_t first = walk->step[u] != 0.0 ? stage_of(problem, u) : problem->stages;
+        const double value = *refine_value(problem, u);
+        if (walk->step[u] != 0.0) {
+            refine_set(problem, u, refine_get(problem, u) + walk->step[u]);
+        }
+        walk->moved[u] = tail_open(problem, walk->recording, first);
+        *refine_value(problem, u) = value;
+        if (walk->step[u] != 0.0) {
+            settled = walk->input[first * PIECE];
+            tail_settle(&walk->moved[u], &settled, NULL);
+        }
     }
 }
 
-static void add_recording(const refine_problem_t *problem, size_t i, normal_equations_t *equations) {
-    const size_t n = problem->job->unknowns, count = problem->to[i] - problem->from[i], length = problem->to[i] + 1;
-    signal_t *input = allocate(problem->stages * length, sizeof *input), *signal = drive_signal(problem, i);
-    double *residual = allocate(count, sizeof(double)), *columns = allocate(n * count, sizeof(double)),
-           *row = allocate(n, sizeof(double)), offset_um;
-    for (size_t stage = 0; stage < problem->stages; stage++) {
-        memcpy(input + stage * length, signal, length * sizeof *signal);
-        run_stage(problem, i, stage, signal);
+static void walk_close(walk_t *walk) {
+    for (size_t u = 0; u < walk->problem->job->unknowns; u++) {
+        tail_close(&walk->moved[u]);
     }
-    residual_of(problem, i, signal, residual, &offset_um);
-    for (size_t u = 0; u < n; u++) {
-        fill_column(problem, i, u, input, residual, columns + u * count);
+    tail_close(&walk->chain);
+    free(walk->moved);
+    free(walk->input);
+    free(walk->signal);
+    free(walk->column);
+    free(walk->row);
+    free(walk->first);
+}
+
+/* Derivatives of the position over a piece whose positions are in walk->signal. */
+static void fill_column(walk_t *walk, size_t unknown, size_t count) {
+    signal_t moved[PIECE];
+    double *column = walk->column + unknown * PIECE;
+    if (walk->step[unknown] == 0.0) {
+        return; /* stays 0, as if it had no effect */
     }
+    memcpy(moved, walk->input + walk->moved[unknown].first * PIECE, count * sizeof *moved);
+    tail_run(&walk->moved[unknown], moved, count, NULL);
     for (size_t k = 0; k < count; k++) {
-        for (size_t u = 0; u < n; u++) {
-            row[u] = columns[u * count + k];
-        }
-        normal_equations_add(equations, row, residual[k]);
+        const double difference = moved[k].value - walk->signal[k].value;
+        const bool good = isfinite(difference);
+        walk->effect_um[unknown] = good ? fmax(walk->effect_um[unknown], fabs(difference)) : HUGE_VAL;
+        column[k] = good ? difference / walk->step[unknown] : 0.0;
     }
-    free(input);
-    free(signal);
-    free(residual);
-    free(columns);
-    free(row);
+}
+
+/* Adds the sample; rows count from the first one, which changes nothing once means are taken out. */
+static void add_row(walk_t *walk, normal_equations_t *equations, size_t k, size_t start) {
+    const refine_problem_t *problem = walk->problem;
+    const size_t n = problem->job->unknowns;
+    const double *displacement = problem->job->recordings[walk->recording].column[COLUMN_DISPLACEMENT];
+    for (size_t u = 0; u < n; u++) {
+        walk->row[u] = walk->column[u * PIECE + k - start];
+    }
+    walk->row[n] = displacement[k] - walk->signal[k - start].value;
+    if (problem->job->offsets) {
+        if (k == problem->from[walk->recording]) {
+            memcpy(walk->first, walk->row, (n + 1) * sizeof(double));
+        }
+        for (size_t u = 0; u <= n; u++) {
+            walk->row[u] -= walk->first[u];
+            walk->sum[u] += walk->row[u];
+        }
+    }
+    normal_equations_add(equations, walk->row, walk->row[n]);
+}
+
+static void add_recording(walk_t *walk, normal_equations_t *equations) {
+    const refine_problem_t *problem = walk->problem;
+    const size_t to = problem->to[walk->recording];
+    walk_open(walk);
+    for (size_t start = 0; start < to; start += PIECE) {
+        const size_t count = fill_drive(problem, walk->recording, start, walk->signal);
+        tail_run(&walk->chain, walk->signal, count, walk->input);
+        for (size_t u = 0; u < problem->job->unknowns; u++) {
+            fill_column(walk, u, count);
+        }
+        for (size_t k = start; k < start + count; k++) {
+            if (k >= problem->from[walk->recording]) {
+                add_row(walk, equations, k, start);
+            }
+        }
+    }
+    walk_close(walk);
+}
+
+/* Takes the means of a recording's rows out of the equations: sum times sum over count, out of the sums of products. */
+static void take_out_means(normal_equations_t *equations, const double *sum, double count) {
+    const size_t n = equations->unknowns;
+    normal_equations_penalise(equations, sum, -1.0 / count);
+    for (size_t u = 0; u < n; u++) {
+        equations->moment[u] -= sum[u] * sum[n] / count;
+    }
+}
+
+static void forget(normal_equations_t *equations, size_t unknown) {
+    for (size_t u = 0; u < equations->unknowns; u++) {
+        equations->gram[unknown * equations->unknowns + u] = 0.0;
+        equations->gram[u * equations->unknowns + unknown] = 0.0;
+    }
+    equations->moment[unknown] = 0.0;
 }
 
 void refine_equations(const refine_problem_t *problem, normal_equations_t *equations) {
-    normal_equations_create(equations, problem->job->unknowns);
-    for (size_t i = 0; i < problem->job->count; i++) {
-        add_recording(problem, i, equations);
+    const size_t n = problem->job->unknowns, recordings = problem->job->count;
+    double *step = allocate(n, sizeof(double)), *effect_um = allocate(n, sizeof(double)),
+           *sum = allocate(recordings * (n + 1), sizeof(double));
+    normal_equations_create(equations, n);
+    for (size_t u = 0; u < n; u++) {
+        step[u] = difference_step(problem, u);
+    }
+    for (size_t i = 0; i < recordings; i++) {
+        walk_t walk = {
+            .problem = problem, .recording = i, .step = step, .effect_um = effect_um, .sum = sum + i * (n + 1)};
+        add_recording(&walk, equations);
     }
     normal_equations_finish(equations);
+    for (size_t i = 0; i < recordings && problem->job->offsets; i++) {
+        if (problem->to[i] > problem->from[i]) {
+            take_out_means(equations, sum + i * (n + 1), (double)(problem->to[i] - problem->from[i]));
+        }
+    }
+    for (size_t u = 0; u < n; u++) {
+        if (!(effect_um[u] > rounding * problem->largest_um && isfinite(effect_um[u]))) {
+            forget(equations, u);
+        }
+    }
+    free(step);
+    free(effect_um);
+    free(sum);
 }

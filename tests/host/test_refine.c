@@ -161,7 +161,7 @@ static void test_stages_are_the_chain(void) {
     recording_t recording;
     model_t model;
     make_chain(&model);
-    model_set(model_append(&model, &block_sensor_noise), "sigma_um", 0.1);
+    model_set(model_append(&model, &block_sensor_noise), "rms_um", 0.1);
     model_block_t *rate = model_append(&model, &block_rate_dependent_hysteresis); /* runs before the bank */
     model_set(rate, "beta_s", 1e-3);
     const model_block_t moved = model.block[4]; /* a modifier stands among the hystereses in a file */
@@ -170,21 +170,25 @@ static void test_stages_are_the_chain(void) {
     recording_create(&recording, "stages", rate_hz, SAMPLES);
     fill_lines(recording.column[COLUMN_DRIVE], SAMPLES, corners + 1, 10, 50);
     const stage_setup_t setup = {.sample_rate_hz = rate_hz, .seed = 1};
-    signal_t *signal = allocate(SAMPLES + 1, sizeof *signal);
-    signal[0].value = recording.column[COLUMN_DRIVE][0];
-    for (size_t k = 0; k < SAMPLES; k++) {
-        signal[k + 1].value = recording.column[COLUMN_DRIVE][k];
-    }
+    chain_stage_t stage[MODEL_MAX_BLOCKS];
+    signal_t signal = {.value = recording.column[COLUMN_DRIVE][0]};
     simulate_into(&recording, &model, 1);
     const size_t stages = chain_order(&model, order);
     TEST_ASSERT_EQUAL_UINT64(5, stages);
     for (size_t i = 0; i < stages; i++) {
-        chain_run_block(&model, order[i], &setup, SAMPLES, signal);
+        stage[i] = chain_stage_open(&model, order[i], &setup);
+        chain_stage_settle(&stage[i], &signal);
     }
     for (size_t k = 0; k < SAMPLES; k++) {
-        TEST_ASSERT_TRUE(signal[k + 1].value == recording.column[COLUMN_DISPLACEMENT][k]);
+        signal = (signal_t){.value = recording.column[COLUMN_DRIVE][k]};
+        for (size_t i = 0; i < stages; i++) {
+            chain_stage_step(&stage[i], &signal);
+        }
+        TEST_ASSERT_TRUE(signal.value == recording.column[COLUMN_DISPLACEMENT][k]);
     }
-    free(signal);
+    for (size_t i = 0; i < stages; i++) {
+        chain_stage_close(&stage[i]);
+    }
     recording_free(&recording);
     model_free(&model);
 }
