@@ -267,10 +267,11 @@ static void take_notes(const preisach_job_t *job, const preisach_fit_t *fit, fam
             "%zu of %zu elements of everett_um are not determined by the recording (standard error above 5 %% of "
             "the range):",
             fit->elements - fit->determined, fit->elements);
-        family_note(notes,
-                    "  there smoothness with weight %.0e decides; first-order reversal curves would determine "
-                    "them",
-                    smoothing);
+        family_note(
+            notes,
+            "  there smoothness with weight %.0e decides; reversal curves would determine them, or ever smaller swings "
+            "(hyst record --waveform triangle)",
+            smoothing);
     }
     family_note(notes,
                 "standard errors (+-) count %.0f neighbouring samples as one: the residuals are that long correlated",

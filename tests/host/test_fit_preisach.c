@@ -105,6 +105,34 @@ static void test_recovers_the_table_from_reversal_curves(void) {
     recording_free(&recording);
 }
 
+/* Ever smaller swings about the middle, which `hyst record --waveform triangle` plays, reach every element too: from
+ * the maximum above it or from the minimum below. */
+static void test_shrinking_swings_determine_the_table(void) {
+    enum { SWINGS = 20, AGAIN = 10, CORNERS = 2 * (SWINGS + AGAIN) };
+    double corner[CORNERS];
+    recording_t recording;
+    model_t truth, model;
+    fit_report_t report;
+    make_truth(&truth);
+    for (size_t k = 0; k < SWINGS + AGAIN; k++) { /* the first twenty are the training part, and the last ten alike */
+        const double half = 50.0 * (1.0 - (k < SWINGS ? (double)k / SWINGS : (double)(k - SWINGS) / AGAIN));
+        corner[2 * k] = 50.0 + half;
+        corner[2 * k + 1] = 50.0 - half;
+    }
+    recording_create(&recording, "shrinking swings", RATE, CORNERS * 97);
+    fill_lines(recording.column[COLUMN_DRIVE], recording.samples, corner, CORNERS, 97);
+    simulate_into(&recording, &truth, 1);
+    fit_good(&recording, 1, INTERVALS, &model, &report);
+    TEST_ASSERT_EQUAL_INT(ELEMENTS, json_integer_value(json_object_get(model.fit, "determined_elements")));
+    for (size_t k = 0; k < ELEMENTS; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, table[k], found(&model, "everett_um")->value[k]);
+    }
+    fit_report_free(&report);
+    model_free(&model);
+    model_free(&truth);
+    recording_free(&recording);
+}
+
 /* Standard errors: the scatter over many noisy recordings is what they say. */
 static void test_standard_errors_are_honest(void) {
     enum { RUNS = 12 };
@@ -335,6 +363,7 @@ int main(void) {
     rng = random_start("test_fit_preisach", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_recovers_the_table_from_reversal_curves);
+    RUN_TEST(test_shrinking_swings_determine_the_table);
     RUN_TEST(test_standard_errors_are_honest);
     RUN_TEST(test_one_loop_becomes_prandtl_ishlinskii);
     RUN_TEST(test_recordings_of_different_size);
