@@ -9,7 +9,8 @@
 
 enum {
     NONLINEAR = RECURSION_FEEDBACK + RECURSION_FIT_SHAPES + 1,
-    MOST_ITERATIONS = 200,
+    MOST_ITERATIONS = 200, /* of a search of three or four numbers */
+    MOST_WITH_SHAPES = 800,
     MOST_KEPT = 1 << 23 /* elements of rows: 64 MiB */
 };
 /* What is left of the start when the first sample counts, as a power of e. */
@@ -195,6 +196,10 @@ static void to_search(const search_t *search, recursion_estimate_t *start, doubl
     x[RECURSION_FEEDBACK + shapes] = start->bilinear / bilinear_scale;
 }
 
+static size_t most_iterations(const recursion_problem_t *problem) {
+    return problem->basis.shapes > 0 ? MOST_WITH_SHAPES : MOST_ITERATIONS;
+}
+
 static double search_from(search_t *search, recursion_estimate_t start, recursion_estimate_t *best, double least) {
     const size_t shapes = search->problem->basis.shapes;
     double x[NONLINEAR];
@@ -204,7 +209,7 @@ static double search_from(search_t *search, recursion_estimate_t start, recursio
                                .dimensions = RECURSION_FEEDBACK + shapes + (search->bilinear ? 1 : 0),
                                .step = 0.2,
                                .size = 1e-3,
-                               .most_iterations = MOST_ITERATIONS};
+                               .most_iterations = most_iterations(search->problem)};
     simplex_minimise(&job, x);
     const double rms = solve_for(x, search);
     if (rms < least) {
@@ -246,7 +251,7 @@ bool recursion_fit_simulation(const recursion_problem_t *problem, recursion_esti
                        .shrink = exp(forgotten / (double)problem->from),
                        .estimate = &work,
                        .failure = failure,
-                       .most_evaluations = 90.0 + (problem->bilinear ? 4.0 : 2.0) * MOST_ITERATIONS};
+                       .most_evaluations = 90.0 + (problem->bilinear ? 4.0 : 2.0) * (double)most_iterations(problem)};
     const size_t n = problem->basis.columns + RECURSION_AFTER;
     double least = HUGE_VAL;
     if (!recursion_fit_one_step(problem, &one_step, failure)) {

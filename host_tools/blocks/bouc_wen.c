@@ -2,10 +2,7 @@
 /*
  * Bouc-Wen hysteresis, and the recursion of paper 001 behind it. docs/MODELS.md, section 8.
  *
- *     x[k] = offset + d u[k] + s h[k]
- *     h[k] = h[k-1] + du (1 - (gamma + beta sgn(du h[k-1])) |h[k-1]|^n),    du = u[k] - u[k-1], |h| <= limit
- *
- * The step is explicit: what multiplies du is known before the sample, so x rises with u as long as d + s (...) > 0.
+ *     x = offset + d u + s h,      dh/du = 1 - (gamma + beta sgn(u' h)) |h|^n
  */
 #include "bouc_wen.h"
 #include "catalogue.h"
