@@ -206,6 +206,14 @@ static json_t *recordings_to_json(const job_t *job) {
     return list;
 }
 
+static json_t *notes_to_json(const family_notes_t *notes) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < notes->count; i++) {
+        json_array_append_new(list, json_string(notes->line[i]));
+    }
+    return list;
+}
+
 /* Adds what all families have in common to the family's facts. */
 static void describe(const job_t *job, model_t *model) {
     const fit_report_t *report = job->report;
@@ -216,6 +224,7 @@ static void describe(const job_t *job, model_t *model) {
                   "drive_range_v", range_to_json(job, COLUMN_DRIVE), "displacement_range_um",
                   range_to_json(job, COLUMN_DISPLACEMENT), "operators_given", (int)(job->options->operators > 0),
                   "fitted_to_all", (int)job->options->use_all, "recordings", recordings_to_json(job));
+    json_object_set_new(fit, "notes", notes_to_json(&report->notes));
     if (job->family->without != NULL) {
         json_object_set_new(fit, "without",
                             json_pack("{s:s, s:o}", "name", job->family->without->name, "held_out_nrmse_percent",
@@ -273,7 +282,7 @@ static bool run(job_t *job, model_t *model) {
         !run_family(job, job->family, job->options->operators, job->train_to, model, &job->report->notes)) {
         return false;
     }
-    if (job->options->creep && !job->family->finds_creep) {
+    if (job->options->creep && !job->family->finds_creep && model_find(model, "creep") == NULL) {
         family_note(&job->report->notes, "creep: family %s does not look for it", job->family->name);
     }
     operators = operators_of(job, model);

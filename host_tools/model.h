@@ -37,7 +37,7 @@ typedef struct {
     /**
      * What is known about the fit, kept as it was read: a JSON object or NULL. Keys that others rely on, all optional:
      * "drive_range_v" and "displacement_range_um" [low, high], "nrmse_percent", "held_out_nrmse_percent", "recordings"
-     * [...].
+     * [...], "notes" [what the family had to say, a line each].
      */
     json_t *fit;
 } model_t;

@@ -410,4 +410,5 @@ const family_t family_preisach = {
     .name = "preisach",
     .text = "relays over the plane of their switching drives; first-order reversal curves, or any drive with many "
             "reversals",
-    .fit = fit};
+    .fit = fit,
+    .finds_creep = true};

@@ -125,6 +125,7 @@ static void test_judges_by_simulation_on_data_that_the_family_did_not_see(void) 
     TEST_ASSERT_TRUE(report.without_held_out_nrmse_percent > report.held_out_nrmse_percent);
     TEST_ASSERT_TRUE(says(&report, "a line"));
     TEST_ASSERT_EQUAL_STRING("lag", json_string_value(json_object_get(model.fit, "family")));
+    TEST_ASSERT_EQUAL_STRING("a line", json_string_value(json_array_get(json_object_get(model.fit, "notes"), 0)));
     TEST_ASSERT_EQUAL_STRING("no lag",
                              json_string_value(json_object_get(json_object_get(model.fit, "without"), "name")));
     model_free(&model);
