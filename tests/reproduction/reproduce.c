@@ -70,13 +70,14 @@ int main(int argc, char **argv) {
         if (arguments.named && !arguments.wanted[paper - papers]) {
             continue;
         }
+        printf("%s: ", paper->seed); /* minutes, at full length */
+        (void)fflush(stdout);
         /* One that fails does not keep the others from the page. */
         if (!reproduction_run(&reproduction[count], paper->seed, paper->title, paper->reproduce, arguments.output,
                               arguments.reduced, &failure)) {
             status = failure_print(&failure);
         }
-        printf("%s: %zu of %zu rows met\n", paper->seed, reproduction_met(&reproduction[count]),
-               reproduction[count].rows);
+        printf("%zu of %zu rows met\n", reproduction_met(&reproduction[count]), reproduction[count].rows);
         count++;
     }
     if (!reproduction_write(reproduction, count, arguments.output, &failure)) {
