@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The Bouc-Wen curve against its closed form, whatever the sampling, and as cells in the amplifier's library. */
+#include "bouc_wen.h"
+#include "hyst/bouc_wen.h"
+#include "random.h"
+#include "unity.h"
+#include <math.h>
+#include <stdio.h>
+
+static random_t rng;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* n = 1 has exponentials: h of a rising drive at the travelled drive v, h = 0 at v = 0. */
+static double exponential(double beta, double gamma, double v) {
+    const double rate = v > 0.0 ? -(beta + gamma) : gamma - beta;
+    return fabs(rate) < 1e-12 ? v : expm1(rate * v) / rate;
+}
+
+static double place(double beta, double gamma, double h) {
+    const double rate = h > 0.0 ? -(beta + gamma) : gamma - beta;
+    return fabs(rate) < 1e-12 ? h : log1p(rate * h) / rate;
+}
+
+/* n = 1, samples anywhere in [-1, 1]. Runge-Kutta of fourth order, 0.05 of the slope a step: 0.05^5 / 120 a step, some
+ * hundred steps, and the place of the kink to second order. */
+static void test_exponent_1_is_exponentials(void) {
+    double worst = 0.0;
+    for (int run = 0; run < 100; run++) {
+        const double beta = 0.1 + 5.0 * random_unit(&rng);
+        const double gamma = beta * (2.0 * random_unit(&rng) - 0.999);
+        bouc_wen_t model;
+        bouc_wen_open(&model, beta, gamma, 1.0);
+        double drive = 0.0, h = 0.0;
+        for (int k = 0; k < 200; k++) {
+            const double u = 2.0 * random_unit(&rng) - 1.0, sign = u < drive ? -1.0 : 1.0;
+            const double before = fmin(sign * h, (1.0 - 1e-12) * model.limit);
+            h = sign * exponential(beta, gamma, place(beta, gamma, before) + fabs(u - drive));
+            drive = u;
+            worst = fmax(worst, fabs(bouc_wen_step(&model, u) - h) / model.limit);
+        }
+    }
+    printf("against exponentials: within %.1e of the limit\n", worst);
+    TEST_ASSERT_TRUE(worst < 1e-5);
+}
+
+/* Any exponent: one long step is a thousand short ones. The slope is not smooth at h = 0 for most exponents, which
+ * costs more than the order of the integration says. */
+static void test_sampling_does_not_matter(void) {
+    double worst = 0.0;
+    for (int run = 0; run < 50; run++) {
+        const double beta = 0.1 + 5.0 * random_unit(&rng);
+        bouc_wen_t one, many;
+        bouc_wen_open(&one, beta, beta * (2.0 * random_unit(&rng) - 0.999), 1.0 + 4.0 * random_unit(&rng));
+        many = one;
+        double from = 0.0;
+        for (int k = 0; k < 20; k++) {
+            const double u = 2.0 * random_unit(&rng) - 1.0;
+            double h = 0.0;
+            for (int i = 1; i <= 1000; i++) {
+                h = bouc_wen_step(&many, from + (u - from) * i / 1000.0);
+            }
+            from = u;
+            worst = fmax(worst, fabs(bouc_wen_step(&one, u) - h) / one.limit);
+        }
+    }
+    printf("one step and a thousand: within %.1e of the limit\n", worst);
+    TEST_ASSERT_TRUE(worst < 3e-4);
+}
+
+static double through_the_amplifier(double beta, double gamma, double exponent, size_t cells) {
+    double length[HYST_BOUC_WEN_MAX_CELLS], rise[HYST_BOUC_WEN_MAX_CELLS];
+    hyst_q31_t lengths[HYST_BOUC_WEN_MAX_CELLS];
+    hyst_q28_t slopes[HYST_BOUC_WEN_MAX_CELLS];
+    bouc_wen_t model;
+    bouc_wen_open(&model, beta, gamma, exponent);
+    bouc_wen_cells(&model, 2.0, cells, length, rise);
+    const double share = -0.25 / fmax(1.0, 2.0 * beta / (beta + gamma)); /* direct + share * slope > 0 */
+    for (size_t i = 0; i < cells; i++) {
+        lengths[i] = (hyst_q31_t)lround(length[i] * 0x1p31);
+        slopes[i] = (hyst_q28_t)lround(share * rise[i] / length[i] * 0x1p28);
+    }
+    hyst_bouc_wen_t amplifier;
+    uint32_t element = 0;
+    TEST_ASSERT_EQUAL_INT(HYST_BOUC_WEN_OK, hyst_bouc_wen_build(&amplifier, (uint32_t)cells, 0, HYST_Q28_ONE / 2,
+                                                                lengths, slopes, &element));
+    hyst_bouc_wen_state_t state;
+    hyst_bouc_wen_reset(&amplifier, &state, 0);
+    double worst = 0.0, largest = 0.0;
+    for (int k = 1; k < 20000; k++) {
+        const double u = 0.9 * sin(k * 0.01) * (0.55 + 0.45 * cos(k * 0.00071));
+        const double h = bouc_wen_step(&model, u);
+        const double position = hyst_bouc_wen_forward(&amplifier, &state, (hyst_q31_t)lround(u * 0x1p31)) * 0x1p-31;
+        worst = fmax(worst, fabs((position - 0.5 * u) / share - h));
+        largest = fmax(largest, fabs(h));
+    }
+    return worst / largest;
+}
+
+/* Errors go as 1 / cells^2; 4 / cells^2 of the largest h is what tests/unit/test_bouc_wen.c allows its own cells. */
+static void test_cells_follow_the_curve(void) {
+    static const struct {
+        double beta, gamma, exponent;
+    } kinds[] = {{1.0, 1.0, 1.0}, {3.0, 1.0, 1.0}, {1.0, -0.5, 1.0}, {2.0, 2.0, 2.0}, {8.0, 4.0, 1.5}, {1.0, 0.0, 5.0}};
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        const double coarse = through_the_amplifier(kinds[k].beta, kinds[k].gamma, kinds[k].exponent, 16);
+        const double fine = through_the_amplifier(kinds[k].beta, kinds[k].gamma, kinds[k].exponent, 64);
+        printf("beta %.0f gamma %2.0f n %.1f: off by %.1e of h with 16 cells, %.1e with 64\n", kinds[k].beta,
+               kinds[k].gamma, kinds[k].exponent, coarse, fine);
+        TEST_ASSERT_TRUE(coarse < 4.0 / (16.0 * 16.0));
+        TEST_ASSERT_TRUE(fine < 4.0 / (64.0 * 64.0));
+    }
+}
+
+int main(void) {
+    rng = random_start("test_bouc_wen", 20261121);
+    UNITY_BEGIN();
+    RUN_TEST(test_exponent_1_is_exponentials);
+    RUN_TEST(test_sampling_does_not_matter);
+    RUN_TEST(test_cells_follow_the_curve);
+    return UNITY_END();
+}
