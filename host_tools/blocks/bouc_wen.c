@@ -6,6 +6,7 @@
  */
 #include "bouc_wen.h"
 #include "catalogue.h"
+#include "compile_bouc_wen.h"
 #include "recursion.h"
 #include <math.h>
 
@@ -70,6 +71,26 @@ static void step(void *memory, signal_t *signal) {
     signal->value = recursion_step(&state->recursion, respond(state, u, bouc_wen_step(&state->hysteresis, u)), u);
 }
 
+/* The curve. A recursion behind it is what the amplifier has for block modified_play only. */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    bouc_wen_t hysteresis;
+    bool recursive = parameter[RECURSION + RECURSION_BILINEAR].value[0] != 0.0;
+    for (size_t i = 0; i < parameter[RECURSION + RECURSION_FEEDBACK_TERMS].count; i++) {
+        recursive = recursive || parameter[RECURSION + RECURSION_FEEDBACK_TERMS].value[i] != 0.0;
+    }
+    for (size_t i = 0; i < parameter[RECURSION + RECURSION_HARMONIC_TERMS].count; i++) {
+        recursive = recursive || parameter[RECURSION + RECURSION_HARMONIC_TERMS].value[i] != 0.0;
+    }
+    if (recursive) {
+        return fail(job->failure,
+                    "block bouc_wen: the amplifier runs it without feedback, bilinear gain and harmonics");
+    }
+    bouc_wen_open(&hysteresis, parameter[BETA].value[0], parameter[GAMMA].value[0], parameter[EXPONENT].value[0]);
+    return compile_bouc_wen(job, &hysteresis, parameter[OFFSET].value[0], parameter[DIRECT].value[0],
+                            parameter[HYSTERETIC].value[0], parameter[RECURSION + RECURSION_CENTER].value[0],
+                            parameter[RECURSION + RECURSION_HALF_RANGE].value[0]);
+}
+
 const block_t block_bouc_wen = {.name = "bouc_wen",
                                 .place = PLACE_HYSTERESIS,
                                 .one_sample_rate = true,
@@ -80,4 +101,5 @@ const block_t block_bouc_wen = {.name = "bouc_wen",
                                 .state_bytes = sizeof(state_t),
                                 .open = open,
                                 .settle = settle,
-                                .step = step};
+                                .step = step,
+                                .compile = compile};
