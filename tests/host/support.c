@@ -2,6 +2,7 @@
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -64,4 +65,24 @@ void fill_lines(double *values, size_t samples, const double *corner, size_t cou
         const double from = corner[line % count], to = corner[(line + 1) % count];
         values[k] = from + (to - from) * (double)(k % per_line) / (double)per_line;
     }
+}
+
+void make_modified_play_model(model_t *model, double sample_rate_hz, double bilinear, double frequency_hz) {
+    enum { CELLS = 45 };
+    static const double mode[3] = {2.35, -1.95, 0.58}, harmonics[6] = {0.03, 0.0, 0.0, -0.05, 0.0, 0.0};
+    double cells[CELLS];
+    for (int i = 0; i < CELLS; i++) {
+        cells[i] = 0.012 * (1.0 + 0.5 * sin(0.7 * i));
+    }
+    model_create(model, sample_rate_hz);
+    model_block_t *block = model_append(model, &block_modified_play);
+    model_set(block, "half_range_v", 75.0);
+    model_set(block, "direct_um", 1.4);
+    model_set(block, "offset_um", 0.1);
+    model_set_array(block, "cells_um", CELLS, cells, NULL);
+    model_set_array(block, "feedback", 3, mode, NULL);
+    model_set(block, "bilinear_gain", bilinear);
+    model_set_array(block, "harmonics_um", 6, harmonics, NULL);
+    model_set(block, "frequency_hz", frequency_hz);
+    model_set(block, "phase_rad", 0.4);
 }

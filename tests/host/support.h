@@ -17,6 +17,9 @@ void expect_line(const failure_t *failure, const char *text);
 void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
                      const double *thresholds_v);
 
+/** A modified play model of 10 divisions with a mode, +-75 V, phase 0.4 rad. */
+void make_modified_play_model(model_t *model, double sample_rate_hz, double bilinear, double frequency_hz);
+
 /** A chain of one block and a hysteresis that does nothing, at the block's place. values are in the order of the
  * block's table; those of lists are not read. */
 chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed);

@@ -26,7 +26,7 @@ typedef struct {
     seed_001_tracked_t printed; /* recursive least squares at +-75 V and direct inverse multiplication */
     seed_001_tracked_t exact;   /* proposed model at the drive that the reference needs, exact inverse of lib/hyst */
     seed_001_tracked_t direct;  /* the same, direct inverse multiplication */
-    int refused;                /* status of lib/hyst */
+    bool accepted;              /* by the amplifier */
 } case_t;
 
 void seed_001_record(recording_t *recording, double frequency_hz, double amplitude_v, double seconds, uint64_t seed) {
@@ -195,9 +195,10 @@ static bool compensate(case_t *result, double amplitude_um, failure_t *failure) 
                       fit_family(family_find("modified_play"), &recording, &model, failure);
     if (good) {
         seed_001_control_t control = {.lead_rad = -sine.phase, .exact = true};
-        result->refused = seed_001_track_in_amplifier(&model, result->hz, &control, &result->exact);
+        failure_t refusal;
+        result->accepted = seed_001_track_in_amplifier(&model, result->hz, &control, &result->exact, &refusal);
         control.exact = false;
-        (void)seed_001_track_in_amplifier(&model, result->hz, &control, &result->direct);
+        (void)seed_001_track_in_amplifier(&model, result->hz, &control, &result->direct, &refusal);
         model_free(&model);
     }
     recording_free(&recording);
@@ -271,7 +272,7 @@ static double worst_of(const double *values, size_t count) {
 static void draw(reproduction_t *reproduction, const case_t *cases, size_t count, const seed_001_chain_t *chain) {
     double x[MOST_FREQUENCIES], y[6][MOST_FREQUENCIES];
     for (size_t i = 0; i < count; i++) {
-        const double tracked[3] = {cases[i].printed.rms_um, cases[i].refused == 0 ? cases[i].exact.rms_um : 35.36,
+        const double tracked[3] = {cases[i].printed.rms_um, cases[i].accepted ? cases[i].exact.rms_um : 35.36,
                                    chain->tracked[i].rms_um};
         x[i] = cases[i].hz;
         y[0][i] = log10(cases[i].rms_um[PROPOSED]);
@@ -313,8 +314,8 @@ static void report_compensation(reproduction_t *reproduction, const case_t *case
         const case_t *c = &cases[i];
         char exact[24] = "refused", direct[24] = "refused";
         one_um[i] = chain->tracked[i].rms_um;
-        refused += c->refused != 0;
-        if (c->refused == 0) {
+        refused += c->accepted ? 0 : 1;
+        if (c->accepted) {
             snprintf(exact, sizeof exact, "%.3g", c->exact.rms_um);
             snprintf(direct, sizeof direct, "%.3g", c->direct.rms_um);
         }

@@ -32,9 +32,9 @@ typedef struct {
     bool exact;       /**< exact inverse, or direct inverse multiplication */
 } seed_001_control_t;
 
-/** In the amplifier's arithmetic. Returns the status of lib/hyst; unless it is 0, the model was refused. */
-int seed_001_track_in_amplifier(const model_t *model, double frequency_hz, const seed_001_control_t *control,
-                                seed_001_tracked_t *tracked);
+/** In the amplifier's arithmetic, from the compiled image. false: the image is refused. */
+bool seed_001_track_in_amplifier(const model_t *model, double frequency_hz, const seed_001_control_t *control,
+                                 seed_001_tracked_t *tracked, failure_t *failure);
 
 /** One physical chain for all frequencies. */
 typedef struct {

@@ -164,9 +164,8 @@ static bool track_everywhere(const model_t *model, const double *frequency_hz, s
                              seed_001_tracked_t *tracked, failure_t *failure) {
     const seed_001_control_t control = {.lookahead = lookahead, .exact = true};
     for (size_t i = 0; i < count; i++) {
-        const int status = seed_001_track_in_amplifier(model, frequency_hz[i], &control, &tracked[i]);
-        if (status != 0) {
-            return fail(failure, "lib/hyst refuses the chain as a modified play model, status %d", status);
+        if (!seed_001_track_in_amplifier(model, frequency_hz[i], &control, &tracked[i], failure)) {
+            return false;
         }
     }
     return true;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Compensation in paper 001: direct inverse multiplication as printed, and both inverses of lib/hyst. */
-#include "hyst/modified_play.h"
+#include "compile.h"
 #include "play_plane.h"
 #include "recursion.h"
 #include "seed_001.h"
@@ -124,41 +124,24 @@ static double compensate_in_amplifier(void *compensator, double reference_um) {
     return ldexp((double)drive, -31);
 }
 
-/* Position full scale: a tenth more than the reference. The drive's full scale is the model's. */
-static hyst_modified_play_parameters_t to_fixed(const model_t *model, double full_scale_um, double lead_rad) {
-    const model_block_t *block = &model->block[0];
-    const parameter_t *cells = model_parameter(block, "cells_um");
-    const double *harmonic = model_parameter(block, "harmonics_um")->value;
-    const double step = model_parameter(block, "frequency_hz")->value[0] / TWIN_001_RATE_HZ;
-    const double turns = lead_rad / (2.0 * M_PI) - step; /* at the sample before the first */
-    hyst_modified_play_parameters_t fixed = {.divisions = (uint32_t)play_plane_divisions(cells->count),
-                                             .rate_gain = HYST_Q30_ONE,
-                                             .phase_step = (uint32_t)llrint(ldexp(step, 32)),
-                                             .phase = (uint32_t)llrint(ldexp(turns - floor(turns), 32))};
-    fixed.offset = (hyst_q31_t)lrint(ldexp(model_parameter(block, "offset_um")->value[0] / full_scale_um, 31));
-    fixed.direct = (hyst_q28_t)lrint(ldexp(model_parameter(block, "direct_um")->value[0] / full_scale_um, 28));
-    for (size_t i = 0; i < cells->count; i++) {
-        fixed.slope[i] = (hyst_q28_t)lrint(ldexp((double)fixed.divisions * cells->value[i] / full_scale_um, 28));
-    }
-    for (size_t i = 0; i < HYST_MODIFIED_PLAY_FEEDBACK; i++) {
-        fixed.feedback[i] = (hyst_q28_t)lrint(ldexp(model_parameter(block, "feedback")->value[i], 28));
-        fixed.sine[i] = (hyst_q28_t)lrint(ldexp(harmonic[i] / full_scale_um, 28));
-        fixed.cosine[i] = (hyst_q28_t)lrint(ldexp(harmonic[3 + i] / full_scale_um, 28));
-    }
-    fixed.bilinear = (hyst_q28_t)lrint(ldexp(model_parameter(block, "bilinear_gain")->value[0], 28));
-    return fixed;
-}
-
-int seed_001_track_in_amplifier(const model_t *model, double frequency_hz, const seed_001_control_t *control,
-                                seed_001_tracked_t *tracked) {
-    amplifier_t amplifier = {.full_scale_um = 1.1 * SEED_001_REFERENCE_UM, .exact = control->exact};
-    const hyst_modified_play_parameters_t fixed = to_fixed(model, amplifier.full_scale_um, control->lead_rad);
+bool seed_001_track_in_amplifier(const model_t *model, double frequency_hz, const seed_001_control_t *control,
+                                 seed_001_tracked_t *tracked, failure_t *failure) {
+    const double half_range_v = model_parameter(&model->block[0], "half_range_v")->value[0];
+    const double full_scale_um = 1.1 * SEED_001_REFERENCE_UM;
+    const compile_options_t options = {.drive_range_v = {-half_range_v, half_range_v},
+                                       .position_range_um = {-full_scale_um, full_scale_um}};
+    const double turns = control->lead_rad / (2.0 * M_PI) - frequency_hz / TWIN_001_RATE_HZ;
+    amplifier_t amplifier = {.full_scale_um = full_scale_um, .exact = control->exact};
+    hyst_parameters_t image;
     uint32_t element;
-    const hyst_modified_play_status_t status = hyst_modified_play_build(&amplifier.model, &fixed, &element);
-    if (status == HYST_MODIFIED_PLAY_OK) {
-        hyst_modified_play_reset(&amplifier.model, &amplifier.state, 0);
-        *tracked = track(frequency_hz, control->lookahead, model_parameter(&model->block[0], "half_range_v")->value[0],
-                         compensate_in_amplifier, &amplifier);
+    if (!compile_model(model, &options, &image, NULL, failure)) {
+        return false;
     }
-    return (int)status;
+    image.modified_play[0].phase = (uint32_t)llrint(ldexp(turns - floor(turns), 32));
+    if (hyst_modified_play_build(&amplifier.model, &image.modified_play[0], &element) != HYST_MODIFIED_PLAY_OK) {
+        return fail(failure, "the image was accepted, and its hysteresis is not");
+    }
+    hyst_modified_play_reset(&amplifier.model, &amplifier.state, 0);
+    *tracked = track(frequency_hz, control->lookahead, half_range_v, compensate_in_amplifier, &amplifier);
+    return true;
 }
