@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "effects.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+static double logarithmic(random_t *random, double low, double high) {
+    return low * pow(high / low, random_unit(random));
+}
+
+static double sign_of(random_t *random) {
+    return random_unit(random) < 0.5 ? -1.0 : 1.0;
+}
+
+static double duration_s(const passage_t *passage) {
+    return passage->step_s * (double)passage->count;
+}
+
+static double half_range_v(const passage_t *passage) {
+    return 0.5 * (passage->actuator->high_v - passage->actuator->low_v);
+}
+
+static double middle_v(const passage_t *passage) {
+    return 0.5 * (passage->actuator->high_v + passage->actuator->low_v);
+}
+
+/* Size is the first parameter. */
+static void set_first(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    (void)random;
+    parameter[0] = size;
+}
+
+static void set_first_signed(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    parameter[0] = sign_of(random) * size;
+}
+
+static void delay(passage_t *passage, const double *parameter) {
+    const double behind = parameter[0] / passage->step_s;
+    const size_t whole = (size_t)behind;
+    const double part = behind - (double)whole, first = passage->value[0];
+    for (size_t k = passage->count; k-- > 0;) {
+        const double newer = k >= whole ? passage->value[k - whole] : first;
+        const double older = k >= whole + 1 ? passage->value[k - whole - 1] : first;
+        passage->value[k] = newer + part * (older - newer);
+    }
+}
+
+/* tau x' = u - x with u straight between the instants: the lag of a ramp is tau times its slope, and what deviates from
+ * it decays. */
+static void low_pass(passage_t *passage, double tau_s) {
+    const double decay = exp(-passage->step_s / tau_s);
+    double output = passage->value[0], before = output;
+    for (size_t k = 1; k < passage->count; k++) {
+        const double behind = tau_s * (passage->value[k] - before) / passage->step_s;
+        output = passage->value[k] - behind + (output - before + behind) * decay;
+        before = passage->value[k];
+        passage->value[k] = output;
+    }
+}
+
+static void set_cutoff(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    (void)random;
+    parameter[0] = 1.0 / (2.0 * pi * size); /* size: the time constant */
+}
+
+static void bandwidth(passage_t *passage, const double *parameter) {
+    low_pass(passage, 1.0 / (2.0 * pi * parameter[0]));
+}
+
+static void set_slew(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)random;
+    parameter[0] = passage->largest_rate_v_per_s / (1.0 + size);
+}
+
+static void slew(passage_t *passage, const double *parameter) {
+    const double most = parameter[0] * passage->step_s;
+    for (size_t k = 1; k < passage->count; k++) {
+        const double change = passage->value[k] - passage->value[k - 1];
+        passage->value[k] = passage->value[k - 1] + fmax(-most, fmin(most, change));
+    }
+}
+
+static void set_rail(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)random;
+    parameter[0] = passage->actuator->high_v - 2.0 * half_range_v(passage) * size;
+}
+
+static void rail(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] = fmin(parameter[0], passage->value[k]);
+    }
+}
+
+static void asymmetric(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        const double s = (passage->value[k] - middle_v(passage)) / half_range_v(passage);
+        passage->value[k] += half_range_v(passage) * parameter[0] * (s * s - 1.0);
+    }
+}
+
+static void rate_dependent(passage_t *passage, const double *parameter) {
+    for (size_t k = 1; k < passage->count; k++) {
+        passage->growth_v[k] = parameter[0] * fabs(passage->value[k] - passage->value[k - 1]) / passage->step_s;
+    }
+}
+
+/* y(t) = h(t) + g y(t - T) s(t - T), T one sample, s the drive in parts of its half range. */
+static void interleaved(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        const size_t then = k >= OVERSAMPLING ? k - OVERSAMPLING : 0;
+        const double s = (passage->drive_v[then] - middle_v(passage)) / half_range_v(passage);
+        if (then == 0) { /* as it has been for ever */
+            passage->value[k] /= 1.0 - parameter[0] * s;
+        } else {
+            passage->value[k] += parameter[0] * passage->value[then] * s;
+        }
+    }
+}
+
+/* A straight line over the logarithm of time from 0.1 s to 1000 s: relaxations, eight a decade. */
+static void creep(passage_t *passage, const double *parameter) {
+    enum { A_DECADE = 8, CELLS = 4 * A_DECADE };
+    double state[CELLS], decay[CELLS];
+    for (size_t i = 0; i < CELLS; i++) {
+        const double tau_s = 0.1 * pow(10.0, ((double)i + 0.5) / A_DECADE);
+        decay[i] = -expm1(-passage->step_s / tau_s);
+        state[i] = passage->value[0];
+    }
+    for (size_t k = 0; k < passage->count; k++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < CELLS; i++) {
+            state[i] += decay[i] * (passage->value[k] - state[i]);
+            sum += state[i] - passage->value[0];
+        }
+        passage->value[k] += parameter[0] * sum / A_DECADE;
+    }
+}
+
+static void set_leakage(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)random;
+    parameter[0] = duration_s(passage) / size;
+}
+
+static void leakage(passage_t *passage, const double *parameter) {
+    const double gain = -expm1(-passage->step_s / parameter[0]), rest = passage->value[0];
+    double leaked = rest;
+    for (size_t k = 0; k < passage->count; k++) {
+        leaked += gain * (passage->value[k] - leaked);
+        passage->value[k] += rest - leaked;
+    }
+}
+
+static void set_gain_drift(const passage_t *passage, double size, random_t *random, double *parameter) {
+    parameter[0] = sign_of(random) * size / duration_s(passage);
+}
+
+static void gain_drift(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] *= 1.0 + parameter[0] * passage->step_s * (double)k;
+    }
+}
+
+/* Size is the squared period, to which the lag of a mode far above the drive is proportional. */
+static void set_mode(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    parameter[0] = 1.0 / sqrt(size);
+    parameter[1] = logarithmic(random, 0.01, 0.05);
+}
+
+/* q'' = w^2 (u - q) - 2 zeta w q', fourth order, u straight between the instants. */
+static void mode(passage_t *passage, const double *parameter) {
+    const double w = 2.0 * pi * parameter[0], damping = 2.0 * parameter[1] * w, h = passage->step_s;
+    double q = passage->value[0], v = 0.0, before = q;
+    for (size_t k = 1; k < passage->count; k++) {
+        const double u0 = before, u2 = passage->value[k], u1 = 0.5 * (u0 + u2);
+        const double q1 = v, v1 = w * w * (u0 - q) - damping * v;
+        const double q2 = v + 0.5 * h * v1, v2 = w * w * (u1 - q - 0.5 * h * q1) - damping * q2;
+        const double q3 = v + 0.5 * h * v2, v3 = w * w * (u1 - q - 0.5 * h * q2) - damping * q3;
+        const double q4 = v + h * v3, v4 = w * w * (u2 - q - h * q3) - damping * q4;
+        q += h * (q1 + 2.0 * q2 + 2.0 * q3 + q4) / 6.0;
+        v += h * (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0;
+        before = u2;
+        passage->value[k] = q;
+    }
+}
+
+static void preload(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] /= 1.0 + parameter[0] * passage->preload_n;
+    }
+}
+
+static void set_curved_sensor(const passage_t *passage, double size, random_t *random, double *parameter) {
+    const double part = random_unit(random) < 0.5 ? 1.0 : 0.0, sign = sign_of(random);
+    (void)passage;
+    parameter[0] = sign * size * part;
+    parameter[1] = sign * size * (1.0 - part);
+}
+
+static void curved_sensor(passage_t *passage, const double *parameter) {
+    const double middle = passage->actuator->offset_um, half = passage->actuator->um_per_half_range;
+    for (size_t k = 0; k < passage->count; k++) {
+        const double s = (passage->value[k] - middle) / half;
+        passage->value[k] += half * s * s * (parameter[0] + parameter[1] * s);
+    }
+}
+
+static void set_thermal(const passage_t *passage, double size, random_t *random, double *parameter) {
+    parameter[0] = sign_of(random) * size * passage->actuator->um_per_half_range;
+    parameter[1] = duration_s(passage) * logarithmic(random, 0.2, 1.0);
+}
+
+static void thermal(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] += parameter[0] * (1.0 - exp(-passage->step_s * (double)k / parameter[1]));
+    }
+}
+
+static void set_hum(const passage_t *passage, double size, random_t *random, double *parameter) {
+    static const double mains_hz[] = {50.0, 60.0, 100.0, 150.0};
+    parameter[0] = mains_hz[random_between(random, 0, 3)] * (1.0 + 0.0005 * random_normal(random));
+    parameter[1] = size * passage->actuator->um_per_half_range;
+    parameter[2] = 2.0 * pi * random_unit(random);
+}
+
+static void hum(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] += parameter[1] * sin(2.0 * pi * parameter[0] * passage->step_s * (double)k + parameter[2]);
+    }
+}
+
+static void set_steps(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)random;
+    parameter[0] = size * passage->actuator->um_per_half_range;
+}
+
+static void steps(passage_t *passage, const double *parameter) {
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] = parameter[0] * floor(passage->value[k] / parameter[0] + 0.5);
+    }
+}
+
+const effect_t catalogue_effects[] = {
+    {"transport_delay", "lag", {"delay_s"}, 2e-4, 2e-2, set_first, delay, STAGE_ELECTRONICS, false},
+    {"amplifier_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_ELECTRONICS, false},
+    {"amplifier_slew_limit", "slew", {"limit_v_per_s"}, 0.5, 100.0, set_slew, slew, STAGE_ELECTRONICS, false},
+    {"amplifier_saturation", "saturation", {"high_v"}, 0.05, 0.4, set_rail, rail, STAGE_ELECTRONICS, false},
+    {"asymmetric_hysteresis", "shape", {"asymmetry"}, 0.03, 0.3, set_first_signed, asymmetric, STAGE_HYSTERESIS, false},
+    {"rate_dependent_hysteresis", "rate", {"beta_s"}, 1e-3, 0.1, set_first, rate_dependent, STAGE_HYSTERESIS, true},
+    {"interleaved_hysteresis",
+     "shape",
+     {"bilinear_gain"},
+     0.02,
+     0.3,
+     set_first_signed,
+     interleaved,
+     STAGE_POSITION,
+     false},
+    {"creep", "slow", {"gamma_per_decade"}, 0.015, 0.1, set_first, creep, STAGE_POSITION, false},
+    {"charge_leakage", "slow", {"time_constant_s"}, 0.2, 20.0, set_leakage, leakage, STAGE_POSITION, false},
+    {"gain_drift", "slow", {"gain_per_s"}, 0.02, 0.5, set_gain_drift, gain_drift, STAGE_POSITION, false},
+    {"resonance", "resonance", {"frequency_hz", "damping_ratio"}, 1e-5, 1e-3, set_mode, mode, STAGE_POSITION, false},
+    {"preload", "preload", {"compliance_per_n"}, 0.003, 0.1, set_first, preload, STAGE_POSITION, false},
+    {"sensor_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_POSITION, false},
+    {"static_nonlinearity",
+     "shape",
+     {"quadratic", "cubic"},
+     0.01,
+     0.3,
+     set_curved_sensor,
+     curved_sensor,
+     STAGE_POSITION,
+     false},
+    {"thermal_drift", "slow", {"drift_um", "time_constant_s"}, 0.02, 1.0, set_thermal, thermal, STAGE_POSITION, false},
+    {"mains_interference", "hum", {"frequency_hz", "amplitude_um"}, 2e-3, 0.5, set_hum, hum, STAGE_POSITION, false},
+    {"quantisation", "quantisation", {"step_um"}, 5e-3, 0.5, set_steps, steps, STAGE_SAMPLES, false},
+};
+const size_t catalogue_effect_count = sizeof catalogue_effects / sizeof catalogue_effects[0];
+
+const effect_t *effect_find(const char *name) {
+    for (size_t i = 0; i < catalogue_effect_count; i++) {
+        if (strcmp(catalogue_effects[i].name, name) == 0) {
+            return &catalogue_effects[i];
+        }
+    }
+    fprintf(stderr, "proof: no effect %s\n", name);
+    exit(EXIT_FAILURE);
+}

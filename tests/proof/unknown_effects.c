@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "effects.h"
+#include <math.h>
+#include <stdlib.h>
+
+static const double pi = 3.14159265358979323846;
+
+/* Size in um for a size in parts of half the stroke. */
+static void set_um(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)random;
+    parameter[0] = size * passage->actuator->um_per_half_range;
+}
+
+static void set_first(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    (void)random;
+    parameter[0] = size;
+}
+
+/* Play between mechanics and sensor. */
+static void backlash(passage_t *passage, const double *parameter) {
+    double output = passage->value[0];
+    for (size_t k = 0; k < passage->count; k++) {
+        output = fmax(passage->value[k] - parameter[0], fmin(passage->value[k] + parameter[0], output));
+        passage->value[k] = output;
+    }
+}
+
+/* Sticks until the spring pulls hard enough, then slips all the way. */
+static void stiction(passage_t *passage, const double *parameter) {
+    double output = passage->value[0];
+    for (size_t k = 0; k < passage->count; k++) {
+        if (fabs(passage->value[k] - output) > parameter[0]) {
+            output = passage->value[k];
+        }
+        passage->value[k] = output;
+    }
+}
+
+static void set_gain_step(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    parameter[0] = random_unit(random) < 0.5 ? -size : size;
+    parameter[1] = 0.3 + 0.6 * random_unit(random); /* when, of the recording */
+}
+
+static void gain_step(passage_t *passage, const double *parameter) {
+    for (size_t k = (size_t)(parameter[1] * (double)passage->count); k < passage->count; k++) {
+        passage->value[k] *= 1.0 + parameter[0];
+    }
+}
+
+/* Dielectric loss: the same lag at all frequencies, by relaxations of six decades. */
+static void constant_phase(passage_t *passage, const double *parameter) {
+    enum { A_DECADE = 4, CELLS = 6 * A_DECADE };
+    double state[CELLS], gain[CELLS];
+    for (size_t i = 0; i < CELLS; i++) {
+        gain[i] = -expm1(-passage->step_s / (1e-4 * pow(10.0, ((double)i + 0.5) / A_DECADE)));
+        state[i] = passage->value[0];
+    }
+    for (size_t k = 0; k < passage->count; k++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < CELLS; i++) {
+            state[i] += gain[i] * (passage->value[k] - state[i]);
+            sum += state[i] - passage->value[k];
+        }
+        passage->value[k] += parameter[0] * sum / A_DECADE;
+    }
+}
+
+static void set_mode(const passage_t *passage, double size, random_t *random, double *parameter) {
+    parameter[0] = size;
+    parameter[1] = (0.06 + 0.06 * random_unit(random)) / (passage->step_s * OVERSAMPLING); /* Hz: of the sample rate */
+}
+
+/* A second mode, coupled: a zero pair just below its pole pair. */
+static void antiresonance(passage_t *passage, const double *parameter) {
+    const double zero = 2.0 * pi * parameter[1], pole = zero * (1.0 + parameter[0]), zeta = 0.01, h = passage->step_s;
+    double q = passage->value[0], v = 0.0;
+    for (size_t k = 0; k < passage->count; k++) { /* semi-implicit: the step is a small part of the period */
+        const double acceleration = pole * pole * (passage->value[k] - q) - 2.0 * zeta * pole * v;
+        v += h * acceleration;
+        q += h * v;
+        passage->value[k] = q + 2.0 * zeta / zero * v + acceleration / (zero * zero);
+    }
+}
+
+/* A mode whose stiffness grows with the square of the position. */
+static void stiffening_mode(passage_t *passage, const double *parameter) {
+    const double w = 2.0 * pi * parameter[1], zeta = 0.02, h = passage->step_s;
+    const double half = passage->actuator->um_per_half_range, middle = passage->actuator->offset_um;
+    double q = passage->value[0], v = 0.0;
+    for (size_t k = 0; k < passage->count; k++) {
+        const double s = (q - middle) / half, stiffer = 1.0 + parameter[0] * s * s;
+        v += h * (w * w * stiffer * (passage->value[k] - q) - 2.0 * zeta * w * v);
+        q += h * v;
+        passage->value[k] = q;
+    }
+}
+
+/* Below some position the mount loses contact. */
+static void contact(passage_t *passage, const double *parameter) {
+    const double from = passage->actuator->offset_um - 0.5 * passage->actuator->um_per_half_range;
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] -= parameter[0] * fmin(0.0, passage->value[k] - from);
+    }
+}
+
+/* The gain follows the heat of past activity, with a time constant of two seconds. */
+static void self_heating(passage_t *passage, const double *parameter) {
+    const double typical_v_per_s = 10.0 * (passage->actuator->high_v - passage->actuator->low_v), tau_s = 2.0;
+    double heat = 0.0;
+    for (size_t k = 1; k < passage->count; k++) {
+        const double rate = (passage->drive_v[k] - passage->drive_v[k - 1]) / passage->step_s / typical_v_per_s;
+        heat += passage->step_s / tau_s * (fmin(rate * rate, 4.0) - heat);
+        passage->value[k] *= 1.0 + parameter[0] * heat;
+    }
+}
+
+static void rate_crosstalk(passage_t *passage, const double *parameter) {
+    const double typical_v_per_s = 10.0 * (passage->actuator->high_v - passage->actuator->low_v);
+    for (size_t k = 1; k < passage->count; k++) {
+        const double rate = (passage->drive_v[k] - passage->drive_v[k - 1]) / passage->step_s / typical_v_per_s;
+        passage->value[k] += parameter[0] * rate * rate;
+    }
+}
+
+/* Interference far above the Nyquist frequency that folds down into a tone which wanders. */
+static void aliased_tone(passage_t *passage, const double *parameter) {
+    random_t random = {passage->seed};
+    const double middle_hz = (0.05 + 0.2 * random_unit(&random)) / (passage->step_s * OVERSAMPLING);
+    double turns = 0.0;
+    for (size_t k = 0; k < passage->count; k++) {
+        turns += passage->step_s * middle_hz * (1.0 + 0.1 * sin(2.0 * pi * passage->step_s * (double)k / 7.0));
+        passage->value[k] += parameter[0] * sin(2.0 * pi * turns);
+    }
+}
+
+/* The clock of the converter wanders, within some 10 ms from one side to the other. */
+static void jitter(passage_t *passage, const double *parameter) {
+    random_t random = {passage->seed};
+    const double memory = exp(-passage->step_s / 0.01);
+    double *early = proof_allocate(passage->count, sizeof *early), wander = 0.0;
+    for (size_t k = 0; k < passage->count; k++) {
+        wander = memory * wander + sqrt(1.0 - memory * memory) * random_normal(&random);
+        const double at =
+            fmax(0.0, fmin((double)(passage->count - 1), (double)k + parameter[0] * wander / passage->step_s));
+        const size_t whole = (size_t)at < passage->count - 1 ? (size_t)at : passage->count - 2;
+        early[k] = passage->value[whole] + (at - (double)whole) * (passage->value[whole + 1] - passage->value[whole]);
+    }
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] = early[k];
+    }
+    free(early);
+}
+
+/* Codes that the converter never gives: near twelve positions the reading sticks to the edge of a gap. */
+static void missing_codes(passage_t *passage, const double *parameter) {
+    const double half = passage->actuator->um_per_half_range, middle = passage->actuator->offset_um;
+    for (size_t k = 0; k < passage->count; k++) {
+        for (int gap = -6; gap < 6; gap++) {
+            const double from_center = passage->value[k] - (middle + half * ((double)gap + 0.5) / 6.3);
+            if (fabs(from_center) < parameter[0]) {
+                passage->value[k] += copysign(parameter[0], from_center) - from_center;
+                break;
+            }
+        }
+    }
+}
+
+static void spikes(passage_t *passage, const double *parameter) {
+    random_t random = {passage->seed};
+    for (size_t k = 0; k < passage->count; k++) {
+        const double chance = random_unit(&random);
+        passage->value[k] += chance < 0.002 ? parameter[0] : chance < 0.004 ? -parameter[0] : 0.0;
+    }
+}
+
+/* The reading jumps between two levels, with a mean of two seconds on each. */
+static void telegraph(passage_t *passage, const double *parameter) {
+    random_t random = {passage->seed};
+    bool up = false;
+    for (size_t k = 0; k < passage->count; k++) {
+        up = random_unit(&random) < passage->step_s / 2.0 ? !up : up;
+        passage->value[k] += up ? parameter[0] : 0.0;
+    }
+}
+
+const effect_t unknown_effects[] = {
+    {"constant-phase lag", NULL, {NULL}, 0.01, 0.2, set_first, constant_phase, STAGE_POSITION, false},
+    {"gain step", NULL, {NULL}, 0.01, 0.5, set_gain_step, gain_step, STAGE_POSITION, false},
+    {"self-heating", NULL, {NULL}, 0.005, 0.5, set_first, self_heating, STAGE_POSITION, false},
+    {"mode with antiresonance", NULL, {NULL}, 0.05, 1.0, set_mode, antiresonance, STAGE_POSITION, false},
+    {"stiffening mode", NULL, {NULL}, 0.5, 10.0, set_mode, stiffening_mode, STAGE_POSITION, false},
+    {"contact lost below a position", NULL, {NULL}, 0.02, 0.9, set_first, contact, STAGE_POSITION, false},
+    {"backlash", NULL, {NULL}, 0.005, 0.2, set_um, backlash, STAGE_POSITION, false},
+    {"stiction", NULL, {NULL}, 0.005, 0.2, set_um, stiction, STAGE_POSITION, false},
+    {"cross-talk of the squared rate", NULL, {NULL}, 0.05, 10.0, set_um, rate_crosstalk, STAGE_POSITION, false},
+    {"aliased tone that wanders", NULL, {NULL}, 0.002, 0.5, set_um, aliased_tone, STAGE_POSITION, false},
+    {"timing jitter", NULL, {NULL}, 1e-4, 0.05, set_first, jitter, STAGE_POSITION, false},
+    {"missing codes", NULL, {NULL}, 0.005, 0.07, set_um, missing_codes, STAGE_POSITION, false},
+    {"spikes", NULL, {NULL}, 0.02, 1.0, set_um, spikes, STAGE_SAMPLES, false},
+    {"random telegraph signal", NULL, {NULL}, 0.005, 0.5, set_um, telegraph, STAGE_SAMPLES, false},
+};
+const size_t unknown_effect_count = sizeof unknown_effects / sizeof unknown_effects[0];
