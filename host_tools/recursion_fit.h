@@ -43,6 +43,9 @@ typedef struct {
     size_t from, to; /**< samples that count; those before let the memory of the start die away */
     recursion_basis_t basis;
     bool bilinear; /**< whether g is looked for; 0 otherwise */
+    /** Keeps the simulation estimate invertible: weights at their lower bounds or above, a part of them for the drive,
+     * harmonics that the inverse bears. Otherwise everything may have any sign and size, as in the paper. */
+    bool invertible;
     progress_t *progress;
 } recursion_problem_t;
 

@@ -17,13 +17,18 @@ enum {
 static const double forgotten = 5.0;
 /* The drive's own weight is at least this part of the others: the inverse divides by it. And the harmonics may answer
  * to the last drive with this part of it: the inverse feeds its own last drive back through them. */
-static const double least_direct = 0.1, most_harmonics = 0.8;
+static const double invertible_share = 0.1, most_harmonics = 0.8;
 /* The search's scale of the bilinear gain, which is small. */
 static const double bilinear_scale = 0.01;
 
-/* The next row, with least_direct of the drive in every other column: weights of 0 and more then keep that of the drive
+static double share(const recursion_problem_t *problem) {
+    return problem->invertible ? invertible_share : 0.0;
+}
+
+/* The next row, with a share of the drive in every other column: weights of 0 and more then keep that of the drive
  * above it. */
 static void step_shared(recursion_rows_t *rows, double *row) {
+    const double least_direct = share(rows->problem);
     recursion_rows_step(rows, row);
     for (size_t i = 1; i < rows->problem->basis.columns; i++) {
         row[i] += least_direct * row[0];
@@ -31,10 +36,10 @@ static void step_shared(recursion_rows_t *rows, double *row) {
 }
 
 /* The drive's own weight with what the other columns bring of it. */
-static double direct_weight(const double *x, size_t columns) {
+static double direct_weight(const recursion_problem_t *problem, const double *x) {
     double direct = x[0];
-    for (size_t i = 1; i < columns; i++) {
-        direct += least_direct * x[i];
+    for (size_t i = 1; i < problem->basis.columns; i++) {
+        direct += share(problem) * x[i];
     }
     return direct;
 }
@@ -111,9 +116,13 @@ static bool solve_invertible(const search_t *search, normal_equations_t *equatio
         if (!solve_bounded(equations, search->lower, x, NULL, search->failure)) {
             return false;
         }
-        const double direct = direct_weight(x, columns);
+        const double direct = direct_weight(search->problem, x);
         for (size_t i = 0; i < RECURSION_HARMONICS; i++) {
             part += gsl_pow_2((double)(2 * (i % 3) + 1) * harmonic[i]);
+        }
+        if (!search->problem->invertible) {
+            *rms = sqrt(squared_error(equations, x) / (double)equations->rows);
+            return true;
         }
         /* Without any weight on the drive there is nothing to be inverted, and nothing to compare with. */
         if (harmonics_slope(harmonic) <= most_harmonics * direct || !(part > 0.0) || pull > 1e9 * equations->power) {
@@ -169,7 +178,7 @@ static double solve_for(const double *x, void *context) {
     normal_equations_finish(&equations);
     if (solve_invertible(search, &equations, solution, &rms)) {
         recursion_take(problem, solution, estimate);
-        estimate->weight[0] = direct_weight(solution, problem->basis.columns);
+        estimate->weight[0] = direct_weight(problem, solution);
     }
     normal_equations_free(&equations);
     return rms;
@@ -258,7 +267,7 @@ bool recursion_fit_simulation(const recursion_problem_t *problem, recursion_esti
         return false;
     }
     for (size_t i = 0; i < n; i++) {
-        search.lower[i] = i < problem->basis.columns ? problem->basis.lower[i] : -HUGE_VAL;
+        search.lower[i] = problem->invertible && i < problem->basis.columns ? problem->basis.lower[i] : -HUGE_VAL;
     }
     search.past = allocate(RECURSION_FEEDBACK * n, sizeof(double));
     if (problem->basis.shapes == 0 && problem->to * n <= MOST_KEPT) {

@@ -6,6 +6,7 @@
  */
 #include "bouc_wen.h"
 #include "catalogue.h"
+#include "modified_play.h"
 #include "recursion_fit.h"
 #include <math.h>
 
@@ -29,7 +30,8 @@ static void step(void *state, double u, double *column) {
     column[HYSTERETIC] = bouc_wen_step(state, u);
 }
 
-static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+static bool fit_with(const family_job_t *job, bool invertible, model_t *model, family_notes_t *notes,
+                     failure_t *failure) {
     static const double lower[COLUMNS] = {0.0, 0.0};
     recursion_problem_t problem;
     recursion_estimate_t one_step, simulation;
@@ -37,6 +39,7 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
     if (!recursion_problem(job, "bouc_wen", &problem, failure)) {
         return false;
     }
+    problem.invertible = invertible;
     problem.basis = (recursion_basis_t){.columns = COLUMNS,
                                         .lower = lower,
                                         .shapes = SHAPES,
@@ -61,5 +64,16 @@ static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, 
     return true;
 }
 
+static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    return fit_with(job, true, model, notes, failure);
+}
+
+static bool fit_freely(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
+    return fit_with(job, false, model, notes, failure);
+}
+
 const family_t family_bouc_wen = {
     .name = "bouc_wen", .text = "Bouc-Wen hysteresis, recursion, harmonics; one sine", .fit = fit};
+
+const family_t family_free_bouc_wen = {
+    .name = "free_bouc_wen", .text = "the same with weights of any sign; one sine", .fit = fit_freely};

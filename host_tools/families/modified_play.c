@@ -36,12 +36,12 @@ static void append(model_t *model, const recursion_problem_t *problem, const rec
     model_set_array(block, "cells_um", problem->basis.columns - 1, estimate->weight + 1, NULL);
 }
 
-typedef bool (*estimator_t)(const recursion_problem_t *problem, recursion_estimate_t *estimate, failure_t *failure);
+typedef enum { ONE_STEP, SIMULATION, INVERTIBLE_SIMULATION } estimate_kind_t;
 
-static bool fit_with(const family_job_t *job, const char *name, bool bilinear, estimator_t estimator, model_t *model,
+static bool fit_with(const family_job_t *job, const char *name, bool bilinear, estimate_kind_t kind, model_t *model,
                      family_notes_t *notes, failure_t *failure) {
     const size_t divisions = job->operators > 0 ? job->operators : DIVISIONS;
-    double lower[RECURSION_FIT_COLUMNS] = {0.0};
+    static const double lower[RECURSION_FIT_COLUMNS] = {0.0};
     recursion_problem_t problem;
     recursion_estimate_t one_step, estimate;
     if (divisions < 2 || divisions > PLAY_PLANE_MAX) {
@@ -52,10 +52,15 @@ static bool fit_with(const family_job_t *job, const char *name, bool bilinear, e
     }
     basis_state_t state = {.plane = {.divisions = divisions}, .rate_hz = problem.recording->sample_rate_hz};
     problem.bilinear = bilinear;
+    problem.invertible = kind == INVERTIBLE_SIMULATION;
     problem.basis = (recursion_basis_t){
         .columns = 1 + play_plane_cells(divisions), .lower = lower, .open = open, .step = step, .state = &state};
-    if (!recursion_fit_one_step(&problem, &one_step, failure) || !estimator(&problem, &estimate, failure)) {
+    if (!recursion_fit_one_step(&problem, &one_step, failure) ||
+        (kind != ONE_STEP && !recursion_fit_simulation(&problem, &estimate, failure))) {
         return false;
+    }
+    if (kind == ONE_STEP) {
+        estimate = one_step;
     }
     model_create(model, problem.recording->sample_rate_hz);
     append(model, &problem, &estimate);
@@ -63,27 +68,18 @@ static bool fit_with(const family_job_t *job, const char *name, bool bilinear, e
     return true;
 }
 
-static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
-    return fit_with(job, "modified_play", true, recursion_fit_simulation, model, notes, failure);
-}
+/* A family with its function. */
+#define FAMILY_WITH(its_name, its_text, its_bilinear, its_kind, its_without)                                           \
+    static bool fit_##its_name(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {   \
+        return fit_with(job, #its_name, its_bilinear, its_kind, model, notes, failure);                                \
+    }                                                                                                                  \
+    const family_t family_##its_name = {                                                                               \
+        .name = #its_name, .text = (its_text), .fit = fit_##its_name, .without = (its_without)}
 
-static bool fit_truncated(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
-    return fit_with(job, "truncated_modified_play", false, recursion_fit_simulation, model, notes, failure);
-}
-
-static bool fit_one_step(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
-    return fit_with(job, "one_step_modified_play", true, recursion_fit_one_step, model, notes, failure);
-}
-
-const family_t family_truncated_modified_play = {.name = "truncated_modified_play",
-                                                 .text = "modified play without its bilinear gain; one sine",
-                                                 .fit = fit_truncated};
-
-const family_t family_modified_play = {.name = "modified_play",
-                                       .text = "plane of plays, recursion, harmonics, bilinear gain; one sine",
-                                       .fit = fit,
-                                       .without = &family_truncated_modified_play};
-
-const family_t family_one_step_modified_play = {.name = "one_step_modified_play",
-                                                .text = "modified play by recursive least squares; one sine",
-                                                .fit = fit_one_step};
+FAMILY_WITH(truncated_modified_play, "modified play without its bilinear gain; one sine", false, INVERTIBLE_SIMULATION,
+            NULL);
+FAMILY_WITH(modified_play, "plane of plays, recursion, harmonics, bilinear gain; one sine", true, INVERTIBLE_SIMULATION,
+            &family_truncated_modified_play);
+FAMILY_WITH(free_modified_play, "modified play with weights of any sign; one sine", true, SIMULATION, NULL);
+FAMILY_WITH(free_truncated_modified_play, "the same without its bilinear gain; one sine", false, SIMULATION, NULL);
+FAMILY_WITH(one_step_modified_play, "modified play by recursive least squares; one sine", true, ONE_STEP, NULL);

@@ -17,6 +17,8 @@ enum { PROPOSED, TRUNCATED, BOUC_WEN };
 /* RMS errors over a third of a recording scatter by 1 / sqrt(2 * 3333) = 1.2 % from noise alone: closer ones are equal.
  */
 static const double scatter = 1.012;
+/* What tracking leaves without any drive: the RMS of the reference. */
+static const double idle_um = SEED_001_REFERENCE_UM * M_SQRT1_2;
 
 typedef struct {
     double hz;
@@ -160,10 +162,11 @@ static bool judge(const recording_t *recording, const model_t *model, double *rm
 }
 
 static bool identify(case_t *result, const recording_t *recording, failure_t *failure) {
-    static const char *const names[MODELS] = {"modified_play", "truncated_modified_play", "bouc_wen"};
+    static const family_t *const families_001[MODELS] = {&family_free_modified_play,
+                                                         &family_free_truncated_modified_play, &family_free_bouc_wen};
     model_t model;
     for (size_t m = 0; m < MODELS; m++) {
-        if (!fit_family(family_find(names[m]), recording, &model, failure)) {
+        if (!fit_family(families_001[m], recording, &model, failure)) {
             return false;
         }
         const bool good = judge(recording, &model, &result->rms_um[m], &result->fit_percent[m], failure);
@@ -248,8 +251,8 @@ static void report_identification(reproduction_t *reproduction, const case_t *ca
     reproduction_text(
         reproduction,
         "**Identification**, +-75 V, RMSE in um over the last third of each recording, which no fit has seen. The "
-        "three "
-        "models are simulated; \"one step\" is the recursive least squares of the paper, first judged with the "
+        "three models are fitted as simulations, with weights of any sign as in the paper (`hyst fit` keeps them "
+        "invertible), and simulated; \"one step\" is the recursive least squares of the paper, first judged with the "
         "measured "
         "last positions, then simulated (inf: it runs away). The simulated error of that estimate is more than ten "
         "times the proposed model's at %.0f of %zu frequencies: a small one-step error says nothing about the model. "
@@ -272,7 +275,7 @@ static double worst_of(const double *values, size_t count) {
 static void draw(reproduction_t *reproduction, const case_t *cases, size_t count, const seed_001_chain_t *chain) {
     double x[MOST_FREQUENCIES], y[6][MOST_FREQUENCIES];
     for (size_t i = 0; i < count; i++) {
-        const double tracked[3] = {cases[i].printed.rms_um, cases[i].accepted ? cases[i].exact.rms_um : 35.36,
+        const double tracked[3] = {cases[i].printed.rms_um, cases[i].accepted ? cases[i].exact.rms_um : idle_um,
                                    chain->tracked[i].rms_um};
         x[i] = cases[i].hz;
         y[0][i] = log10(cases[i].rms_um[PROPOSED]);
@@ -308,13 +311,14 @@ static void draw(reproduction_t *reproduction, const case_t *cases, size_t count
 static void report_compensation(reproduction_t *reproduction, const case_t *cases, size_t count,
                                 const seed_001_chain_t *chain) {
     char lines[MOST_FREQUENCIES * 80];
-    size_t used = 0, refused = 0;
+    size_t used = 0, refused = 0, useless = 0;
     double one_um[MOST_FREQUENCIES];
     for (size_t i = 0; i < count; i++) {
         const case_t *c = &cases[i];
         char exact[24] = "refused", direct[24] = "refused";
         one_um[i] = chain->tracked[i].rms_um;
         refused += c->accepted ? 0 : 1;
+        useless += c->accepted && c->exact.rms_um > idle_um ? 1 : 0;
         if (c->accepted) {
             snprintf(exact, sizeof exact, "%.3g", c->exact.rms_um);
             snprintf(direct, sizeof direct, "%.3g", c->direct.rms_um);
@@ -340,14 +344,18 @@ static void report_compensation(reproduction_t *reproduction, const case_t *case
         "**Compensation** of a 50 um sine, RMSE in um. \"As printed\": recursive least squares at +-75 V and direct "
         "inverse multiplication, in double precision. The next two: the proposed model fitted as a simulation at the "
         "drive that 50 um need, harmonics in phase with the drive, in the arithmetic of lib/hyst, which refuses %zu of "
-        "%zu models (their inverse would run away or has no slope). Then one chain for all frequencies: driver's lag "
+        "%zu models (their inverse would run away or has no slope); %zu more leave over 35 um, which is worse than no "
+        "drive: "
+        "a model of one sine knows nothing of rest, nor of the way there. Then one chain for all frequencies: driver's "
+        "lag "
         "(%.0f Hz), play operators, mode (%.2f Hz, damping %.4f), fitted together at the drive that 50 um need, "
         "inverted exactly by lib/hyst as a modified play model without harmonics, the reference known two samples "
         "ahead: at most %.2g um at any frequency. The last column is what such a chain leaves when it is fitted and "
         "simulated at +-75 V.\n\n"
         "| Hz | as printed | direct inverse | exact inverse | exact, one chain | one chain, simulated at +-75 V "
         "|\n|---|---|---|---|---|---|\n%s",
-        refused, count, chain->cutoff_hz, chain->mode_hz, chain->damping_ratio, worst_of(one_um, count), lines);
+        refused, count, useless, chain->cutoff_hz, chain->mode_hz, chain->damping_ratio, worst_of(one_um, count),
+        lines);
 }
 
 static void report_findings(reproduction_t *reproduction) {
