@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command.h"
 #include "compile.h"
+#include "hysteresis_text.h"
 #include "json_output.h"
 #include <math.h>
 #include <stdio.h>
@@ -23,17 +24,18 @@ const command_t command_compile = {
 static bool print_json(const hyst_parameters_t *p, const compile_report_t *report, failure_t *failure) {
     json_t *notes = json_array();
     json_t *json = json_pack(
-        "{s:I, s:f, s:[f,f], s:[f,f], s:[f,f], s:f, s:I, s:I, s:f, s:f, s:f, s:I, s:f, s:I, s:I}", "model_id",
-        (json_int_t)p->model_id, "sample_rate_hz", 1e-3 * p->sample_rate_mhz, "drive_range_v",
+        "{s:I, s:f, s:[f,f], s:[f,f], s:[f,f], s:f, s:s, s:I, s:I, s:f, s:f, s:f, s:I, s:f, s:I, s:I, s:I, s:I, s:I}",
+        "model_id", (json_int_t)p->model_id, "sample_rate_hz", 1e-3 * p->sample_rate_mhz, "drive_range_v",
         drive_to_volts(p, HYST_Q31_MIN), drive_to_volts(p, HYST_Q31_MAX), "drive_limits_v",
         drive_to_volts(p, p->drive_low), drive_to_volts(p, p->drive_high), "position_range_um",
         position_to_micrometres(p, HYST_Q31_MIN), position_to_micrometres(p, HYST_Q31_MAX), "drive_park_v",
-        drive_to_volts(p, p->drive_park), "operators",
-        (json_int_t)(p->family == HYST_FAMILY_PREISACH ? p->preisach_intervals : p->pi_operators), "model_operators",
-        (json_int_t)report->model_operators, "merge_error_um", report->merge_error_um, "beta_samples",
-        p->pi_beta * 0x1p-20, "growth_limit_v", report->growth_limit_v, "lookahead_samples",
+        drive_to_volts(p, p->drive_park), "hysteresis", hysteresis_name(p), "operators", (json_int_t)hysteresis_size(p),
+        "model_operators", (json_int_t)report->model_operators, "merge_error_um", report->merge_error_um,
+        "beta_samples", p->pi_beta * 0x1p-20, "growth_limit_v", report->growth_limit_v, "lookahead_samples",
         (json_int_t)p->lookahead_samples, "lookahead_remainder_s", report->lookahead_remainder_s, "shape_sections",
-        (json_int_t)p->shape_sections, "equalise_sections", (json_int_t)p->equalise_sections);
+        (json_int_t)p->shape_sections, "inertia_sections", (json_int_t)p->inertia_sections, "equalise_sections",
+        (json_int_t)p->equalise_sections, "creep_cells", (json_int_t)p->creep_cells, "drive_curves",
+        (json_int_t)p->drive_curves);
     for (size_t i = 0; i < report->notes; i++) {
         json_array_append_new(notes, json_string(report->note[i]));
     }
@@ -54,21 +56,20 @@ static void print_text(const hyst_parameters_t *p, const compile_report_t *repor
            shown_volts(p, p->drive_high), shown_volts(p, p->drive_park));
     printf("position converter %.6g to %.6g um\n", position_to_micrometres(p, HYST_Q31_MIN),
            position_to_micrometres(p, HYST_Q31_MAX));
-    if (p->family == HYST_FAMILY_PREISACH) {
-        printf("preisach intervals %u, from %zu of the model (other levels change a branch by at most %.3g um)\n",
-               (unsigned)p->preisach_intervals, report->model_operators, report->merge_error_um);
-    } else {
-        printf("play operators     %u, from %zu of the model (merging changes a branch by at most %.3g um)\n",
-               (unsigned)p->pi_operators, report->model_operators, report->merge_error_um);
+    printf("hysteresis         %s: %u %s", hysteresis_name(p), (unsigned)hysteresis_size(p), hysteresis_parts(p));
+    if (report->model_operators > 0) {
+        printf(", from %zu of the model", report->model_operators);
     }
+    printf(" (a branch changes by at most %.3g um)\n", report->merge_error_um);
     if (p->pi_beta > 0) {
         printf("rate dependence    beta %.6g samples, rate gain %.6g, thresholds grow by at most %.6g V\n",
                p->pi_beta * 0x1p-20, p->pi_rate_gain * 0x1p-30, report->growth_limit_v);
     }
     printf("lookahead          %u samples, %.4g us of delay remain\n", (unsigned)p->lookahead_samples,
            1e6 * report->lookahead_remainder_s);
-    printf("filter sections    %u before the inverse hysteresis, %u behind it\n", (unsigned)p->shape_sections,
-           (unsigned)p->equalise_sections);
+    printf("filter sections    %u before the inverse hysteresis, %u beside it, %u behind it; %u creep cells%s\n",
+           (unsigned)p->shape_sections, (unsigned)p->inertia_sections, (unsigned)p->equalise_sections,
+           (unsigned)p->creep_cells, p->drive_curves > 0 ? "; a drive curve" : "");
     for (size_t i = 0; i < report->notes; i++) {
         printf("note: %s\n", report->note[i]);
     }

@@ -3,6 +3,8 @@
 #include <math.h>
 
 enum { POINTS = 4000 };
+/* Changes of slope between two points that are rounding, not bending. */
+static const double straight = 1e-9;
 
 typedef struct {
     double travel, h, bend; /**< bend: integral of sqrt(|h''|) over the travelled drive, and some of the drive itself */
@@ -36,7 +38,8 @@ static void walk_branch(const bouc_wen_t *model, double end, double whole, point
         const point_t *last = &point[i - 1];
         const double h = after(model, last->h, travel);
         const double second = i > 1 ? fabs(h - 2.0 * last->h + point[i - 2].h) : 0.0;
-        point[i] = (point_t){.travel = last->travel + travel, .h = h, .bend = last->bend + sqrt(second)};
+        const double bend = second > straight * travel ? sqrt(second) : 0.0;
+        point[i] = (point_t){.travel = last->travel + travel, .h = h, .bend = last->bend + bend};
     }
     /* A tenth goes by the drive alone, so that a straight piece is cut as well. */
     const double even = point[POINTS].bend > 0.0 ? 0.1 * point[POINTS].bend / whole : 1.0;
@@ -45,13 +48,24 @@ static void walk_branch(const bouc_wen_t *model, double end, double whole, point
     }
 }
 
-void bouc_wen_cells(const bouc_wen_t *model, double reach, size_t cells, double *length, double *rise) {
+/* The largest distance of the points between two ends of cells from the chord. */
+static double chord_error(const point_t *point, size_t from, size_t to) {
+    const double slope = (point[to].h - point[from].h) / (point[to].travel - point[from].travel);
+    double worst = 0.0;
+    for (size_t i = from + 1; i < to; i++) {
+        worst = fmax(worst, fabs(point[i].h - point[from].h - slope * (point[i].travel - point[from].travel)));
+    }
+    return worst;
+}
+
+double bouc_wen_cells(const bouc_wen_t *model, double reach, size_t cells, double *length, double *rise) {
     const double limit = pow(model->beta + model->gamma, -1.0 / model->exponent); /* infinite for beta + gamma = 0 */
     const double resolved = 1.0 - 0.5 / ((double)cells * (double)cells);
     const double end = fmin(after(model, 0.0, reach), resolved * limit);
     point_t point[POINTS + 1];
     walk_branch(model, end, whole_branch(model, end, reach), point);
     size_t at = 0;
+    double worst = fmin(after(model, 0.0, reach), limit) - end;
     for (size_t cell = 0; cell < cells; cell++) {
         const size_t begin = at;
         while (at < POINTS && point[at].bend < point[POINTS].bend * (double)(cell + 1) / (double)cells) {
@@ -62,7 +76,9 @@ void bouc_wen_cells(const bouc_wen_t *model, double reach, size_t cells, double 
         }
         length[cell] = point[at].travel - point[begin].travel;
         rise[cell] = point[at].h - point[begin].h;
+        worst = fmax(worst, chord_error(point, begin, at));
     }
+    return worst;
 }
 
 bool compile_bouc_wen(compile_job_t *job, const bouc_wen_t *model, double offset_um, double direct_um,
@@ -76,7 +92,8 @@ bool compile_bouc_wen(compile_job_t *job, const bouc_wen_t *model, double offset
     p->bouc_wen_cells = hysteretic_um == 0.0 ? 0 : HYST_BOUC_WEN_MAX_CELLS;
     bool good = compile_to_fixed(job, offset, 31, "offset", &p->hysteresis_offset) &&
                 compile_to_fixed(job, direct_um * scale / job->elastic_half_um, 28, "slope", &p->bouc_wen_direct);
-    bouc_wen_cells(model, 2.0 * scale, HYST_BOUC_WEN_MAX_CELLS, length, rise);
+    job->report->merge_error_um =
+        fabs(hysteretic_um) * bouc_wen_cells(model, 2.0 * scale, HYST_BOUC_WEN_MAX_CELLS, length, rise);
     for (size_t i = 0; i < p->bouc_wen_cells && good; i++) {
         const double share = hysteretic_um * rise[i] / length[i] * scale / job->elastic_half_um;
         good = compile_to_fixed(job, length[i] / scale, 31, "cell length", &p->bouc_wen_length[i]) &&

@@ -9,13 +9,13 @@
 /**
  * The curve of h on a rising branch, from -E to E: cell i is length[i] of drive long, and h rises by rise[i] in it. E
  * is what a drive that travels by `reach` reaches from h = 0, but at most as near to the limit as the cells resolve.
- * Cells are short where the curve bends, so that their chords are equally far from it.
+ * Cells are short where the curve bends, so that their chords are equally far from it. Returns the largest distance.
  */
-void bouc_wen_cells(const bouc_wen_t *model, double reach, size_t cells, double *length, double *rise);
+double bouc_wen_cells(const bouc_wen_t *model, double reach, size_t cells, double *length, double *rise);
 
 /**
  * The hysteresis is offset_um + direct_um u + hysteretic_um h of the model, u the drive's distance from center_v in
- * units of half_range_v.
+ * units of half_range_v. report->merge_error_um is the largest distance of cells and branch.
  */
 bool compile_bouc_wen(compile_job_t *job, const bouc_wen_t *model, double offset_um, double direct_um,
                       double hysteretic_um, double center_v, double half_range_v);

@@ -32,6 +32,19 @@ bool recursion_check(const parameter_t *parameter, failure_t *failure) {
     return true;
 }
 
+static bool any(const parameter_t *parameter) {
+    size_t i = 0;
+    while (i < parameter->count && parameter->value[i] == 0.0) {
+        i++;
+    }
+    return i < parameter->count;
+}
+
+bool recursion_is_used(const parameter_t *parameter) {
+    return any(&parameter[RECURSION_FEEDBACK_TERMS]) || any(&parameter[RECURSION_BILINEAR]) ||
+           any(&parameter[RECURSION_HARMONIC_TERMS]);
+}
+
 void recursion_open(recursion_t *recursion, const parameter_t *parameter, const stage_setup_t *setup) {
     memset(recursion, 0, sizeof *recursion);
     recursion->center_v = parameter[RECURSION_CENTER].value[0];

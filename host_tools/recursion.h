@@ -90,6 +90,9 @@ enum {
  */
 double recursion_margin(const double feedback[RECURSION_FEEDBACK], double bilinear);
 
+/** Whether there is anything in it: feedback, a bilinear gain or harmonics that are not 0. Likewise. */
+bool recursion_is_used(const parameter_t *parameter);
+
 /** A block's check, with its parameters from RECURSION_CENTER on: lengths, stability. */
 bool recursion_check(const parameter_t *parameter, failure_t *failure);
 

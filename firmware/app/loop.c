@@ -259,6 +259,9 @@ void loop_set_setpoint_slew(hyst_q31_t slew) {
 void loop_start(const source_settings_t *settings) {
     const uint32_t key = board_lock();
     source_start(&loop.source, settings);
+    if (settings->kind == SOURCE_SINE) {
+        hyst_hysteresis_begin_sine(&loop.active->compensator.hysteresis, &loop.compensator.hysteresis);
+    }
     capture_source_started(alignment_of_reference());
     board_unlock(key);
 }

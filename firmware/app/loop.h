@@ -69,7 +69,8 @@ hyst_q31_t loop_setpoint(void);
 void loop_set_setpoint(hyst_q31_t setpoint);
 void loop_set_setpoint_slew(hyst_q31_t slew);
 
-/** Starts a source (valid: source_settings_valid). Not while parked or conditioning. */
+/** Starts a source (valid: source_settings_valid). Not while parked or conditioning. A sine locks the harmonics of a
+ * modified play model (hyst_hysteresis_begin_sine). */
 void loop_start(const source_settings_t *settings);
 bool loop_playing_breakpoints(void);
 bool loop_conditioning(void);

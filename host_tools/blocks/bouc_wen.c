@@ -74,16 +74,9 @@ static void step(void *memory, signal_t *signal) {
 /* The curve. A recursion behind it is what the amplifier has for block modified_play only. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     bouc_wen_t hysteresis;
-    bool recursive = parameter[RECURSION + RECURSION_BILINEAR].value[0] != 0.0;
-    for (size_t i = 0; i < parameter[RECURSION + RECURSION_FEEDBACK_TERMS].count; i++) {
-        recursive = recursive || parameter[RECURSION + RECURSION_FEEDBACK_TERMS].value[i] != 0.0;
-    }
-    for (size_t i = 0; i < parameter[RECURSION + RECURSION_HARMONIC_TERMS].count; i++) {
-        recursive = recursive || parameter[RECURSION + RECURSION_HARMONIC_TERMS].value[i] != 0.0;
-    }
-    if (recursive) {
-        return fail(job->failure,
-                    "block bouc_wen: the amplifier runs it without feedback, bilinear gain and harmonics");
+    if (recursion_is_used(parameter + RECURSION)) {
+        return fail(job->failure, "the amplifier runs it without feedback, bilinear gain and harmonics: for those, fit "
+                                  "family modified_play");
     }
     bouc_wen_open(&hysteresis, parameter[BETA].value[0], parameter[GAMMA].value[0], parameter[EXPONENT].value[0]);
     return compile_bouc_wen(job, &hysteresis, parameter[OFFSET].value[0], parameter[DIRECT].value[0],

@@ -7,6 +7,7 @@
  * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9.
  */
 #include "catalogue.h"
+#include "compile_job.h"
 
 enum { GAIN, CENTER, HALF_RANGE };
 
@@ -63,6 +64,11 @@ static void step(void *memory, signal_t *signal) {
     state->product = factor(state, signal->drive_v) * signal->value;
 }
 
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    (void)parameter;
+    return fail(job->failure, "the amplifier undoes such a product only as bilinear_gain of block modified_play");
+}
+
 const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
                                               .place = PLACE_HYSTERESIS,
                                               .follows_hysteresis = true,
@@ -74,4 +80,5 @@ const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
                                               .state_bytes = sizeof(state_t),
                                               .open = open,
                                               .settle = settle,
-                                              .step = step};
+                                              .step = step,
+                                              .compile = compile};

@@ -138,6 +138,46 @@ static void test_stop_and_the_end_of_a_source_hold(void) {
     TEST_ASSERT_EQUAL_UINT32(1U << 28, master_get(INDEX_setpoint));
 }
 
+/* The harmonics of a modified play model: what they do after a sine has begun does not depend on when it did. A sine
+ * without an amplitude, so that nothing but the harmonics moves the drive. */
+static void test_a_sine_locks_the_harmonics(void) {
+    enum { PERIOD = 100, SAMPLES = 3 * PERIOD };
+    static hyst_q31_t drive[2][SAMPLES];
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.family = HYST_FAMILY_MODIFIED_PLAY;
+    p.modified_plays = 1;
+    p.modified_play[0].divisions = 1;
+    p.modified_play[0].direct = HYST_Q28_ONE;
+    p.modified_play[0].rate_gain = HYST_Q30_ONE;
+    p.modified_play[0].cosine[0] = HYST_Q28_ONE / 4;
+    p.modified_play[0].phase_step = UINT32_MAX / PERIOD;
+    for (unsigned run = 0; run < 2; run++) {
+        fake_board_power_on(0);
+        commit(&p);
+        set(INDEX_mode, HYST_MODE_COMPENSATE);
+        set(INDEX_setpoint, 1U << 29);
+        set(INDEX_setpoint_slew, INT32_MAX);
+        (void)fake_board_run(20000 + run * PERIOD / 3);
+        set(INDEX_source, SOURCE_SINE);
+        set(INDEX_source_offset, 1U << 29);
+        set(INDEX_source_amplitude, 0);
+        set(INDEX_source_increment, UINT32_MAX / PERIOD);
+        set(INDEX_source_cycles, 0);
+        master_command(COMMAND_START);
+        for (unsigned k = 0; k < SAMPLES; k++) {
+            drive[run][k] = fake_board_run(1);
+        }
+    }
+    hyst_q31_t low = INT32_MAX, high = INT32_MIN;
+    for (unsigned k = PERIOD; k < SAMPLES; k++) {
+        low = drive[0][k] < low ? drive[0][k] : low;
+        high = drive[0][k] > high ? drive[0][k] : high;
+        TEST_ASSERT_INT32_WITHIN(CODE_STEP, drive[0][k], drive[1][k]);
+    }
+    TEST_ASSERT_GREATER_THAN_INT32(100 * CODE_STEP, high - low); /* or there is nothing to lock */
+}
+
 static void test_parking_stops_everything(void) {
     set(INDEX_mode, HYST_MODE_DIRECT);
     set(INDEX_source, SOURCE_SINE);
@@ -404,6 +444,7 @@ int main(void) {
     RUN_TEST(test_parked_at_start);
     RUN_TEST(test_modes_change_without_a_step);
     RUN_TEST(test_stop_and_the_end_of_a_source_hold);
+    RUN_TEST(test_a_sine_locks_the_harmonics);
     RUN_TEST(test_parking_stops_everything);
     RUN_TEST(test_conditioning_from_every_mode);
     RUN_TEST(test_conditioning_during_a_transition);

@@ -187,6 +187,10 @@ static void test_amplifier_runs_the_same_model(void) {
     TEST_ASSERT_EQUAL(HYST_FAMILY_MODIFIED_PLAY, image.family);
     TEST_ASSERT_EQUAL(HYST_MODIFIED_PLAY_OK, hyst_modified_play_build(&model, &image.modified_play[0], &element));
     hyst_modified_play_reset(&model, &state, 0);
+    /* The image's phase is for a source that begins; here it is the model's, at the sample before the first. */
+    const double turns = model_parameter(&truth.block[0], "phase_rad")->value[0] / (2.0 * M_PI);
+    hyst_modified_play_set_phase(&model, &state,
+                                 (uint32_t)llrint(ldexp(turns - floor(turns), 32)) - image.modified_play[0].phase_step);
     chain_t *chain = chain_open(&truth, rate_hz, 0, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
     chain_settle(chain, 0.0);
@@ -209,20 +213,20 @@ static void expect_uncompiled(const model_t *model, const compile_options_t *opt
 }
 
 static void test_compile_refuses_what_the_amplifier_cannot_run(void) {
-    const compile_options_t narrow = {.drive_range_v = {-70.0, 75.0}, .position_range_um = {-300.0, 300.0}};
+    const compile_options_t wide = {.drive_range_v = {-120.0, 125.0}, .position_range_um = {-300.0, 300.0}};
     const compile_options_t uneven = {.drive_range_v = {-75.0, 75.0}, .position_range_um = {-200.0, 300.0}};
     const compile_options_t good = {.drive_range_v = {-75.0, 75.0}, .position_range_um = {-300.0, 300.0}};
     const double strong[6] = {3.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     double many[17 * 8] = {0.0};
     model_t model;
     make_modified_play_model(&model, rate_hz, 0.006, 40.0);
-    expect_uncompiled(&model, &narrow, "needs --drive-range -75.000000:75.000000");
-    expect_uncompiled(&model, &uneven, "from minus to plus the same");
+    expect_uncompiled(&model, &wide, "give a smaller --drive-range");
+    expect_uncompiled(&model, &uneven, "whose middle is 0 um");
     model_set_array(&model.block[0], "harmonics_um", 6, strong, NULL); /* more than direct_um bears */
     expect_uncompiled(&model, &good, "modified_play");
     model_set_array(&model.block[0], "harmonics_um", 6, harmonics, NULL);
     model_set_array(&model.block[0], "cells_um", 17 * 8, many, NULL);
-    expect_uncompiled(&model, &good, "at most 16 divisions");
+    expect_uncompiled(&model, &good, "the amplifier has 16");
     model_free(&model);
 }
 

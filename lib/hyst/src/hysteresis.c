@@ -68,6 +68,13 @@ hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hyst
     return hyst_pi_solve(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, position, saturated);
 }
 
+void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state) {
+    if (model->family == HYST_FAMILY_MODIFIED_PLAY) {
+        const hyst_modified_play_parameters_t *p = &model->modified_play.parameters;
+        hyst_modified_play_set_phase(&model->modified_play, &state->modified_play, p->phase - p->phase_step);
+    }
+}
+
 void hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
                            const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive) {
     if (from->family != to->family) {

@@ -17,6 +17,8 @@
  *   output    position at the present memory and drive
  *   solve     the drive for a position at this sample; the memory is not moved. Out of reach: the nearer end of the
  *             range, and *saturated is set (else it is left alone)
+ *   begin_sine  a source begins a sine: its first value is the reference of the next sample. Locks what has a phase
+ *               (the harmonics of the modified play model), does nothing to the others
  *
  * Preconditions: model built by the family's own build function, family set. Total for such a model and any input.
  * May be called from: interrupt, main loop, host. Reentrant; the caller owns model and state.
@@ -65,6 +67,8 @@ hyst_q31_t hyst_hysteresis_output(const hyst_hysteresis_t *model, const hyst_hys
 
 hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state,
                                  hyst_q31_t position, bool *saturated);
+
+void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state);
 
 /**
  * Carries the memory over to another model. Within a family as its header says; between families nothing can be

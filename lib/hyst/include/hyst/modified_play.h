@@ -76,7 +76,8 @@ typedef struct {
     hyst_q28_t bilinear;                              /**< g */
     hyst_q28_t sine[HYST_MODIFIED_PLAY_HARMONICS];    /**< A11, A31, A51 */
     hyst_q28_t cosine[HYST_MODIFIED_PLAY_HARMONICS];  /**< A12, A32, A52 */
-    uint32_t phase;      /**< theta at the sample of hyst_modified_play_reset, turns / 2^32 */
+    uint32_t phase; /**< theta at the sample of hyst_modified_play_reset, and at the first sample of a source's sine,
+                       turns / 2^32 */
     uint32_t phase_step; /**< f dt in turns / 2^32 */
 } hyst_modified_play_parameters_t;
 
