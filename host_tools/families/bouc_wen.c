@@ -21,13 +21,22 @@ static bouc_wen_t model_of(const double *shape) {
     return model;
 }
 
+/*
+ * A ceramic lags behind its drive: h counts against the drive, which has to outweigh it. h rises with the drive by at
+ * most 1 (at h = 0) or 2 beta / (beta + gamma) (after a reversal at the limit). So the column is m u - h, with m just
+ * above, and a weight of 0 or more is a loop that rises on every branch.
+ */
+static double outweighing(const bouc_wen_t *model) {
+    return 1.01 * fmax(1.0, 2.0 * model->beta / (model->beta + model->gamma));
+}
+
 static void open(void *state, const double *shape) {
     *(bouc_wen_t *)state = model_of(shape);
 }
 
 static void step(void *state, double u, double *column) {
     column[DIRECT] = u;
-    column[HYSTERETIC] = bouc_wen_step(state, u);
+    column[HYSTERETIC] = outweighing(state) * u - bouc_wen_step(state, u);
 }
 
 static bool fit_with(const family_job_t *job, bool invertible, model_t *model, family_notes_t *notes,
@@ -55,8 +64,8 @@ static bool fit_with(const family_job_t *job, bool invertible, model_t *model, f
     model_create(model, problem.recording->sample_rate_hz);
     model_block_t *block = model_append(model, &block_bouc_wen);
     recursion_set(block, &problem, &simulation);
-    model_set(block, "direct_um", simulation.weight[DIRECT]);
-    model_set(block, "hysteretic_um", simulation.weight[HYSTERETIC]);
+    model_set(block, "direct_um", simulation.weight[DIRECT] + outweighing(&found) * simulation.weight[HYSTERETIC]);
+    model_set(block, "hysteretic_um", -simulation.weight[HYSTERETIC]);
     model_set(block, "beta", found.beta);
     model_set(block, "gamma", found.gamma);
     model_set(block, "exponent", found.exponent);

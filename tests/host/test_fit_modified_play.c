@@ -165,7 +165,7 @@ static void test_bouc_wen_family_finds_a_bouc_wen_model(void) {
     model_block_t *block = model_append(&truth, &block_bouc_wen);
     model_set(block, "half_range_v", 75.0);
     model_set(block, "direct_um", 1.0);
-    model_set(block, "hysteretic_um", 0.5);
+    model_set(block, "hysteretic_um", -0.5);
     model_set(block, "beta", 1.5);
     model_set(block, "gamma", 0.5);
     model_set_array(block, "feedback", 3, (const double[]){2.35, -1.95, 0.58}, NULL);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Blocks of paper 001: the plane of plays against relays, the recursion, the amplifier, refusals. */
-#include "bouc_wen.h"
 #include "compile.h"
 #include "play_plane.h"
 #include "recursion.h"
@@ -114,27 +113,6 @@ static void test_margin_is_where_roots_leave_the_circle(void) {
     const double lag[3] = {0.5, 0.0, 0.0};
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.1, recursion_margin(lag, -0.4));
     TEST_ASSERT_TRUE(recursion_margin(lag, 0.51) < 0.0);
-}
-
-/* ---- Bouc-Wen ---- */
-
-/* n = 1 has exponentials. A long step and many short ones give the same. */
-static void test_bouc_wen_follows_its_exponentials(void) {
-    const double beta = 2.0, gamma = 0.7;
-    bouc_wen_t once, often;
-    bouc_wen_open(&once, beta, gamma, 1.0);
-    bouc_wen_open(&often, beta, gamma, 1.0);
-    for (int i = 1; i <= 1000; i++) {
-        bouc_wen_step(&often, 0.9 * i / 1000.0);
-    }
-    const double up = (1.0 - exp(-(beta + gamma) * 0.9)) / (beta + gamma);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, up, bouc_wen_step(&once, 0.9));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, up, often.h);
-    /* Back, while h is positive: dh/du = 1 - (gamma - beta) h. */
-    const double back = 0.1, k = gamma - beta, down = 1.0 / k + (up - 1.0 / k) * exp(k * back);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, down, bouc_wen_step(&once, 0.9 - back));
-    bouc_wen_open(&once, beta, gamma, 3.0); /* never beyond the limit (beta + gamma)^(-1/n) */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, pow(beta + gamma, -1.0 / 3.0), bouc_wen_step(&once, 50.0));
 }
 
 /* ---- interleaved_hysteresis ---- */
@@ -268,7 +246,6 @@ int main(void) {
     RUN_TEST(test_envelope_takes_the_rate_known_before);
     RUN_TEST(test_odd_harmonic_terms_hold_even_harmonics_only);
     RUN_TEST(test_margin_is_where_roots_leave_the_circle);
-    RUN_TEST(test_bouc_wen_follows_its_exponentials);
     RUN_TEST(test_interleaved_hysteresis_multiplies_last_position_and_drive);
     RUN_TEST(test_amplifier_runs_the_same_model);
     RUN_TEST(test_compile_refuses_what_the_amplifier_cannot_run);
