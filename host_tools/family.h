@@ -22,10 +22,11 @@
     FAMILY(stop_prandtl_ishlinskii)                                                                                    \
     FAMILY(inertial_hysteresis)                                                                                        \
     FAMILY(inertial_prandtl_ishlinskii)                                                                                \
+    FAMILY(bouc_wen)                                                                                                   \
     FAMILY(ellipse)                                                                                                    \
     FAMILY(modified_play)                                                                                              \
     FAMILY(truncated_modified_play)                                                                                    \
-    FAMILY(bouc_wen)
+    FAMILY(recursive_bouc_wen)
 
 #define FAMILY_MAX_NOTES 40
 /** Most operators that a job may ask for. */

@@ -172,7 +172,7 @@ static void test_bouc_wen_family_finds_a_bouc_wen_model(void) {
     model_set(block, "frequency_hz", 20.0);
     model_set(block, "phase_rad", 0.4);
     record(&recording, &truth, 0.02, &random);
-    TEST_ASSERT_TRUE_MESSAGE(fit_family(&family_bouc_wen, &recording, 1, &model), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(fit_family(&family_recursive_bouc_wen, &recording, 1, &model), failure.text);
     /* As above; and the search may end a little short of the minimum in its six directions. */
     TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.0202, held_out(&recording, &model));
     model_free(&truth);
@@ -195,7 +195,7 @@ static void test_families_refuse_what_is_no_single_sine(void) {
     TEST_ASSERT_FALSE(fit_family(&family_modified_play, &recording[1], 1, &model));
     expect_line(&failure, "needs a sinusoidal drive");
     recording[0].samples = 250; /* a period and a quarter, of which the training part has less than one */
-    TEST_ASSERT_FALSE(fit_family(&family_bouc_wen, &recording[0], 1, &model));
+    TEST_ASSERT_FALSE(fit_family(&family_recursive_bouc_wen, &recording[0], 1, &model));
     expect_line(&failure, "needs");
     recording_free(&recording[0]);
     recording_free(&recording[1]);
