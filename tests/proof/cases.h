@@ -16,7 +16,7 @@ typedef enum {
     CASE_RARE,       /**< one that acts in a few hundredths of the samples */
     CASE_SEVERAL,    /**< two or three, of which the first dominates */
     CASE_UNKNOWN,    /**< one that no catalogue has */
-    CASE_UNTESTABLE, /**< one of typical size, in a recording that does not show it */
+    CASE_UNTESTABLE, /**< one that is there, in a recording that cannot show it */
     CASE_KINDS
 } case_kind_t;
 
@@ -27,6 +27,9 @@ typedef struct {
     /** Wanted: rms of what the effect changes, after a refit of gain and offset, over that of the noise. 0: the typical
      * size, whatever its strength. Then what was reached. */
     double strength;
+    /** The same, reached, when the weights of ten play operators are refitted too: what a hysteresis of another shape
+     * cannot imitate. */
+    double visible;
     double parameter[EFFECT_PARAMETERS];
     uint64_t seed;
 } presence_t;

@@ -173,19 +173,24 @@ static void set_mode(const passage_t *passage, double size, random_t *random, do
     parameter[1] = logarithmic(random, 0.01, 0.05);
 }
 
-/* q'' = w^2 (u - q) - 2 zeta w q', fourth order, u straight between the instants. */
+/* q'' = w^2 (u - q) - 2 zeta w q', fourth order, u straight between the instants, at least 20 steps a period. */
 static void mode(passage_t *passage, const double *parameter) {
-    const double w = 2.0 * pi * parameter[0], damping = 2.0 * parameter[1] * w, h = passage->step_s;
-    double q = passage->value[0], v = 0.0, before = q;
+    const double w = 2.0 * pi * parameter[0], damping = 2.0 * parameter[1] * w;
+    const size_t steps = (size_t)ceil(20.0 * parameter[0] * passage->step_s);
+    const double h = passage->step_s / (double)steps;
+    double q = passage->value[0], v = 0.0, input = q;
     for (size_t k = 1; k < passage->count; k++) {
-        const double u0 = before, u2 = passage->value[k], u1 = 0.5 * (u0 + u2);
-        const double q1 = v, v1 = w * w * (u0 - q) - damping * v;
-        const double q2 = v + 0.5 * h * v1, v2 = w * w * (u1 - q - 0.5 * h * q1) - damping * q2;
-        const double q3 = v + 0.5 * h * v2, v3 = w * w * (u1 - q - 0.5 * h * q2) - damping * q3;
-        const double q4 = v + h * v3, v4 = w * w * (u2 - q - h * q3) - damping * q4;
-        q += h * (q1 + 2.0 * q2 + 2.0 * q3 + q4) / 6.0;
-        v += h * (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0;
-        before = u2;
+        const double slope = (passage->value[k] - input) / (double)steps;
+        for (size_t i = 0; i < steps; i++) {
+            const double u0 = input + slope * (double)i, u1 = u0 + 0.5 * slope, u2 = u0 + slope;
+            const double q1 = v, v1 = w * w * (u0 - q) - damping * v;
+            const double q2 = v + 0.5 * h * v1, v2 = w * w * (u1 - q - 0.5 * h * q1) - damping * q2;
+            const double q3 = v + 0.5 * h * v2, v3 = w * w * (u1 - q - 0.5 * h * q2) - damping * q3;
+            const double q4 = v + h * v3, v4 = w * w * (u2 - q - h * q3) - damping * q4;
+            q += h * (q1 + 2.0 * q2 + 2.0 * q3 + q4) / 6.0;
+            v += h * (v1 + 2.0 * v2 + 2.0 * v3 + v4) / 6.0;
+        }
+        input = passage->value[k];
         passage->value[k] = q;
     }
 }

@@ -42,7 +42,7 @@ static void print_effect(const presence_t *presence, bool first) {
     const char *separator = "";
     printf("%s\n      {\"name\": \"%s\", \"group\": ", first ? "" : ",", effect->name);
     printf(effect->group != NULL ? "\"%s\"" : "null", effect->group);
-    printf(", \"strength\": %.4g, \"parameters\": {", presence->strength);
+    printf(", \"strength\": %.4g, \"visible\": %.4g, \"parameters\": {", presence->strength, presence->visible);
     for (size_t p = 0; p < EFFECT_PARAMETERS && effect->parameter[p] != NULL; p++) {
         printf("%s\"%s\": %.10g", separator, effect->parameter[p], presence->parameter[p]);
         separator = ", ";

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "simulate.h"
+#include "strength.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,38 +65,22 @@ double *simulate(const case_t *item, size_t recording, const excitation_t *excit
     return reading;
 }
 
-/* Sums of a straight-line fit of the change against what there was without it. */
-typedef struct {
-    double n, x, y, xx, xy, yy;
-} sums_t;
-
-static void add_to(sums_t *sums, double x, double y) {
-    sums->n += 1.0;
-    sums->x += x;
-    sums->y += y;
-    sums->xx += x * x;
-    sums->xy += x * y;
-    sums->yy += y * y;
-}
-
-static double rms_left(const sums_t *s) {
-    const double xx = s->xx - s->x * s->x / s->n, xy = s->xy - s->x * s->y / s->n, yy = s->yy - s->y * s->y / s->n;
-    return sqrt(fmax(0.0, yy - xy * xy / xx) / s->n);
-}
-
-/* Strength of the effect of that case, which has one, over the readings without it. */
-static double strength(const case_t *alone, const excitation_t *excitation, double *const *without) {
-    sums_t sums = {0};
+/* What the effect of that case, which has one, changes in the readings, over the noise: after a refit of gain and
+ * offset, and after one of a bank of plays. */
+static void measure(const case_t *alone, const excitation_t *excitation, double *const *without, double *strength,
+                    double *visible) {
+    refit_t gain = {0}, bank = {0};
     for (size_t r = 0; r < alone->recordings; r++) {
-        double *with = simulate(alone, r, excitation);
+        double *change = simulate(alone, r, excitation);
         for (size_t k = 0; k < excitation->samples; k++) {
-            /* The middle is taken off: the sums of squares then lose no digits. */
-            const double before = without[r][k] - alone->actuator.offset_um;
-            add_to(&sums, before, with[k] - without[r][k]);
+            change[k] -= without[r][k];
         }
-        free(with);
+        refit_add_gain(&gain, excitation->samples, without[r], change);
+        refit_add_bank(&bank, excitation, alone->actuator.from_above, without[r], change);
+        free(change);
     }
-    return rms_left(&sums) / alone->actuator.noise_um;
+    *strength = refit_left(&gain) / alone->actuator.noise_um;
+    *visible = refit_left(&bank) / alone->actuator.noise_um;
 }
 
 /* Secants in the logarithms, since strength goes with some power of size; bisection where they leave the bracket. */
@@ -111,7 +96,7 @@ static void reach(const case_t *item, presence_t *presence, const excitation_t *
         double power = 1.0;
         presence->effect->set(&passage, size, &random, presence->parameter);
         alone.effect[0] = *presence;
-        presence->strength = strength(&alone, excitation, without);
+        measure(&alone, excitation, without, &presence->strength, &presence->visible);
         const double reached = fmax(presence->strength, 1e-3 * wanted);
         if (wanted == 0.0 || fabs(reached / wanted - 1.0) < 0.02) {
             return;

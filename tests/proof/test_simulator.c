@@ -123,6 +123,8 @@ static void test_filters_have_their_gains(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, sqrt(0.5), gain_at("amplifier_bandwidth", 300.0, cutoff));
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 10.0, gain_at("resonance", 400.0, mode)); /* 1 / (2 zeta) */
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0 / hypot(0.75, 0.05), gain_at("resonance", 200.0, mode));
+    const double fast[] = {2e5, 0.05}; /* a mode with a period of half a step */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, gain_at("resonance", 100.0, fast));
 }
 
 /* Straight in the logarithm of time: the same growth from 1 s to 10 s as from 2 s to 20 s, gamma a decade. */
@@ -140,7 +142,7 @@ static void test_creep_is_logarithmic(void) {
     free(value);
 }
 
-/* Every effect can be made as strong as the noise. */
+/* Every effect can be made as strong as the noise, and no bank of plays makes more of it. */
 static void test_strengths_are_reached(void) {
     for (size_t e = 0; e < catalogue_effect_count; e++) {
         case_t item = bare_case(e % 2 == 0 ? SOURCE_PLAY : SOURCE_PLANE, EXCITATION_SHORT);
@@ -153,6 +155,7 @@ static void test_strengths_are_reached(void) {
         }
         reach_strengths(&item, &excitation);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03, 1.0, item.effect[0].strength, catalogue_effects[e].name);
+        TEST_ASSERT_TRUE_MESSAGE(item.effect[0].visible <= item.effect[0].strength, catalogue_effects[e].name);
         excitation_free(&excitation);
     }
 }

@@ -84,15 +84,27 @@ static void antiresonance(passage_t *passage, const double *parameter) {
     }
 }
 
-/* A mode whose stiffness grows with the square of the position. */
+/* Size is the squared period, as of the catalogue's mode. */
+static void set_stiffening(const passage_t *passage, double size, random_t *random, double *parameter) {
+    (void)passage;
+    (void)random;
+    parameter[0] = 1.0 / sqrt(size);
+}
+
+/* A mode whose stiffness grows with the square of the position: at the ends of the stroke its frequency is double. */
 static void stiffening_mode(passage_t *passage, const double *parameter) {
-    const double w = 2.0 * pi * parameter[1], zeta = 0.02, h = passage->step_s;
+    const double w = 2.0 * pi * parameter[0], zeta = 0.02;
     const double half = passage->actuator->um_per_half_range, middle = passage->actuator->offset_um;
+    /* Semi-implicit: at least 40 steps a period. */
+    const size_t steps = (size_t)ceil(80.0 * parameter[0] * passage->step_s);
+    const double h = passage->step_s / (double)steps;
     double q = passage->value[0], v = 0.0;
     for (size_t k = 0; k < passage->count; k++) {
-        const double s = (q - middle) / half, stiffer = 1.0 + parameter[0] * s * s;
-        v += h * (w * w * stiffer * (passage->value[k] - q) - 2.0 * zeta * w * v);
-        q += h * v;
+        for (size_t i = 0; i < steps; i++) {
+            const double s = (q - middle) / half, stiffer = 1.0 + 3.0 * s * s;
+            v += h * (w * w * stiffer * (passage->value[k] - q) - 2.0 * zeta * w * v);
+            q += h * v;
+        }
         passage->value[k] = q;
     }
 }
@@ -190,7 +202,7 @@ const effect_t unknown_effects[] = {
     {"gain step", NULL, {NULL}, 0.01, 0.5, set_gain_step, gain_step, STAGE_POSITION, false},
     {"self-heating", NULL, {NULL}, 0.005, 0.5, set_first, self_heating, STAGE_POSITION, false},
     {"mode with antiresonance", NULL, {NULL}, 0.05, 1.0, set_mode, antiresonance, STAGE_POSITION, false},
-    {"stiffening mode", NULL, {NULL}, 0.5, 10.0, set_mode, stiffening_mode, STAGE_POSITION, false},
+    {"stiffening mode", NULL, {NULL}, 1e-5, 1e-3, set_stiffening, stiffening_mode, STAGE_POSITION, false},
     {"contact lost below a position", NULL, {NULL}, 0.02, 0.9, set_first, contact, STAGE_POSITION, false},
     {"backlash", NULL, {NULL}, 0.005, 0.2, set_um, backlash, STAGE_POSITION, false},
     {"stiction", NULL, {NULL}, 0.005, 0.2, set_um, stiction, STAGE_POSITION, false},
