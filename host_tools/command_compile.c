@@ -13,12 +13,17 @@ const command_t command_compile = {
     .name = "compile",
     .arguments = "MODEL [-o IMAGE] [options]",
     .summary = "Turn a model into a validated parameter image for the amplifier",
-    .details = "The ranges are those of the converters: what code 0 and the top code stand for. By default they are "
-               "the ranges of the\n"
-               "recordings the model was fitted to, widened by 5 %. The drive itself stays inside the recorded range.\n"
-               "A lag or a mode is inverted up to a roll-off; what that leaves at low frequencies is a delay, and the "
-               "amplifier looks\n"
-               "ahead by that many samples.",
+    .details =
+        "The ranges are those of the converters: what code 0 and the top code stand for. By default they are "
+        "the ranges of the\n"
+        "recordings the model was fitted to, widened by 5 %. The drive itself stays inside the recorded range.\n"
+        "A lag or a mode is inverted up to a roll-off; what that leaves at low frequencies is a delay, and the "
+        "amplifier looks\n"
+        "ahead by that many samples. Each note says how a block is undone, or that it is left out; a block that "
+        "the amplifier\n"
+        "cannot undo is refused. Blocks ellipse and modified_play belong to one frequency: the amplifier's source "
+        "has to\n"
+        "play a sine of it.",
     .run = compile};
 
 static bool print_json(const hyst_parameters_t *p, const compile_report_t *report, failure_t *failure) {

@@ -17,12 +17,15 @@ const command_t command_fit = {
         "Several recordings are one fit. The last third of each is held out: the fit does not see it, and the held-out "
         "error is\n"
         "what the model is worth. NRMSE is the RMS error over the peak-to-peak displacement of the same samples.\n"
-        "With --operators auto the number of operators is chosen inside the first two thirds; above 64 operators the "
-        "density of\n"
+        "With --operators auto, play operators and Preisach intervals are as many as the first two thirds bear; the "
+        "other\n"
+        "families take a number of their own (ellipse and Bouc-Wen have none). Above 64 play operators the density of\n"
         "thresholds is smoothed (for a twin; compile merges it to what an amplifier holds).\n"
-        "A slow drift of the offset is taken out of the fit where that predicts better; the model's offset is then the "
-        "one at\n"
-        "the end of the training data. With --creep a block creep takes its place, which the amplifier can undo.\n"
+        "Families of play operators take a slow drift of the offset out of the fit where that predicts better; the "
+        "model's\n"
+        "offset is then the one at the end of the training data. With --creep a block creep takes its place, which "
+        "the\n"
+        "amplifier can undo. A family that does not look for creep says so.\n"
         "--family all fits every family and prints one line each, best held-out error first; -o writes the best.",
     .run = run};
 
@@ -111,7 +114,8 @@ static int run(int argc, char **argv) {
     fit_options_t settings = {0};
     const option_t options[] = {
         {"--family", NULL, OPTION_TEXT, "FAMILY", family_list, &family_name},
-        {"--operators", NULL, OPTION_TEXT, "N|auto", "number of play operators (default: auto)", &operators},
+        {"--operators", NULL, OPTION_TEXT, "N|auto", "operators, intervals or levels of the family (default: auto)",
+         &operators},
         {"--creep", NULL, OPTION_FLAG, NULL, "find creep too: gamma_per_decade of a block creep", &settings.creep},
         {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit as many operators to the whole recordings",
          &settings.use_all},

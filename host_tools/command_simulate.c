@@ -16,30 +16,11 @@ const command_t command_simulate = {
     .details =
         "The model starts with its initial memory, or demagnetised if it has none. Until the drive of the recording "
         "has\n"
-        "swept far enough to set every play operator, a wrong initial memory shows in the error: the second line\n"
+        "swept far enough to erase the hysteresis' past, a wrong initial memory shows in the error: the second line\n"
         "counts from there on. NRMSE is the RMS error over the peak-to-peak displacement.\n"
         "OUT.csv is a recording of the model: its displacement is the simulated one, the measured one is its "
         "reference.",
     .run = simulate};
-
-/* First sample from which on the memory no longer depends on how it began: the drive has swept twice the largest
- * threshold. */
-static size_t memory_determined(const model_t *model, const recording_t *recording) {
-    const model_block_t *block = model_find(model, "prandtl_ishlinskii");
-    const parameter_t *thresholds = block != NULL ? model_parameter(block, "thresholds_v") : NULL;
-    const double *drive = recording->column[COLUMN_DRIVE];
-    double low = drive[0], high = drive[0];
-    const double swing =
-        thresholds != NULL && thresholds->count > 0 ? 2.0 * thresholds->value[thresholds->count - 1] : 0.0;
-    for (size_t k = 0; k < recording->samples; k++) {
-        low = fmin(low, drive[k]);
-        high = fmax(high, drive[k]);
-        if (high - low >= swing) {
-            return k;
-        }
-    }
-    return recording->samples;
-}
 
 static void print_measure(const char *what, const error_measure_t *error, double start_s, double rate_hz) {
     printf("%-22s NRMSE %.4f %%, RMS %.6g um, largest %.6g um at t = %.6g s\n", what, error->nrmse_percent,
@@ -54,7 +35,7 @@ static json_t *measure_to_json(const error_measure_t *error, double start_s, dou
 static bool report(const model_t *model, const recording_t *recording, const double *position, bool as_json,
                    failure_t *failure) {
     const double *measured = recording->column[COLUMN_DISPLACEMENT], rate = recording->sample_rate_hz;
-    const size_t from = memory_determined(model, recording);
+    const size_t from = chain_memory_determined(model, recording, recording->samples);
     const error_measure_t whole = measure_error(measured, position, recording->samples);
     error_measure_t rest = {0};
     bool has_rest = false;
@@ -86,7 +67,7 @@ static bool report(const model_t *model, const recording_t *recording, const dou
         snprintf(what, sizeof what, "from t = %.4g s on", rest_s);
         print_measure(what, &rest, rest_s, rate);
     } else {
-        puts("The drive never sweeps far enough to set every play operator.");
+        puts("The drive never sweeps far enough to erase the hysteresis' past.");
     }
     return true;
 }

@@ -18,14 +18,13 @@ struct reproduction {
     const char *seed, *title; /**< "003" and what SEEDS says of it */
     const char *output;       /**< folder of the page */
     char *folder;             /**< scratch folder of this paper */
-    bool reduced;
     reproduction_row_t *row;
     size_t rows;
     FILE *writer; /**< of the text below; closed when the run has ended */
     char *text;   /**< paragraphs and pictures, in the order in which they were reported */
     size_t text_size;
-    bool failed;
-    failure_t failure; /**< the first one */
+    bool reduced, failed;
+    failure_t failure; /**< the first one, if failed */
 };
 
 /** Makes the folder and those in it, if they are missing. The folder it is in has to be there. */
