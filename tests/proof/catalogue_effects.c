@@ -34,9 +34,10 @@ static void set_first(const passage_t *passage, double size, random_t *random, d
     parameter[0] = size;
 }
 
-static void set_first_signed(const passage_t *passage, double size, random_t *random, double *parameter) {
-    (void)passage;
+/* Refers to half of the drive range. */
+static void set_bend(const passage_t *passage, double size, random_t *random, double *parameter) {
     parameter[0] = sign_of(random) * size;
+    parameter[1] = half_range_v(passage);
 }
 
 static void delay(passage_t *passage, const double *parameter) {
@@ -203,13 +204,13 @@ static void preload(passage_t *passage, const double *parameter) {
 
 static void set_curved_sensor(const passage_t *passage, double size, random_t *random, double *parameter) {
     const double part = random_unit(random) < 0.5 ? 1.0 : 0.0, sign = sign_of(random);
-    (void)passage;
     parameter[0] = sign * size * part;
     parameter[1] = sign * size * (1.0 - part);
+    parameter[2] = passage->actuator->um_per_half_range;
 }
 
 static void curved_sensor(passage_t *passage, const double *parameter) {
-    const double middle = passage->actuator->offset_um, half = passage->actuator->um_per_half_range;
+    const double middle = passage->actuator->offset_um, half = parameter[2];
     for (size_t k = 0; k < passage->count; k++) {
         const double s = (passage->value[k] - middle) / half;
         passage->value[k] += half * s * s * (parameter[0] + parameter[1] * s);
@@ -256,14 +257,22 @@ const effect_t catalogue_effects[] = {
     {"amplifier_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_ELECTRONICS, false},
     {"amplifier_slew_limit", "slew", {"limit_v_per_s"}, 0.5, 100.0, set_slew, slew, STAGE_ELECTRONICS, false},
     {"amplifier_saturation", "saturation", {"high_v"}, 0.05, 0.4, set_rail, rail, STAGE_ELECTRONICS, false},
-    {"asymmetric_hysteresis", "shape", {"asymmetry"}, 0.03, 0.3, set_first_signed, asymmetric, STAGE_HYSTERESIS, false},
+    {"asymmetric_hysteresis",
+     "shape",
+     {"asymmetry", "half_range_v"},
+     0.03,
+     0.3,
+     set_bend,
+     asymmetric,
+     STAGE_HYSTERESIS,
+     false},
     {"rate_dependent_hysteresis", "rate", {"beta_s"}, 1e-3, 0.1, set_first, rate_dependent, STAGE_HYSTERESIS, true},
     {"interleaved_hysteresis",
      "shape",
-     {"bilinear_gain"},
+     {"bilinear_gain", "half_range_v"},
      0.02,
      0.3,
-     set_first_signed,
+     set_bend,
      interleaved,
      STAGE_POSITION,
      false},
@@ -275,7 +284,7 @@ const effect_t catalogue_effects[] = {
     {"sensor_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_POSITION, false},
     {"static_nonlinearity",
      "shape",
-     {"quadratic", "cubic"},
+     {"quadratic", "cubic", "half_range_um"},
      0.01,
      0.3,
      set_curved_sensor,
