@@ -85,9 +85,10 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
                                  hyst_mode_t mode, hyst_q31_t reference, unsigned *events);
 
 /**
- * Call once between two steps when `to` replaces `from`. Filter state is kept, and so is creep with equally many cells
- * (with others it starts settled); play memory is carried over (hyst_pi_carry), and the next step turns the jump of the
- * drive into a transition. Needs some 6 KB of stack.
+ * Call once between two steps when `to` replaces `from`. The memory of the hysteresis is carried over
+ * (hyst_hysteresis_carry). Filter state is kept with equally many sections in each cascade, creep with equally many
+ * cells and the same family; with others they start settled. The next step turns the jump of the drive into a
+ * transition. Needs some 6 KB of stack.
  */
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state);
