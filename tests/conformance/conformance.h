@@ -59,6 +59,24 @@ void generate_hysteresis(generator_t *generator, hyst_parameters_t *parameters, 
  * neighbours leave, one in four on the lower one. */
 void generate_preisach(generator_t *generator, hyst_parameters_t *parameters, uint32_t intervals);
 
+/** Arguments of hyst_bouc_wen_build. */
+typedef struct {
+    uint32_t cells;
+    hyst_q28_t direct;
+    hyst_q31_t length[HYST_BOUC_WEN_MAX_CELLS];
+    hyst_q28_t slope[HYST_BOUC_WEN_MAX_CELLS];
+} bouc_wen_arguments_t;
+
+/** Nearly all of them accepted: direct in [1/2, 1), slopes in (0, 1/2) of one sign, a branch that travels at most 1.5.
+ */
+void generate_bouc_wen(generator_t *generator, bouc_wen_arguments_t *arguments, uint32_t cells);
+
+/**
+ * direct in [1/4, 1/2), weights of both signs that leave every branch at least a quarter of it, feedback through a
+ * twofold pole at 1/2 and one anywhere up to 3/4, so that g up to 1/32 cannot unsettle it.
+ */
+void generate_modified_play(generator_t *generator, hyst_modified_play_parameters_t *parameters, uint32_t divisions);
+
 /** A stable section, sum of magnitudes below 15; one in four is close to the edge of stability. */
 hyst_iir_section_t generate_section(generator_t *generator);
 

@@ -123,6 +123,51 @@ void generate_preisach(generator_t *generator, hyst_parameters_t *p, uint32_t in
     }
 }
 
+void generate_bouc_wen(generator_t *generator, bouc_wen_arguments_t *a, uint32_t cells) {
+    const bool falling = generate_below(generator, 2) != 0;
+    a->cells = cells;
+    a->direct = HYST_Q28_ONE / 2 + (hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 2);
+    for (uint32_t i = 0; i < cells; i++) {
+        a->length[i] = 1 + (hyst_q31_t)(generate_below(generator, 3U << 30) / cells / 2U);
+        const hyst_q28_t slope =
+            1 + ((hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 2 - HYST_BOUC_WEN_MIN_SLOPE) >>
+                 generate_below(generator, 20));
+        a->slope[i] = falling ? -slope : slope;
+    }
+}
+
+/* A number of at most `size` in magnitude. */
+static int32_t within(generator_t *generator, int32_t size) {
+    return (int32_t)generate_below(generator, 2U * (uint32_t)size + 1U) - size;
+}
+
+void generate_modified_play(generator_t *generator, hyst_modified_play_parameters_t *p, uint32_t divisions) {
+    *p = (hyst_modified_play_parameters_t){.divisions = divisions};
+    p->offset = generate_signed(generator) / 32;
+    p->direct = HYST_Q28_ONE / 4 + (hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 4);
+    for (uint32_t cell = 0; cell < HYST_MODIFIED_PLAY_CELLS(divisions); cell++) {
+        p->slope[cell] = within(generator, HYST_Q28_ONE / 16 * 3 / (int32_t)divisions);
+    }
+    const hyst_q28_t pole = within(generator, HYST_Q28_ONE / 4 * 3);
+    if (generate_below(generator, 2) != 0) {
+        p->feedback[0] = HYST_Q28_ONE + pole;
+        p->feedback[1] = -HYST_Q28_ONE / 4 - pole;
+        p->feedback[2] = pole / 4;
+    }
+    p->bilinear = within(generator, HYST_Q28_ONE / 128);
+    for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_HARMONICS; i++) {
+        p->sine[i] = within(generator, HYST_Q28_ONE / 512);
+        p->cosine[i] = within(generator, HYST_Q28_ONE / 512);
+    }
+    if (generate_below(generator, 2) != 0) {
+        p->alpha = (hyst_q20_t)generate_below(generator, HYST_Q20_ONE / 8);
+        p->beta = (hyst_q20_t)generate_below(generator, HYST_Q20_ONE / 8);
+        p->rate_gain = 1 + (hyst_q30_t)generate_below(generator, HYST_Q30_ONE);
+    }
+    p->phase = generate(generator);
+    p->phase_step = generate(generator) >> generate_below(generator, 16);
+}
+
 hyst_iir_section_t generate_section(generator_t *generator) {
     /* |a2| < 1, then |a1| < 1 + a2; one in four within 2^-12 of the edge. The sum of magnitudes stays below 3 * 3 + 1
      * + 2. */

@@ -42,28 +42,6 @@ void subject_curve(digest_t *digest, generator_t *generator) {
     }
 }
 
-/* Arguments of hyst_bouc_wen_build, nearly all of them accepted: direct in [1/2, 1), slopes in (0, 1/2) of one sign,
- * a branch that travels at most 1.5. */
-typedef struct {
-    uint32_t cells;
-    hyst_q28_t direct;
-    hyst_q31_t length[HYST_BOUC_WEN_MAX_CELLS];
-    hyst_q28_t slope[HYST_BOUC_WEN_MAX_CELLS];
-} arguments_t;
-
-static void generate_bouc_wen(generator_t *generator, arguments_t *a, uint32_t cells) {
-    const bool falling = generate_below(generator, 2) != 0;
-    a->cells = cells;
-    a->direct = HYST_Q28_ONE / 2 + (hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 2);
-    for (uint32_t i = 0; i < cells; i++) {
-        a->length[i] = 1 + (hyst_q31_t)(generate_below(generator, 3U << 30) / cells / 2U);
-        const hyst_q28_t slope =
-            1 + ((hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 2 - HYST_BOUC_WEN_MIN_SLOPE) >>
-                 generate_below(generator, 20));
-        a->slope[i] = falling ? -slope : slope;
-    }
-}
-
 static void digest_memory(digest_t *digest, const hyst_bouc_wen_state_t *state) {
     digest_add_wide(digest, state->place);
     digest_add_wide(digest, state->rest);
@@ -73,7 +51,7 @@ static void digest_memory(digest_t *digest, const hyst_bouc_wen_state_t *state) 
 
 /* Forward and inverse on memories of their own from the same signal, and the memory carried from model to model. */
 void subject_bouc_wen(digest_t *digest, generator_t *generator) {
-    static arguments_t a;
+    static bouc_wen_arguments_t a;
     static hyst_bouc_wen_t model[2];
     static hyst_bouc_wen_state_t state[2];
     for (unsigned pass = 0; pass < 24; pass++) {
@@ -105,7 +83,7 @@ void subject_bouc_wen(digest_t *digest, generator_t *generator) {
 }
 
 void subject_bouc_wen_refusals(digest_t *digest, generator_t *generator) {
-    static arguments_t a;
+    static bouc_wen_arguments_t a;
     static hyst_bouc_wen_t model;
     for (unsigned pass = 0; pass < 300; pass++) {
         generate_bouc_wen(generator, &a, 1U + generate_below(generator, HYST_BOUC_WEN_MAX_CELLS));

@@ -7,43 +7,6 @@ static hyst_modified_play_parameters_t parameters;
 static hyst_modified_play_t model[2];
 static hyst_modified_play_state_t state[2];
 
-/* A number of at most `size` in magnitude. */
-static int32_t within(generator_t *generator, int32_t size) {
-    return (int32_t)generate_below(generator, 2U * (uint32_t)size + 1U) - size;
-}
-
-/*
- * direct in [1/4, 1/2), weights of both signs that leave every branch at least a quarter of it, feedback through a
- * twofold pole at 1/2 and one anywhere up to 3/4, so that g up to 1/32 cannot unsettle it.
- */
-static void generate_modified_play(generator_t *generator, uint32_t divisions) {
-    hyst_modified_play_parameters_t *p = &parameters;
-    *p = (hyst_modified_play_parameters_t){.divisions = divisions};
-    p->offset = generate_signed(generator) / 32;
-    p->direct = HYST_Q28_ONE / 4 + (hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 4);
-    for (uint32_t cell = 0; cell < HYST_MODIFIED_PLAY_CELLS(divisions); cell++) {
-        p->slope[cell] = within(generator, HYST_Q28_ONE / 16 * 3 / (int32_t)divisions);
-    }
-    const hyst_q28_t pole = within(generator, HYST_Q28_ONE / 4 * 3);
-    if (generate_below(generator, 2) != 0) {
-        p->feedback[0] = HYST_Q28_ONE + pole;
-        p->feedback[1] = -HYST_Q28_ONE / 4 - pole;
-        p->feedback[2] = pole / 4;
-    }
-    p->bilinear = within(generator, HYST_Q28_ONE / 128);
-    for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_HARMONICS; i++) {
-        p->sine[i] = within(generator, HYST_Q28_ONE / 512);
-        p->cosine[i] = within(generator, HYST_Q28_ONE / 512);
-    }
-    if (generate_below(generator, 2) != 0) {
-        p->alpha = (hyst_q20_t)generate_below(generator, HYST_Q20_ONE / 8);
-        p->beta = (hyst_q20_t)generate_below(generator, HYST_Q20_ONE / 8);
-        p->rate_gain = 1 + (hyst_q30_t)generate_below(generator, HYST_Q30_ONE);
-    }
-    p->phase = generate(generator);
-    p->phase_step = generate(generator) >> generate_below(generator, 16);
-}
-
 static void digest_memory(digest_t *digest, const hyst_modified_play_t *of, const hyst_modified_play_state_t *memory) {
     for (uint32_t row = 0; row + 1U < of->parameters.divisions; row++) {
         digest_add_signed(digest, memory->play[row]);
@@ -61,8 +24,9 @@ static void digest_memory(digest_t *digest, const hyst_modified_play_t *of, cons
 void subject_modified_play(digest_t *digest, generator_t *generator) {
     for (unsigned pass = 0; pass < 24; pass++) {
         const hyst_modified_play_t *const present = &model[pass & 1U];
-        generate_modified_play(generator, pass == 0 ? HYST_MODIFIED_PLAY_MAX_DIVISIONS
-                                                    : 1U + generate_below(generator, HYST_MODIFIED_PLAY_MAX_DIVISIONS));
+        generate_modified_play(generator, &parameters,
+                               pass == 0 ? HYST_MODIFIED_PLAY_MAX_DIVISIONS
+                                         : 1U + generate_below(generator, HYST_MODIFIED_PLAY_MAX_DIVISIONS));
         uint32_t element = 0;
         digest_add_signed(digest, hyst_modified_play_build(&model[pass & 1U], &parameters, &element));
         const hyst_q31_t start = generate_signed(generator);
@@ -89,7 +53,8 @@ void subject_modified_play(digest_t *digest, generator_t *generator) {
 
 void subject_modified_play_refusals(digest_t *digest, generator_t *generator) {
     for (unsigned pass = 0; pass < 300; pass++) {
-        generate_modified_play(generator, 2U + generate_below(generator, HYST_MODIFIED_PLAY_MAX_DIVISIONS - 1U));
+        generate_modified_play(generator, &parameters,
+                               2U + generate_below(generator, HYST_MODIFIED_PLAY_MAX_DIVISIONS - 1U));
         const int32_t wild = extremes[generate_below(generator, EXTREMES)];
         const uint32_t place = generate_below(generator, HYST_MODIFIED_PLAY_CELLS(parameters.divisions));
         switch (generate_below(generator, 8)) {

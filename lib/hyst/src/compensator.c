@@ -119,7 +119,8 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
 
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state) {
-    const hyst_hysteresis_state_t old = state->hysteresis;
+    hyst_hysteresis_state_t old;
+    hyst_hysteresis_copy(&from->hysteresis, &state->hysteresis, &old);
     hyst_hysteresis_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis, curved(to, state->drive));
     if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
         hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, &state->hysteresis));

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hyst/hysteresis.h"
+#include <string.h>
 
 void hyst_hysteresis_reset(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive) {
     switch (model->family) {
@@ -72,6 +73,38 @@ void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_
     if (model->family == HYST_FAMILY_MODIFIED_PLAY) {
         const hyst_modified_play_parameters_t *p = &model->modified_play.parameters;
         hyst_modified_play_set_phase(&model->modified_play, &state->modified_play, p->phase - p->phase_step);
+    }
+}
+
+static void copy_pi(const hyst_pi_state_t *from, hyst_pi_state_t *to) {
+    to->runs = from->runs;
+    to->drive = from->drive;
+    to->rate = from->rate;
+    memcpy(to->run, from->run, from->runs * sizeof from->run[0]);
+}
+
+static void copy_preisach(const hyst_preisach_state_t *from, hyst_preisach_state_t *to) {
+    to->extremes = from->extremes;
+    to->now = from->now;
+    memcpy(to->extreme, from->extreme, from->extremes * sizeof from->extreme[0]);
+}
+
+void hyst_hysteresis_copy(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *from,
+                          hyst_hysteresis_state_t *to) {
+    switch (model->family) {
+    case HYST_FAMILY_PREISACH:
+        copy_preisach(&from->preisach, &to->preisach);
+        break;
+    case HYST_FAMILY_BOUC_WEN:
+        to->bouc_wen = from->bouc_wen;
+        break;
+    case HYST_FAMILY_MODIFIED_PLAY:
+        to->modified_play = from->modified_play;
+        break;
+    case HYST_FAMILY_PRANDTL_ISHLINSKII:
+    case HYST_FAMILY_COUNT:
+        copy_pi(&from->prandtl_ishlinskii, &to->prandtl_ishlinskii);
+        break;
     }
 }
 

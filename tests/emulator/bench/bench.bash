@@ -15,8 +15,11 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 1' INT TERM
 
+# start_bench MODEL OPTION...
 start_bench() {
-    "$hyst" bench --image "$image" --model "$folder/actuator.json" > "$scratch/bench" 2> "$scratch/bench.err" &
+    local model=$1
+    shift
+    "$hyst" bench --image "$image" --model "$model" "$@" > "$scratch/bench" 2> "$scratch/bench.err" &
     bench=$!
     port=
     for ((wait = 0; wait < 300 && ${#port} == 0; wait++)); do

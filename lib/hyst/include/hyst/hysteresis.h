@@ -70,6 +70,10 @@ hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hyst
 
 void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state);
 
+/** Copies a memory, of its stacks only the part that is in use. `to` may not be `from`. */
+void hyst_hysteresis_copy(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *from,
+                          hyst_hysteresis_state_t *to);
+
 /**
  * Carries the memory over to another model. Within a family as its header says; between families nothing can be
  * carried, and the memory is that of a reset at `drive`, the last one: condition the actuator again. to_state may not
