@@ -166,7 +166,7 @@ static void test_modified_play_is_inverted_to_rounding(void) {
             model_set(block, "bilinear_gain", 0.05);
         }
         const outcome_t outcome = follow(&model, &options, 0.0, false);
-        printf("modified play%s: %u divisions of %u, the position is off by %.2g um\n", full != 0 ? " with all" : "",
+        printf("modified play%s: %d divisions of %u, the position is off by %.2g um\n", full != 0 ? " with all" : "",
                DIVISIONS, (unsigned)outcome.parameters.modified_play[0].divisions, outcome.worst_um);
         TEST_ASSERT_EQUAL_UINT32(HYST_FAMILY_MODIFIED_PLAY, outcome.parameters.family);
         TEST_ASSERT_EQUAL_UINT32(DIVISIONS + 2, outcome.parameters.modified_play[0].divisions);
