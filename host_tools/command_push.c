@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier_image.h"
 #include "compile.h"
+#include "hysteresis_text.h"
 #include "json_output.h"
 #include <inttypes.h>
 #include <stdio.h>
@@ -20,13 +21,15 @@ static bool push(const char *path, const device_options_t *line, bool json, fail
         return false;
     }
     if (json) {
-        return json_print(json_pack("{s:s, s:s, s:I, s:i, s:b}", "format", "hyst-push-1", "image", path, "model_id",
-                                    (json_int_t)parameters.model_id, "operators", (int)parameters.pi_operators,
+        return json_print(json_pack("{s:s, s:s, s:I, s:s, s:I, s:b}", "format", "hyst-push-1", "image", path,
+                                    "model_id", (json_int_t)parameters.model_id, "hysteresis",
+                                    hysteresis_name(&parameters), "operators", (json_int_t)hysteresis_size(&parameters),
                                     "verified", true),
                           JSON_INDENT(2), failure);
     }
-    printf("%s is in force and read back the same: model 0x%08" PRIX32 ", %" PRIu32 " play operators\n", path,
-           parameters.model_id, parameters.pi_operators);
+    char hysteresis[120];
+    hysteresis_text(&parameters, hysteresis);
+    printf("%s is in force and read back the same: model 0x%08" PRIX32 ", %s\n", path, parameters.model_id, hysteresis);
     return true;
 }
 
