@@ -9,6 +9,7 @@
 #define BLOCK_H
 
 #include "failure.h"
+#include "probe.h"
 #include <stddef.h>
 #include <stdint.h>
 
@@ -31,6 +32,7 @@ typedef struct {
     /** A choice (thresholds, grids, limits), a property of the drive, or a state at the start, rather than a property
      * of the actuator: it is not counted among the numbers that a fit has found, and gets no standard error. */
     bool chosen;
+    bool proportional; /**< as long as it is small, what the block does is proportional to it */
     double default_value; /**< of an absent scalar */
     /** Of a scalar that a model file may leave out although it is not optional: it is then the middle, or half the
      * width, of this range of the model's "fit" ("drive_range_v"). NULL otherwise. */
@@ -75,6 +77,8 @@ typedef struct block {
     bool follows_hysteresis;  /**< likewise */
     bool widens_plays;        /**< writes signal_t.threshold_growth_v */
     bool has_plays;           /**< a hysteresis that takes threshold_growth_v: what widens_plays needs */
+    bool adds; /**< what it does is no response to its input (noise, hum), or not a linear one (steps, a curve) */
+    bool follows_hysteresis; /**< likewise */
     /** Its numbers belong to the model's sample rate: at another one the chain is refused. */
     bool one_sample_rate;
     const char *text; /**< one line: what it is */
@@ -95,6 +99,8 @@ typedef struct block {
     /** Puts the block's inverse into the amplifier's parameters (compile_job.h), or NULL: the amplifier cannot undo it.
      */
     bool (*compile)(struct compile_job *job, const parameter_t *parameter);
+    /** How diagnose looks for it, or NULL: it is no candidate. */
+    const probe_t *probe;
 } block_t;
 
 /** For the check of a bank of operators: parameters weights (one more than operators), thresholds (one each) and

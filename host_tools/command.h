@@ -21,6 +21,7 @@ typedef struct {
 #define COMMANDS(COMMAND)                                                                                              \
     COMMAND(fit)                                                                                                       \
     COMMAND(simulate)                                                                                                  \
+    COMMAND(diagnose)                                                                                                  \
     COMMAND(compile)                                                                                                   \
     COMMAND(blocks)                                                                                                    \
     COMMAND(push)                                                                                                      \

@@ -8,6 +8,18 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return compile_equalise(job, invert_lag(parameter[0].value[0], job->rate_hz, job->options->no_filters));
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    return probe_between(setting->sample_rate_hz / 4.0, 4.0 / setting->longest_s, 8, index, value);
+}
+
+static const probe_t looked_for = {.group = "lag",
+                                   .explanation = "The voltage follows the command through a low pass: lag and loss of "
+                                                  "amplitude grow with frequency, before the hysteresis.",
+                                   .excitation =
+                                       "measured voltage on the same clock; the same frequencies at two amplitudes",
+                                   .probe = probe,
+                                   .searched = 1U};
+
 const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .place = PLACE_ELECTRONICS,
                                            .text = "first-order low pass of the amplifier and its load",
@@ -17,4 +29,5 @@ const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .open = first_order_lag_open,
                                            .settle = first_order_lag_settle,
                                            .step = first_order_lag_step,
-                                           .compile = compile};
+                                           .compile = compile,
+                                           .probe = &looked_for};

@@ -46,6 +46,21 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    static const double inside[] = {0.02, 0.1};
+    const double range = setting->drive_high_v - setting->drive_low_v;
+    value[LOW] = setting->drive_low_v - (index % 2 == 0 ? range : -inside[index / 2 % 2] * range);
+    value[HIGH] = setting->drive_high_v + (index % 2 == 1 ? range : -inside[index / 2 % 2] * range);
+    return index < 4;
+}
+
+static const probe_t looked_for = {
+    .group = "saturation",
+    .explanation = "The voltage stops at a rail: flat only at the extremes, as if the drive had not gone on.",
+    .excitation = "an amplitude ladder from 80 to 110 % of the range",
+    .probe = probe,
+    .searched = 1U << LOW | 1U << HIGH};
+
 const block_t block_amplifier_saturation = {.name = "amplifier_saturation",
                                             .place = PLACE_ELECTRONICS,
                                             .text = "rails that the voltage does not leave",
@@ -56,4 +71,5 @@ const block_t block_amplifier_saturation = {.name = "amplifier_saturation",
                                             .open = open,
                                             .settle = step,
                                             .step = step,
-                                            .compile = compile};
+                                            .compile = compile,
+                                            .probe = &looked_for};

@@ -49,6 +49,18 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    return probe_between(0.9 * setting->largest_rate_v_per_s, 0.05 * setting->largest_rate_v_per_s, 6, index, value);
+}
+
+static const probe_t looked_for = {.group = "slew",
+                                   .explanation = "The voltage cannot change faster than a limit: fast large drives "
+                                                  "become triangles, slow or small ones do not suffer.",
+                                   .excitation =
+                                       "the same frequency at two amplitudes, one above and one below the limit",
+                                   .probe = probe,
+                                   .searched = 1U};
+
 const block_t block_amplifier_slew_limit = {.name = "amplifier_slew_limit",
                                             .place = PLACE_ELECTRONICS,
                                             .text = "largest rate of the voltage: slew or current limit",
@@ -58,4 +70,5 @@ const block_t block_amplifier_slew_limit = {.name = "amplifier_slew_limit",
                                             .open = open,
                                             .settle = settle,
                                             .step = step,
-                                            .compile = compile};
+                                            .compile = compile,
+                                            .probe = &looked_for};

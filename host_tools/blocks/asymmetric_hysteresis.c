@@ -15,6 +15,7 @@ enum { ASYMMETRY, CENTER, HALF_RANGE };
 
 static const parameter_info_t parameters[] = {
     {.name = "asymmetry",
+     .proportional = true,
      .unit = "1",
      .low = -0.45,
      .high = 0.45,
@@ -79,6 +80,22 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[ASYMMETRY] = 0.01;
+    value[CENTER] = 0.5 * (setting->drive_high_v + setting->drive_low_v);
+    value[HALF_RANGE] = 0.5 * (setting->drive_high_v - setting->drive_low_v);
+    return index == 0;
+}
+
+static const probe_t looked_for = {
+    .group = "shape",
+    .explanation = "Rising and falling branches are no mirror images of each other, independent of frequency.",
+    .excitation = "a second sensor, or the same loops with the sensor shifted: a curved sensor stays, an asymmetric "
+                  "hysteresis moves",
+    .shape = true,
+    .probe = probe,
+    .searched = 1U << ASYMMETRY};
+
 const block_t block_asymmetric_hysteresis = {.name = "asymmetric_hysteresis",
                                              .place = PLACE_HYSTERESIS,
                                              .modifies_hysteresis = true,
@@ -89,4 +106,5 @@ const block_t block_asymmetric_hysteresis = {.name = "asymmetric_hysteresis",
                                              .open = open,
                                              .settle = step,
                                              .step = step,
-                                             .compile = compile};
+                                             .compile = compile,
+                                             .probe = &looked_for};

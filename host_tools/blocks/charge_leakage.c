@@ -56,6 +56,19 @@ static void step(void *memory, signal_t *signal) {
     signal->value = state->rest_um + held - signal->value;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[1] = 0.0;
+    return probe_between(10.0 * setting->longest_s, 0.01 * setting->longest_s, 5, index, value);
+}
+
+static const probe_t looked_for = {
+    .group = "slow",
+    .explanation =
+        "The charge leaks away: a held position returns towards rest, against the direction of the last step.",
+    .excitation = "long holds at several levels: leakage goes with the level, drift does not",
+    .probe = probe,
+    .searched = 3U};
+
 const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .place = PLACE_SLOW,
                                       .text = "the position returns to rest as the charge leaks away",
@@ -65,4 +78,5 @@ const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .state_bytes = sizeof(state_t),
                                       .open = open,
                                       .settle = settle,
-                                      .step = step};
+                                      .step = step,
+                                      .probe = &looked_for};

@@ -8,6 +8,7 @@
 
 static const parameter_info_t parameters[] = {
     {.name = "gamma_per_decade",
+     .proportional = true,
      .unit = "1",
      .low = -0.1,
      .high = 0.1,
@@ -90,6 +91,22 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[0] = 0.002;
+    value[1] = 0.1;
+    value[2] = 1000.0;
+    (void)setting;
+    return index == 0;
+}
+
+static const probe_t looked_for = {
+    .group = "slow",
+    .explanation = "The position goes on moving after the drive has stopped, in proportion to the logarithm of time, "
+                   "in the direction of the last step.",
+    .excitation = "holds over two decades of time at two levels, reached from both sides",
+    .probe = probe,
+    .searched = 1U};
+
 const block_t block_creep = {.name = "creep",
                              .place = PLACE_SLOW,
                              .text = "log-type creep: slow motion after the drive has stopped",
@@ -100,4 +117,5 @@ const block_t block_creep = {.name = "creep",
                              .open = open,
                              .settle = settle,
                              .step = step,
-                             .compile = compile};
+                             .compile = compile,
+                             .probe = &looked_for};

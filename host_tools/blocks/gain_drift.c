@@ -4,14 +4,18 @@
 
 enum { GAIN, CENTER };
 
-static const parameter_info_t parameters[] = {
-    {.name = "gain_per_s", .unit = "1/s", .low = -1.0, .high = 1.0, .text = "change of the gain, as a part of it"},
-    {.name = "center_um",
-     .unit = "um",
-     .low = -1e9,
-     .high = 1e9,
-     .optional = true,
-     .text = "position that the gain leaves where it is"}};
+static const parameter_info_t parameters[] = {{.name = "gain_per_s",
+                                               .proportional = true,
+                                               .unit = "1/s",
+                                               .low = -1.0,
+                                               .high = 1.0,
+                                               .text = "change of the gain, as a part of it"},
+                                              {.name = "center_um",
+                                               .unit = "um",
+                                               .low = -1e9,
+                                               .high = 1e9,
+                                               .optional = true,
+                                               .text = "position that the gain leaves where it is"}};
 
 typedef struct {
     double gain_per_sample, center_um;
@@ -34,6 +38,19 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->gain_per_sample * (double)state->samples++ * (signal->value - state->center_um);
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[GAIN] = 1e-3 / setting->longest_s;
+    value[CENTER] = 0.0;
+    return index == 0;
+}
+
+static const probe_t looked_for = {.group = "slow",
+                                   .explanation =
+                                       "The gain changes steadily: the error goes with the position and with time.",
+                                   .excitation = "the same small fast sweep repeated over the whole time",
+                                   .probe = probe,
+                                   .searched = 1U << GAIN};
+
 const block_t block_gain_drift = {.name = "gain_drift",
                                   .place = PLACE_SLOW,
                                   .text = "gain that changes in proportion to time",
@@ -42,4 +59,5 @@ const block_t block_gain_drift = {.name = "gain_drift",
                                   .state_bytes = sizeof(state_t),
                                   .open = open,
                                   .settle = settle,
-                                  .step = step};
+                                  .step = step,
+                                  .probe = &looked_for};

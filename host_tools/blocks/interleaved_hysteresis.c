@@ -13,6 +13,7 @@ enum { GAIN, CENTER, HALF_RANGE };
 
 static const parameter_info_t parameters[] = {
     {.name = "bilinear_gain",
+     .proportional = true,
      .unit = "1",
      .low = -0.99,
      .high = 0.99,

@@ -8,7 +8,12 @@ enum { FREQUENCY, AMPLITUDE, PHASE };
 
 static const parameter_info_t parameters[] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 0.0, .high = 1e6, .text = "of the mains, or a multiple of it"},
-    {.name = "amplitude_um", .unit = "um", .low = 0.0, .high = 1e6, .text = "half of peak to peak"},
+    {.name = "amplitude_um",
+     .proportional = true,
+     .unit = "um",
+     .low = 0.0,
+     .high = 1e6,
+     .text = "half of peak to peak"},
     {.name = "phase_rad",
      .unit = "rad",
      .low = -2.0 * M_PI,
@@ -39,8 +44,28 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->amplitude_um * sin(2.0 * M_PI * turns + state->phase_rad);
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    static const double mains_hz[] = {50.0, 60.0, 100.0, 120.0, 150.0, 180.0};
+    const size_t known = sizeof mains_hz / sizeof mains_hz[0], place = index / 2;
+    value[AMPLITUDE] = 1e-3 * (setting->displacement_high_um - setting->displacement_low_um);
+    value[PHASE] = index % 2 == 0 ? 0.0 : 0.5 * M_PI;
+    if (place >= known + setting->lines) {
+        return false;
+    }
+    value[FREQUENCY] = place < known ? mains_hz[place] : setting->line_hz[place - known];
+    return true;
+}
+
+static const probe_t looked_for = {
+    .group = "hum",
+    .explanation = "A line at one frequency that does not follow the drive and is there at rest too.",
+    .excitation = "silence; the same drive at another speed: the line stays where it is",
+    .probe = probe,
+    .searched = 7U};
+
 const block_t block_mains_interference = {.name = "mains_interference",
                                           .place = PLACE_SENSOR,
+                                          .adds = true,
                                           .text = "hum of the mains on the reading",
                                           .parameter = parameters,
                                           .parameters = 3,
@@ -48,4 +73,5 @@ const block_t block_mains_interference = {.name = "mains_interference",
                                           .open = open,
                                           .settle = settle,
                                           .step = step,
-                                          .compile = compile_leave_out};
+                                          .compile = compile_leave_out,
+                                          .probe = &looked_for};

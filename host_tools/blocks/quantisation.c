@@ -19,6 +19,7 @@ static void quantise(void *state, signal_t *signal) {
 
 const block_t block_quantisation = {.name = "quantisation",
                                     .place = PLACE_SENSOR,
+                                    .adds = true,
                                     .text = "steps of the position converter",
                                     .parameter = parameters,
                                     .parameters = 1,

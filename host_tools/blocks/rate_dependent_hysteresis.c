@@ -11,7 +11,12 @@
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
-    {.name = "beta_s", .unit = "s", .low = 0.0, .high = 1e3, .text = "threshold growth per drive rate"},
+    {.name = "beta_s",
+     .proportional = true,
+     .unit = "s",
+     .low = 0.0,
+     .high = 1e3,
+     .text = "threshold growth per drive rate"},
     {.name = "rate_filter_s",
      .unit = "s",
      .low = 0.0,
@@ -62,6 +67,19 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
            compile_to_fixed(job, gain, 30, "rate gain", &p->pi_rate_gain);
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    /* Thresholds grow by 5 % of half the range at the largest rate. */
+    value[0] = 0.025 * (setting->drive_high_v - setting->drive_low_v) / setting->largest_rate_v_per_s;
+    value[2] = HUGE_VAL;
+    return probe_between(0.5 / setting->sample_rate_hz, 64.0 / setting->sample_rate_hz, 4, index, &value[1]);
+}
+
+static const probe_t looked_for = {.group = "rate",
+                                   .explanation = "The loop gets wider with the rate of the drive, minor loops too.",
+                                   .excitation = "the same amplitude at three frequencies",
+                                   .probe = probe,
+                                   .searched = 3U};
+
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
                                                  .place = PLACE_HYSTERESIS,
                                                  .modifies_hysteresis = true,
@@ -73,4 +91,5 @@ const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hystere
                                                  .open = open,
                                                  .settle = settle,
                                                  .step = step,
-                                                 .compile = compile};
+                                                 .compile = compile,
+                                                 .probe = &looked_for};

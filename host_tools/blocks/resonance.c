@@ -54,6 +54,25 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
         job, invert_mode(parameter[0].value[0], parameter[1].value[0], job->rate_hz, job->options->no_filters));
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    /* Where the residual has lines, and everywhere. */
+    value[1] = index % 2 == 0 ? 0.01 : 0.1;
+    index /= 2;
+    if (index < setting->lines) {
+        value[0] = setting->line_hz[index];
+        return true;
+    }
+    return probe_between(setting->sample_rate_hz / 2.5, 4.0 / setting->longest_s, 24, index - setting->lines, value);
+}
+
+static const probe_t looked_for = {
+    .group = "resonance",
+    .explanation =
+        "The mechanics ring: a gain that grows towards one frequency, and oscillation at it after every edge.",
+    .excitation = "a chirp through the mode, or edges",
+    .probe = probe,
+    .searched = 3U};
+
 const block_t block_resonance = {.name = "resonance",
                                  .place = PLACE_MECHANICS,
                                  .text = "inertia and damping: one mode of the mechanics",
@@ -63,4 +82,5 @@ const block_t block_resonance = {.name = "resonance",
                                  .open = open,
                                  .settle = settle,
                                  .step = step,
-                                 .compile = compile};
+                                 .compile = compile,
+                                 .probe = &looked_for};

@@ -7,6 +7,17 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return compile_shape(job, invert_lag(parameter[0].value[0], job->rate_hz, job->options->no_filters));
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    return probe_between(setting->sample_rate_hz / 4.0, 4.0 / setting->longest_s, 8, index, value);
+}
+
+static const probe_t looked_for = {.group = "lag",
+                                   .explanation =
+                                       "The sensor follows the position through a low pass, behind the hysteresis.",
+                                   .excitation = "measured voltage on the same clock, and a faster sensor",
+                                   .probe = probe,
+                                   .searched = 1U};
+
 const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .place = PLACE_SENSOR,
                                         .text = "first-order low pass of the position sensor",
@@ -16,4 +27,5 @@ const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .open = first_order_lag_open,
                                         .settle = first_order_lag_settle,
                                         .step = first_order_lag_step,
-                                        .compile = compile};
+                                        .compile = compile,
+                                        .probe = &looked_for};

@@ -40,6 +40,7 @@ static void step(void *memory, signal_t *signal) {
 
 const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .place = PLACE_SENSOR,
+                                    .adds = true,
                                     .text = "white noise of the position sensor",
                                     .parameter = parameters,
                                     .parameters = 1,

@@ -10,23 +10,32 @@
 
 enum { QUADRATIC, CUBIC, CENTER, HALF_RANGE };
 
-static const parameter_info_t parameters[] = {
-    {.name = "quadratic", .unit = "1", .low = -1.0, .high = 1.0, .text = "error at both ends, of half the range"},
-    {.name = "cubic", .unit = "1", .low = -1.0, .high = 1.0, .text = "error at the upper end, of half the range"},
-    {.name = "center_um",
-     .unit = "um",
-     .low = -1e9,
-     .high = 1e9,
-     .chosen = true,
-     .center_of = "displacement_range_um",
-     .text = "middle of the range, where the reading is right"},
-    {.name = "half_range_um",
-     .unit = "um",
-     .low = 1e-9,
-     .high = 1e9,
-     .chosen = true,
-     .half_of = "displacement_range_um",
-     .text = "half of the range that the two numbers refer to"}};
+static const parameter_info_t parameters[] = {{.name = "quadratic",
+                                               .proportional = true,
+                                               .unit = "1",
+                                               .low = -1.0,
+                                               .high = 1.0,
+                                               .text = "error at both ends, of half the range"},
+                                              {.name = "cubic",
+                                               .proportional = true,
+                                               .unit = "1",
+                                               .low = -1.0,
+                                               .high = 1.0,
+                                               .text = "error at the upper end, of half the range"},
+                                              {.name = "center_um",
+                                               .unit = "um",
+                                               .low = -1e9,
+                                               .high = 1e9,
+                                               .chosen = true,
+                                               .center_of = "displacement_range_um",
+                                               .text = "middle of the range, where the reading is right"},
+                                              {.name = "half_range_um",
+                                               .unit = "um",
+                                               .low = 1e-9,
+                                               .high = 1e9,
+                                               .chosen = true,
+                                               .half_of = "displacement_range_um",
+                                               .text = "half of the range that the two numbers refer to"}};
 
 typedef struct {
     double quadratic, cubic, center_um, half_range_um;
@@ -63,8 +72,25 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[QUADRATIC] = index == 0 ? 0.005 : 0.0;
+    value[CUBIC] = index == 1 ? 0.005 : 0.0;
+    value[CENTER] = 0.5 * (setting->displacement_high_um + setting->displacement_low_um);
+    value[HALF_RANGE] = 0.5 * (setting->displacement_high_um - setting->displacement_low_um);
+    return index < 2;
+}
+
+static const probe_t looked_for = {
+    .group = "shape",
+    .explanation = "The reading is a curved function of the position, the same after any history and at any frequency.",
+    .excitation = "a second sensor, or the same loops with the sensor shifted",
+    .shape = true,
+    .probe = probe,
+    .searched = 1U << QUADRATIC | 1U << CUBIC};
+
 const block_t block_static_nonlinearity = {.name = "static_nonlinearity",
                                            .place = PLACE_SENSOR,
+                                           .adds = true,
                                            .text = "curved characteristic of the position sensor",
                                            .parameter = parameters,
                                            .parameters = 4,
@@ -73,4 +99,5 @@ const block_t block_static_nonlinearity = {.name = "static_nonlinearity",
                                            .open = open,
                                            .settle = step,
                                            .step = step,
-                                           .compile = compile};
+                                           .compile = compile,
+                                           .probe = &looked_for};

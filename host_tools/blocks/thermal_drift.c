@@ -7,7 +7,12 @@
 enum { DRIFT, TIME_CONSTANT };
 
 static const parameter_info_t parameters[] = {
-    {.name = "drift_um", .unit = "um", .low = -1e6, .high = 1e6, .text = "final change of the reading"},
+    {.name = "drift_um",
+     .proportional = true,
+     .unit = "um",
+     .low = -1e6,
+     .high = 1e6,
+     .text = "final change of the reading"},
     {.name = "time_constant_s", .unit = "s", .low = 1e-3, .high = 1e9, .text = "in which all but 1/e has happened"}};
 
 typedef struct {
@@ -31,8 +36,21 @@ static void step(void *memory, signal_t *signal) {
     signal->value -= state->drift_um * expm1(-(double)state->samples++ / state->time_constant);
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[DRIFT] = 1e-3 * (setting->displacement_high_um - setting->displacement_low_um);
+    return probe_between(3.0 * setting->longest_s, 0.03 * setting->longest_s, 5, index, &value[TIME_CONSTANT]);
+}
+
+static const probe_t looked_for = {.group = "slow",
+                                   .explanation =
+                                       "The reading drifts and settles exponentially, whatever the drive does.",
+                                   .excitation = "silence at rest before and after, and returns to the same voltage",
+                                   .probe = probe,
+                                   .searched = 1U << DRIFT | 1U << TIME_CONSTANT};
+
 const block_t block_thermal_drift = {.name = "thermal_drift",
                                      .place = PLACE_SENSOR,
+                                     .adds = true,
                                      .text = "offset that settles exponentially, whatever the drive does",
                                      .parameter = parameters,
                                      .parameters = 2,
@@ -40,4 +58,5 @@ const block_t block_thermal_drift = {.name = "thermal_drift",
                                      .open = open,
                                      .settle = settle,
                                      .step = step,
-                                     .compile = compile_leave_out};
+                                     .compile = compile_leave_out,
+                                     .probe = &looked_for};

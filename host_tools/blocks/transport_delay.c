@@ -4,8 +4,12 @@
 #include "compile_job.h"
 #include <math.h>
 
-static const parameter_info_t parameters[] = {
-    {.name = "delay_s", .unit = "s", .low = 0.0, .high = 1.0, .text = "from drive command to voltage"}};
+static const parameter_info_t parameters[] = {{.name = "delay_s",
+                                               .proportional = true,
+                                               .unit = "s",
+                                               .low = 0.0,
+                                               .high = 1.0,
+                                               .text = "from drive command to voltage"}};
 
 typedef struct {
     size_t length, newest; /* of the ring */
@@ -49,6 +53,19 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[0] = 0.25 / setting->sample_rate_hz;
+    return index == 0;
+}
+
+static const probe_t looked_for = {
+    .group = "lag",
+    .explanation = "The position answers later than the model, by the same time at every frequency and without a loss "
+                   "of amplitude.",
+    .excitation = "measured voltage on the same clock, or fast steps: a delay moves them, a low pass bends them",
+    .probe = probe,
+    .searched = 1U};
+
 const block_t block_transport_delay = {.name = "transport_delay",
                                        .place = PLACE_ELECTRONICS,
                                        .text = "pure delay between command and voltage",
@@ -59,4 +76,5 @@ const block_t block_transport_delay = {.name = "transport_delay",
                                        .open = open,
                                        .settle = settle,
                                        .step = step,
-                                       .compile = compile};
+                                       .compile = compile,
+                                       .probe = &looked_for};

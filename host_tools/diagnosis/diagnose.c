@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnose.h"
+#include "bank_refit.h"
+#include "catalogue.h"
+#include "lines.h"
+#include <gsl/gsl_cdf.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Chance of one false finding in a diagnosis, over all signatures that are tried in it. */
+static const double false_alarm = 1e-3;
+/* The same for the standard error from the scatter over blocks, of which there are few. */
+static const double block_false_alarm = 0.05;
+/* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
+static const double naming_margin = 20.0;
+static const double same_signature = 0.95;
+/* Root mean square of what a finding explains beyond the model, in parts of the noise: below it, a model that is not
+ * quite right is as likely a reason. */
+static const double least_size = 0.08;
+/* What the held-out samples have to say for it, in parts of what the others say, sample by sample. */
+static const double least_support = 0.3;
+static const double support_at_least = 12.0, support_enough = 100.0;
+
+typedef struct {
+    const recording_t *recordings;
+    size_t count;
+    diagnosis_t *diagnosis;
+    failure_t *failure;
+    probe_setting_t setting;
+    double line_hz[LINES_MOST];
+} job_t;
+
+static void describe(job_t *job) {
+    probe_setting_t *s = &job->setting;
+    *s = (probe_setting_t){.drive_low_v = HUGE_VAL,
+                           .drive_high_v = -HUGE_VAL,
+                           .displacement_low_um = HUGE_VAL,
+                           .displacement_high_um = -HUGE_VAL,
+                           .sample_rate_hz = job->recordings[0].sample_rate_hz,
+                           .line_hz = job->line_hz};
+    for (size_t i = 0; i < job->count; i++) {
+        const recording_t *r = &job->recordings[i];
+        const double *drive = r->column[COLUMN_DRIVE], *displacement = r->column[COLUMN_DISPLACEMENT];
+        for (size_t k = 0; k < r->samples; k++) {
+            s->drive_low_v = fmin(s->drive_low_v, drive[k]);
+            s->drive_high_v = fmax(s->drive_high_v, drive[k]);
+            s->displacement_low_um = fmin(s->displacement_low_um, displacement[k]);
+            s->displacement_high_um = fmax(s->displacement_high_um, displacement[k]);
+            if (k > 0) {
+                s->largest_rate_v_per_s =
+                    fmax(s->largest_rate_v_per_s, fabs(drive[k] - drive[k - 1]) * r->sample_rate_hz);
+            }
+        }
+        s->longest_s = fmax(s->longest_s, (double)r->samples / r->sample_rate_hz);
+    }
+}
+
+/* NRMSE of a model over the samples that are (not) held out, worst recording. */
+static bool measure(const job_t *job, const model_t *model, bool held, double *percent) {
+    *percent = 0.0;
+    for (size_t i = 0; i < job->count; i++) {
+        const recording_t *r = &job->recordings[i];
+        const double *measured = r->column[COLUMN_DISPLACEMENT];
+        double *position = allocate(r->samples, sizeof(double)), squares = 0.0, low = HUGE_VAL, high = -HUGE_VAL;
+        const size_t determined = chain_memory_determined(model, r, r->samples);
+        size_t used = 0;
+        if (!chain_simulate(model, r, 0, position, job->failure)) {
+            free(position);
+            return false;
+        }
+        for (size_t k = r->samples - determined < r->samples / 4 ? 0 : determined; k < r->samples; k++) {
+            low = fmin(low, measured[k]);
+            high = fmax(high, measured[k]);
+            if (held_out(r->samples, k) == held) {
+                squares += (measured[k] - position[k]) * (measured[k] - position[k]);
+                used++;
+            }
+        }
+        *percent = fmax(*percent, 100.0 * sqrt(squares / (double)used) / (high - low));
+        free(position);
+    }
+    return true;
+}
+
+/* Significant by both standard errors, corrected for the number of signatures tried. */
+static bool significant(const evidence_t *evidence, const candidate_t *candidate, size_t tested) {
+    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
+    const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
+    return fabs(candidate->test.t) > z && fabs(candidate->test.t_blocks) > z_blocks &&
+           candidate->test.amplitude > 0.5 && candidate->test.amplitude < 2.0 &&
+           candidate->test.own_um > least_size * evidence_noise_um(evidence);
+}
+
+static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
+    const candidate_t *best = &found->candidate[0];
+    *finding = (finding_t){.block = best->block,
+                           .t = best->test.t,
+                           .t_blocks = best->test.t_blocks,
+                           .margin = HUGE_VAL,
+                           .certainty = NAMED};
+    for (size_t i = 1; i < found->count; i++) {
+        const candidate_t *rival = &found->candidate[i];
+        const double margin = best->likelihood - rival->likelihood;
+        finding->margin = fmin(finding->margin, margin);
+        if (margin < naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
+            finding->rival[finding->rivals++] = rival->block;
+            if (finding->certainty == NAMED) {
+                finding->certainty = ISOLATED;
+            }
+            if (strcmp(rival->block->probe->group, best->block->probe->group) != 0 &&
+                fabs(evidence_cosine(evidence, best->signature, rival->signature)) < same_signature) {
+                finding->certainty = DETECTED;
+            }
+        }
+    }
+}
+
+/* Takes the candidate into the chain if the held-out samples support it. */
+static bool accept(job_t *job, const evidence_t *evidence, const candidate_t *candidate, finding_t *finding,
+                   bool *accepted) {
+    diagnosis_t *d = job->diagnosis;
+    const double share = evidence_held_out_share(evidence);
+    model_t augmented;
+    model_copy(&augmented, &candidate->model);
+    *accepted = false;
+    if (!bank_refit(&augmented, job->recordings, job->count, job->failure) ||
+        !measure(job, &d->model, true, &finding->held_out_before_percent) ||
+        !measure(job, &augmented, true, &finding->held_out_after_percent)) {
+        model_free(&augmented);
+        return false;
+    }
+    *accepted =
+        evidence_held_out(evidence, &d->model, &augmented, &finding->support) &&
+        finding->support > fmax(support_at_least, fmin(least_support * share * candidate->likelihood, support_enough));
+    if (getenv("HYST_DEBUG"))
+        fprintf(stderr, "accept %s: held out %.4f -> %.4f support %.1f of %.1f\n", candidate->block->name,
+                finding->held_out_before_percent, finding->held_out_after_percent, finding->support,
+                share * candidate->likelihood);
+    if (*accepted) {
+        model_free(&d->model);
+        d->model = augmented;
+        d->finding[d->findings++] = *finding;
+    } else {
+        model_free(&augmented);
+    }
+    return true;
+}
+
+/* One more block, or none. */
+static bool find_one(job_t *job, bool shapes, bool *found_one) {
+    diagnosis_t *d = job->diagnosis;
+    evidence_t *evidence = evidence_open(&d->model, job->recordings, job->count, !shapes, job->failure);
+    search_t found;
+    finding_t finding;
+    bool good = true;
+    *found_one = false;
+    if (evidence == NULL) {
+        return false;
+    }
+    job->setting.lines = evidence_lines(evidence, job->line_hz);
+    search(evidence, &d->model, &job->setting, shapes, &found);
+    d->tested += found.tested;
+    if (getenv("HYST_DEBUG")) {
+        fprintf(stderr, "-- shapes %d noise %.5f um tested %zu lines %zu %.3f\n", shapes, evidence_noise_um(evidence),
+                found.tested, job->setting.lines, job->line_hz[0]);
+        for (size_t i = 0; i < found.count && i < 8; i++) {
+            candidate_t *c = &found.candidate[i];
+            fprintf(stderr, "%-26s L %10.1f t %8.1f tb %7.1f a %7.3f ", c->block->name, c->likelihood, c->test.t,
+                    c->test.t_blocks, c->test.amplitude);
+            for (size_t p = 0; p < c->block->parameters && p < 3; p++)
+                if (!c->block->parameter[p].array)
+                    fprintf(stderr, " %s=%.5g", c->block->parameter[p].name,
+                            c->model.block[c->at].parameter[p].value[0]);
+            fprintf(stderr, "\n");
+        }
+    }
+    if (found.count > 0 && significant(evidence, &found.candidate[0], found.tested)) {
+        name(evidence, &found, &finding);
+        good = accept(job, evidence, &found.candidate[0], &finding, found_one);
+    }
+    d->noise_percent =
+        100.0 * evidence_noise_um(evidence) / (job->setting.displacement_high_um - job->setting.displacement_low_um);
+    search_free(&found);
+    evidence_close(evidence);
+    return good;
+}
+
+bool diagnose(const model_t *baseline, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
+              failure_t *failure) {
+    job_t job = {.recordings = recordings, .count = count, .diagnosis = diagnosis, .failure = failure};
+    bool found = true, good;
+    memset(diagnosis, 0, sizeof *diagnosis);
+    describe(&job);
+    model_copy(&diagnosis->model, baseline);
+    good = bank_refit(&diagnosis->model, recordings, count, failure);
+    model_copy(&diagnosis->baseline, &diagnosis->model);
+    good = good && measure(&job, &diagnosis->model, false, &diagnosis->baseline_nrmse_percent) &&
+           measure(&job, &diagnosis->model, true, &diagnosis->baseline_held_out_percent);
+    while (good && found && diagnosis->findings < DIAGNOSIS_MOST_FINDINGS) {
+        good = find_one(&job, false, &found);
+        if (good && !found) {
+            good = find_one(&job, true, &found);
+        }
+    }
+    good = good && measure(&job, &diagnosis->model, false, &diagnosis->nrmse_percent) &&
+           measure(&job, &diagnosis->model, true, &diagnosis->held_out_percent);
+    diagnosis->verdict = diagnosis->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    if (!good) {
+        diagnosis_free(diagnosis);
+    }
+    return good;
+}
+
+void diagnosis_free(diagnosis_t *diagnosis) {
+    model_free(&diagnosis->baseline);
+    model_free(&diagnosis->model);
+}

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Diagnosis: which physics a model of the recordings leaves out. docs/DIAGNOSIS.md.
+ *
+ * From the baseline on, the block that explains most of what is left of the residual is taken into the chain, the chain
+ * is fitted again, and so on, until nothing is significant any more. A block is a finding only if it is significant
+ * after the correction for all signatures that were tried, by two standard errors of which one does not trust the
+ * residuals to be white, and if it lowers the error of the samples that were kept from the fit.
+ */
+#ifndef DIAGNOSE_H
+#define DIAGNOSE_H
+
+#include "search.h"
+
+enum { DIAGNOSIS_MOST_FINDINGS = 6, DIAGNOSIS_MOST_RIVALS = 4 };
+
+/** How exactly it can be said what is missing. */
+typedef enum { DETECTED, ISOLATED /* to a group */, NAMED } certainty_t;
+
+typedef struct {
+    const block_t *block;
+    certainty_t certainty;
+    double t, t_blocks;
+    double margin;  /**< 2 log likelihood to the best block of another name, HUGE_VAL without any */
+    double support; /**< 2 log likelihood that the held-out samples give it */
+    size_t rivals;  /**< blocks that the recordings cannot tell from this one */
+    const block_t *rival[DIAGNOSIS_MOST_RIVALS];
+    double held_out_before_percent, held_out_after_percent; /**< NRMSE */
+} finding_t;
+
+typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;
+
+typedef struct {
+    model_t baseline, model; /**< as it came in, fitted; with everything that was found */
+    double baseline_nrmse_percent, baseline_held_out_percent;
+    double nrmse_percent, held_out_percent, noise_percent;
+    size_t findings;
+    finding_t finding[DIAGNOSIS_MOST_FINDINGS];
+    size_t tested;
+    bool structured; /**< what remains is more than noise */
+    verdict_t verdict;
+} diagnosis_t;
+
+/** The baseline's hysteresis must be a prandtl_ishlinskii bank; its numbers are fitted again. */
+bool diagnose(const model_t *baseline, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
+              failure_t *failure);
+void diagnosis_free(diagnosis_t *diagnosis);
+
+#endif

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * How a block is looked for: what diagnose (diagnosis/diagnose.h) has to know of it besides how it simulates.
+ */
+#ifndef PROBE_H
+#define PROBE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/** What the recordings are like, for choosing where to look. */
+typedef struct {
+    double drive_low_v, drive_high_v, largest_rate_v_per_s;
+    double displacement_low_um, displacement_high_um;
+    double sample_rate_hz, longest_s; /**< longest recording */
+    bool preloads;                    /**< the recordings differ in their preload */
+    size_t lines;                     /**< frequencies at which the residual has a narrow peak */
+    const double *line_hz;
+} probe_setting_t;
+
+typedef struct {
+    /** Effects that position alone hardly tells apart share a group: "lag", "slow" ..; a name of its own otherwise. */
+    const char *group;
+    /** One or two plain sentences: what it is and how it shows. */
+    const char *explanation;
+    /** What to record to see it, or to tell it from its group. */
+    const char *excitation;
+    /** A rate-independent hysteresis of another shape can imitate it, so it is looked for only against the model's own.
+     */
+    bool shape;
+    /**
+     * Sets `value`, one number a parameter (arrays stay absent), to the probe-th of some small or typical instances of
+     * the block. false: there is no such.
+     */
+    bool (*probe)(const probe_setting_t *setting, size_t index, double *value);
+    /** Which parameters are then searched, as bits: 1 << index. */
+    unsigned searched;
+} probe_t;
+
+/** low * (high / low)^(index / (count - 1)), 0 <= index < count: false beyond. */
+bool probe_between(double low, double high, size_t count, size_t index, double *value);
+
+#endif
