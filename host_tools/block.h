@@ -78,7 +78,6 @@ typedef struct block {
     bool widens_plays;        /**< writes signal_t.threshold_growth_v */
     bool has_plays;           /**< a hysteresis that takes threshold_growth_v: what widens_plays needs */
     bool adds; /**< what it does is no response to its input (noise, hum), or not a linear one (steps, a curve) */
-    bool follows_hysteresis; /**< likewise */
     /** Its numbers belong to the model's sample rate: at another one the chain is refused. */
     bool one_sample_rate;
     const char *text; /**< one line: what it is */

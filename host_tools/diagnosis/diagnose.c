@@ -23,6 +23,10 @@ static const double least_size = 0.08;
 static const double least_support = 0.3;
 static const double support_at_least = 12.0, support_enough = 100.0;
 
+enum { MOST_ROUNDS = 4 };
+/* Another round is worth it while the noise falls by more than this. */
+static const double settled_noise = 0.998;
+
 typedef struct {
     const recording_t *recordings;
     size_t count;
@@ -117,6 +121,36 @@ static void name(const evidence_t *evidence, const search_t *found, finding_t *f
     }
 }
 
+/* Fits the bank and the blocks that were found in turn, each with evidence around where the model then stands. */
+static bool settle(job_t *job, model_t *model) {
+    const diagnosis_t *d = job->diagnosis;
+    double before = HUGE_VAL;
+    for (int round = 0; round < MOST_ROUNDS; round++) {
+        evidence_t *evidence;
+        double noise;
+        if (!bank_refit(model, job->recordings, job->count, job->failure)) {
+            return false;
+        }
+        evidence = evidence_open(model, job->recordings, job->count, false, job->failure);
+        if (evidence == NULL) {
+            return false;
+        }
+        noise = evidence_noise_um(evidence);
+        for (size_t i = 0; i < model->blocks && noise < settled_noise * before; i++) {
+            const block_t *block = model->block[i].block;
+            if (block->probe != NULL && model_find(&d->baseline, block->name) == NULL) {
+                polish(evidence, model, block);
+            }
+        }
+        evidence_close(evidence);
+        if (noise >= settled_noise * before) {
+            return true;
+        }
+        before = noise;
+    }
+    return bank_refit(model, job->recordings, job->count, job->failure);
+}
+
 /* Takes the candidate into the chain if the held-out samples support it. */
 static bool accept(job_t *job, const evidence_t *evidence, const candidate_t *candidate, finding_t *finding,
                    bool *accepted) {
@@ -125,8 +159,7 @@ static bool accept(job_t *job, const evidence_t *evidence, const candidate_t *ca
     model_t augmented;
     model_copy(&augmented, &candidate->model);
     *accepted = false;
-    if (!bank_refit(&augmented, job->recordings, job->count, job->failure) ||
-        !measure(job, &d->model, true, &finding->held_out_before_percent) ||
+    if (!settle(job, &augmented) || !measure(job, &d->model, true, &finding->held_out_before_percent) ||
         !measure(job, &augmented, true, &finding->held_out_after_percent)) {
         model_free(&augmented);
         return false;

@@ -202,6 +202,15 @@ void search(const evidence_t *evidence, const model_t *baseline, const probe_set
     }
 }
 
+void polish(const evidence_t *evidence, model_t *model, const block_t *block) {
+    candidate_t candidate = {.block = block, .model = *model};
+    while (model->block[candidate.at].block != block) {
+        candidate.at++;
+    }
+    refine_candidate(evidence, &candidate); /* changes numbers in place: the model's own */
+    free(candidate.signature);
+}
+
 void search_free(search_t *found) {
     for (size_t i = 0; i < found->count; i++) {
         free(found->candidate[i].signature);

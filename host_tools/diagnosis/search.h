@@ -30,6 +30,12 @@ void search(const evidence_t *evidence, const model_t *baseline, const probe_set
             search_t *found);
 void search_free(search_t *found);
 
+/**
+ * The block's searched parameters once more, in a model that has the block already and is the evidence's baseline. Each
+ * search of evidence takes the model's own numbers for small changes; a large effect needs this afterwards.
+ */
+void polish(const evidence_t *evidence, model_t *model, const block_t *block);
+
 /** Where a block goes in a chain: behind the last block of its place or an earlier one. */
 size_t place_in_chain(const model_t *model, const block_t *block);
 
