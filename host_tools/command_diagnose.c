@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command.h"
 #include "diagnosis/diagnose.h"
-#include "fit.h"
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -35,22 +34,26 @@ static int run(int argc, char **argv) {
     }
     if (good && path != NULL) {
         good = model_read(&baseline, path, &failure);
+        if (good) {
+            good = diagnose(&baseline, recordings, count, &d, &failure);
+            model_free(&baseline);
+        }
     } else if (good) {
-        fit_options_t settings = {.operators = 24};
-        fit_report_t report;
-        good = fit_recordings(family_find("prandtl_ishlinskii"), recordings, count, &settings, &baseline, &report, &failure);
-        if (good) fit_report_free(&report);
+        good = diagnose_recordings(recordings, count, &d, &failure);
     }
     if (good) {
-        good = diagnose(&baseline, recordings, count, &d, &failure);
-        model_free(&baseline);
-    }
-    if (good) {
-        printf("baseline %.4f %% held out %.4f %%; after %.4f %% held out %.4f %%; noise %.4f %%; tested %zu\n", d.baseline_nrmse_percent, d.baseline_held_out_percent, d.nrmse_percent, d.held_out_percent, d.noise_percent, d.tested);
+        printf("baseline %.4f %% held out %.4f %%; after %.4f %% held out %.4f %%; noise %.4f %%; tested %zu\n",
+               d.baseline_nrmse_percent, d.baseline_held_out_percent, d.nrmse_percent, d.held_out_percent,
+               d.noise_percent, d.tested);
         for (size_t i = 0; i < d.findings; i++) {
             const finding_t *f = &d.finding[i];
-            printf("%s %s t %.1f tb %.1f margin %.1f held out %.4f -> %.4f rivals", f->block->name, f->certainty == NAMED ? "NAMED" : f->certainty == ISOLATED ? "isolated" : "detected", f->t, f->t_blocks, f->margin, f->held_out_before_percent, f->held_out_after_percent);
-            for (size_t r = 0; r < f->rivals; r++) printf(" %s", f->rival[r]->name);
+            printf("%s %s t %.1f tb %.1f margin %.1f held out %.4f -> %.4f rivals", f->block->name,
+                   f->certainty == NAMED      ? "NAMED"
+                   : f->certainty == ISOLATED ? "isolated"
+                                              : "detected",
+                   f->t, f->t_blocks, f->margin, f->held_out_before_percent, f->held_out_after_percent);
+            for (size_t r = 0; r < f->rivals; r++)
+                printf(" %s", f->rival[r]->name);
             printf("\n");
         }
         diagnosis_free(&d);

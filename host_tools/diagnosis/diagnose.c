@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnose.h"
-#include "bank_refit.h"
+#include "baseline.h"
 #include "catalogue.h"
+#include "hysteresis_refit.h"
 #include "lines.h"
+#include "remainder.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,6 +16,7 @@ static const double false_alarm = 1e-3;
 static const double block_false_alarm = 0.05;
 /* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
 static const double naming_margin = 20.0;
+static const double worth_another_shape = 0.85;
 static const double same_signature = 0.95;
 /* Root mean square of what a finding explains beyond the model, in parts of the noise: below it, a model that is not
  * quite right is as likely a reason. */
@@ -68,13 +70,12 @@ static bool measure(const job_t *job, const model_t *model, bool held, double *p
         const recording_t *r = &job->recordings[i];
         const double *measured = r->column[COLUMN_DISPLACEMENT];
         double *position = allocate(r->samples, sizeof(double)), squares = 0.0, low = HUGE_VAL, high = -HUGE_VAL;
-        const size_t determined = chain_memory_determined(model, r, r->samples);
         size_t used = 0;
         if (!chain_simulate(model, r, 0, position, job->failure)) {
             free(position);
             return false;
         }
-        for (size_t k = r->samples - determined < r->samples / 4 ? 0 : determined; k < r->samples; k++) {
+        for (size_t k = first_that_counts(model, r); k < r->samples; k++) {
             low = fmin(low, measured[k]);
             high = fmax(high, measured[k]);
             if (held_out(r->samples, k) == held) {
@@ -128,7 +129,7 @@ static bool settle(job_t *job, model_t *model) {
     for (int round = 0; round < MOST_ROUNDS; round++) {
         evidence_t *evidence;
         double noise;
-        if (!bank_refit(model, job->recordings, job->count, job->failure)) {
+        if (!hysteresis_refit(model, job->recordings, job->count, job->failure)) {
             return false;
         }
         evidence = evidence_open(model, job->recordings, job->count, false, job->failure);
@@ -148,7 +149,7 @@ static bool settle(job_t *job, model_t *model) {
         }
         before = noise;
     }
-    return bank_refit(model, job->recordings, job->count, job->failure);
+    return hysteresis_refit(model, job->recordings, job->count, job->failure);
 }
 
 /* Takes the candidate into the chain if the held-out samples support it. */
@@ -167,10 +168,6 @@ static bool accept(job_t *job, const evidence_t *evidence, const candidate_t *ca
     *accepted =
         evidence_held_out(evidence, &d->model, &augmented, &finding->support) &&
         finding->support > fmax(support_at_least, fmin(least_support * share * candidate->likelihood, support_enough));
-    if (getenv("HYST_DEBUG"))
-        fprintf(stderr, "accept %s: held out %.4f -> %.4f support %.1f of %.1f\n", candidate->block->name,
-                finding->held_out_before_percent, finding->held_out_after_percent, finding->support,
-                share * candidate->likelihood);
     if (*accepted) {
         model_free(&d->model);
         d->model = augmented;
@@ -195,20 +192,6 @@ static bool find_one(job_t *job, bool shapes, bool *found_one) {
     job->setting.lines = evidence_lines(evidence, job->line_hz);
     search(evidence, &d->model, &job->setting, shapes, &found);
     d->tested += found.tested;
-    if (getenv("HYST_DEBUG")) {
-        fprintf(stderr, "-- shapes %d noise %.5f um tested %zu lines %zu %.3f\n", shapes, evidence_noise_um(evidence),
-                found.tested, job->setting.lines, job->line_hz[0]);
-        for (size_t i = 0; i < found.count && i < 8; i++) {
-            candidate_t *c = &found.candidate[i];
-            fprintf(stderr, "%-26s L %10.1f t %8.1f tb %7.1f a %7.3f ", c->block->name, c->likelihood, c->test.t,
-                    c->test.t_blocks, c->test.amplitude);
-            for (size_t p = 0; p < c->block->parameters && p < 3; p++)
-                if (!c->block->parameter[p].array)
-                    fprintf(stderr, " %s=%.5g", c->block->parameter[p].name,
-                            c->model.block[c->at].parameter[p].value[0]);
-            fprintf(stderr, "\n");
-        }
-    }
     if (found.count > 0 && significant(evidence, &found.candidate[0], found.tested)) {
         name(evidence, &found, &finding);
         good = accept(job, evidence, &found.candidate[0], &finding, found_one);
@@ -220,6 +203,23 @@ static bool find_one(job_t *job, bool shapes, bool *found_one) {
     return good;
 }
 
+/* Whether more than noise remains, and the verdict. */
+static bool look_at_the_rest(job_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    evidence_t *evidence = evidence_open(&d->model, job->recordings, job->count, true, job->failure);
+    if (evidence == NULL) {
+        return false;
+    }
+    d->remainder = evidence_remainder(evidence);
+    evidence_close(evidence);
+    if (d->findings == 0) {
+        d->verdict = d->remainder.structured ? UNKNOWN_PHYSICS : NOTHING_MISSING;
+    } else {
+        d->verdict = d->remainder.structured ? PARTLY_EXPLAINED : EXPLAINED;
+    }
+    return true;
+}
+
 bool diagnose(const model_t *baseline, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure) {
     job_t job = {.recordings = recordings, .count = count, .diagnosis = diagnosis, .failure = failure};
@@ -227,7 +227,7 @@ bool diagnose(const model_t *baseline, const recording_t *recordings, size_t cou
     memset(diagnosis, 0, sizeof *diagnosis);
     describe(&job);
     model_copy(&diagnosis->model, baseline);
-    good = bank_refit(&diagnosis->model, recordings, count, failure);
+    good = hysteresis_refit(&diagnosis->model, recordings, count, failure);
     model_copy(&diagnosis->baseline, &diagnosis->model);
     good = good && measure(&job, &diagnosis->model, false, &diagnosis->baseline_nrmse_percent) &&
            measure(&job, &diagnosis->model, true, &diagnosis->baseline_held_out_percent);
@@ -239,11 +239,45 @@ bool diagnose(const model_t *baseline, const recording_t *recordings, size_t cou
     }
     good = good && measure(&job, &diagnosis->model, false, &diagnosis->nrmse_percent) &&
            measure(&job, &diagnosis->model, true, &diagnosis->held_out_percent);
-    diagnosis->verdict = diagnosis->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    good = good && look_at_the_rest(&job);
     if (!good) {
         diagnosis_free(diagnosis);
     }
     return good;
+}
+
+bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
+    for (size_t shape = 0; shape < baseline_shapes(); shape++) {
+        const family_t *family;
+        model_t baseline;
+        diagnosis_t other;
+        failure_t refusal;
+        bool good;
+        if (shape > 0 && !diagnosis->remainder.structured) {
+            break; /* nothing left for another shape */
+        }
+        good = baseline_fit(shape, recordings, count, &baseline, &family, shape == 0 ? failure : &refusal);
+        if (good) {
+            good = diagnose(&baseline, recordings, count, &other, shape == 0 ? failure : &refusal);
+            model_free(&baseline);
+        }
+        if (!good && shape == 0) {
+            return false;
+        }
+        if (!good) {
+            continue; /* a shape that does not apply */
+        }
+        other.family = family;
+        if (shape == 0) {
+            *diagnosis = other;
+        } else if (other.held_out_percent < worth_another_shape * diagnosis->held_out_percent) {
+            diagnosis_free(diagnosis);
+            *diagnosis = other;
+        } else {
+            diagnosis_free(&other);
+        }
+    }
+    return true;
 }
 
 void diagnosis_free(diagnosis_t *diagnosis) {

@@ -10,6 +10,8 @@
 #ifndef DIAGNOSE_H
 #define DIAGNOSE_H
 
+#include "family.h"
+#include "remainder.h"
 #include "search.h"
 
 enum { DIAGNOSIS_MOST_FINDINGS = 6, DIAGNOSIS_MOST_RIVALS = 4 };
@@ -31,19 +33,26 @@ typedef struct {
 typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;
 
 typedef struct {
+    const family_t *family;  /**< of the baseline, NULL when a model was given */
     model_t baseline, model; /**< as it came in, fitted; with everything that was found */
     double baseline_nrmse_percent, baseline_held_out_percent;
     double nrmse_percent, held_out_percent, noise_percent;
     size_t findings;
     finding_t finding[DIAGNOSIS_MOST_FINDINGS];
     size_t tested;
-    bool structured; /**< what remains is more than noise */
+    remainder_t remainder; /**< whether more than noise remains */
     verdict_t verdict;
 } diagnosis_t;
 
-/** The baseline's hysteresis must be a prandtl_ishlinskii bank; its numbers are fitted again. */
+/** The baseline's hysteresis is fitted again; the numbers of its other blocks stay. */
 bool diagnose(const model_t *baseline, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure);
+/**
+ * The same without a model: from a play bank, and where that leaves more than noise, from the other shapes that a
+ * hysteresis can have. Another shape is taken if everything that was found behind it leaves a held-out error that is
+ * lower by 15 %: a wrong shape shall not be taken for physics that is missing, nor physics for a shape.
+ */
+bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);
 
 #endif

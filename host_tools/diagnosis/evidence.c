@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "evidence.h"
+#include "evidence_columns.h"
 #include "lines.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_linalg.h>
@@ -8,12 +9,34 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OPERATORS = 24, SHAPES = 6, TRENDS = 12, ORDER = 12, TIME_BLOCKS = 36 };
+enum { OPERATORS = 24, SHAPES = 6, TRENDS = 12, ORDER = 6, TIME_BLOCKS = 36 };
 /* A column of which J leaves less than this part is imitated. */
 static const double imitated = 1e-6;
 
 bool held_out(size_t samples, size_t sample) {
     return sample * TIME_BLOCKS / samples % 3 == 2;
+}
+
+/* Nearer to an end of the range than this part of it counts as having been there. */
+static const double at_the_end = 0.02;
+
+size_t first_that_counts(const model_t *model, const recording_t *recording) {
+    const double *drive = recording->column[COLUMN_DRIVE];
+    const size_t determined = chain_memory_determined(model, recording, recording->samples);
+    double low = HUGE_VAL, high = -HUGE_VAL, margin;
+    size_t at_low = recording->samples, at_high = recording->samples, from;
+    for (size_t k = 0; k < recording->samples; k++) {
+        low = fmin(low, drive[k]);
+        high = fmax(high, drive[k]);
+    }
+    margin = at_the_end * (high - low);
+    for (size_t k = recording->samples; k-- > 0;) {
+        at_low = drive[k] <= low + margin ? k : at_low;
+        at_high = drive[k] >= high - margin ? k : at_high;
+    }
+    from = at_low > at_high ? at_low : at_high;
+    from = from > determined ? from : determined;
+    return recording->samples - from < recording->samples / 4 ? 0 : from;
 }
 
 struct evidence {
@@ -153,7 +176,7 @@ static void find_range(builder_t *b) {
     b->half_v = 0.5 * (high - low);
 }
 
-static double **one_each(const evidence_t *e) {
+double **evidence_one_each(const evidence_t *e) {
     double **columns = allocate(e->count, sizeof *columns);
     for (size_t i = 0; i < e->count; i++) {
         columns[i] = allocate(e->recordings[i].samples, sizeof(double));
@@ -161,7 +184,7 @@ static double **one_each(const evidence_t *e) {
     return columns;
 }
 
-static void free_each(const evidence_t *e, double **columns) {
+void evidence_free_each(const evidence_t *e, double **columns) {
     for (size_t i = 0; i < e->count; i++) {
         free(columns[i]);
     }
@@ -171,7 +194,7 @@ static void free_each(const evidence_t *e, double **columns) {
 /* The drive behind the electronics, and operators of evenly spread thresholds on it. */
 static void find_operators(builder_t *b) {
     evidence_t *e = b->evidence;
-    b->drive = one_each(e);
+    b->drive = evidence_one_each(e);
     b->play = allocate(OPERATORS, sizeof *b->play);
     for (size_t i = 0; i < e->count; i++) {
         memcpy(b->drive[i], e->recordings[i].column[COLUMN_DRIVE], e->recordings[i].samples * sizeof(double));
@@ -182,7 +205,7 @@ static void find_operators(builder_t *b) {
     }
     for (size_t j = 0; j < OPERATORS; j++) {
         const double r = (double)(j + 1) / (OPERATORS + 1);
-        b->play[j] = one_each(e);
+        b->play[j] = evidence_one_each(e);
         for (size_t i = 0; i < e->count; i++) {
             double z = 0.0;
             for (size_t k = 0; k < e->recordings[i].samples; k++) {
@@ -207,9 +230,26 @@ static void add_trends(builder_t *b) {
     }
 }
 
+/* Cosine and sine at each line of the residual. */
+static void add_lines(builder_t *b) {
+    evidence_t *e = b->evidence;
+    double hz[LINES_MOST];
+    const size_t lines = evidence_lines(e, hz);
+    for (size_t line = 0; line < 2 * lines; line++) {
+        double *at = b->column;
+        for (size_t i = 0; i < e->count; i++) {
+            const double turn = 2.0 * M_PI * hz[line / 2] / e->recordings[i].sample_rate_hz;
+            for (size_t k = 0; k < length_of(e, i); k++) {
+                *at++ = cos(turn * (double)k - (line % 2 == 0 ? 0.0 : M_PI / 2.0));
+            }
+        }
+        add_to_basis(e, b->column);
+    }
+}
+
 static void build_basis(evidence_t *e, const model_t *model, bool shapes, bool trends) {
-    builder_t b = {.evidence = e, .model = model, .whole = one_each(e)};
-    const size_t most = e->count + 3 + OPERATORS + 3 * SHAPES + TRENDS;
+    builder_t b = {.evidence = e, .model = model, .whole = evidence_one_each(e)};
+    const size_t most = e->count + 3 + OPERATORS + 3 * SHAPES + TRENDS + 2 * LINES_MOST;
     size_t samples = 0;
     for (size_t i = 0; i < e->count; i++) {
         samples += length_of(e, i);
@@ -238,13 +278,14 @@ static void build_basis(evidence_t *e, const model_t *model, bool shapes, bool t
     }
     if (trends) {
         add_trends(&b);
+        add_lines(&b);
     }
     for (size_t j = 0; j < OPERATORS; j++) {
-        free_each(e, b.play[j]);
+        evidence_free_each(e, b.play[j]);
     }
     free(b.play);
-    free_each(e, b.drive);
-    free_each(e, b.whole);
+    evidence_free_each(e, b.drive);
+    evidence_free_each(e, b.whole);
     free(b.column);
 }
 
@@ -303,17 +344,14 @@ evidence_t *evidence_open(const model_t *baseline, const recording_t *recordings
     e->recordings = recordings;
     e->count = count;
     e->from = allocate(count, sizeof *e->from);
-    e->simulated = one_each(e);
+    e->simulated = evidence_one_each(e);
     for (size_t i = 0; i < count; i++) {
         const size_t samples = recordings[i].samples;
         if (!chain_simulate(baseline, &recordings[i], 0, e->simulated[i], failure)) {
             evidence_close(e);
             return NULL;
         }
-        e->from[i] = chain_memory_determined(baseline, &recordings[i], samples);
-        if (samples - e->from[i] < samples / 4) {
-            e->from[i] = 0;
-        }
+        e->from[i] = first_that_counts(baseline, &recordings[i]);
         if (length_of(e, i) < 4 * ORDER) {
             fail(failure, "%s: %zu samples are too few for a diagnosis", recordings[i].name, samples);
             evidence_close(e);
@@ -343,7 +381,7 @@ evidence_t *evidence_open(const model_t *baseline, const recording_t *recordings
 
 void evidence_close(evidence_t *evidence) {
     if (evidence != NULL) {
-        free_each(evidence, evidence->simulated);
+        evidence_free_each(evidence, evidence->simulated);
         free(evidence->from);
         free(evidence->basis);
         free(evidence->residual);
@@ -508,4 +546,29 @@ bool evidence_held_out(const evidence_t *e, const model_t *worse, const model_t 
 
 double evidence_held_out_share(const evidence_t *e) {
     return (double)(e->rows - e->used) / (double)e->used;
+}
+
+void evidence_beyond(const evidence_t *e, double **columns, bool scaled, double *rows) {
+    size_t samples = 0;
+    double *column, *at;
+    for (size_t i = 0; i < e->count; i++) {
+        samples += length_of(e, i);
+    }
+    at = column = allocate(samples, sizeof(double));
+    for (size_t i = 0; i < e->count; i++) {
+        memcpy(at, columns[i] + e->from[i], length_of(e, i) * sizeof(double));
+        at += length_of(e, i);
+    }
+    whiten(e, column, rows);
+    if (scaled) {
+        const double norm = cblas_dnrm2((int)e->rows, rows, 1);
+        cblas_dscal((int)e->rows, norm > 0.0 ? sqrt((double)e->used) / norm : 0.0, rows, 1);
+    }
+    project(e, e->columns, rows);
+    free(column);
+}
+
+const double *evidence_residual(const evidence_t *e, size_t *rows) {
+    *rows = e->rows;
+    return e->residual;
 }

@@ -24,6 +24,13 @@ typedef struct evidence evidence_t;
 /** Whether a sample is kept from every fit and every test of a diagnosis: of 36 blocks of time, each third one. */
 bool held_out(size_t samples, size_t sample);
 
+/**
+ * First sample of a recording that takes part in a diagnosis: the hysteresis' memory is determined there, and the drive
+ * has been at both ends of its range (a model whose plane ends there cannot have another past). 0 if that left less
+ * than a quarter of the recording.
+ */
+size_t first_that_counts(const model_t *model, const recording_t *recording);
+
 typedef struct {
     double amplitude; /**< of the signature in the residual */
     double t;         /**< amplitude over its standard error, white residuals */

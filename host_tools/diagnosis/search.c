@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "search.h"
-#include "bank_refit.h"
 #include "catalogue.h"
+#include "hysteresis_refit.h"
 #include "simplex.h"
 #include <math.h>
 #include <stdlib.h>
@@ -126,11 +126,11 @@ static void refine_candidate(const evidence_t *evidence, candidate_t *candidate)
     }
 }
 
-/* The bank was fitted to a residual that the block has left in it. Fitted again behind the block, it stands for the
- * hysteresis alone, and the block's numbers are searched once more. */
-static void refine_with_bank(const evidence_t *evidence, candidate_t *candidate) {
+/* The hysteresis was fitted to a residual that the block has left in it. Fitted again behind the block, it stands for
+ * the hysteresis alone, and the block's numbers are searched once more. */
+static void refine_with_hysteresis(const evidence_t *evidence, candidate_t *candidate) {
     failure_t ignored;
-    if (bank_refit(&candidate->model, evidence_recordings(evidence), evidence_count(evidence), &ignored)) {
+    if (hysteresis_refit(&candidate->model, evidence_recordings(evidence), evidence_count(evidence), &ignored)) {
         refine_candidate(evidence, candidate);
     }
 }
@@ -194,7 +194,7 @@ void search(const evidence_t *evidence, const model_t *baseline, const probe_set
                 refine_candidate(evidence, candidate);
             } else if (!candidate->settled) {
                 const double before = candidate->likelihood;
-                refine_with_bank(evidence, candidate);
+                refine_with_hysteresis(evidence, candidate);
                 candidate->settled = candidate->likelihood < before + settled_likelihood;
             }
         }

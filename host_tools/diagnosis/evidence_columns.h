@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The evidence's working space, for tests that bring columns of their own. */
+#ifndef EVIDENCE_COLUMNS_H
+#define EVIDENCE_COLUMNS_H
+
+#include "evidence.h"
+
+/** A column a recording, all its samples. */
+double **evidence_one_each(const evidence_t *evidence);
+void evidence_free_each(const evidence_t *evidence, double **columns);
+
+/** Whitens such columns, scales them to a root mean square of 1 if `scaled`, and takes J out of them. `rows` has as
+ * many elements as the residual. */
+void evidence_beyond(const evidence_t *evidence, double **columns, bool scaled, double *rows);
+
+/** The whitened residual beyond J; 0 where a sample is held out. */
+const double *evidence_residual(const evidence_t *evidence, size_t *rows);
+
+#endif
