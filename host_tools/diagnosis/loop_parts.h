@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Turning points, mid branch and holds of a drive. */
+#ifndef LOOP_PARTS_H
+#define LOOP_PARTS_H
+
+#include "locate.h"
+
+/** The part of the loop where a difference is largest, as locate.h says. */
+loop_part_t find_loop_part(const recording_t *recordings, size_t count, double *const *difference, const size_t *from,
+                           double floor_um);
+
+#endif
