@@ -12,12 +12,16 @@ void model_create(model_t *model, double sample_rate_hz) {
     model->sample_rate_hz = sample_rate_hz;
 }
 
+static void block_free(model_block_t *block) {
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        free(block->parameter[p].value);
+        free(block->parameter[p].sigma);
+    }
+}
+
 void model_free(model_t *model) {
     for (size_t i = 0; i < model->blocks; i++) {
-        for (size_t p = 0; p < model->block[i].block->parameters; p++) {
-            free(model->block[i].parameter[p].value);
-            free(model->block[i].parameter[p].sigma);
-        }
+        block_free(&model->block[i]);
     }
     json_decref(model->fit);
     memset(model, 0, sizeof *model);
@@ -35,6 +39,11 @@ static void parameter_set(parameter_t *parameter, size_t count, const double *va
     free(parameter->value);
     free(parameter->sigma);
     *parameter = (parameter_t){.count = count, .value = copy, .sigma = sigma_copy};
+}
+
+void model_remove(model_t *model, size_t index) {
+    block_free(&model->block[index]);
+    memmove(&model->block[index], &model->block[index + 1], (--model->blocks - index) * sizeof model->block[0]);
 }
 
 model_block_t *model_append(model_t *model, const block_t *block) {

@@ -60,6 +60,8 @@ void model_create(model_t *model, double sample_rate_hz);
 /** Appends a block with absent optional parameters at their defaults and the others 0 / empty: set them all. The model
  * must have room. */
 model_block_t *model_append(model_t *model, const block_t *block);
+/** Takes the block at an index out. */
+void model_remove(model_t *model, size_t index);
 /** Sets a parameter by name. sigma may be NULL. The block must have such a parameter (a programming error otherwise).
  */
 void model_set(model_block_t *block, const char *name, double value);

@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "account.h"
+#include "bank_refit.h"
+#include "json_output.h"
+#include "refine.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* Below these, likelihoods are halved by chance alone: see the header. */
+static const double support_scale = 5.0, margin_scale = 9.1, never_certain = 0.99;
+/* refine counts all samples; of three, one was held out of the fit. */
+static const double samples_over_fitted = 1.5;
+
+double finding_confidence(const finding_t *finding) {
+    const double there = -expm1(-fmax(0.0, finding->support) / support_scale);
+    const double this_one = 1.0 / (1.0 + exp(-fmax(0.0, finding->margin) / margin_scale));
+    return fmin(never_certain, there * this_one * (finding->certainty == DETECTED ? 0.5 : 1.0));
+}
+
+bool finding_searched(const finding_t *finding, size_t parameter) {
+    return (finding->block->probe->searched >> parameter & 1U) != 0;
+}
+
+size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
+    size_t index = 0;
+    while (diagnosis->model.block[index].block != finding->block) {
+        index++;
+    }
+    return index;
+}
+
+/* Simulations of all recordings by a model, each to be freed, or complaint. */
+static bool simulate_all(const model_t *model, const recording_t *recordings, size_t count, double **position,
+                         failure_t *failure) {
+    bool good = true;
+    for (size_t i = 0; i < count; i++) {
+        position[i] = allocate(recordings[i].samples, sizeof(double));
+        good = good && chain_simulate(model, &recordings[i], 0, position[i], failure);
+    }
+    return good;
+}
+
+typedef struct {
+    diagnosis_t *diagnosis;
+    const recording_t *recordings;
+    size_t count;
+    size_t *from;
+    double **simulated, **other; /* by the final model, and a second array of the same size */
+} job_t;
+
+static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
+    model_t without;
+    bool good;
+    model_copy(&without, &job->diagnosis->model);
+    model_remove(&without, finding_index(job->diagnosis, finding));
+    good = bank_refit(&without, job->recordings, job->count, failure);
+    for (size_t i = 0; good && i < job->count; i++) {
+        good = chain_simulate(&without, &job->recordings[i], 0, job->other[i], failure);
+        for (size_t k = 0; k < job->recordings[i].samples; k++) {
+            job->other[i][k] = job->simulated[i][k] - job->other[i][k];
+        }
+    }
+    if (good) {
+        locate(job->recordings, job->count, job->other, job->from, 0.0, where);
+    }
+    model_free(&without);
+    return good;
+}
+
+static void range_of(const job_t *job, column_t column, double range[2]) {
+    range[0] = HUGE_VAL;
+    range[1] = -HUGE_VAL;
+    for (size_t i = 0; i < job->count; i++) {
+        for (size_t k = 0; k < job->recordings[i].samples; k++) {
+            range[0] = fmin(range[0], job->recordings[i].column[column][k]);
+            range[1] = fmax(range[1], job->recordings[i].column[column][k]);
+        }
+    }
+}
+
+static void locate_remaining(job_t *job, location_t *where) {
+    double range[2];
+    range_of(job, COLUMN_DISPLACEMENT, range);
+    const double floor_um = 0.01 * job->diagnosis->noise_percent * (range[1] - range[0]);
+    for (size_t i = 0; i < job->count; i++) {
+        for (size_t k = 0; k < job->recordings[i].samples; k++) {
+            job->other[i][k] = job->recordings[i].column[COLUMN_DISPLACEMENT][k] - job->simulated[i][k];
+        }
+    }
+    locate(job->recordings, job->count, job->other, job->from, floor_um, where);
+}
+
+/* What was fitted or searched: numbers of the hysteresis that are not chosen, and the findings' searched ones. A number
+ * of an array that is exactly 0 rests on its bound. */
+static bool was_found(const diagnosis_t *d, const model_block_t *block, size_t p, size_t element) {
+    const parameter_info_t *info = &block->block->parameter[p];
+    if (block_is_hysteresis(block->block)) {
+        const bool idle = info->optional && !info->array && block->parameter[p].value[0] == info->default_value;
+        return !info->chosen && !idle && !(info->array && block->parameter[p].value[element] == 0.0);
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        if (d->finding[f].block == block->block) {
+            return finding_searched(&d->finding[f], p);
+        }
+    }
+    return false;
+}
+
+static size_t list_found(const model_t *model, const diagnosis_t *d, refine_unknown_t *unknown) {
+    size_t count = 0;
+    for (size_t b = 0; b < model->blocks; b++) {
+        for (size_t p = 0; p < model->block[b].block->parameters; p++) {
+            for (size_t e = 0; e < model->block[b].parameter[p].count; e++) {
+                if (was_found(d, &model->block[b], p, e)) {
+                    if (unknown != NULL) {
+                        unknown[count] = refine_unknown_at(model, b, p, e);
+                    }
+                    count++;
+                }
+            }
+        }
+    }
+    return count;
+}
+
+/* Errors that the baseline came with are not those of this fit. */
+static void forget_errors(model_t *model, const diagnosis_t *d) {
+    for (size_t b = 0; b < model->blocks; b++) {
+        for (size_t p = 0; p < model->block[b].block->parameters; p++) {
+            parameter_t *parameter = &model->block[b].parameter[p];
+            bool any = block_is_hysteresis(model->block[b].block);
+            for (size_t e = 0; e < parameter->count; e++) {
+                any = any || was_found(d, &model->block[b], p, e);
+            }
+            if (any) {
+                free(parameter->sigma);
+                parameter->sigma = NULL;
+            }
+        }
+    }
+}
+
+static bool find_errors(job_t *job, failure_t *failure) {
+    model_t *model = &job->diagnosis->model;
+    forget_errors(model, job->diagnosis);
+    const size_t unknowns = list_found(model, job->diagnosis, NULL);
+    refine_unknown_t *unknown = allocate(unknowns + 1, sizeof *unknown);
+    const refine_job_t errors = {.recordings = job->recordings,
+                                 .count = job->count,
+                                 .from = job->from,
+                                 .unknown = unknown,
+                                 .unknowns = list_found(model, job->diagnosis, unknown)};
+    refine_report_t report;
+    bool good = true;
+    if (unknowns > 0) {
+        good = refine(model, &errors, &report, failure);
+        for (size_t u = 0; good && u < unknowns; u++) {
+            report.sigma[u] *= sqrt(samples_over_fitted);
+        }
+        if (good) {
+            refine_keep_errors(model, &errors, &report);
+            refine_report_free(&report);
+        }
+    }
+    free(unknown);
+    return good;
+}
+
+static void describe_fit(const job_t *job) {
+    const diagnosis_t *d = job->diagnosis;
+    json_t *names = json_array(), *found = json_array(), *family = json_object_get(d->model.fit, "family");
+    double drive[2], displacement[2];
+    range_of(job, COLUMN_DRIVE, drive);
+    range_of(job, COLUMN_DISPLACEMENT, displacement);
+    for (size_t i = 0; i < job->count; i++) {
+        json_array_append_new(names, json_string(job->recordings[i].name));
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        json_array_append_new(found, json_string(d->finding[f].block->name));
+    }
+    json_t *fit = json_pack(
+        "{s:o, s:o, s:[ff], s:[ff], s:o, s:o}", "nrmse_percent", json_number_or_null(d->nrmse_percent),
+        "held_out_nrmse_percent", json_number_or_null(d->held_out_percent), "drive_range_v", drive[0], drive[1],
+        "displacement_range_um", displacement[0], displacement[1], "recordings", names, "found_by_diagnosis", found);
+    if (family != NULL) {
+        json_object_set(fit, "family", family);
+    }
+    json_decref(d->model.fit);
+    job->diagnosis->model.fit = fit;
+}
+
+bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,
+                 failure_t *failure) {
+    job_t job = {.diagnosis = diagnosis,
+                 .recordings = recordings,
+                 .count = count,
+                 .from = allocate(count, sizeof(size_t)),
+                 .simulated = allocate(count, sizeof(double *)),
+                 .other = allocate(count, sizeof(double *))};
+    bool good;
+    *account = (account_t){0};
+    for (size_t i = 0; i < count; i++) {
+        const size_t samples = recordings[i].samples;
+        job.from[i] = chain_memory_determined(&diagnosis->model, &recordings[i], samples);
+        if (samples - job.from[i] < samples / 4) { /* as the evidence does it */
+            job.from[i] = 0;
+        }
+        job.other[i] = allocate(samples, sizeof(double));
+    }
+    good = simulate_all(&diagnosis->model, recordings, count, job.simulated, failure);
+    for (size_t f = 0; good && f < diagnosis->findings; f++) {
+        account->confidence[f] = finding_confidence(&diagnosis->finding[f]);
+        good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], failure);
+    }
+    if (good && diagnosis->structured) {
+        locate_remaining(&job, &account->remaining);
+    }
+    good = good && find_errors(&job, failure);
+    if (good) {
+        describe_fit(&job);
+    }
+    for (size_t i = 0; i < count; i++) {
+        free(job.simulated[i]);
+        free(job.other[i]);
+    }
+    free(job.simulated);
+    free(job.other);
+    free(job.from);
+    return good;
+}

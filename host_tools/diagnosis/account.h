@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** What is worked out of a diagnosis once it is made, for all forms in which it is told. */
+#ifndef ACCOUNT_H
+#define ACCOUNT_H
+
+#include "diagnose.h"
+#include "locate.h"
+
+typedef struct {
+    /**
+     * Where each finding acts: the simulation of the final model less that of the same chain without the block, its
+     * hysteresis fitted again, because what a hysteresis can imitate tells nothing about the block.
+     */
+    location_t where[DIAGNOSIS_MOST_FINDINGS];
+    /** How sure a finding is: finding_confidence. */
+    double confidence[DIAGNOSIS_MOST_FINDINGS];
+    location_t remaining; /**< of the residual above the noise floor; nowhere when it is not structured */
+} account_t;
+
+/**
+ * How sure it is that there is such an effect and that it is this block, 0 to 0.99:
+ *
+ *     confidence = (1 - exp(-support / 5)) / (1 + exp(-margin / 9.1)),  halved where the finding is only detected
+ *
+ * The first factor is the held-out samples' word (the least that is accepted, 12, gives 0.91), the second the lead over
+ * the best other block (none: 0.5; the one that makes a name, 20: 0.9). Both are 2 log likelihood, divided by more than
+ * the 2 that independent residuals would allow, because those of a model that is not quite right are not independent.
+ * A scale to compare findings by; how often findings of a confidence are right is what the sealed proof counts.
+ */
+double finding_confidence(const finding_t *finding);
+
+/** Whether it is a number of the block that the diagnosis has searched. */
+bool finding_searched(const finding_t *finding, size_t parameter);
+
+/** Index into model->block of the finding's block. */
+size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
+
+/**
+ * Besides filling *account, completes diagnosis->model, so that it can be written and compiled:
+ *
+ * - Standard errors (refine.h, no iterations) of the blocks that were found and of the hysteresis, jointly, with as
+ *   many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts all samples
+ *   and a third was held out of the fit.
+ * - "fit": the ranges and names of these recordings, the errors, and what was found. Of what the baseline's own fit
+ *   said, the family stays.
+ */
+bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,
+                 failure_t *failure);
+
+#endif

@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis_json.h"
+#include "catalogue.h"
+#include "diagnosis_text.h"
+#include "json_output.h"
+#include <stdlib.h>
+
+static json_t *ranges_to_json(const ranges_t *ranges) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < ranges->count; i++) {
+        json_array_append_new(list, json_pack("[f, f]", ranges->range[i].from, ranges->range[i].to));
+    }
+    return list;
+}
+
+static json_t *location_to_json(const location_t *location, const recording_t *recordings) {
+    json_t *json = json_pack("{s:o, s:o, s:o, s:s}", "time_s", ranges_to_json(&location->time_s), "frequency_hz",
+                             ranges_to_json(&location->frequency_hz), "drive", ranges_to_json(&location->drive_v),
+                             "loop", loop_part_name(location->loop));
+    if (location->somewhere) {
+        json_object_set_new(json, "recording", json_string(recordings[location->recording].name));
+    }
+    if (location->fundamental_hz > 0.0) {
+        json_t *numbers = json_array();
+        for (size_t i = 0; i < location->harmonics; i++) {
+            json_array_append_new(numbers, json_integer((json_int_t)location->harmonic[i]));
+        }
+        json_object_set_new(json, "harmonics",
+                            json_pack("{s:f, s:o}", "fundamental_hz", location->fundamental_hz, "numbers", numbers));
+    }
+    return json;
+}
+
+static json_t *parameters_to_json(const diagnosis_t *diagnosis, const finding_t *finding) {
+    const model_block_t *block = &diagnosis->model.block[finding_index(diagnosis, finding)];
+    json_t *parameters = json_object();
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        const parameter_t *parameter = &block->parameter[p];
+        if (finding_searched(finding, p)) {
+            json_object_set_new(
+                parameters, block->block->parameter[p].name,
+                json_pack("{s:f, s:o, s:s}", "value", parameter->value[0], "sigma",
+                          parameter->sigma == NULL ? json_null() : json_number_or_null(parameter->sigma[0]), "unit",
+                          block->block->parameter[p].unit));
+        }
+    }
+    return parameters;
+}
+
+static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *account, size_t index,
+                               const recording_t *recordings) {
+    const finding_t *finding = &diagnosis->finding[index];
+    char explanation[DIAGNOSIS_LINE];
+    json_t *confusable = json_array();
+    finding_explanation(finding, explanation);
+    for (size_t i = 0; i < finding->rivals; i++) {
+        json_array_append_new(confusable, json_string(finding->rival[i]->name));
+    }
+    return json_pack("{s:s, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:s, s:o, s:s}", "block", finding->block->name, "place",
+                     place_name(finding->block->place), "certainty", certainty_name(finding->certainty), "confidence",
+                     account->confidence[index], "parameters", parameters_to_json(diagnosis, finding),
+                     "held_out_nrmse_percent_before", json_number_or_null(finding->held_out_before_percent),
+                     "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
+                     location_to_json(&account->where[index], recordings), "explanation", explanation,
+                     "confusable_with", confusable, "separating_excitation", finding->block->probe->excitation);
+}
+
+json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+                          size_t count) {
+    json_t *names = json_array(), *findings = json_array(), *baseline = model_to_json(&diagnosis->baseline);
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(names, json_string(recordings[i].name));
+    }
+    for (size_t f = 0; f < diagnosis->findings; f++) {
+        json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
+    }
+    json_t *json =
+        json_pack("{s:s, s:o, s:{s:O, s:o, s:o}, s:o, s:{s:o, s:o, s:o, s:b, s:o}, s:s}", "format", "hyst-diagnosis-1",
+                  "recordings", names, "baseline", "chain", json_object_get(baseline, "chain"), "nrmse_percent",
+                  json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
+                  json_number_or_null(diagnosis->baseline_held_out_percent), "findings", findings, "remaining",
+                  "nrmse_percent", json_number_or_null(diagnosis->nrmse_percent), "held_out_nrmse_percent",
+                  json_number_or_null(diagnosis->held_out_percent), "noise_floor_percent",
+                  json_number_or_null(diagnosis->noise_percent), "structured", (int)diagnosis->structured, "where",
+                  location_to_json(&account->remaining, recordings), "verdict", verdict_name(diagnosis->verdict));
+    json_decref(baseline);
+    return json;
+}
+
+bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+                          size_t count, const char *path, failure_t *failure) {
+    json_t *json = diagnosis_to_json(diagnosis, account, recordings, count);
+    const bool good = json_dump_file(json, path, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) == 0;
+    json_decref(json);
+    return good || fail(failure, "%s: could not be written", path);
+}

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis_text.h"
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+enum { INDENT = 11, WIDTH = 110 };
+
+const char *verdict_name(verdict_t verdict) {
+    static const char *const names[] = {"nothing missing", "explained", "partly explained", "unknown physics"};
+    return names[verdict];
+}
+
+const char *certainty_name(certainty_t certainty) {
+    static const char *const names[] = {"detected", "isolated", "named"};
+    return names[certainty];
+}
+
+static const char *in_place(place_t place) {
+    static const char *const phrases[PLACE_COUNT] = {"in the electronics", "in the hysteresis",
+                                                     "among the slow effects", "in the mechanics", "in the sensor"};
+    return phrases[place];
+}
+
+/* Appends to a text of DIAGNOSIS_LINE characters; what does not fit is cut. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+static void
+append(char *text, const char *format, ...) {
+    const size_t length = strlen(text);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text + length, DIAGNOSIS_LINE - length, format, arguments);
+    va_end(arguments);
+}
+
+/* "a", "a and b", "a, b and c" */
+static const char *between(size_t index, size_t count) {
+    return index == 0 ? "" : index + 1 < count ? ", " : " and ";
+}
+
+void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    switch (d->verdict) {
+    case NOTHING_MISSING:
+        append(text, "Nothing is missing that these recordings could show: what the model leaves is noise.");
+        return;
+    case UNKNOWN_PHYSICS:
+        append(text, "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.");
+        return;
+    case EXPLAINED:
+        append(text, "Explained by ");
+        break;
+    case PARTLY_EXPLAINED:
+        append(text, "Partly explained by ");
+        break;
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        const finding_t *finding = &d->finding[f];
+        append(text, "%s%s", between(f, d->findings), finding->block->name);
+        for (size_t r = 0; r < finding->rivals; r++) {
+            append(text, "%s%s", r == 0 ? " (or " : ", ", finding->rival[r]->name);
+        }
+        append(text, "%s", finding->rivals > 0 ? ")" : "");
+    }
+    append(text, ": the held-out error falls from %.3g %% to %.3g %%, the noise is %.3g %%.%s",
+           d->baseline_held_out_percent, d->held_out_percent, d->noise_percent,
+           d->verdict == PARTLY_EXPLAINED ? " What remains is more than noise, and in no block of the catalogue." : "");
+}
+
+void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    if (finding->certainty != NAMED && finding->rivals > 0) {
+        const size_t all = finding->rivals + 1;
+        append(text, "One of %s", finding->block->name);
+        for (size_t r = 0; r < finding->rivals; r++) {
+            append(text, "%s%s", between(r + 1, all), finding->rival[r]->name);
+        }
+        append(text, "; these recordings cannot tell which%s. The numbers are those of %s: ",
+               finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
+    }
+    append(text, "%s", finding->block->probe->explanation);
+}
+
+/* "12 .. 14 and 30 .. 31 s" */
+static void append_ranges(char *text, const ranges_t *ranges, const char *unit) {
+    for (size_t i = 0; i < ranges->count; i++) {
+        append(text, "%s%.4g .. %.4g", between(i, ranges->count), ranges->range[i].from, ranges->range[i].to);
+    }
+    append(text, " %s", unit);
+}
+
+void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]) {
+    const recording_t *recording = &recordings[location->recording];
+    const char *slash = strrchr(recording->name, '/');
+    text[0] = '\0';
+    if (!location->somewhere) {
+        append(text, "nowhere above the noise");
+        return;
+    }
+    append(text, "%s%s; ", location->loop == LOOP_EVERYWHERE ? "in all parts of the loop" : "mostly ",
+           location->loop == LOOP_TURNING_POINTS ? "around turning points"
+           : location->loop == LOOP_MID_BRANCH   ? "in mid branch"
+           : location->loop == LOOP_HOLDS        ? "during holds"
+                                                 : "");
+    append_ranges(text, &location->drive_v, "V; ");
+    append_ranges(text, &location->frequency_hz, "Hz");
+    for (size_t i = 0; i < location->harmonics; i++) {
+        append(text, "%s%u", i == 0 ? " (harmonics " : between(i, location->harmonics), location->harmonic[i]);
+    }
+    append(text, "%s; ", location->harmonics > 0 ? ")" : "");
+    append_ranges(text, &location->time_s, "s");
+    if (count > 1) {
+        append(text, " of %s", slash == NULL ? recording->name : slash + 1);
+    }
+}
+
+/* Digits of a value behind the point of %.*g that its error allows: two of the error's. */
+static int digits_of(double value, double sigma) {
+    const int digits = 2 + (int)floor(log10(fabs(value))) - (int)floor(log10(sigma));
+    return digits < 2 ? 2 : digits > 9 ? 9 : digits;
+}
+
+void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
+    const parameter_info_t *info = &block->block->parameter[parameter];
+    const double value = block->parameter[parameter].value[0];
+    const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
+    const char *unit = strcmp(info->unit, "1") == 0 ? "" : info->unit;
+    text[0] = '\0';
+    if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
+        append(text, "%s = %.*g +- %.2g%s%s", info->name, digits_of(value, sigma), value, sigma,
+               *unit != '\0' ? " " : "", unit);
+    } else {
+        append(text, "%s = %.4g%s%s (%s)", info->name, value, *unit != '\0' ? " " : "", unit,
+               sigma == 0.0 ? "at its bound" : "not determined");
+    }
+}
+
+/* Breaks the text into lines under each other, behind a heading. */
+static void print_wrapped(const char *heading, const char *text) {
+    printf("%-*s", INDENT, heading);
+    for (size_t column = INDENT; *text != '\0';) {
+        const size_t word = strcspn(text, " ");
+        if (column > INDENT && column + word >= WIDTH) {
+            printf("\n%*s", INDENT, "");
+            column = INDENT;
+        }
+        printf("%.*s", (int)word, text);
+        column += word;
+        text += word;
+        if (*text == ' ') {
+            text++;
+            if (*text != '\0' && column + 1 + strcspn(text, " ") < WIDTH) {
+                putchar(' ');
+                column++;
+            } else if (*text != '\0') {
+                column = WIDTH;
+            }
+        }
+    }
+    putchar('\n');
+}
+
+static void print_finding(const diagnosis_t *d, const account_t *account, size_t index, const recording_t *recordings,
+                          size_t count) {
+    const finding_t *finding = &d->finding[index];
+    const model_block_t *block = &d->model.block[finding_index(d, finding)];
+    char text[DIAGNOSIS_LINE] = "", number[DIAGNOSIS_LINE];
+    bool first = true;
+    printf("\n%zu. %s, %s (%s, confidence %.2f)\n", index + 1, finding->block->name,
+           in_place(finding->block->place), certainty_name(finding->certainty), account->confidence[index]);
+    finding_explanation(finding, text);
+    print_wrapped("   what", text);
+    text[0] = '\0';
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        if (finding_searched(finding, p)) {
+            parameter_text(block, p, number);
+            append(text, "%s%s", first ? "" : ", ", number);
+            first = false;
+        }
+    }
+    print_wrapped("   numbers", text);
+    location_text(&account->where[index], recordings, count, text);
+    print_wrapped("   where", text);
+    text[0] = '\0';
+    append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent, finding->held_out_after_percent);
+    print_wrapped("   error", text);
+    if (finding->certainty != NAMED) {
+        print_wrapped("   record", finding->block->probe->excitation);
+    }
+}
+
+void diagnosis_print(const diagnosis_t *d, const account_t *account, const recording_t *recordings, size_t count) {
+    char text[DIAGNOSIS_LINE];
+    verdict_sentence(d, text);
+    print_wrapped("verdict", text);
+    for (size_t f = 0; f < d->findings; f++) {
+        print_finding(d, account, f, recordings, count);
+    }
+    printf("\nerror      NRMSE %.4f %% -> %.4f %%, held out %.4f %% -> %.4f %%; noise %.4f %%\n",
+           d->baseline_nrmse_percent, d->nrmse_percent, d->baseline_held_out_percent, d->held_out_percent,
+           d->noise_percent);
+    if (d->structured) {
+        location_text(&account->remaining, recordings, count, text);
+        print_wrapped("remaining", text);
+    }
+    printf("tested     %zu signatures\n", d->tested);
+}
