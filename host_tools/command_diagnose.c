@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command.h"
 #include "diagnosis/diagnosis_json.h"
+#include "diagnosis/diagnosis_report.h"
 #include "diagnosis/diagnosis_text.h"
 #include "fit.h"
 #include <stdlib.h>
@@ -41,14 +42,20 @@ static bool find_baseline(const outputs_t *outputs, const recording_t *recording
 static bool write_outputs(const outputs_t *outputs, diagnosis_t *diagnosis, const recording_t *recordings, size_t count,
                           failure_t *failure) {
     account_t account;
-    if (!account_for(diagnosis, recordings, count, &account, failure) ||
-        (outputs->json != NULL &&
-         !diagnosis_write_json(diagnosis, &account, recordings, count, outputs->json, failure)) ||
-        (outputs->output != NULL && !model_write(&diagnosis->model, outputs->output, failure))) {
+    bool good;
+    if (!account_for(diagnosis, recordings, count, &account, failure)) {
         return false;
     }
-    diagnosis_print(diagnosis, &account, recordings, count);
-    return true;
+    good = (outputs->json == NULL ||
+            diagnosis_write_json(diagnosis, &account, recordings, count, outputs->json, failure)) &&
+           (outputs->output == NULL || model_write(&diagnosis->model, outputs->output, failure)) &&
+           (outputs->report == NULL ||
+            diagnosis_write_report(diagnosis, &account, recordings, count, outputs->report, failure));
+    if (good) {
+        diagnosis_print(diagnosis, &account, recordings, count);
+    }
+    account_free(&account);
+    return good;
 }
 
 static int run(int argc, char **argv) {

@@ -34,7 +34,8 @@ const char plot_style[] =
     ".under{stroke-width:4;opacity:.6}\n";
 
 typedef struct {
-    double low, high, step; /* step between ticks */
+    double low, high, step; /* step between ticks; all of the logarithm to base 10, if logarithmic */
+    bool logarithmic;
 } axis_t;
 
 /* The smallest of 1, 2, 5 times a power of ten that is at least `least`. */
@@ -50,7 +51,7 @@ static double round_step(double least) {
 }
 
 static axis_t axis_over(double low, double high, double margin) {
-    axis_t axis = {low, high, 0.0};
+    axis_t axis = {.low = low, .high = high};
     if (!(high > low)) {
         const double around = fmax(1e-3 * fabs(low), 1e-9);
         axis.low = low - around;
@@ -63,33 +64,55 @@ static axis_t axis_over(double low, double high, double margin) {
     return axis;
 }
 
+/* Ticks at powers of ten, of which there is one at least. */
+static axis_t logarithmic_axis_over(double low, double high, double margin) {
+    axis_t axis = axis_over(low, high, margin);
+    axis.step = fmax(1.0, ceil((axis.high - axis.low) / MAX_TICKS));
+    if (ceil(axis.low) > axis.high) {
+        axis.low = floor(axis.low);
+    }
+    axis.logarithmic = true;
+    return axis;
+}
+
+static double on_axis(const axis_t *axis, double value) {
+    return axis->logarithmic ? log10(value) : value;
+}
+
 static double to_x(const axis_t *axis, double x) {
-    return LEFT + (x - axis->low) / (axis->high - axis->low) * (WIDTH - LEFT - RIGHT);
+    return LEFT + (on_axis(axis, x) - axis->low) / (axis->high - axis->low) * (WIDTH - LEFT - RIGHT);
 }
 
 static double to_y(const axis_t *axis, double y) {
-    return HEIGHT - BOTTOM - (y - axis->low) / (axis->high - axis->low) * (HEIGHT - TOP - BOTTOM);
+    return HEIGHT - BOTTOM - (on_axis(axis, y) - axis->low) / (axis->high - axis->low) * (HEIGHT - TOP - BOTTOM);
 }
 
-/* Digits behind the point that tell neighbouring ticks apart. */
-static int tick_decimals(double step) {
-    const int decimals = (int)-floor(log10(step) + 1e-9);
-    return decimals > 0 ? decimals : 0;
+/* Value and text of a tick; digits behind the point tell neighbours apart. */
+static double tick_at(const axis_t *axis, long index, char *text, size_t size) {
+    const double tick = (double)index * axis->step;
+    const int decimals = (int)-floor(log10(axis->step) + 1e-9);
+    if (axis->logarithmic) {
+        snprintf(text, size, "%g", pow(10.0, tick));
+        return pow(10.0, tick);
+    }
+    snprintf(text, size, "%.*f", decimals > 0 ? decimals : 0, tick);
+    return tick;
 }
 
 static void write_axes(FILE *file, const axis_t *x, const axis_t *y) {
+    char text[32];
     for (long i = lround(ceil(x->low / x->step)); (double)i * x->step <= x->high; i++) {
-        const double tick = (double)i * x->step, at = to_x(x, tick);
+        const double at = to_x(x, tick_at(x, i, text, sizeof text));
         fprintf(file,
-                "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/><text class=\"tick\" x=\"%.1f\" y=\"%.1f\">%.*f</text>\n",
-                at, TOP, HEIGHT - BOTTOM, at, HEIGHT - BOTTOM + 16.0, tick_decimals(x->step), tick);
+                "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/><text class=\"tick\" x=\"%.1f\" y=\"%.1f\">%s</text>\n",
+                at, TOP, HEIGHT - BOTTOM, at, HEIGHT - BOTTOM + 16.0, text);
     }
     for (long i = lround(ceil(y->low / y->step)); (double)i * y->step <= y->high; i++) {
-        const double tick = (double)i * y->step, at = to_y(y, tick);
+        const double at = to_y(y, tick_at(y, i, text, sizeof text));
         fprintf(file,
                 "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/><text class=\"tick level\" x=\"%.1f\" "
-                "y=\"%.1f\">%.*f</text>\n",
-                LEFT, at, WIDTH - RIGHT, LEFT - 6.0, at + 4.0, tick_decimals(y->step), tick);
+                "y=\"%.1f\">%s</text>\n",
+                LEFT, at, WIDTH - RIGHT, LEFT - 6.0, at + 4.0, text);
     }
     fprintf(file, "<path class=\"axis\" d=\"M%.1f %.1fV%.1fH%.1f\"/>\n", LEFT, TOP, HEIGHT - BOTTOM, WIDTH - RIGHT);
 }
@@ -126,23 +149,27 @@ static void write_line(FILE *file, const plot_line_t *line, const axis_t *x, con
     fprintf(file, "\"/>\n");
 }
 
-static bool plot_extent(const plot_t *plot, double low[2], double high[2]) {
+static bool plot_extent(const plot_t *plot, bool logarithmic, double low[2], double high[2]) {
     low[0] = low[1] = HUGE_VAL;
     high[0] = high[1] = -HUGE_VAL;
     for (size_t i = 0; i < plot->lines; i++) {
         for (size_t k = 0; k < plot->line[i].count; k++) {
-            low[0] = fmin(low[0], plot->line[i].x[k]);
-            high[0] = fmax(high[0], plot->line[i].x[k]);
-            low[1] = fmin(low[1], plot->line[i].y[k]);
-            high[1] = fmax(high[1], plot->line[i].y[k]);
+            const double x = logarithmic ? log10(plot->line[i].x[k]) : plot->line[i].x[k];
+            const double y = logarithmic ? log10(plot->line[i].y[k]) : plot->line[i].y[k];
+            low[0] = fmin(low[0], x);
+            high[0] = fmax(high[0], x);
+            low[1] = fmin(low[1], y);
+            high[1] = fmax(high[1], y);
         }
     }
     return low[0] <= high[0];
 }
 
 /* Everything inside the picture's frame of WIDTH by HEIGHT. */
-static void write_contents(FILE *file, const plot_t *plot, const double low[2], const double high[2]) {
-    const axis_t x = axis_over(low[0], high[0], 0.02), y = axis_over(low[1], high[1], 0.05);
+static void write_contents(FILE *file, const plot_t *plot, bool logarithmic, const double low[2],
+                           const double high[2]) {
+    const axis_t x = (logarithmic ? logarithmic_axis_over : axis_over)(low[0], high[0], 0.02);
+    const axis_t y = (logarithmic ? logarithmic_axis_over : axis_over)(low[1], high[1], 0.05);
     if (plot->shade_from < x.high) {
         const double from = to_x(&x, fmax(plot->shade_from, x.low));
         fprintf(file, "<rect class=\"shade\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>\n", from, TOP,
@@ -160,9 +187,9 @@ static void write_contents(FILE *file, const plot_t *plot, const double low[2], 
     fprintf(file, "</text>\n");
 }
 
-void plot_write(FILE *file, const plot_t *plot) {
+static void write_figure(FILE *file, const plot_t *plot, bool logarithmic) {
     double low[2], high[2];
-    if (!plot_extent(plot, low, high)) {
+    if (!plot_extent(plot, logarithmic, low, high)) {
         return;
     }
     fprintf(file, "<figure>\n<figcaption><strong>");
@@ -180,8 +207,16 @@ void plot_write(FILE *file, const plot_t *plot) {
             HEIGHT);
     write_escaped(file, plot->title);
     fprintf(file, "\">\n");
-    write_contents(file, plot, low, high);
+    write_contents(file, plot, logarithmic, low, high);
     fprintf(file, "</svg>\n</figure>\n");
+}
+
+void plot_write(FILE *file, const plot_t *plot) {
+    write_figure(file, plot, false);
+}
+
+void plot_write_logarithmic(FILE *file, const plot_t *plot) {
+    write_figure(file, plot, true);
 }
 
 static bool same_legend(const plot_t *a, const plot_t *b) {
@@ -224,7 +259,7 @@ void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t colum
     for (size_t i = 0; i < plots; i++) {
         const size_t row = i / columns, column = i % columns;
         double low[2], high[2];
-        if (!plot_extent(&plot[i], low, high)) {
+        if (!plot_extent(&plot[i], false, low, high)) {
             continue;
         }
         fprintf(file, "<g transform=\"translate(%.0f %.0f)\"><text class=\"title\" x=\"%.0f\" y=\"16\">",
@@ -235,7 +270,7 @@ void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t colum
             write_legend(file, &plot[i], 36.0);
         }
         fprintf(file, "<g transform=\"translate(0 %.0f)\">\n", title);
-        write_contents(file, &plot[i], low, high);
+        write_contents(file, &plot[i], false, low, high);
         fprintf(file, "</g></g>\n");
     }
     fprintf(file, "</svg>\n");

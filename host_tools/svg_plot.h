@@ -43,6 +43,9 @@ typedef struct {
  */
 void plot_write(FILE *file, const plot_t *plot);
 
+/** The same with both axes logarithmic. All points are positive. */
+void plot_write_logarithmic(FILE *file, const plot_t *plot);
+
 /** Writes an SVG document with the plots in rows of `columns`, titles above. One legend stands at the top if it is that
  * of all plots, else each plot has its own. */
 void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns);

@@ -17,6 +17,10 @@ double finding_confidence(const finding_t *finding) {
     return fmin(never_certain, there * this_one * (finding->certainty == DETECTED ? 0.5 : 1.0));
 }
 
+bool something_remains(const diagnosis_t *diagnosis) {
+    return diagnosis->structured;
+}
+
 bool finding_searched(const finding_t *finding, size_t parameter) {
     return (finding->block->probe->searched >> parameter & 1U) != 0;
 }
@@ -29,23 +33,27 @@ size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
     return index;
 }
 
-/* Simulations of all recordings by a model, each to be freed, or complaint. */
-static bool simulate_all(const model_t *model, const recording_t *recordings, size_t count, double **position,
-                         failure_t *failure) {
-    bool good = true;
+static double **one_each(const recording_t *recordings, size_t count) {
+    double **each = allocate(count, sizeof *each);
     for (size_t i = 0; i < count; i++) {
-        position[i] = allocate(recordings[i].samples, sizeof(double));
-        good = good && chain_simulate(model, &recordings[i], 0, position[i], failure);
+        each[i] = allocate(recordings[i].samples, sizeof(double));
     }
-    return good;
+    return each;
+}
+
+static void free_each(double **each, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        free(each[i]);
+    }
+    free(each);
 }
 
 typedef struct {
     diagnosis_t *diagnosis;
     const recording_t *recordings;
     size_t count;
-    size_t *from;
-    double **simulated, **other; /* by the final model, and a second array of the same size */
+    account_t *account;
+    double **difference; /* room for one a recording */
 } job_t;
 
 static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
@@ -55,13 +63,13 @@ static bool locate_finding(job_t *job, const finding_t *finding, location_t *whe
     model_remove(&without, finding_index(job->diagnosis, finding));
     good = bank_refit(&without, job->recordings, job->count, failure);
     for (size_t i = 0; good && i < job->count; i++) {
-        good = chain_simulate(&without, &job->recordings[i], 0, job->other[i], failure);
+        good = chain_simulate(&without, &job->recordings[i], 0, job->difference[i], failure);
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
-            job->other[i][k] = job->simulated[i][k] - job->other[i][k];
+            job->difference[i][k] = job->account->after[i][k] - job->difference[i][k];
         }
     }
     if (good) {
-        locate(job->recordings, job->count, job->other, job->from, 0.0, where);
+        locate(job->recordings, job->count, job->difference, job->account->from, 0.0, where);
     }
     model_free(&without);
     return good;
@@ -84,10 +92,10 @@ static void locate_remaining(job_t *job, location_t *where) {
     const double floor_um = 0.01 * job->diagnosis->noise_percent * (range[1] - range[0]);
     for (size_t i = 0; i < job->count; i++) {
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
-            job->other[i][k] = job->recordings[i].column[COLUMN_DISPLACEMENT][k] - job->simulated[i][k];
+            job->difference[i][k] = job->recordings[i].column[COLUMN_DISPLACEMENT][k] - job->account->after[i][k];
         }
     }
-    locate(job->recordings, job->count, job->other, job->from, floor_um, where);
+    locate(job->recordings, job->count, job->difference, job->account->from, floor_um, where);
 }
 
 /* What was fitted or searched: numbers of the hysteresis that are not chosen, and the findings' searched ones. A number
@@ -147,7 +155,7 @@ static bool find_errors(job_t *job, failure_t *failure) {
     refine_unknown_t *unknown = allocate(unknowns + 1, sizeof *unknown);
     const refine_job_t errors = {.recordings = job->recordings,
                                  .count = job->count,
-                                 .from = job->from,
+                                 .from = job->account->from,
                                  .unknown = unknown,
                                  .unknowns = list_found(model, job->diagnosis, unknown)};
     refine_report_t report;
@@ -189,42 +197,48 @@ static void describe_fit(const job_t *job) {
     job->diagnosis->model.fit = fit;
 }
 
+/* What counts of a recording, as the evidence has it. */
+static size_t first_that_counts(const model_t *model, const recording_t *recording) {
+    const size_t from = chain_memory_determined(model, recording, recording->samples);
+    return recording->samples - from < recording->samples / 4 ? 0 : from;
+}
+
 bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,
                  failure_t *failure) {
     job_t job = {.diagnosis = diagnosis,
                  .recordings = recordings,
                  .count = count,
-                 .from = allocate(count, sizeof(size_t)),
-                 .simulated = allocate(count, sizeof(double *)),
-                 .other = allocate(count, sizeof(double *))};
-    bool good;
-    *account = (account_t){0};
-    for (size_t i = 0; i < count; i++) {
-        const size_t samples = recordings[i].samples;
-        job.from[i] = chain_memory_determined(&diagnosis->model, &recordings[i], samples);
-        if (samples - job.from[i] < samples / 4) { /* as the evidence does it */
-            job.from[i] = 0;
-        }
-        job.other[i] = allocate(samples, sizeof(double));
+                 .account = account,
+                 .difference = one_each(recordings, count)};
+    bool good = true;
+    *account = (account_t){.before = one_each(recordings, count),
+                           .after = one_each(recordings, count),
+                           .from = allocate(count, sizeof(size_t)),
+                           .recordings = count};
+    for (size_t i = 0; good && i < count; i++) {
+        account->from[i] = first_that_counts(&diagnosis->model, &recordings[i]);
+        good = chain_simulate(&diagnosis->baseline, &recordings[i], 0, account->before[i], failure) &&
+               chain_simulate(&diagnosis->model, &recordings[i], 0, account->after[i], failure);
     }
-    good = simulate_all(&diagnosis->model, recordings, count, job.simulated, failure);
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
         account->confidence[f] = finding_confidence(&diagnosis->finding[f]);
         good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], failure);
     }
-    if (good && diagnosis->structured) {
+    if (good && something_remains(diagnosis)) {
         locate_remaining(&job, &account->remaining);
     }
     good = good && find_errors(&job, failure);
+    free_each(job.difference, count);
     if (good) {
         describe_fit(&job);
+    } else {
+        account_free(account);
     }
-    for (size_t i = 0; i < count; i++) {
-        free(job.simulated[i]);
-        free(job.other[i]);
-    }
-    free(job.simulated);
-    free(job.other);
-    free(job.from);
     return good;
+}
+
+void account_free(account_t *account) {
+    free_each(account->before, account->recordings);
+    free_each(account->after, account->recordings);
+    free(account->from);
 }

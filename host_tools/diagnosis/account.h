@@ -14,6 +14,11 @@ typedef struct {
     location_t where[DIAGNOSIS_MOST_FINDINGS];
     /** How sure a finding is: finding_confidence. */
     double confidence[DIAGNOSIS_MOST_FINDINGS];
+    /** Simulations of every recording by the baseline and by the final model, and the first samples that count (those
+     * whose memory is determined, or all). */
+    double **before, **after;
+    size_t *from;
+    size_t recordings;
     location_t remaining; /**< of the residual above the noise floor; nowhere when it is not structured */
 } account_t;
 
@@ -29,6 +34,9 @@ typedef struct {
  */
 double finding_confidence(const finding_t *finding);
 
+/** Whether more than noise remains. */
+bool something_remains(const diagnosis_t *diagnosis);
+
 /** Whether it is a number of the block that the diagnosis has searched. */
 bool finding_searched(const finding_t *finding, size_t parameter);
 
@@ -43,8 +51,12 @@ size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
  *   and a third was held out of the fit.
  * - "fit": the ranges and names of these recordings, the errors, and what was found. Of what the baseline's own fit
  *   said, the family stays.
+ *
+ * On success the caller frees *account.
  */
 bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,
                  failure_t *failure);
+
+void account_free(account_t *account);
 
 #endif

@@ -178,6 +178,24 @@ static bool accept(job_t *job, const evidence_t *evidence, const candidate_t *ca
     return true;
 }
 
+/* Keeps the best of a round for the outputs. */
+static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
+    enum { MOST = DIAGNOSIS_MOST_CONSIDERED / 10 };
+    d->rounds++;
+    for (size_t i = 0; i < found->count && i < MOST && d->considered < DIAGNOSIS_MOST_CONSIDERED; i++) {
+        const candidate_t *c = &found->candidate[i];
+        if (c->likelihood > 0.0) {
+            d->consideration[d->considered++] =
+                (considered_t){.block = c->block,
+                               .round = d->rounds,
+                               .likelihood = c->likelihood,
+                               .t = c->test.t,
+                               .t_blocks = c->test.t_blocks,
+                               .outcome = i == 0 || best == NOT_SIGNIFICANT ? best : LESS_LIKELY};
+        }
+    }
+}
+
 /* One more block, or none. */
 static bool find_one(job_t *job, bool shapes, bool *found_one) {
     diagnosis_t *d = job->diagnosis;
@@ -192,10 +210,12 @@ static bool find_one(job_t *job, bool shapes, bool *found_one) {
     job->setting.lines = evidence_lines(evidence, job->line_hz);
     search(evidence, &d->model, &job->setting, shapes, &found);
     d->tested += found.tested;
-    if (found.count > 0 && significant(evidence, &found.candidate[0], found.tested)) {
+    const bool significant_one = found.count > 0 && significant(evidence, &found.candidate[0], found.tested);
+    if (significant_one) {
         name(evidence, &found, &finding);
         good = accept(job, evidence, &found.candidate[0], &finding, found_one);
     }
+    remember(d, &found, !significant_one ? NOT_SIGNIFICANT : *found_one ? TAKEN : NOT_SUPPORTED);
     d->noise_percent =
         100.0 * evidence_noise_um(evidence) / (job->setting.displacement_high_um - job->setting.displacement_low_um);
     search_free(&found);

@@ -30,6 +30,18 @@ typedef struct {
     double held_out_before_percent, held_out_after_percent; /**< NRMSE */
 } finding_t;
 
+/** What became of a block that was looked at in a round of the search. Appended for the outputs. */
+typedef enum { TAKEN, LESS_LIKELY, NOT_SUPPORTED /* by held-out samples */, NOT_SIGNIFICANT } outcome_t;
+
+enum { DIAGNOSIS_MOST_CONSIDERED = 64 };
+
+typedef struct {
+    const block_t *block;
+    size_t round;                   /**< from 1 on; the last one finds nothing */
+    double likelihood, t, t_blocks; /**< of the block at its best (search.h) */
+    outcome_t outcome;
+} considered_t;
+
 typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;
 
 typedef struct {
@@ -42,6 +54,8 @@ typedef struct {
     size_t tested;
     remainder_t remainder; /**< whether more than noise remains */
     verdict_t verdict;
+    size_t rounds, considered; /**< of the search; blocks in them, those that explain most of each */
+    considered_t consideration[DIAGNOSIS_MOST_CONSIDERED];
 } diagnosis_t;
 
 /** The baseline's hysteresis is fitted again; the numbers of its other blocks stay. */

@@ -74,15 +74,15 @@ json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account
     for (size_t f = 0; f < diagnosis->findings; f++) {
         json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
     }
-    json_t *json =
-        json_pack("{s:s, s:o, s:{s:O, s:o, s:o}, s:o, s:{s:o, s:o, s:o, s:b, s:o}, s:s}", "format", "hyst-diagnosis-1",
-                  "recordings", names, "baseline", "chain", json_object_get(baseline, "chain"), "nrmse_percent",
-                  json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
-                  json_number_or_null(diagnosis->baseline_held_out_percent), "findings", findings, "remaining",
-                  "nrmse_percent", json_number_or_null(diagnosis->nrmse_percent), "held_out_nrmse_percent",
-                  json_number_or_null(diagnosis->held_out_percent), "noise_floor_percent",
-                  json_number_or_null(diagnosis->noise_percent), "structured", (int)diagnosis->structured, "where",
-                  location_to_json(&account->remaining, recordings), "verdict", verdict_name(diagnosis->verdict));
+    json_t *json = json_pack(
+        "{s:s, s:o, s:{s:O, s:o, s:o}, s:o, s:{s:o, s:o, s:o, s:b, s:o}, s:s}", "format", "hyst-diagnosis-1",
+        "recordings", names, "baseline", "chain", json_object_get(baseline, "chain"), "nrmse_percent",
+        json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
+        json_number_or_null(diagnosis->baseline_held_out_percent), "findings", findings, "remaining", "nrmse_percent",
+        json_number_or_null(diagnosis->nrmse_percent), "held_out_nrmse_percent",
+        json_number_or_null(diagnosis->held_out_percent), "noise_floor_percent",
+        json_number_or_null(diagnosis->noise_percent), "structured", (int)something_remains(diagnosis), "where",
+        location_to_json(&account->remaining, recordings), "verdict", verdict_name(diagnosis->verdict));
     json_decref(baseline);
     return json;
 }

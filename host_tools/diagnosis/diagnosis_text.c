@@ -16,6 +16,12 @@ const char *certainty_name(certainty_t certainty) {
     return names[certainty];
 }
 
+const char *outcome_text(outcome_t outcome) {
+    static const char *const texts[] = {"taken", "explains less than the best of its round",
+                                        "the held-out samples do not support it", "could be chance"};
+    return texts[outcome];
+}
+
 static const char *in_place(place_t place) {
     static const char *const phrases[PLACE_COUNT] = {"in the electronics", "in the hysteresis",
                                                      "among the slow effects", "in the mechanics", "in the sensor"};
@@ -168,8 +174,8 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     const model_block_t *block = &d->model.block[finding_index(d, finding)];
     char text[DIAGNOSIS_LINE] = "", number[DIAGNOSIS_LINE];
     bool first = true;
-    printf("\n%zu. %s, %s (%s, confidence %.2f)\n", index + 1, finding->block->name,
-           in_place(finding->block->place), certainty_name(finding->certainty), account->confidence[index]);
+    printf("\n%zu. %s, %s (%s, confidence %.2f)\n", index + 1, finding->block->name, in_place(finding->block->place),
+           certainty_name(finding->certainty), account->confidence[index]);
     finding_explanation(finding, text);
     print_wrapped("   what", text);
     text[0] = '\0';
@@ -201,7 +207,7 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
     printf("\nerror      NRMSE %.4f %% -> %.4f %%, held out %.4f %% -> %.4f %%; noise %.4f %%\n",
            d->baseline_nrmse_percent, d->nrmse_percent, d->baseline_held_out_percent, d->held_out_percent,
            d->noise_percent);
-    if (d->structured) {
+    if (something_remains(d)) {
         location_text(&account->remaining, recordings, count, text);
         print_wrapped("remaining", text);
     }

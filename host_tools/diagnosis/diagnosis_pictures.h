@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Before and after, in pictures. */
+#ifndef DIAGNOSIS_PICTURES_H
+#define DIAGNOSIS_PICTURES_H
+
+#include <stddef.h>
+#include <stdio.h>
+
+/** A recording and two models of it. */
+typedef struct {
+    const double *drive_v, *measured_um, *before_um, *after_um; /**< samples that count */
+    size_t samples;
+    double sample_rate_hz, start_s; /**< time of the first of them */
+} compared_t;
+
+/** Loop, a stretch of time, residual and residual spectrum, as four figures. */
+void write_pictures(FILE *file, const compared_t *compared);
+
+#endif

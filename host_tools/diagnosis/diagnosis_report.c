@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis_report.h"
+#include "catalogue.h"
+#include "diagnosis_pictures.h"
+#include "diagnosis_text.h"
+#include "html_page.h"
+#include "svg_plot.h"
+#include <math.h>
+#include <string.h>
+
+static const char style[] =
+    "<style>\n.chain{display:flex;flex-wrap:wrap;gap:.6rem 0;list-style:none;margin:.8rem 0;padding:0}"
+    ".chain li{display:flex;align-items:center}.chain li+li::before{content:\"→\";color:var(--soft);padding:0 .45rem}"
+    ".box{display:block;border:1px solid var(--soft);border-radius:.3rem;padding:.3rem .7rem;background:var(--shade)}"
+    ".box small{display:block;color:var(--soft)}.end{color:var(--soft)}"
+    ".found{border:.16rem solid var(--after);background:var(--paper)}.found b{color:var(--after)}"
+    "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;margin:.5rem 0;max-width:60rem}"
+    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left}"
+    ".bar{display:inline-block;height:.7rem;background:var(--before);vertical-align:baseline;min-width:1px}"
+    ".bar.last{background:var(--after)}.bar.noise{background:var(--soft)}td.bars{width:50%;text-align:left}"
+    "@media(max-width:40rem){dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.4rem}.chain{flex-direction:column}"
+    ".chain li{flex-direction:column;align-items:flex-start}.chain li+li::before{content:\"↓\";padding:0 1rem}}"
+    "@media print{.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
+
+typedef struct {
+    FILE *file;
+    const diagnosis_t *diagnosis;
+    const account_t *account;
+    const recording_t *recordings;
+    size_t count;
+} page_t;
+
+static const finding_t *finding_of(const diagnosis_t *d, const block_t *block) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (d->finding[f].block == block) {
+            return &d->finding[f];
+        }
+    }
+    return NULL;
+}
+
+static const char *file_name(const recording_t *recording) {
+    const char *slash = strrchr(recording->name, '/');
+    return slash == NULL ? recording->name : slash + 1;
+}
+
+static void write_recordings(const page_t *page) {
+    fprintf(page->file, "<p class=\"note\">");
+    for (size_t i = 0; i < page->count; i++) {
+        const recording_t *r = &page->recordings[i];
+        write_escaped(page->file, file_name(r));
+        fprintf(page->file, ": %.4g s at %.6g Hz", (double)r->samples / r->sample_rate_hz, r->sample_rate_hz);
+        for (size_t k = 0; k < r->keys; k++) {
+            fprintf(page->file, ", ");
+            write_escaped(page->file, r->key[k].key);
+            fprintf(page->file, " ");
+            write_escaped(page->file, r->key[k].value);
+        }
+        fprintf(page->file, "%s", i + 1 < page->count ? "; " : ".");
+    }
+    fprintf(page->file, "</p>\n");
+}
+
+static void write_bar(FILE *file, const char *what, double percent, double most, const char *class_name) {
+    fprintf(file,
+            "<tr><td>%s</td><td>%.4f</td><td class=\"bars\"><span class=\"bar%s\" "
+            "style=\"width:%.1f%%\"></span></td></tr>\n",
+            what, percent, class_name, 100.0 * percent / most);
+}
+
+/* The held-out error after every step. */
+static void write_errors(const page_t *page) {
+    const diagnosis_t *d = page->diagnosis;
+    double most = fmax(d->baseline_held_out_percent, d->noise_percent);
+    for (size_t f = 0; f < d->findings; f++) {
+        most = fmax(most, d->finding[f].held_out_after_percent);
+    }
+    fprintf(page->file,
+            "<div class=\"wide\"><table>\n<thead><tr><th>Model</th><th>Held-out error, %%</th><th></th></tr>"
+            "</thead>\n<tbody>\n");
+    write_bar(page->file, "before", d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");
+    for (size_t f = 0; f < d->findings; f++) {
+        char what[100];
+        snprintf(what, sizeof what, "+ %s", d->finding[f].block->name);
+        write_bar(page->file, what, d->finding[f].held_out_after_percent, most, f + 1 < d->findings ? "" : " last");
+    }
+    write_bar(page->file, "noise", d->noise_percent, most, " noise");
+    fprintf(page->file,
+            "</tbody></table></div>\n<p class=\"note\">RMS error over the peak-to-peak displacement, worst recording, "
+            "on the blocks of time that were held out: each third one of 36. On the others: %.4f&nbsp;%% before, "
+            "%.4f&nbsp;%% after. Noise: what an autoregressive filter cannot predict of the residual.</p>\n",
+            d->baseline_nrmse_percent, d->nrmse_percent);
+}
+
+static void write_chain(const page_t *page) {
+    const model_t *model = &page->diagnosis->model;
+    size_t order[MODEL_MAX_BLOCKS];
+    const size_t blocks = chain_order(model, order);
+    fprintf(page->file, "<h2>The chain</h2>\n<ol class=\"chain\">\n<li><span class=\"end\">drive</span></li>\n");
+    for (size_t i = 0; i < blocks; i++) {
+        const block_t *block = model->block[order[i]].block;
+        const finding_t *finding = finding_of(page->diagnosis, block);
+        fprintf(page->file, "<li><span class=\"box%s\"><b>%s</b><small>%s%s%s</small></span></li>\n",
+                finding != NULL ? " found" : "", block->name, place_name(block->place), finding != NULL ? ", " : "",
+                finding == NULL               ? ""
+                : finding->certainty == NAMED ? "found"
+                                              : "found; or a block it is confused with");
+    }
+    fprintf(page->file, "<li><span class=\"end\">reading</span></li>\n</ol>\n");
+}
+
+static void write_row(FILE *file, const char *term, const char *text) {
+    fprintf(file, "<dt>%s</dt><dd>", term);
+    write_escaped(file, text);
+    fprintf(file, "</dd>\n");
+}
+
+static void write_numbers(const page_t *page, const finding_t *finding) {
+    const model_block_t *block = &page->diagnosis->model.block[finding_index(page->diagnosis, finding)];
+    fprintf(page->file, "<dt>Numbers</dt><dd>");
+    for (size_t p = 0, written = 0; p < block->block->parameters; p++) {
+        if (finding_searched(finding, p)) {
+            char text[DIAGNOSIS_LINE];
+            parameter_text(block, p, text);
+            fprintf(page->file, "%s", written++ > 0 ? "<br>" : "");
+            write_escaped(page->file, text);
+        }
+    }
+    fprintf(page->file, "</dd>\n");
+}
+
+static void write_finding(const page_t *page, size_t index) {
+    const finding_t *finding = &page->diagnosis->finding[index];
+    char text[DIAGNOSIS_LINE];
+    fprintf(page->file, "<h3>%zu. %s (%s)</h3>\n<dl>\n", index + 1, finding->block->name,
+            certainty_name(finding->certainty));
+    finding_explanation(finding, text);
+    write_row(page->file, "What", text);
+    write_numbers(page, finding);
+    location_text(&page->account->where[index], page->recordings, page->count, text);
+    write_row(page->file, "Where", text);
+    fprintf(page->file,
+            "<dt>How sure</dt><dd>confidence %.2f; %.4g standard errors, %.3g by the scatter between blocks "
+            "of time</dd>\n",
+            page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
+    write_row(page->file, finding->certainty == NAMED ? "Shows best in" : "To tell them apart, record",
+              finding->block->probe->excitation);
+    fprintf(page->file, "</dl>\n");
+}
+
+static void write_findings(const page_t *page) {
+    const diagnosis_t *d = page->diagnosis;
+    char text[DIAGNOSIS_LINE];
+    if (d->findings > 0) {
+        fprintf(page->file, "<h2>What was found</h2>\n");
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        write_finding(page, f);
+    }
+    if (something_remains(d)) {
+        fprintf(page->file, "<h3>What remains unexplained</h3>\n<p>");
+        location_text(&page->account->remaining, page->recordings, page->count, text);
+        write_escaped(page->file, text);
+        fprintf(page->file, ".</p>\n");
+    }
+}
+
+static void write_considered(const page_t *page) {
+    const diagnosis_t *d = page->diagnosis;
+    fprintf(page->file,
+            "<h2>What else was considered</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>Block</th>"
+            "<th>Round</th><th>2 log likelihood</th><th>t</th><th>t, blocks</th><th class=\"text\"></th></tr>"
+            "</thead>\n<tbody>\n");
+    for (size_t i = 0; i < d->considered; i++) {
+        const considered_t *c = &d->consideration[i];
+        fprintf(page->file,
+                "<tr><td>%s</td><td>%zu</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td class=\"text\">%s</td></tr>\n",
+                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(c->outcome));
+    }
+    fprintf(page->file,
+            "</tbody></table></div>\n<p class=\"note\">Each round asks what one more block would explain of what the "
+            "chain so far leaves: %zu signatures in all. 2 log likelihood: how much better the block at its best makes "
+            "the recordings, in squared standard errors. t: its amplitude over its standard error; for blocks, over "
+            "the one from the scatter between blocks of time.</p>\n",
+            d->tested);
+}
+
+static void write_not_looked_for(const page_t *page) {
+    size_t written = 0;
+    fprintf(page->file, "<h2>What was not looked for</h2>\n<p>");
+    for (size_t i = 0; i < catalogue_count; i++) {
+        if (catalogue[i]->probe == NULL && !block_is_hysteresis(catalogue[i])) {
+            fprintf(page->file, "%s%s", written++ > 0 ? ", " : "", catalogue[i]->name);
+        }
+    }
+    fprintf(page->file, ". A model may contain them; a diagnosis does not ask for them.</p>\n");
+}
+
+/* The recording that shows the first finding best, or the first one. */
+static void write_before_and_after(const page_t *page) {
+    const account_t *account = page->account;
+    const size_t i = page->diagnosis->findings > 0 ? account->where[0].recording : 0, from = account->from[i];
+    const recording_t *r = &page->recordings[i];
+    fprintf(page->file, "<h2>Before and after</h2>\n");
+    write_errors(page);
+    if (page->count > 1) {
+        fprintf(page->file, "<p>Pictures: ");
+        write_escaped(page->file, file_name(r));
+        fprintf(page->file, ".</p>\n");
+    }
+    write_pictures(page->file, &(compared_t){.drive_v = r->column[COLUMN_DRIVE] + from,
+                                             .measured_um = r->column[COLUMN_DISPLACEMENT] + from,
+                                             .before_um = account->before[i] + from,
+                                             .after_um = account->after[i] + from,
+                                             .samples = r->samples - from,
+                                             .sample_rate_hz = r->sample_rate_hz,
+                                             .start_s = r->start_s + (double)from / r->sample_rate_hz});
+}
+
+bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+                            size_t count, const char *path, failure_t *failure) {
+    const page_t page = {page_open(path, "What the model leaves out", failure), diagnosis, account, recordings, count};
+    char text[DIAGNOSIS_LINE];
+    if (page.file == NULL) {
+        return false;
+    }
+    fprintf(page.file, "%s<h1>What the model leaves out</h1>\n<p class=\"verdict\">", style);
+    verdict_sentence(diagnosis, text);
+    write_escaped(page.file, text);
+    fprintf(page.file, "</p>\n");
+    write_recordings(&page);
+    write_chain(&page);
+    write_findings(&page);
+    write_before_and_after(&page);
+    write_considered(&page);
+    write_not_looked_for(&page);
+    return page_close(page.file, path, true, failure);
+}
