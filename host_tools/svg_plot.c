@@ -92,7 +92,11 @@ static double tick_at(const axis_t *axis, long index, char *text, size_t size) {
     const double tick = (double)index * axis->step;
     const int decimals = (int)-floor(log10(axis->step) + 1e-9);
     if (axis->logarithmic) {
-        snprintf(text, size, "%g", pow(10.0, tick));
+        if (tick < -2.5 || tick > 4.5) { /* too long for the room there is */
+            snprintf(text, size, "1e%.0f", tick);
+        } else {
+            snprintf(text, size, "%g", pow(10.0, tick));
+        }
         return pow(10.0, tick);
     }
     snprintf(text, size, "%.*f", decimals > 0 ? decimals : 0, tick);

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #define BEFORE "before"
-#define AFTER  "with what was found"
+#define AFTER  "after"
 
 /* measured - model */
 static double *residual(const compared_t *c, const double *model) {
@@ -101,7 +101,7 @@ void write_pictures(FILE *file, const compared_t *c) {
     const plot_line_t trace[] = {{"plain under", "recorded", time_s + first, c->measured_um + first, length},
                                  {"before", BEFORE, time_s + first, c->before_um + first, length},
                                  {"after", AFTER, time_s + first, c->after_um + first, length}};
-    fprintf(file, "<div class=\"row\">\n");
+    fprintf(file, "<div class=\"row pictures\">\n");
     plot_write(file, &(plot_t){"Loop", "drive, V", "position, µm", loop, 3, PLOT_NO_SHADE});
     plot_write(file, &(plot_t){"Where the two models differ most", "time, s", "position, µm", trace, 3, PLOT_NO_SHADE});
     write_residuals(file, c, time_s);

@@ -15,12 +15,15 @@ static const char style[] =
     ".box small{display:block;color:var(--soft)}.end{color:var(--soft)}"
     ".found{border:.16rem solid var(--after);background:var(--paper)}.found b{color:var(--after)}"
     "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;margin:.5rem 0;max-width:60rem}"
-    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left}"
+    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;white-space:nowrap}.long{break-inside:auto}tr{"
+    "break-inside:avoid}"
     ".bar{display:inline-block;height:.7rem;background:var(--before);vertical-align:baseline;min-width:1px}"
     ".bar.last{background:var(--after)}.bar.noise{background:var(--soft)}td.bars{width:50%;text-align:left}"
+    ".pictures{grid-template-columns:repeat(auto-fill,minmax(min(26rem,100%),1fr))}"
     "@media(max-width:40rem){dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.4rem}.chain{flex-direction:column}"
     ".chain li{flex-direction:column;align-items:flex-start}.chain li+li::before{content:\"↓\";padding:0 1rem}}"
-    "@media print{.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
+    "@media print{.pictures{grid-template-columns:1fr "
+    "1fr}.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
 
 typedef struct {
     FILE *file;
@@ -42,6 +45,24 @@ static const finding_t *finding_of(const diagnosis_t *d, const block_t *block) {
 static const char *file_name(const recording_t *recording) {
     const char *slash = strrchr(recording->name, '/');
     return slash == NULL ? recording->name : slash + 1;
+}
+
+/* The text of the terminal with the characters that a page has: a plus-minus sign, dashes in ranges, and no line break
+ * before a percent sign. */
+static void write_prose(FILE *file, const char *text) {
+    static const struct { const char *plain, *html; } better[] = {{"+-", "±"}, {" .. ", "–"}, {" %", "&nbsp;%"}};
+    while (*text != '\0') {
+        size_t i = 0;
+        while (i < sizeof better / sizeof better[0] && strncmp(text, better[i].plain, strlen(better[i].plain)) != 0) {
+            i++;
+        }
+        if (i < sizeof better / sizeof better[0]) {
+            fputs(better[i].html, file);
+            text += strlen(better[i].plain);
+        } else {
+            write_escaped(file, (const char[]){*text++, '\0'});
+        }
+    }
 }
 
 static void write_recordings(const page_t *page) {
@@ -111,7 +132,7 @@ static void write_chain(const page_t *page) {
 
 static void write_row(FILE *file, const char *term, const char *text) {
     fprintf(file, "<dt>%s</dt><dd>", term);
-    write_escaped(file, text);
+    write_prose(file, text);
     fprintf(file, "</dd>\n");
 }
 
@@ -123,7 +144,7 @@ static void write_numbers(const page_t *page, const finding_t *finding) {
             char text[DIAGNOSIS_LINE];
             parameter_text(block, p, text);
             fprintf(page->file, "%s", written++ > 0 ? "<br>" : "");
-            write_escaped(page->file, text);
+            write_prose(page->file, text);
         }
     }
     fprintf(page->file, "</dd>\n");
@@ -160,7 +181,7 @@ static void write_findings(const page_t *page) {
     if (something_remains(d)) {
         fprintf(page->file, "<h3>What remains unexplained</h3>\n<p>");
         location_text(&page->account->remaining, page->recordings, page->count, text);
-        write_escaped(page->file, text);
+        write_prose(page->file, text);
         fprintf(page->file, ".</p>\n");
     }
 }
@@ -168,7 +189,7 @@ static void write_findings(const page_t *page) {
 static void write_considered(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
     fprintf(page->file,
-            "<h2>What else was considered</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>Block</th>"
+            "<h2>What else was considered</h2>\n<div class=\"wide\"><table class=\"long\">\n<thead><tr><th>Block</th>"
             "<th>Round</th><th>2 log likelihood</th><th>t</th><th>t, blocks</th><th class=\"text\"></th></tr>"
             "</thead>\n<tbody>\n");
     for (size_t i = 0; i < d->considered; i++) {
@@ -226,7 +247,7 @@ bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *accou
     }
     fprintf(page.file, "%s<h1>What the model leaves out</h1>\n<p class=\"verdict\">", style);
     verdict_sentence(diagnosis, text);
-    write_escaped(page.file, text);
+    write_prose(page.file, text);
     fprintf(page.file, "</p>\n");
     write_recordings(&page);
     write_chain(&page);

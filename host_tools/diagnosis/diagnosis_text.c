@@ -17,7 +17,7 @@ const char *certainty_name(certainty_t certainty) {
 }
 
 const char *outcome_text(outcome_t outcome) {
-    static const char *const texts[] = {"taken", "explains less than the best of its round",
+    static const char *const texts[] = {"taken", "explains less than the best",
                                         "the held-out samples do not support it", "could be chance"};
     return texts[outcome];
 }
