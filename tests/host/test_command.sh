@@ -55,7 +55,7 @@ expect 0 '' --version
 stdout_has 'hyst '
 expect 2 'which command'
 expect 2 "unknown command 'calibrate'" calibrate
-for command in fit simulate compile; do
+for command in fit simulate diagnose compile; do
     expect 0 '' $command --help
     stdout_has "hyst $command"
     expect 2 'missing argument' $command
@@ -122,6 +122,30 @@ sed 's/prandtl_ishlinskii/prandtl/' model.json >unknown.json
 expect 1 'unknown.json: chain[0]: unknown block "prandtl"' compile unknown.json
 expect 1 'nowhere/image: No such file' compile model.json -o nowhere/image
 expect 1 'nowhere/model.json' fit good.csv --operators 2 -o nowhere/model.json
+# Diagnosis: text, JSON, page and model; the same bytes every time; and a compiler that takes the model.
+for run in 1 2; do
+    expect 0 '' diagnose good.csv --json diagnosis$run.json --report diagnosis$run.html -o better$run.json
+    mv stdout text$run
+done
+cp text1 stdout
+stdout_has 'verdict    Nothing is missing'
+stdout_has 'held out'
+for form in diagnosis?.json diagnosis?.html better?.json text?; do
+    cmp "$form" "$(echo "$form" | tr 12 21)" || complain "$form is not the same every time"
+done
+grep -q '"format": "hyst-diagnosis-1"' diagnosis1.json || complain 'no format in the diagnosis'
+grep -q '"verdict": "nothing missing"' diagnosis1.json || complain 'no verdict in the diagnosis'
+grep -q '</html>' diagnosis1.html || complain 'the page of the diagnosis has no end'
+expect 0 '' compile better1.json -o image
+expect 0 '' diagnose good.csv --model model.json
+expect 1 'missing.csv: No such file' diagnose good.csv missing.csv
+expect 1 'unknown.json: chain[0]: unknown block "prandtl"' diagnose good.csv --model unknown.json
+expect 1 'nowhere/diagnosis.json' diagnose good.csv --json nowhere/diagnosis.json
+expect 1 'nowhere/diagnosis.html' diagnose good.csv --report nowhere/diagnosis.html
+head -20 good.csv >short.csv
+expect 1 'short.csv' diagnose short.csv
+expect 2 "unknown option --jsn" diagnose good.csv --jsn diagnosis.json
+
 # The catalogue lists what a model may contain, and the model in use is made of it.
 expect 0 '' blocks
 stdout_has 'prandtl_ishlinskii (hysteresis)'

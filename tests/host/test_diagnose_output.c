@@ -287,7 +287,7 @@ static void test_page_stands_alone_and_is_repeatable(void) {
     TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "one.html", &failure));
     TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "two.html", &failure));
     char *one = contents("one.html"), *two = contents("two.html");
-    const char *const none[] = {"<script", "http", "src=", "url(", "<b>&", "\"steps\"", "nan", "inf<", "-inf"};
+    const char *const none[] = {"<script", "http", "src=", "url(", "<b>&", "\"steps\"", " nan", ",nan", ">nan", " inf", ",inf", ">inf", "-inf"};
     for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
         TEST_ASSERT_NULL_MESSAGE(strstr(one, none[i]), none[i]);
     }
