@@ -3,7 +3,6 @@
 #include "diagnosis/diagnosis_json.h"
 #include "diagnosis/diagnosis_report.h"
 #include "diagnosis/diagnosis_text.h"
-#include "fit.h"
 #include <stdlib.h>
 
 static int run(int argc, char **argv);
@@ -25,18 +24,19 @@ typedef struct {
     const char *model, *json, *report, *output;
 } outputs_t;
 
-static bool find_baseline(const outputs_t *outputs, const recording_t *recordings, size_t count, model_t *baseline,
+static bool run_diagnosis(const outputs_t *outputs, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
                           failure_t *failure) {
-    if (outputs->model != NULL) {
-        return model_read(baseline, outputs->model, failure);
+    model_t baseline;
+    bool good;
+    if (outputs->model == NULL) {
+        return diagnose_recordings(recordings, count, diagnosis, failure);
     }
-    const fit_options_t settings = {.operators = 24};
-    fit_report_t report;
-    if (!fit_recordings(family_find("prandtl_ishlinskii"), recordings, count, &settings, baseline, &report, failure)) {
+    if (!model_read(&baseline, outputs->model, failure)) {
         return false;
     }
-    fit_report_free(&report);
-    return true;
+    good = diagnose(&baseline, recordings, count, diagnosis, failure);
+    model_free(&baseline);
+    return good;
 }
 
 static bool write_outputs(const outputs_t *outputs, diagnosis_t *diagnosis, const recording_t *recordings, size_t count,
@@ -69,7 +69,6 @@ static int run(int argc, char **argv) {
     size_t positionals, count = 0;
     failure_t failure;
     diagnosis_t diagnosis;
-    model_t baseline;
     bool good = true;
     const int status = options_parse(&command_diagnose, options, sizeof options / sizeof options[0], argc, argv, 1,
                                      (size_t)argc, &positionals);
@@ -81,15 +80,10 @@ static int run(int argc, char **argv) {
         good = recording_read(&recordings[count], argv[count + 1], &failure);
         count += good ? 1 : 0;
     }
-    if (good && find_baseline(&outputs, recordings, count, &baseline, &failure)) {
-        good = diagnose(&baseline, recordings, count, &diagnosis, &failure);
-        model_free(&baseline);
-        if (good) {
-            good = write_outputs(&outputs, &diagnosis, recordings, count, &failure);
-            diagnosis_free(&diagnosis);
-        }
-    } else {
-        good = false;
+    good = good && run_diagnosis(&outputs, recordings, count, &diagnosis, &failure);
+    if (good) {
+        good = write_outputs(&outputs, &diagnosis, recordings, count, &failure);
+        diagnosis_free(&diagnosis);
     }
     for (size_t i = 0; i < count; i++) {
         recording_free(&recordings[i]);

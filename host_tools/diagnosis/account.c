@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "account.h"
-#include "bank_refit.h"
+#include "hysteresis_refit.h"
 #include "json_output.h"
 #include "refine.h"
 #include <math.h>
@@ -18,7 +18,7 @@ double finding_confidence(const finding_t *finding) {
 }
 
 bool something_remains(const diagnosis_t *diagnosis) {
-    return diagnosis->structured;
+    return diagnosis->remainder.structured;
 }
 
 bool finding_searched(const finding_t *finding, size_t parameter) {
@@ -61,7 +61,7 @@ static bool locate_finding(job_t *job, const finding_t *finding, location_t *whe
     bool good;
     model_copy(&without, &job->diagnosis->model);
     model_remove(&without, finding_index(job->diagnosis, finding));
-    good = bank_refit(&without, job->recordings, job->count, failure);
+    good = hysteresis_refit(&without, job->recordings, job->count, failure);
     for (size_t i = 0; good && i < job->count; i++) {
         good = chain_simulate(&without, &job->recordings[i], 0, job->difference[i], failure);
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
@@ -195,12 +195,6 @@ static void describe_fit(const job_t *job) {
     }
     json_decref(d->model.fit);
     job->diagnosis->model.fit = fit;
-}
-
-/* What counts of a recording, as the evidence has it. */
-static size_t first_that_counts(const model_t *model, const recording_t *recording) {
-    const size_t from = chain_memory_determined(model, recording, recording->samples);
-    return recording->samples - from < recording->samples / 4 ? 0 : from;
 }
 
 bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,

@@ -16,6 +16,8 @@ static const double false_alarm = 1e-3;
 static const double block_false_alarm = 0.05;
 /* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
 static const double naming_margin = 20.0;
+/* More than noise remains only if the held-out error shows it. */
+static const double worth_mentioning = 1.1;
 static const double worth_another_shape = 0.85;
 static const double same_signature = 0.95;
 /* Root mean square of what a finding explains beyond the model, in parts of the noise: below it, a model that is not
@@ -231,6 +233,7 @@ static bool look_at_the_rest(job_t *job) {
         return false;
     }
     d->remainder = evidence_remainder(evidence);
+    d->remainder.structured = d->remainder.structured && d->held_out_percent > worth_mentioning * d->noise_percent;
     evidence_close(evidence);
     if (d->findings == 0) {
         d->verdict = d->remainder.structured ? UNKNOWN_PHYSICS : NOTHING_MISSING;
