@@ -25,7 +25,7 @@ static double *times(const compared_t *c) {
     return x;
 }
 
-/* Where the two models differ most, on average over a fortieth of the recording: its first sample. */
+/* Where the two models differ most, on average over `length` samples: the first of them. */
 static size_t most_different(const compared_t *c, size_t length) {
     double sum = 0.0, most = -1.0;
     size_t best = 0;
@@ -91,7 +91,7 @@ static void write_residuals(FILE *file, const compared_t *c, const double *time_
 }
 
 void write_pictures(FILE *file, const compared_t *c) {
-    enum { SHOWN = 40, LEAST = 100 };
+    enum { SHOWN = 200, LEAST = 100 };
     const size_t wished = c->samples / SHOWN > LEAST ? c->samples / SHOWN : LEAST;
     const size_t length = wished < c->samples ? wished : c->samples, first = most_different(c, length);
     double *time_s = times(c);

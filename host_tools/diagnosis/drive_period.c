@@ -9,16 +9,16 @@ static const double alike = 0.002, similar = 0.05;
 
 /* Mean square of x[k + lag] - x[k], for every step-th k, or HUGE_VAL once it must exceed `most`. */
 static double difference_at(const double *x, size_t samples, size_t step, size_t lag, double most) {
-    const double terms = (double)((samples - lag + step - 1) / step);
+    const size_t terms = (samples - lag + step - 1) / step;
     double sum = 0.0;
     for (size_t k = 0; k + lag < samples; k += step) {
         const double d = x[k + lag] - x[k];
         sum += d * d;
-        if (sum > most * terms) {
+        if (sum > most * (double)terms) {
             return HUGE_VAL;
         }
     }
-    return sum / terms;
+    return sum / (double)terms;
 }
 
 /* The lag in [low, high] at which x resembles itself most, 0 if the mean square of the difference exceeds `most`

@@ -37,7 +37,8 @@ typedef struct {
     ranges_t time_s, frequency_hz, drive_v;
     double fundamental_hz; /**< of that recording's drive, 0 if it does not repeat itself */
     size_t harmonics;
-    unsigned harmonic[LOCATION_MOST_HARMONICS]; /**< those with at least 5 % of the energy of what varies */
+    unsigned
+        harmonic[LOCATION_MOST_HARMONICS]; /**< of the first 40, those with at least 5 % of the energy of what varies */
     loop_part_t loop;
 } location_t;
 

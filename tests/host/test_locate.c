@@ -265,8 +265,9 @@ static void test_spectrum_has_all_the_energy(void) {
         spectral += spectrum.energy[f];
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.1 * energy, energy, spectral);
-    for (size_t f = spectrum.count / 2; f < spectrum.count - 1; f++) {
-        level += spectrum.energy[f] / (double)(spectrum.count - 1 - spectrum.count / 2);
+    const size_t upper = spectrum.count / 2;
+    for (size_t f = upper; f < spectrum.count - 1; f++) {
+        level += spectrum.energy[f] / (double)(spectrum.count - 1 - upper);
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.1 * spectrum.white, spectrum.white, level);
     spectrum_free(&spectrum);

@@ -152,6 +152,29 @@ static void test_a_sheet_has_the_legend_that_its_plots_have(void) {
     }
 }
 
+/* Decades are equally far apart, and a tick stands at each. */
+static void test_logarithmic_axes(void) {
+    const double decades[] = {1e-4, 1e-2, 1.0, 1e2}, ones[] = {3.0, 3.0, 3.0, 5.0};
+    const plot_line_t line = {"after", "a", decades, ones, 4};
+    double at[4], left, right, top, bottom;
+    FILE *file = open_memstream(&text, &length);
+    TEST_ASSERT_NOT_NULL(file);
+    plot_write_logarithmic(file, &(plot_t){"t", "x", "y", &line, 1, PLOT_NO_SHADE});
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+    const char *point = strstr(text, "points=\"") + strlen("points=\"");
+    for (size_t k = 0; k < 4; k++) {
+        at[k] = strtod(point, NULL);
+        point = strchr(point, ' ') + 1;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, at[1] - at[0], at[2] - at[1]); /* a coordinate has one digit behind the point */
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, at[1] - at[0], at[3] - at[2]);
+    TEST_ASSERT_EQUAL_UINT64(4, points_drawn(&left, &right, &top, &bottom));
+    TEST_ASSERT_NOT_NULL(strstr(text, ">1e-4<"));
+    TEST_ASSERT_NOT_NULL(strstr(text, ">0.01<"));
+    TEST_ASSERT_NOT_NULL(strstr(text, ">100<"));
+    TEST_ASSERT_NOT_NULL(strstr(text, "tick level")); /* though the levels do not reach a decade */
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_sample_spike_keeps_its_height);
@@ -160,6 +183,7 @@ int main(void) {
     RUN_TEST(test_text_cannot_break_the_page);
     RUN_TEST(test_shade_lies_inside_the_frame);
     RUN_TEST(test_a_sheet_has_the_legend_that_its_plots_have);
+    RUN_TEST(test_logarithmic_axes);
     RUN_TEST(test_nothing_to_draw_draws_nothing);
     return UNITY_END();
 }
