@@ -196,7 +196,7 @@ static void write_considered(const page_t *page) {
         const considered_t *c = &d->consideration[i];
         fprintf(page->file,
                 "<tr><td>%s</td><td>%zu</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td class=\"text\">%s</td></tr>\n",
-                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(c->outcome));
+                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(d, i));
     }
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">Each round asks what one more block would explain of what the "

@@ -16,10 +16,30 @@ const char *certainty_name(certainty_t certainty) {
     return names[certainty];
 }
 
-const char *outcome_text(outcome_t outcome) {
+/* Whether the block is a rival of what was taken in its round. */
+static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
+    const block_t *taken = NULL;
+    for (size_t i = 0; i < d->considered; i++) {
+        const considered_t *other = &d->consideration[i];
+        taken = other->round == considered->round && other->outcome == TAKEN ? other->block : taken;
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        const finding_t *finding = &d->finding[f];
+        for (size_t r = 0; finding->block == taken && r < finding->rivals; r++) {
+            if (finding->rival[r] == considered->block) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+const char *outcome_text(const diagnosis_t *d, size_t index) {
     static const char *const texts[] = {"taken", "explains less than the best",
                                         "the held-out samples do not support it", "could be chance"};
-    return texts[outcome];
+    const considered_t *considered = &d->consideration[index];
+    return considered->outcome == LESS_LIKELY && is_rival(d, considered) ? "cannot be told from the best"
+                                                                         : texts[considered->outcome];
 }
 
 static const char *in_place(place_t place) {

@@ -24,8 +24,8 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]);
  * the diagnosis. */
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]);
 
-/** Why a block was not taken, or that it was. */
-const char *outcome_text(outcome_t outcome);
+/** Why a block that was considered was not taken, or that it was. index < diagnosis->considered. */
+const char *outcome_text(const diagnosis_t *diagnosis, size_t index);
 
 /** "frequency_hz = 212.3 +- 0.4 Hz". element 0 of a parameter of the final model. */
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);

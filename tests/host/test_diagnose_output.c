@@ -222,6 +222,12 @@ static void test_what_is_isolated_is_not_sold_as_a_name(void) {
     finding_explanation(finding, text);
     TEST_ASSERT_NOT_NULL(
         strstr(text, "One of resonance, transport_delay and sensor_bandwidth; these recordings cannot tell which"));
+    diagnosis.considered = 3;
+    diagnosis.consideration[1] = (considered_t){.block = &block_transport_delay, .round = 1, .outcome = LESS_LIKELY};
+    diagnosis.consideration[2] = (considered_t){.block = &block_creep, .round = 1, .outcome = LESS_LIKELY};
+    TEST_ASSERT_EQUAL_STRING("taken", outcome_text(&diagnosis, 0));
+    TEST_ASSERT_EQUAL_STRING("cannot be told from the best", outcome_text(&diagnosis, 1));
+    TEST_ASSERT_EQUAL_STRING("explains less than the best", outcome_text(&diagnosis, 2));
     verdict_sentence(&diagnosis, text);
     TEST_ASSERT_NOT_NULL(strstr(text, "resonance (or transport_delay, sensor_bandwidth)"));
     work_out();
@@ -287,7 +293,8 @@ static void test_page_stands_alone_and_is_repeatable(void) {
     TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "one.html", &failure));
     TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "two.html", &failure));
     char *one = contents("one.html"), *two = contents("two.html");
-    const char *const none[] = {"<script", "http", "src=", "url(", "<b>&", "\"steps\"", " nan", ",nan", ">nan", " inf", ",inf", ">inf", "-inf"};
+    const char *const none[] = {"<script", "http", "src=", "url(", "<b>&", "\"steps\"", " nan",
+                                ",nan",    ">nan", " inf", ",inf", ">inf", "-inf"};
     for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
         TEST_ASSERT_NULL_MESSAGE(strstr(one, none[i]), none[i]);
     }
