@@ -18,7 +18,9 @@ static const double block_false_alarm = 0.05;
 static const double naming_margin = 20.0;
 /* More than noise remains only if the held-out error shows it. */
 static const double worth_mentioning = 1.1;
-static const double worth_another_shape = 0.85;
+/* Of the held-out error: what another shape of the hysteresis has to come below to be taken, and if it would take the
+ * place of a block that was found. */
+static const double worth_another_shape = 0.85, worth_another_shape_than_a_block = 0.97;
 static const double same_signature = 0.95;
 /* Root mean square of what a finding explains beyond the model, in parts of the noise: below it, a model that is not
  * quite right is as likely a reason. */
@@ -269,6 +271,21 @@ bool diagnose(const model_t *baseline, const recording_t *recordings, size_t cou
     return good;
 }
 
+/* Whether something was found that another shape of the hysteresis can imitate. */
+static bool shape_found(const diagnosis_t *d) {
+    for (size_t i = 0; i < d->findings; i++) {
+        if (d->finding[i].block->probe->shape) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* How far below this diagnosis' held-out error another shape's has to be. */
+static double worth_of_another_shape(const diagnosis_t *d) {
+    return shape_found(d) ? worth_another_shape_than_a_block : worth_another_shape;
+}
+
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
     for (size_t shape = 0; shape < baseline_shapes(); shape++) {
         const family_t *family;
@@ -276,7 +293,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         diagnosis_t other;
         failure_t refusal;
         bool good;
-        if (shape > 0 && !diagnosis->remainder.structured) {
+        if (shape > 0 && !diagnosis->remainder.structured && !shape_found(diagnosis)) {
             break; /* nothing left for another shape */
         }
         good = baseline_fit(shape, recordings, count, &baseline, &family, shape == 0 ? failure : &refusal);
@@ -293,7 +310,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         other.family = family;
         if (shape == 0) {
             *diagnosis = other;
-        } else if (other.held_out_percent < worth_another_shape * diagnosis->held_out_percent) {
+        } else if (other.held_out_percent < worth_of_another_shape(diagnosis) * diagnosis->held_out_percent) {
             diagnosis_free(diagnosis);
             *diagnosis = other;
         } else {
