@@ -25,6 +25,15 @@ bool finding_searched(const finding_t *finding, size_t parameter) {
     return (finding->block->probe->searched >> parameter & 1U) != 0;
 }
 
+const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block) {
+    for (size_t f = 0; f < diagnosis->findings; f++) {
+        if (diagnosis->finding[f].block == block) {
+            return &diagnosis->finding[f];
+        }
+    }
+    return NULL;
+}
+
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
     size_t index = 0;
     while (diagnosis->model.block[index].block != finding->block) {
@@ -106,12 +115,8 @@ static bool was_found(const diagnosis_t *d, const model_block_t *block, size_t p
         const bool idle = info->optional && !info->array && block->parameter[p].value[0] == info->default_value;
         return !info->chosen && !idle && !(info->array && block->parameter[p].value[element] == 0.0);
     }
-    for (size_t f = 0; f < d->findings; f++) {
-        if (d->finding[f].block == block->block) {
-            return finding_searched(&d->finding[f], p);
-        }
-    }
-    return false;
+    const finding_t *finding = finding_of(d, block->block);
+    return finding != NULL && finding_searched(finding, p);
 }
 
 static size_t list_found(const model_t *model, const diagnosis_t *d, refine_unknown_t *unknown) {

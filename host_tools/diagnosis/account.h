@@ -40,6 +40,9 @@ bool something_remains(const diagnosis_t *diagnosis);
 /** Whether it is a number of the block that the diagnosis has searched. */
 bool finding_searched(const finding_t *finding, size_t parameter);
 
+/** The finding that is this block, or NULL. */
+const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
+
 /** Index into model->block of the finding's block. */
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
 

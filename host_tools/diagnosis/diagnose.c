@@ -4,6 +4,7 @@
 #include "catalogue.h"
 #include "hysteresis_refit.h"
 #include "lines.h"
+#include "progress.h"
 #include "remainder.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
@@ -40,7 +41,14 @@ typedef struct {
     failure_t *failure;
     probe_setting_t setting;
     double line_hz[LINES_MOST];
+    progress_t progress;
+    double left; /* of the work, by a guess: nobody knows how many rounds it takes */
 } job_t;
+
+static void advance(job_t *job) {
+    job->left *= 0.8;
+    progress_update(&job->progress, 1.0 - job->left);
+}
 
 static void describe(job_t *job) {
     probe_setting_t *s = &job->setting;
@@ -140,6 +148,7 @@ static bool settle(job_t *job, model_t *model) {
         if (evidence == NULL) {
             return false;
         }
+        advance(job);
         noise = evidence_noise_um(evidence);
         for (size_t i = 0; i < model->blocks && noise < settled_noise * before; i++) {
             const block_t *block = model->block[i].block;
@@ -212,7 +221,9 @@ static bool find_one(job_t *job, bool shapes, bool *found_one) {
         return false;
     }
     job->setting.lines = evidence_lines(evidence, job->line_hz);
+    advance(job);
     search(evidence, &d->model, &job->setting, shapes, &found);
+    advance(job);
     d->tested += found.tested;
     const bool significant_one = found.count > 0 && significant(evidence, &found.candidate[0], found.tested);
     if (significant_one) {
@@ -247,8 +258,9 @@ static bool look_at_the_rest(job_t *job) {
 
 bool diagnose(const model_t *baseline, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure) {
-    job_t job = {.recordings = recordings, .count = count, .diagnosis = diagnosis, .failure = failure};
+    job_t job = {.recordings = recordings, .count = count, .diagnosis = diagnosis, .failure = failure, .left = 1.0};
     bool found = true, good;
+    progress_begin(&job.progress, "diagnosing");
     memset(diagnosis, 0, sizeof *diagnosis);
     describe(&job);
     model_copy(&diagnosis->model, baseline);
@@ -265,6 +277,7 @@ bool diagnose(const model_t *baseline, const recording_t *recordings, size_t cou
     good = good && measure(&job, &diagnosis->model, false, &diagnosis->nrmse_percent) &&
            measure(&job, &diagnosis->model, true, &diagnosis->held_out_percent);
     good = good && look_at_the_rest(&job);
+    progress_end(&job.progress);
     if (!good) {
         diagnosis_free(diagnosis);
     }

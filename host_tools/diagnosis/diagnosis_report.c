@@ -33,15 +33,6 @@ typedef struct {
     size_t count;
 } page_t;
 
-static const finding_t *finding_of(const diagnosis_t *d, const block_t *block) {
-    for (size_t f = 0; f < d->findings; f++) {
-        if (d->finding[f].block == block) {
-            return &d->finding[f];
-        }
-    }
-    return NULL;
-}
-
 static const char *file_name(const recording_t *recording) {
     const char *slash = strrchr(recording->name, '/');
     return slash == NULL ? recording->name : slash + 1;

@@ -217,10 +217,24 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     }
 }
 
+/* "transport_delay -> prandtl_ishlinskii -> [creep]": in brackets what was found. */
+static void print_chain(const diagnosis_t *d) {
+    char text[DIAGNOSIS_LINE] = "";
+    size_t order[MODEL_MAX_BLOCKS];
+    const size_t blocks = chain_order(&d->model, order);
+    for (size_t i = 0; i < blocks; i++) {
+        const block_t *block = d->model.block[order[i]].block;
+        const bool found = finding_of(d, block) != NULL;
+        append(text, "%s%s%s%s", i > 0 ? " -> " : "", found ? "[" : "", block->name, found ? "]" : "");
+    }
+    print_wrapped("chain", text);
+}
+
 void diagnosis_print(const diagnosis_t *d, const account_t *account, const recording_t *recordings, size_t count) {
     char text[DIAGNOSIS_LINE];
     verdict_sentence(d, text);
     print_wrapped("verdict", text);
+    print_chain(d);
     for (size_t f = 0; f < d->findings; f++) {
         print_finding(d, account, f, recordings, count);
     }
@@ -229,6 +243,9 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
            d->noise_percent);
     if (something_remains(d)) {
         location_text(&account->remaining, recordings, count, text);
+        if (d->remainder.outliers > 0) {
+            append(text, "; %zu single samples are far outside the noise", d->remainder.outliers);
+        }
         print_wrapped("remaining", text);
     }
     printf("tested     %zu signatures\n", d->tested);
