@@ -119,6 +119,9 @@ static void name(const evidence_t *evidence, const search_t *found, finding_t *f
                            .certainty = NAMED};
     for (size_t i = 1; i < found->count; i++) {
         const candidate_t *rival = &found->candidate[i];
+        if (rival->signature == NULL) {
+            continue;
+        }
         const double margin = best->likelihood - rival->likelihood;
         finding->margin = fmin(finding->margin, margin);
         if (margin < naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {

@@ -123,6 +123,9 @@ static void refine_candidate(const evidence_t *evidence, candidate_t *candidate)
     if (candidate->signature != NULL) {
         candidate->test = evidence_test(evidence, candidate->signature);
         candidate->likelihood = likelihood_of(evidence, 1.0 - remaining);
+    } else { /* not even where it started: the chain refuses these numbers, or runs away */
+        candidate->test = (evidence_test_t){0};
+        candidate->likelihood = 0.0;
     }
 }
 

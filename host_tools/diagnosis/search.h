@@ -10,7 +10,7 @@ typedef struct {
     const block_t *block;
     model_t model;        /**< the baseline with the block in its place, its searched parameters at their best */
     size_t at;            /**< index of the block in the model */
-    double *signature;    /**< of the block at its best */
+    double *signature;    /**< of the block at its best; NULL, with likelihood 0, if it cannot be simulated there */
     evidence_test_t test; /**< of that signature: amplitude near 1 */
     bool settled;         /**< another round of refinement gains nothing */
     double likelihood;    /**< 2 log of the likelihood ratio to the baseline: what it explains, in units of the noise */
