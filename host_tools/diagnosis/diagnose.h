@@ -64,8 +64,8 @@ bool diagnose(const model_t *baseline, const recording_t *recordings, size_t cou
 /**
  * The same without a model: from a play bank, and where that leaves more than noise or finds what another shape of
  * hysteresis can imitate, from the other shapes. Another shape is taken if everything that was found behind it leaves a
- * held-out error that is lower by 15 %: a wrong shape shall not be taken for physics that is missing, nor physics for a
- * shape.
+ * held-out error that is lower by 15 % (3 % if it takes the place of such a block): a wrong shape shall not be taken
+ * for physics that is missing, nor physics for a shape.
  */
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);
