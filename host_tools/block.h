@@ -32,7 +32,7 @@ typedef struct {
     /** A choice (thresholds, grids, limits), a property of the drive, or a state at the start, rather than a property
      * of the actuator: it is not counted among the numbers that a fit has found, and gets no standard error. */
     bool chosen;
-    bool proportional; /**< as long as it is small, what the block does is proportional to it */
+    bool proportional;    /**< as long as it is small, what the block does is proportional to it */
     double default_value; /**< of an absent scalar */
     /** Of a scalar that a model file may leave out although it is not optional: it is then the middle, or half the
      * width, of this range of the model's "fit" ("drive_range_v"). NULL otherwise. */
