@@ -25,15 +25,16 @@ static double *times(const compared_t *c) {
     return x;
 }
 
-/* Where the two models differ most, on average over `length` samples: the first of them. */
+/* Where the two models differ most, or the only one from the recording, over `length` samples: the first of them. */
 static size_t most_different(const compared_t *c, size_t length) {
+    const double *other = c->before_um != NULL ? c->before_um : c->measured_um;
     double sum = 0.0, most = -1.0;
     size_t best = 0;
     for (size_t k = 0; k < c->samples; k++) {
-        const double d = c->after_um[k] - c->before_um[k];
+        const double d = c->after_um[k] - other[k];
         sum += d * d;
         if (k >= length) {
-            const double gone = c->after_um[k - length] - c->before_um[k - length];
+            const double gone = c->after_um[k - length] - other[k - length];
             sum -= gone * gone;
         }
         if (k + 1 >= length && sum > most) {
@@ -74,20 +75,44 @@ static void density_free(density_t *density) {
     free(density->density);
 }
 
+/* What there is of the two models begins at line `first` of two. */
+static size_t first_model(const compared_t *c) {
+    return c->before_um != NULL ? 0 : 1;
+}
+
 static void write_residuals(FILE *file, const compared_t *c, const double *time_s) {
-    double *before = residual(c, c->before_um), *after = residual(c, c->after_um);
-    const plot_line_t traces[] = {{"before", BEFORE, time_s, before, c->samples},
-                                  {"after", AFTER, time_s, after, c->samples}};
-    density_t density_before = density_of(before, c), density_after = density_of(after, c);
-    const plot_line_t spectra[] = {{"before", BEFORE, density_before.hz, density_before.density, density_before.count},
-                                   {"after", AFTER, density_after.hz, density_after.density, density_after.count}};
-    plot_write(file, &(plot_t){"Residual: recorded − model", "time, s", "residual, µm", traces, 2, PLOT_NO_SHADE});
-    plot_write_logarithmic(
-        file, &(plot_t){"Spectrum of the residual", "frequency, Hz", "density, µm/√Hz", spectra, 2, PLOT_NO_SHADE});
-    density_free(&density_before);
-    density_free(&density_after);
-    free(before);
-    free(after);
+    const double *const model[] = {c->before_um, c->after_um};
+    const char *const class_name[] = {"before", "after"}, *const label[] = {BEFORE, AFTER};
+    const size_t begin = first_model(c), lines = 2 - begin;
+    double *x[2] = {NULL, NULL};
+    density_t density[2] = {{0}};
+    plot_line_t trace[2], spectrum[2];
+    for (size_t i = begin; i < 2; i++) {
+        x[i] = residual(c, model[i]);
+        density[i] = density_of(x[i], c);
+        trace[i] = (plot_line_t){class_name[i], label[i], time_s, x[i], c->samples};
+        spectrum[i] = (plot_line_t){class_name[i], label[i], density[i].hz, density[i].density, density[i].count};
+    }
+    plot_write(file,
+               &(plot_t){"Residual: recorded − model", "time, s", "residual, µm", trace + begin, lines, PLOT_NO_SHADE});
+    plot_write_logarithmic(file, &(plot_t){"Spectrum of the residual", "frequency, Hz", "density, µm/√Hz",
+                                           spectrum + begin, lines, PLOT_NO_SHADE});
+    for (size_t i = begin; i < 2; i++) {
+        density_free(&density[i]);
+        free(x[i]);
+    }
+}
+
+/* Recorded displacement and models of it over x. */
+static void write_models(FILE *file, const compared_t *c, const char *title, const char *x_label, const double *x,
+                         size_t first, size_t length) {
+    const plot_line_t recorded = {"plain under", "recorded", x, c->measured_um + first, length};
+    const plot_line_t after = {"after", c->before_um != NULL ? AFTER : "model", x, c->after_um + first, length};
+    plot_line_t line[3] = {recorded, after, after};
+    if (c->before_um != NULL) {
+        line[1] = (plot_line_t){"before", BEFORE, x, c->before_um + first, length};
+    }
+    plot_write(file, &(plot_t){title, x_label, "position, µm", line, 3 - first_model(c), PLOT_NO_SHADE});
 }
 
 void write_pictures(FILE *file, const compared_t *c) {
@@ -95,15 +120,10 @@ void write_pictures(FILE *file, const compared_t *c) {
     const size_t wished = c->samples / SHOWN > LEAST ? c->samples / SHOWN : LEAST;
     const size_t length = wished < c->samples ? wished : c->samples, first = most_different(c, length);
     double *time_s = times(c);
-    const plot_line_t loop[] = {{"plain under", "recorded", c->drive_v, c->measured_um, c->samples},
-                                {"before", BEFORE, c->drive_v, c->before_um, c->samples},
-                                {"after", AFTER, c->drive_v, c->after_um, c->samples}};
-    const plot_line_t trace[] = {{"plain under", "recorded", time_s + first, c->measured_um + first, length},
-                                 {"before", BEFORE, time_s + first, c->before_um + first, length},
-                                 {"after", AFTER, time_s + first, c->after_um + first, length}};
     fprintf(file, "<div class=\"row pictures\">\n");
-    plot_write(file, &(plot_t){"Loop", "drive, V", "position, µm", loop, 3, PLOT_NO_SHADE});
-    plot_write(file, &(plot_t){"Where the two models differ most", "time, s", "position, µm", trace, 3, PLOT_NO_SHADE});
+    write_models(file, c, "Loop", "drive, V", c->drive_v, 0, c->samples);
+    write_models(file, c, c->before_um != NULL ? "Where the two models differ most" : "Where the model is worst",
+                 "time, s", time_s + first, first, length);
     write_residuals(file, c, time_s);
     fprintf(file, "</div>\n");
     free(time_s);

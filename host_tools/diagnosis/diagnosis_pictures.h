@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/** A recording and two models of it. */
+/** A recording and two models of it, or one: before_um is then NULL. */
 typedef struct {
     const double *drive_v, *measured_um, *before_um, *after_um; /**< samples that count */
     size_t samples;

@@ -90,7 +90,8 @@ static void write_errors(const page_t *page) {
     fprintf(page->file,
             "<div class=\"wide\"><table>\n<thead><tr><th>Model</th><th>Held-out error, %%</th><th></th></tr>"
             "</thead>\n<tbody>\n");
-    write_bar(page->file, "before", d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");
+    write_bar(page->file, d->findings > 0 ? "before" : "the model", d->baseline_held_out_percent, most,
+              d->findings > 0 ? "" : " last");
     for (size_t f = 0; f < d->findings; f++) {
         char what[100];
         snprintf(what, sizeof what, "+ %s", d->finding[f].block->name);
@@ -99,9 +100,12 @@ static void write_errors(const page_t *page) {
     write_bar(page->file, "noise", d->noise_percent, most, " noise");
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">RMS error over the peak-to-peak displacement, worst recording, "
-            "on the blocks of time that were held out: each third one of 36. On the others: %.4f&nbsp;%% before, "
-            "%.4f&nbsp;%% after. Noise: what an autoregressive filter cannot predict of the residual.</p>\n",
-            d->baseline_nrmse_percent, d->nrmse_percent);
+            "on the blocks of time that were held out: each third one of 36. On the others: ");
+    if (d->findings > 0) {
+        fprintf(page->file, "%.4f&nbsp;%% before, ", d->baseline_nrmse_percent);
+    }
+    fprintf(page->file, "%.4f&nbsp;%%%s. Noise: what an autoregressive filter cannot predict of the residual.</p>\n",
+            d->nrmse_percent, d->findings > 0 ? " after" : "");
 }
 
 static void write_chain(const page_t *page) {
@@ -170,7 +174,8 @@ static void write_findings(const page_t *page) {
         write_finding(page, f);
     }
     if (something_remains(d)) {
-        fprintf(page->file, "<h3>What remains unexplained</h3>\n<p>");
+        const int level = d->findings > 0 ? 3 : 2;
+        fprintf(page->file, "<h%d>What remains unexplained</h%d>\n<p>", level, level);
         location_text(&page->account->remaining, page->recordings, page->count, text);
         write_prose(page->file, text);
         fprintf(page->file, ".</p>\n");
@@ -208,12 +213,13 @@ static void write_not_looked_for(const page_t *page) {
     fprintf(page->file, ". A model may contain them; a diagnosis does not ask for them.</p>\n");
 }
 
-/* The recording that shows the first finding best, or the first one. */
+/* The recording that shows the first finding best, or what remains. */
 static void write_before_and_after(const page_t *page) {
     const account_t *account = page->account;
-    const size_t i = page->diagnosis->findings > 0 ? account->where[0].recording : 0, from = account->from[i];
+    const bool found = page->diagnosis->findings > 0;
+    const size_t i = found ? account->where[0].recording : account->remaining.recording, from = account->from[i];
     const recording_t *r = &page->recordings[i];
-    fprintf(page->file, "<h2>Before and after</h2>\n");
+    fprintf(page->file, "<h2>%s</h2>\n", found ? "Before and after" : "The model and the recordings");
     write_errors(page);
     if (page->count > 1) {
         fprintf(page->file, "<p>Pictures: ");
@@ -222,7 +228,7 @@ static void write_before_and_after(const page_t *page) {
     }
     write_pictures(page->file, &(compared_t){.drive_v = r->column[COLUMN_DRIVE] + from,
                                              .measured_um = r->column[COLUMN_DISPLACEMENT] + from,
-                                             .before_um = account->before[i] + from,
+                                             .before_um = found ? account->before[i] + from : NULL,
                                              .after_um = account->after[i] + from,
                                              .samples = r->samples - from,
                                              .sample_rate_hz = r->sample_rate_hz,

@@ -259,6 +259,18 @@ static void test_confidence_rises_with_margin_and_support(void) {
     }
 }
 
+static char *contents(const char *path) {
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_INT(0, fseek(file, 0, SEEK_END));
+    const size_t length = (size_t)ftell(file);
+    char *text = allocate(length + 1, 1);
+    rewind(file);
+    TEST_ASSERT_EQUAL_UINT64(length, fread(text, 1, length, file));
+    fclose(file);
+    return text;
+}
+
 static void test_nothing_found(void) {
     char text[DIAGNOSIS_LINE];
     model_free(&diagnosis.model);
@@ -271,20 +283,14 @@ static void test_nothing_found(void) {
     TEST_ASSERT_EQUAL_STRING("nothing missing", json_string_value(json_object_get(json, "verdict")));
     verdict_sentence(&diagnosis, text);
     TEST_ASSERT_NOT_NULL(strstr(text, "Nothing is missing"));
+    TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "nothing.html", &failure));
+    char *page = contents("nothing.html");
+    TEST_ASSERT_NULL(strstr(page, "Before and after"));
+    TEST_ASSERT_NULL(strstr(page, "<polyline class=\"before\"")); /* there is only one model to show */
+    TEST_ASSERT_NOT_NULL(strstr(page, "<polyline class=\"after\""));
+    free(page);
     json_decref(json);
     account_free(&account);
-}
-
-static char *contents(const char *path) {
-    FILE *file = fopen(path, "r");
-    TEST_ASSERT_NOT_NULL(file);
-    TEST_ASSERT_EQUAL_INT(0, fseek(file, 0, SEEK_END));
-    const size_t length = (size_t)ftell(file);
-    char *text = allocate(length + 1, 1);
-    rewind(file);
-    TEST_ASSERT_EQUAL_UINT64(length, fread(text, 1, length, file));
-    fclose(file);
-    return text;
 }
 
 /* No network, no script, nothing of a recording's header or name unescaped, no number that is none; twice the same. */
