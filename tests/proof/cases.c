@@ -21,7 +21,9 @@ typedef struct {
 static case_t *add(list_t *list, case_kind_t kind, excitation_kind_t excitation, source_t source, double correlation) {
     if (list->count == list->room) {
         case_t *larger = proof_allocate(2 * list->room + 16, sizeof *larger);
-        memcpy(larger, list->item, list->count * sizeof *larger);
+        if (list->count > 0) {
+            memcpy(larger, list->item, list->count * sizeof *larger);
+        }
         free(list->item);
         list->item = larger;
         list->room = 2 * list->room + 16;
