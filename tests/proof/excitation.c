@@ -93,10 +93,15 @@ static void decaying_triangle(curve_t *curve, double seconds) {
     step(curve, 0.0);
 }
 
-static void designed(curve_t *curve, double length) {
+/* `swept`: it begins with a sweep of the whole range, after which the memory does not depend on what was before. */
+static void designed(curve_t *curve, double length, bool swept) {
     static const double stair[] = {-0.6, 0.1, 0.8, 0.1, -0.6, -1.0, 0.0};
     const double fastest_hz = curve->rate_hz / 40.0;
     append(curve, -1.0);
+    if (swept) {
+        straight(curve, 1.0, 0.5 * length);
+        straight(curve, -1.0, 0.5 * length);
+    }
     hold(curve, 1.0 * length);
     step(curve, 0.1);
     hold(curve, 1.0 * length);
@@ -159,10 +164,10 @@ excitation_t excitation_make(excitation_kind_t kind, double sample_rate_hz, doub
         multisine(&curve, random);
         break;
     case EXCITATION_SHORT:
-        designed(&curve, 1.0 / 3.0);
+        designed(&curve, 1.0 / 3.0, false);
         break;
     default:
-        designed(&curve, 1.0);
+        designed(&curve, 1.0, true);
         break;
     }
     for (size_t i = 0; i < curve.count; i++) {

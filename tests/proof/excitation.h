@@ -7,15 +7,16 @@
 #define PROOF_EXCITATION_H
 
 #include "random.h"
+#include <stdbool.h>
 #include <stddef.h>
 
 /** Instants of the simulation for each sample of the recording. */
 enum { OVERSAMPLING = 8 };
 
 typedef enum {
-    EXCITATION_DESIGNED,  /**< silence at two levels, staircase with holds, decaying triangles at two rates, chirps of
-                               5 and 30 %, burst and pause */
-    EXCITATION_SHORT,     /**< the same at a third of the length */
+    EXCITATION_DESIGNED,  /**< a sweep of the range, silence at two levels, staircase with holds, decaying triangles at
+                             two rates, chirps of  5 and 30 %, burst and pause */
+    EXCITATION_SHORT,     /**< the same at a third of the length, without the sweep */
     EXCITATION_SINE,      /**< 1 Hz over the whole range */
     EXCITATION_SINES,     /**< three amplitudes at each of three frequencies */
     EXCITATION_MULTISINE, /**< 20 frequencies with random phases, over the whole range */
