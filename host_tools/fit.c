@@ -127,7 +127,7 @@ static bool judge_held_out(const job_t *job, const model_t *model, double *worst
     if (simulated == NULL) {
         return false;
     }
-    *worst_percent = NAN;
+    *worst_percent = (double)NAN;
     for (size_t i = 0; i < job->count; i++) {
         const error_measure_t error =
             error_between(&job->recordings[i], simulated[i], job->train_to[i], job->recordings[i].samples);
@@ -155,7 +155,7 @@ static bool judge(job_t *job, const model_t *model) {
     }
     determined = allocate(job->count, sizeof *determined);
     never = !chain_determined_from(model, job->recordings, job->count, job->train_to, determined);
-    report->nrmse_percent = report->held_out_nrmse_percent = NAN;
+    report->nrmse_percent = report->held_out_nrmse_percent = (double)NAN;
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *recording = &job->recordings[i];
         const size_t cut = job->train_to[i], from = never || determined[i] == cut ? 0 : determined[i];
@@ -239,7 +239,7 @@ static bool judge_without(job_t *job, size_t operators) {
     family_notes_t notes = {0};
     model_t model;
     bool good;
-    job->report->without_held_out_nrmse_percent = NAN;
+    job->report->without_held_out_nrmse_percent = (double)NAN;
     if (job->family->without == NULL) {
         return true;
     }

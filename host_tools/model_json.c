@@ -82,7 +82,7 @@ static bool parameter_from_json(const json_t *json, const parameter_info_t *info
         }
     }
     free(parameter->value);
-    parameter->value = numbers_from_json(value, info->array, NAN, &parameter->count, "value", failure);
+    parameter->value = numbers_from_json(value, info->array, (double)NAN, &parameter->count, "value", failure);
     return parameter->value != NULL && (sigma == NULL || sigma_from_json(sigma, info->array, parameter, failure));
 }
 
