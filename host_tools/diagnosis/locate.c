@@ -105,7 +105,7 @@ static void locate_in_time(const recording_t *r, const double *difference, size_
         cell[i].to = r->start_s + (double)end / r->sample_rate_hz;
     }
     const double width = (double)samples / r->sample_rate_hz / TIME_CELLS;
-    if (choose(cell, TIME_CELLS) > no_place * (double)TIME_CELLS) {
+    if ((double)choose(cell, TIME_CELLS) > no_place * (double)TIME_CELLS) {
         *ranges = (ranges_t){1, {{cell[0].from, cell[TIME_CELLS - 1].to}}};
     } else {
         collect(cell, TIME_CELLS, linear_gap, 1.5 * width, ranges);
