@@ -20,8 +20,8 @@ typedef struct {
     double slope, intercept, maximum, mean, residual_um;
 } reported_loop_t;
 
-static const reported_loop_t reported_loops[] = {{"0.1 Hz", 0.1, 100.0, 0.30, 0.58, 7.16, 2.91, NAN},
-                                                 {"1 Hz", 1.0, 1000.0, 0.29, 0.81, 7.45, 3.04, NAN},
+static const reported_loop_t reported_loops[] = {{"0.1 Hz", 0.1, 100.0, 0.30, 0.58, 7.16, 2.91, (double)NAN},
+                                                 {"1 Hz", 1.0, 1000.0, 0.29, 0.81, 7.45, 3.04, (double)NAN},
                                                  {"10 Hz", 10.0, 10000.0, 0.28, 1.1, 9.53, 3.54, 0.4899},
                                                  {"100 Hz", 100.0, 20000.0, 0.26, 1.6, 18.44, 9.77, 1.1164}};
 
