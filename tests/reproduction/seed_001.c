@@ -285,12 +285,12 @@ static void draw(reproduction_t *reproduction, const case_t *cases, size_t count
             y[3 + t][i] = log10(isfinite(tracked[t]) ? tracked[t] : 1e4);
         }
     }
-    const plot_line_t fitted[] = {{"before", "Bouc-Wen, one set a frequency", x, y[1], count},
-                                  {"plain", "one chain for all", x, y[2], count},
-                                  {"after", "proposed, one set a frequency", x, y[0], count}};
+    const plot_line_t fitted[] = {{"before", "Bouc-Wen", x, y[1], count},
+                                  {"plain", "one chain", x, y[2], count},
+                                  {"after", "proposed", x, y[0], count}};
     const plot_line_t tracked[] = {{"before", "as printed", x, y[3], count},
-                                   {"plain", "exact inverse, one set a frequency", x, y[4], count},
-                                   {"after", "exact inverse, one chain for all", x, y[5], count}};
+                                   {"plain", "exact inverse", x, y[4], count},
+                                   {"after", "one chain", x, y[5], count}};
     const plot_t plots[] = {{.title = "Simulation at +-75 V",
                              .x_label = "Hz",
                              .y_label = "log10 of RMSE in um",
