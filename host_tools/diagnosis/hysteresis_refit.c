@@ -100,6 +100,24 @@ static void stay_near(const refit_t *refit, normal_equations_t *equations) {
     free(row);
 }
 
+/* Takes the step, half of it, a quarter .. where the hysteresis has no such numbers; none in the end. */
+static void apply(const refit_t *refit, const double *change) {
+    failure_t refusal;
+    double part = 1.0;
+    for (int halvings = 0; halvings < 6; halvings++) {
+        for (size_t j = 0; j < refit->numbers; j++) {
+            *refit->number[j] += part * change[j];
+        }
+        if (model_check(refit->model, "model", &refusal)) {
+            return;
+        }
+        for (size_t j = 0; j < refit->numbers; j++) {
+            *refit->number[j] -= part * change[j];
+        }
+        part *= 0.5;
+    }
+}
+
 bool hysteresis_refit(model_t *model, const recording_t *recordings, size_t count, failure_t *failure) {
     refit_t refit = {.model = model};
     normal_equations_t equations;
@@ -114,8 +132,8 @@ bool hysteresis_refit(model_t *model, const recording_t *recordings, size_t coun
     normal_equations_finish(&equations);
     stay_near(&refit, &equations);
     good = good && solve_bounded(&equations, refit.lower, change, NULL, failure);
-    for (size_t j = 0; good && j < refit.numbers; j++) {
-        *refit.number[j] += change[j];
+    if (good) {
+        apply(&refit, change);
     }
     normal_equations_free(&equations);
     free(refit.number);
