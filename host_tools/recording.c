@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording.h"
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -107,4 +108,37 @@ bool recording_write(const recording_t *recording, const char *path, failure_t *
         return fail(failure, "%s: could not be written: %s", path, strerror(errno));
     }
     return true;
+}
+
+void values_range(const double *values, size_t count, double range[2]) {
+    range[0] = range[1] = values[0];
+    for (size_t k = 1; k < count; k++) {
+        range[0] = fmin(range[0], values[k]);
+        range[1] = fmax(range[1], values[k]);
+    }
+}
+
+void recordings_range(const recording_t *recordings, size_t count, column_t column, double range[2]) {
+    values_range(recordings[0].column[column], recordings[0].samples, range);
+    for (size_t i = 1; i < count; i++) {
+        double one[2];
+        values_range(recordings[i].column[column], recordings[i].samples, one);
+        range[0] = fmin(range[0], one[0]);
+        range[1] = fmax(range[1], one[1]);
+    }
+}
+
+double **recordings_room(const recording_t *recordings, size_t count) {
+    double **room = allocate(count, sizeof *room);
+    for (size_t i = 0; i < count; i++) {
+        room[i] = allocate(recordings[i].samples, sizeof(double));
+    }
+    return room;
+}
+
+void recordings_room_free(double **room, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        free(room[i]);
+    }
+    free(room);
 }

@@ -69,6 +69,15 @@ const char *recording_key(const recording_t *recording, const char *key);
 /** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
 
+/** Smallest and largest of count values; count > 0. */
+void values_range(const double *values, size_t count, double range[2]);
+/** The same over a column that all of these recordings have. */
+void recordings_range(const recording_t *recordings, size_t count, column_t column, double range[2]);
+
+/** Room for a value a sample of each recording, zeroed; to be freed with recordings_room_free. */
+double **recordings_room(const recording_t *recordings, size_t count);
+void recordings_room_free(double **room, size_t count);
+
 /** Frees what the recording holds and clears it. A cleared recording may be freed again. */
 void recording_free(recording_t *recording);
 

@@ -28,22 +28,13 @@ typedef struct {
     double *value;
 } columns_t;
 
-static void range_of(const double *values, size_t count, double range[2]) {
-    range[0] = HUGE_VAL;
-    range[1] = -HUGE_VAL;
-    for (size_t k = 0; k < count; k++) {
-        range[0] = fmin(range[0], values[k]);
-        range[1] = fmax(range[1], values[k]);
-    }
-}
-
 static bool lay_out(const stop_problem_t *problem, const recording_t *relaxed, layout_t *layout, double *threshold_um,
                     failure_t *failure) {
     double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL}, half = 0.0, slope = HUGE_VAL;
     for (size_t i = 0; i < problem->job->count; i++) {
         double drive[2], position[2];
-        range_of(relaxed[i].column[COLUMN_DISPLACEMENT], problem->job->train_to[i], drive);
-        range_of(relaxed[i].column[COLUMN_DRIVE], problem->job->train_to[i], position);
+        values_range(relaxed[i].column[COLUMN_DISPLACEMENT], problem->job->train_to[i], drive);
+        values_range(relaxed[i].column[COLUMN_DRIVE], problem->job->train_to[i], position);
         if (!(drive[1] > drive[0]) || !(position[1] > position[0])) {
             return fail(failure, "%s: nothing moves in its training part", relaxed[i].name);
         }

@@ -42,21 +42,6 @@ size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
     return index;
 }
 
-static double **one_each(const recording_t *recordings, size_t count) {
-    double **each = allocate(count, sizeof *each);
-    for (size_t i = 0; i < count; i++) {
-        each[i] = allocate(recordings[i].samples, sizeof(double));
-    }
-    return each;
-}
-
-static void free_each(double **each, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        free(each[i]);
-    }
-    free(each);
-}
-
 typedef struct {
     diagnosis_t *diagnosis;
     const recording_t *recordings;
@@ -84,20 +69,9 @@ static bool locate_finding(job_t *job, const finding_t *finding, location_t *whe
     return good;
 }
 
-static void range_of(const job_t *job, column_t column, double range[2]) {
-    range[0] = HUGE_VAL;
-    range[1] = -HUGE_VAL;
-    for (size_t i = 0; i < job->count; i++) {
-        for (size_t k = 0; k < job->recordings[i].samples; k++) {
-            range[0] = fmin(range[0], job->recordings[i].column[column][k]);
-            range[1] = fmax(range[1], job->recordings[i].column[column][k]);
-        }
-    }
-}
-
 static void locate_remaining(job_t *job, location_t *where) {
     double range[2];
-    range_of(job, COLUMN_DISPLACEMENT, range);
+    recordings_range(job->recordings, job->count, COLUMN_DISPLACEMENT, range);
     const double floor_um = 0.01 * job->diagnosis->noise_percent * (range[1] - range[0]);
     for (size_t i = 0; i < job->count; i++) {
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
@@ -183,8 +157,8 @@ static void describe_fit(const job_t *job) {
     const diagnosis_t *d = job->diagnosis;
     json_t *names = json_array(), *found = json_array(), *family = json_object_get(d->model.fit, "family");
     double drive[2], displacement[2];
-    range_of(job, COLUMN_DRIVE, drive);
-    range_of(job, COLUMN_DISPLACEMENT, displacement);
+    recordings_range(job->recordings, job->count, COLUMN_DRIVE, drive);
+    recordings_range(job->recordings, job->count, COLUMN_DISPLACEMENT, displacement);
     for (size_t i = 0; i < job->count; i++) {
         json_array_append_new(names, json_string(job->recordings[i].name));
     }
@@ -208,10 +182,10 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
                  .recordings = recordings,
                  .count = count,
                  .account = account,
-                 .difference = one_each(recordings, count)};
+                 .difference = recordings_room(recordings, count)};
     bool good = true;
-    *account = (account_t){.before = one_each(recordings, count),
-                           .after = one_each(recordings, count),
+    *account = (account_t){.before = recordings_room(recordings, count),
+                           .after = recordings_room(recordings, count),
                            .from = allocate(count, sizeof(size_t)),
                            .recordings = count};
     for (size_t i = 0; good && i < count; i++) {
@@ -227,7 +201,7 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
         locate_remaining(&job, &account->remaining);
     }
     good = good && find_errors(&job, failure);
-    free_each(job.difference, count);
+    recordings_room_free(job.difference, count);
     if (good) {
         describe_fit(&job);
     } else {
@@ -237,7 +211,7 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
 }
 
 void account_free(account_t *account) {
-    free_each(account->before, account->recordings);
-    free_each(account->after, account->recordings);
+    recordings_room_free(account->before, account->recordings);
+    recordings_room_free(account->after, account->recordings);
     free(account->from);
 }

@@ -52,24 +52,20 @@ static void advance(job_t *job) {
 
 static void describe(job_t *job) {
     probe_setting_t *s = &job->setting;
-    *s = (probe_setting_t){.drive_low_v = HUGE_VAL,
-                           .drive_high_v = -HUGE_VAL,
-                           .displacement_low_um = HUGE_VAL,
-                           .displacement_high_um = -HUGE_VAL,
+    double volts[2], micrometres[2];
+    recordings_range(job->recordings, job->count, COLUMN_DRIVE, volts);
+    recordings_range(job->recordings, job->count, COLUMN_DISPLACEMENT, micrometres);
+    *s = (probe_setting_t){.drive_low_v = volts[0],
+                           .drive_high_v = volts[1],
+                           .displacement_low_um = micrometres[0],
+                           .displacement_high_um = micrometres[1],
                            .sample_rate_hz = job->recordings[0].sample_rate_hz,
                            .line_hz = job->line_hz};
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *r = &job->recordings[i];
-        const double *drive = r->column[COLUMN_DRIVE], *displacement = r->column[COLUMN_DISPLACEMENT];
-        for (size_t k = 0; k < r->samples; k++) {
-            s->drive_low_v = fmin(s->drive_low_v, drive[k]);
-            s->drive_high_v = fmax(s->drive_high_v, drive[k]);
-            s->displacement_low_um = fmin(s->displacement_low_um, displacement[k]);
-            s->displacement_high_um = fmax(s->displacement_high_um, displacement[k]);
-            if (k > 0) {
-                s->largest_rate_v_per_s =
-                    fmax(s->largest_rate_v_per_s, fabs(drive[k] - drive[k - 1]) * r->sample_rate_hz);
-            }
+        const double *drive = r->column[COLUMN_DRIVE];
+        for (size_t k = 1; k < r->samples; k++) {
+            s->largest_rate_v_per_s = fmax(s->largest_rate_v_per_s, fabs(drive[k] - drive[k - 1]) * r->sample_rate_hz);
         }
         s->longest_s = fmax(s->longest_s, (double)r->samples / r->sample_rate_hz);
     }

@@ -23,16 +23,13 @@ static const double at_the_end = 0.02;
 size_t first_that_counts(const model_t *model, const recording_t *recording) {
     const double *drive = recording->column[COLUMN_DRIVE];
     const size_t determined = chain_memory_determined(model, recording, recording->samples);
-    double low = HUGE_VAL, high = -HUGE_VAL, margin;
+    double range[2], margin;
     size_t at_low = recording->samples, at_high = recording->samples, from;
-    for (size_t k = 0; k < recording->samples; k++) {
-        low = fmin(low, drive[k]);
-        high = fmax(high, drive[k]);
-    }
-    margin = at_the_end * (high - low);
+    values_range(drive, recording->samples, range);
+    margin = at_the_end * (range[1] - range[0]);
     for (size_t k = recording->samples; k-- > 0;) {
-        at_low = drive[k] <= low + margin ? k : at_low;
-        at_high = drive[k] >= high - margin ? k : at_high;
+        at_low = drive[k] <= range[0] + margin ? k : at_low;
+        at_high = drive[k] >= range[1] - margin ? k : at_high;
     }
     from = at_low > at_high ? at_low : at_high;
     from = from > determined ? from : determined;
@@ -44,6 +41,7 @@ struct evidence {
     size_t count;
     double **simulated; /* one a recording, whole */
     size_t *from;       /* samples that take part begin there; whitened ones ORDER later */
+    size_t samples;     /* that take part, of all recordings */
     size_t rows;        /* whitened samples of all recordings */
     size_t used;        /* of them, not held out */
     double filter[ORDER];
@@ -164,37 +162,16 @@ static void add_product(builder_t *b, double **z, int drive_power, int power) {
 }
 
 static void find_range(builder_t *b) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (size_t i = 0; i < b->evidence->count; i++) {
-        const recording_t *recording = &b->evidence->recordings[i];
-        for (size_t k = 0; k < recording->samples; k++) {
-            low = fmin(low, recording->column[COLUMN_DRIVE][k]);
-            high = fmax(high, recording->column[COLUMN_DRIVE][k]);
-        }
-    }
-    b->center_v = 0.5 * (low + high);
-    b->half_v = 0.5 * (high - low);
-}
-
-double **evidence_one_each(const evidence_t *e) {
-    double **columns = allocate(e->count, sizeof *columns);
-    for (size_t i = 0; i < e->count; i++) {
-        columns[i] = allocate(e->recordings[i].samples, sizeof(double));
-    }
-    return columns;
-}
-
-void evidence_free_each(const evidence_t *e, double **columns) {
-    for (size_t i = 0; i < e->count; i++) {
-        free(columns[i]);
-    }
-    free(columns);
+    double range[2];
+    recordings_range(b->evidence->recordings, b->evidence->count, COLUMN_DRIVE, range);
+    b->center_v = 0.5 * (range[0] + range[1]);
+    b->half_v = 0.5 * (range[1] - range[0]);
 }
 
 /* The drive behind the electronics, and operators of evenly spread thresholds on it. */
 static void find_operators(builder_t *b) {
     evidence_t *e = b->evidence;
-    b->drive = evidence_one_each(e);
+    b->drive = recordings_room(e->recordings, e->count);
     b->play = allocate(OPERATORS, sizeof *b->play);
     for (size_t i = 0; i < e->count; i++) {
         memcpy(b->drive[i], e->recordings[i].column[COLUMN_DRIVE], e->recordings[i].samples * sizeof(double));
@@ -205,7 +182,7 @@ static void find_operators(builder_t *b) {
     }
     for (size_t j = 0; j < OPERATORS; j++) {
         const double r = (double)(j + 1) / (OPERATORS + 1);
-        b->play[j] = evidence_one_each(e);
+        b->play[j] = recordings_room(e->recordings, e->count);
         for (size_t i = 0; i < e->count; i++) {
             double z = 0.0;
             for (size_t k = 0; k < e->recordings[i].samples; k++) {
@@ -248,16 +225,12 @@ static void add_lines(builder_t *b) {
 }
 
 static void build_basis(evidence_t *e, const model_t *model, bool shapes, bool trends) {
-    builder_t b = {.evidence = e, .model = model, .whole = evidence_one_each(e)};
+    builder_t b = {.evidence = e, .model = model, .whole = recordings_room(e->recordings, e->count)};
     const size_t most = e->count + 3 + OPERATORS + 3 * SHAPES + TRENDS + 2 * LINES_MOST;
-    size_t samples = 0;
-    for (size_t i = 0; i < e->count; i++) {
-        samples += length_of(e, i);
-    }
     free(e->basis);
     e->columns = 0;
     e->basis = allocate(most * e->rows, sizeof(double));
-    b.column = allocate(samples, sizeof(double));
+    b.column = allocate(e->samples, sizeof(double));
     find_range(&b);
     find_operators(&b);
     for (size_t i = 0; i < e->count; i++) {
@@ -281,22 +254,18 @@ static void build_basis(evidence_t *e, const model_t *model, bool shapes, bool t
         add_lines(&b);
     }
     for (size_t j = 0; j < OPERATORS; j++) {
-        evidence_free_each(e, b.play[j]);
+        recordings_room_free(b.play[j], e->count);
     }
     free(b.play);
-    evidence_free_each(e, b.drive);
-    evidence_free_each(e, b.whole);
+    recordings_room_free(b.drive, e->count);
+    recordings_room_free(b.whole, e->count);
     free(b.column);
 }
 
 /* displacement - simulation over the samples that take part. */
 static double *raw_residual(const evidence_t *e) {
-    size_t samples = 0;
     double *raw, *at;
-    for (size_t i = 0; i < e->count; i++) {
-        samples += length_of(e, i);
-    }
-    at = raw = allocate(samples, sizeof(double));
+    at = raw = allocate(e->samples, sizeof(double));
     for (size_t i = 0; i < e->count; i++) {
         for (size_t k = e->from[i]; k < e->recordings[i].samples; k++) {
             *at++ = e->recordings[i].column[COLUMN_DISPLACEMENT][k] - e->simulated[i][k];
@@ -344,7 +313,7 @@ evidence_t *evidence_open(const model_t *baseline, const recording_t *recordings
     e->recordings = recordings;
     e->count = count;
     e->from = allocate(count, sizeof *e->from);
-    e->simulated = evidence_one_each(e);
+    e->simulated = recordings_room(e->recordings, e->count);
     for (size_t i = 0; i < count; i++) {
         const size_t samples = recordings[i].samples;
         if (!chain_simulate(baseline, &recordings[i], 0, e->simulated[i], failure)) {
@@ -357,6 +326,7 @@ evidence_t *evidence_open(const model_t *baseline, const recording_t *recordings
             evidence_close(e);
             return NULL;
         }
+        e->samples += length_of(e, i);
         e->rows += length_of(e, i) - ORDER;
         for (size_t k = e->from[i] + ORDER; k < samples; k++) {
             e->used += held_out(samples, k) ? 0 : 1;
@@ -381,7 +351,7 @@ evidence_t *evidence_open(const model_t *baseline, const recording_t *recordings
 
 void evidence_close(evidence_t *evidence) {
     if (evidence != NULL) {
-        evidence_free_each(evidence, evidence->simulated);
+        recordings_room_free(evidence->simulated, evidence->count);
         free(evidence->from);
         free(evidence->basis);
         free(evidence->residual);
@@ -391,12 +361,8 @@ void evidence_close(evidence_t *evidence) {
 
 double *evidence_signature(const evidence_t *e, const model_t *altered) {
     failure_t ignored;
-    size_t samples = 0;
     double *signature, *at;
-    for (size_t i = 0; i < e->count; i++) {
-        samples += length_of(e, i);
-    }
-    at = signature = allocate(samples, sizeof(double));
+    at = signature = allocate(e->samples, sizeof(double));
     for (size_t i = 0; i < e->count; i++) {
         double *position = allocate(e->recordings[i].samples, sizeof(double));
         bool good = chain_simulate(altered, &e->recordings[i], 0, position, &ignored);
@@ -549,12 +515,8 @@ double evidence_held_out_share(const evidence_t *e) {
 }
 
 void evidence_beyond(const evidence_t *e, double **columns, bool scaled, double *rows) {
-    size_t samples = 0;
     double *column, *at;
-    for (size_t i = 0; i < e->count; i++) {
-        samples += length_of(e, i);
-    }
-    at = column = allocate(samples, sizeof(double));
+    at = column = allocate(e->samples, sizeof(double));
     for (size_t i = 0; i < e->count; i++) {
         memcpy(at, columns[i] + e->from[i], length_of(e, i) * sizeof(double));
         at += length_of(e, i);

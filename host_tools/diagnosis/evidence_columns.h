@@ -5,12 +5,8 @@
 
 #include "evidence.h"
 
-/** A column a recording, all its samples. */
-double **evidence_one_each(const evidence_t *evidence);
-void evidence_free_each(const evidence_t *evidence, double **columns);
-
-/** Whitens such columns, scales them to a root mean square of 1 if `scaled`, and takes J out of them. `rows` has as
- * many elements as the residual. */
+/** Whitens columns, one a recording with all its samples (recordings_room), scales them to a root mean square of 1 if
+ * `scaled`, and takes J out of them. `rows` has as many elements as the residual. */
 void evidence_beyond(const evidence_t *evidence, double **columns, bool scaled, double *rows);
 
 /** The whitened residual beyond J; 0 where a sample is held out. */

@@ -24,8 +24,7 @@ typedef struct {
 
 static const model_block_t *hysteresis_of(const model_t *model) {
     size_t i = 0;
-    while (model->block[i].block->place != PLACE_HYSTERESIS || model->block[i].block->modifies_hysteresis ||
-           model->block[i].block->follows_hysteresis) {
+    while (!block_is_hysteresis(model->block[i].block)) {
         i++;
     }
     return &model->block[i];

@@ -70,7 +70,7 @@ static double *columns_of(const evidence_t *evidence, size_t rows) {
     double *all = allocate(COLUMNS * rows, sizeof(double));
     double **whole[COLUMNS];
     for (size_t c = 0; c < COLUMNS; c++) {
-        whole[c] = evidence_one_each(evidence);
+        whole[c] = recordings_room(evidence_recordings(evidence), evidence_count(evidence));
     }
     for (size_t i = 0; i < evidence_count(evidence); i++) {
         double *column[COLUMNS];
@@ -81,7 +81,7 @@ static double *columns_of(const evidence_t *evidence, size_t rows) {
     }
     for (size_t c = 0; c < COLUMNS; c++) {
         evidence_beyond(evidence, whole[c], true, all + c * rows);
-        evidence_free_each(evidence, whole[c]);
+        recordings_room_free(whole[c], evidence_count(evidence));
     }
     return all;
 }

@@ -33,14 +33,6 @@ static const double rate_threshold_part = 0.8;
 /* An amplifier's drive range is the recorded one, widened by 5 % (compile.h). */
 static const double widened = 1.05;
 
-static void range_of(const double *values, size_t count, double range[2]) {
-    range[0] = range[1] = values[0];
-    for (size_t k = 1; k < count; k++) {
-        range[0] = fmin(range[0], values[k]);
-        range[1] = fmax(range[1], values[k]);
-    }
-}
-
 /* Whether the displacement follows the drive downhill: a sign turned somewhere, which no play bank represents. */
 static bool falls(const recording_t *recording, size_t samples) {
     double drive = 0.0, displacement = 0.0, covariance = 0.0;
@@ -62,8 +54,8 @@ bool bank_prepare(bank_job_t *job) {
         const size_t end = job->job->train_to[i];
         double drive[2], displacement[2];
         job->train[i] = (fit_span_t){.recording = recording, .to = end};
-        range_of(recording->column[COLUMN_DRIVE], end, drive);
-        range_of(recording->column[COLUMN_DISPLACEMENT], end, displacement);
+        values_range(recording->column[COLUMN_DRIVE], end, drive);
+        values_range(recording->column[COLUMN_DISPLACEMENT], end, displacement);
         if (falls(recording, end)) {
             return fail(job->failure,
                         "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit",

@@ -55,14 +55,6 @@ typedef struct {
     bool from_demagnetised;
 } preisach_job_t;
 
-static void range_of(const double *values, size_t count, double *low, double *high) {
-    *low = *high = values[0];
-    for (size_t k = 1; k < count; k++) {
-        *low = fmin(*low, values[k]);
-        *high = fmax(*high, values[k]);
-    }
-}
-
 /*
  * The first sample from which on the past no longer matters: the drive has been at both ends of its own range. With
  * both_ends false, one end that is also one of the levels will do: enough if the actuator never left the range before;
@@ -71,16 +63,16 @@ static void range_of(const double *values, size_t count, double *low, double *hi
  */
 static size_t determined_at(const preisach_job_t *job, preisach_span_t *span) {
     const double *drive = span->recording->column[COLUMN_DRIVE], near_v = reached_part * (job->high_v - job->low_v);
-    double low, high;
+    double range[2];
     bool at_low = false, at_high = false;
     size_t k = 0;
-    range_of(drive, span->to, &low, &high);
-    span->own_offset = low > job->low_v + near_v && high < job->high_v - near_v;
+    values_range(drive, span->to, range);
+    span->own_offset = range[0] > job->low_v + near_v && range[1] < job->high_v - near_v;
     for (; k < span->to; k++) {
-        at_low = at_low || drive[k] <= low + near_v;
-        at_high = at_high || drive[k] >= high - near_v;
-        if ((at_low && at_high) || (!job->both_ends && ((at_low && low <= job->low_v + near_v) ||
-                                                        (at_high && high >= job->high_v - near_v)))) {
+        at_low = at_low || drive[k] <= range[0] + near_v;
+        at_high = at_high || drive[k] >= range[1] - near_v;
+        if ((at_low && at_high) || (!job->both_ends && ((at_low && range[0] <= job->low_v + near_v) ||
+                                                        (at_high && range[1] >= job->high_v - near_v)))) {
             return k;
         }
     }
@@ -105,10 +97,10 @@ static void prepare(preisach_job_t *job) {
     job->high_v = -HUGE_VAL;
     for (size_t s = 0; s < family_job->count; s++) {
         const recording_t *recording = &family_job->recordings[s];
-        double low, high;
-        range_of(recording->column[COLUMN_DRIVE], family_job->train_to[s], &low, &high);
-        job->low_v = fmin(job->low_v, low);
-        job->high_v = fmax(job->high_v, high);
+        double range[2];
+        values_range(recording->column[COLUMN_DRIVE], family_job->train_to[s], range);
+        job->low_v = fmin(job->low_v, range[0]);
+        job->high_v = fmax(job->high_v, range[1]);
     }
     for (size_t k = 0; k < MOST_INTERVALS; k++) {
         const double inset = (job->high_v - job->low_v) * (double)k / (2.0 * MOST_INTERVALS);
@@ -168,7 +160,7 @@ static bool validate(const preisach_job_t *job, candidate_t *candidate) {
         const preisach_span_t *whole = &job->train[s];
         const double *measured = whole->recording->column[COLUMN_DISPLACEMENT] + inner[s].to;
         const size_t judged = whole->to - inner[s].to;
-        double *position = allocate(whole->to, sizeof(double)), low, high, mean = 0.0, squares = 0.0;
+        double *position = allocate(whole->to, sizeof(double)), range[2], mean = 0.0, squares = 0.0;
         preisach_predict(&grid, &fit, whole, position);
         for (size_t k = 0; k < judged && whole->own_offset; k++) {
             mean += (measured[k] - position[inner[s].to + k]) / (double)judged;
@@ -178,10 +170,10 @@ static bool validate(const preisach_job_t *job, candidate_t *candidate) {
             squares += error * error / (double)judged;
         }
         if (judged > 0) {
-            range_of(measured, judged, &low, &high);
-            if (high > low) { /* a part without motion judges nothing */
+            values_range(measured, judged, range);
+            if (range[1] > range[0]) { /* a part without motion judges nothing */
                 candidate->validation_nrmse_percent =
-                    fmax(candidate->validation_nrmse_percent, 100.0 * sqrt(squares) / (high - low));
+                    fmax(candidate->validation_nrmse_percent, 100.0 * sqrt(squares) / (range[1] - range[0]));
             }
         }
         free(position);
