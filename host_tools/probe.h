@@ -18,6 +18,22 @@ typedef struct {
     const double *line_hz;
 } probe_setting_t;
 
+/**
+ * What `record --probe` plays to reveal a block and to tell it from others (probe_plan.h), as bits. A sweep of the
+ * whole range and a slow decaying triangle come first in any case: without them there is no hysteresis to compare with.
+ */
+enum {
+    PROBE_SILENCE = 1U << 0,       /**< two levels, held */
+    PROBE_STAIRCASE = 1U << 1,     /**< steps up and down that return to the same levels, with long holds */
+    PROBE_FAST_TRIANGLE = 1U << 2, /**< the decaying triangle, faster */
+    PROBE_CHIRPS = 1U << 3,        /**< rising frequency, at a small and at a larger amplitude */
+    PROBE_BURST = 1U << 4,         /**< fast and large for a while, then a pause */
+    PROBE_LADDER = 1U << 5,        /**< loops whose ends come closer to those of the range */
+    PROBE_LOOPS = 1U << 6,         /**< equal small loops at several levels */
+    PROBE_RETURN = 1U << 7,        /**< the slow decaying triangle once more, at the end */
+    PROBE_EVERYTHING = (1U << 8) - 1U
+};
+
 typedef struct {
     /** Effects that position alone hardly tells apart share a group: "lag", "slow" ..; a name of its own otherwise. */
     const char *group;
@@ -25,6 +41,8 @@ typedef struct {
     const char *explanation;
     /** What to record to see it, or to tell it from its group. */
     const char *excitation;
+    /** Which parts of the excitation the amplifier can play towards that: one or more PROBE_ bits. */
+    unsigned parts;
     /** A rate-independent hysteresis of another shape can imitate it, so it is looked for only against the model's own.
      */
     bool shape;

@@ -17,6 +17,7 @@ static const probe_t looked_for = {.group = "lag",
                                                   "amplitude grow with frequency, before the hysteresis.",
                                    .excitation =
                                        "measured voltage on the same clock; the same frequencies at two amplitudes",
+                                   .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
                                    .probe = probe,
                                    .searched = 1U};
 

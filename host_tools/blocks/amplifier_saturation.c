@@ -58,6 +58,7 @@ static const probe_t looked_for = {
     .group = "saturation",
     .explanation = "The voltage stops at a rail: flat only at the extremes, as if the drive had not gone on.",
     .excitation = "an amplitude ladder from 80 to 110 % of the range",
+    .parts = PROBE_FAST_TRIANGLE | PROBE_LADDER,
     .probe = probe,
     .searched = 1U << LOW | 1U << HIGH};
 

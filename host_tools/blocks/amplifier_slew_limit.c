@@ -58,6 +58,7 @@ static const probe_t looked_for = {.group = "slew",
                                                   "become triangles, slow or small ones do not suffer.",
                                    .excitation =
                                        "the same frequency at two amplitudes, one above and one below the limit",
+                                   .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
                                    .searched = 1U};
 

@@ -92,6 +92,7 @@ static const probe_t looked_for = {
     .explanation = "Rising and falling branches are no mirror images of each other, independent of frequency.",
     .excitation = "a second sensor, or the same loops with the sensor shifted: a curved sensor stays, an asymmetric "
                   "hysteresis moves",
+    .parts = PROBE_LADDER | PROBE_LOOPS,
     .shape = true,
     .probe = probe,
     .searched = 1U << ASYMMETRY};

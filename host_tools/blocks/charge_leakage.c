@@ -66,6 +66,7 @@ static const probe_t looked_for = {
     .explanation =
         "The charge leaks away: a held position returns towards rest, against the direction of the last step.",
     .excitation = "long holds at several levels: leakage goes with the level, drift does not",
+    .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_RETURN,
     .probe = probe,
     .searched = 3U};
 

@@ -104,6 +104,7 @@ static const probe_t looked_for = {
     .explanation = "The position goes on moving after the drive has stopped, in proportion to the logarithm of time, "
                    "in the direction of the last step.",
     .excitation = "holds over two decades of time at two levels, reached from both sides",
+    .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 1U};
 

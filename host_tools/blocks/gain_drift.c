@@ -48,6 +48,7 @@ static const probe_t looked_for = {.group = "slow",
                                    .explanation =
                                        "The gain changes steadily: the error goes with the position and with time.",
                                    .excitation = "the same small fast sweep repeated over the whole time",
+                                   .parts = PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
                                    .searched = 1U << GAIN};
 

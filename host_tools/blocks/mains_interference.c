@@ -60,6 +60,7 @@ static const probe_t looked_for = {
     .group = "hum",
     .explanation = "A line at one frequency that does not follow the drive and is there at rest too.",
     .excitation = "silence; the same drive at another speed: the line stays where it is",
+    .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
     .probe = probe,
     .searched = 7U};
 

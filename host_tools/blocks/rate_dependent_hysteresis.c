@@ -77,6 +77,7 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
 static const probe_t looked_for = {.group = "rate",
                                    .explanation = "The loop gets wider with the rate of the drive, minor loops too.",
                                    .excitation = "the same amplitude at three frequencies",
+                                   .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
                                    .searched = 3U};
 

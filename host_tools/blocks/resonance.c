@@ -70,6 +70,7 @@ static const probe_t looked_for = {
     .explanation =
         "The mechanics ring: a gain that grows towards one frequency, and oscillation at it after every edge.",
     .excitation = "a chirp through the mode, or edges",
+    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 3U};
 

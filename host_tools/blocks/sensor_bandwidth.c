@@ -15,6 +15,7 @@ static const probe_t looked_for = {.group = "lag",
                                    .explanation =
                                        "The sensor follows the position through a low pass, behind the hysteresis.",
                                    .excitation = "measured voltage on the same clock, and a faster sensor",
+                                   .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
                                    .probe = probe,
                                    .searched = 1U};
 

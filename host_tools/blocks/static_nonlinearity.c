@@ -84,6 +84,7 @@ static const probe_t looked_for = {
     .group = "shape",
     .explanation = "The reading is a curved function of the position, the same after any history and at any frequency.",
     .excitation = "a second sensor, or the same loops with the sensor shifted",
+    .parts = PROBE_LADDER | PROBE_LOOPS,
     .shape = true,
     .probe = probe,
     .searched = 1U << QUADRATIC | 1U << CUBIC};

@@ -45,6 +45,7 @@ static const probe_t looked_for = {.group = "slow",
                                    .explanation =
                                        "The reading drifts and settles exponentially, whatever the drive does.",
                                    .excitation = "silence at rest before and after, and returns to the same voltage",
+                                   .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
                                    .searched = 1U << DRIFT | 1U << TIME_CONSTANT};
 

@@ -63,6 +63,7 @@ static const probe_t looked_for = {
     .explanation = "The position answers later than the model, by the same time at every frequency and without a loss "
                    "of amplitude.",
     .excitation = "measured voltage on the same clock, or fast steps: a delay moves them, a low pass bends them",
+    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 1U};
 
