@@ -95,9 +95,10 @@ typedef struct block {
     void (*settle)(void *state, signal_t *signal);
     /** One sample: replaces *signal by the output. */
     void (*step)(void *state, signal_t *signal);
-    /** Puts the block's inverse into the amplifier's parameters (compile_job.h), or NULL: the amplifier cannot undo it.
-     */
+    /** Puts the block's inverse into the amplifier's parameters (compile_job.h). A block without it is left out of the
+     * inverse, and `uncorrected` says why: exactly one of the two is given. */
     bool (*compile)(struct compile_job *job, const parameter_t *parameter);
+    const char *uncorrected; /**< what stands in the way, and what follows for the position; a clause, no full stop */
     /** How diagnose looks for it, or NULL: it is no candidate. */
     const probe_t *probe;
 } block_t;

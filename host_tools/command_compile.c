@@ -19,15 +19,15 @@ const command_t command_compile = {
         "recordings the model was fitted to, widened by 5 %. The drive itself stays inside the recorded range.\n"
         "A lag or a mode is inverted up to a roll-off; what that leaves at low frequencies is a delay, and the "
         "amplifier looks\n"
-        "ahead by that many samples. Each note says how a block is undone, or that it is left out; a block that "
-        "the amplifier\n"
-        "cannot undo is refused. Blocks ellipse and modified_play belong to one frequency: the amplifier's source "
-        "has to\n"
-        "play a sine of it.",
+        "ahead by that many samples. Each note says how a block is undone. What cannot be undone (rails, a slew limit, "
+        "drifts,\n"
+        "hum) is left out, and a line `not corrected` says which and why. Blocks ellipse and modified_play belong to "
+        "one\n"
+        "frequency: the amplifier's source has to play a sine of it.",
     .run = compile};
 
 static bool print_json(const hyst_parameters_t *p, const compile_report_t *report, failure_t *failure) {
-    json_t *notes = json_array();
+    json_t *notes = json_array(), *uncorrected = json_array();
     json_t *json = json_pack(
         "{s:I, s:f, s:[f,f], s:[f,f], s:[f,f], s:f, s:s, s:I, s:I, s:f, s:f, s:f, s:I, s:f, s:I, s:I, s:I, s:I, s:I}",
         "model_id", (json_int_t)p->model_id, "sample_rate_hz", 1e-3 * p->sample_rate_mhz, "drive_range_v",
@@ -45,6 +45,11 @@ static bool print_json(const hyst_parameters_t *p, const compile_report_t *repor
         json_array_append_new(notes, json_string(report->note[i]));
     }
     json_object_set_new(json, "notes", notes);
+    for (size_t i = 0; i < report->uncorrected; i++) {
+        json_array_append_new(uncorrected, json_pack("{s:s, s:s}", "block", report->uncorrected_block[i].block, "why",
+                                                     report->uncorrected_block[i].why));
+    }
+    json_object_set_new(json, "not_corrected", uncorrected);
     return json_print(json, JSON_INDENT(2), failure);
 }
 
@@ -77,6 +82,9 @@ static void print_text(const hyst_parameters_t *p, const compile_report_t *repor
            (unsigned)p->creep_cells, p->drive_curves > 0 ? "; a drive curve" : "");
     for (size_t i = 0; i < report->notes; i++) {
         printf("note: %s\n", report->note[i]);
+    }
+    for (size_t i = 0; i < report->uncorrected; i++) {
+        printf("not corrected: %s: %s\n", report->uncorrected_block[i].block, report->uncorrected_block[i].why);
     }
 }
 

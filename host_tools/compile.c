@@ -97,7 +97,8 @@ static bool compile_block(compile_job_t *job, const model_block_t *block) {
     const block_t *kind = block->block;
     job->block = kind->name;
     if (kind->compile == NULL) {
-        return fail(job->failure, "block %s: this amplifier has no inverse for it", kind->name);
+        compile_uncorrected(job, "%s", kind->uncorrected);
+        return true;
     }
     return kind->compile(job, block->parameter) || fail_in(job->failure, "block %s", kind->name);
 }

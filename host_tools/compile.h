@@ -3,9 +3,10 @@
  * From a model to the parameter image of the amplifier: the chain inverted, in fixed point.
  *
  * Each block says with its `compile` hook (compile_job.h) what undoes it: the hysteresis an exact inverse, a lag or a
- * mode an inverse filter with a roll-off, a delay the lookahead; noise and quantisation are left out, and the report
- * says so. What a roll-off leaves is a delay at low frequencies, and the lookahead covers it. A block without a hook is
- * refused: an image must not look as if it undid what it does not.
+ * mode an inverse filter with a roll-off, a delay the lookahead. What a roll-off leaves is a delay at low frequencies,
+ * and the lookahead covers it. What cannot be undone (rails, drifts, hum) is left out of the inverse, and the report
+ * names each such block: an image must not look as if it undid what it does not. Only a hysteresis that the amplifier
+ * does not have is refused.
  *
  * The image file holds the image's 32-bit words, least significant byte first.
  */
@@ -31,6 +32,12 @@ typedef struct {
 
 #define COMPILE_MAX_NOTES 16
 
+/** A block of the model that the amplifier does not undo, or not beyond a limit. */
+typedef struct {
+    const char *block; /**< its name */
+    char why[160];
+} uncorrected_t;
+
 /** What compiling gave up, in numbers. */
 typedef struct {
     size_t model_operators; /**< of the model (Preisach: intervals); the image's are in the parameters */
@@ -39,7 +46,9 @@ typedef struct {
     double lookahead_remainder_s;
     double growth_limit_v; /**< largest threshold growth the amplifier can represent; 0 without rate dependence */
     size_t notes;
-    char note[COMPILE_MAX_NOTES][200]; /**< one line each: filters and their roll-off, what was left out */
+    char note[COMPILE_MAX_NOTES][200]; /**< one line each: filters and their roll-off, how a block was undone */
+    size_t uncorrected;
+    uncorrected_t uncorrected_block[MODEL_MAX_BLOCKS]; /**< each block that the position still shows, or the reading */
 } compile_report_t;
 
 /** Compiles and validates. On failure one line says which block, or which field of the image, and why. report may be

@@ -20,6 +20,15 @@ void compile_note(compile_job_t *job, const char *format, ...) {
     }
 }
 
+void compile_uncorrected(compile_job_t *job, const char *format, ...) {
+    uncorrected_t *uncorrected = &job->report->uncorrected_block[job->report->uncorrected++]; /* once a block */
+    va_list arguments;
+    uncorrected->block = job->block;
+    va_start(arguments, format);
+    vsnprintf(uncorrected->why, sizeof uncorrected->why, format, arguments);
+    va_end(arguments);
+}
+
 bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *what, int32_t *fixed) {
     const double scaled = floor(ldexp(value, bits) + 0.5);
     if (!(scaled >= -0x1p31 && scaled < 0x1p31)) {
@@ -102,10 +111,4 @@ bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, c
     free(bank.weight);
     free(bank.threshold);
     return good;
-}
-
-bool compile_leave_out(compile_job_t *job, const parameter_t *parameter) {
-    (void)parameter;
-    compile_note(job, "%s: cannot be compensated, left out", job->block);
-    return true;
 }

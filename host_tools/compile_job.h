@@ -27,11 +27,18 @@ typedef struct compile_job {
     double elastic_center_um, elastic_half_um;
 } compile_job_t;
 
-/** A line for the user: what was inverted up to where, or left out. */
+/** A line for the user: how it was inverted, and up to where. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 2, 3)))
 #endif
 void compile_note(compile_job_t *job, const char *format, ...);
+
+/** The block under compilation is not undone, or not beyond a limit, and why. For a hook whose reason has numbers in
+ * it; without any, block_t.uncorrected is enough. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void compile_uncorrected(compile_job_t *job, const char *format, ...);
 
 /** value * 2^bits, rounded; a failure that names `what` outside 32 bits. */
 bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *what, int32_t *fixed);
@@ -45,9 +52,5 @@ bool compile_shape(compile_job_t *job, inverse_filter_t filter);
  * amplifier holds, scaled, rounded. weight has operators + 1 elements. */
 bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, const double *weight,
                        const double *threshold_v);
-
-/** The hook of a block that cannot be compensated but does no harm to the inverse of the others: notes that it is left
- * out. */
-bool compile_leave_out(compile_job_t *job, const parameter_t *parameter);
 
 #endif

@@ -43,6 +43,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     p->drive_park = hyst_clamp(p->drive_park, low, high);
     compile_note(job, "%s: the drive is limited to %.5g to %.5g V", job->block, drive_to_volts(p, p->drive_low),
                  drive_to_volts(p, p->drive_high));
+    compile_uncorrected(job, "no drive reaches a position beyond the rails; the drive stops at them");
     return true;
 }
 

@@ -42,10 +42,10 @@ static void step(void *memory, signal_t *signal) {
     signal->value = state->voltage;
 }
 
-/* A reference that stays below the limit needs no inverse, and one above it has none. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    compile_note(job, "%s: not inverted; it does no harm while the drive moves by less than %.4g V/s", job->block,
-                 parameter[0].value[0]);
+    compile_uncorrected(
+        job, "no drive makes the voltage faster; it does no harm while the drive moves by less than %.4g V/s",
+        parameter[0].value[0]);
     return true;
 }
 

@@ -75,9 +75,10 @@ const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .text = "the position returns to rest as the charge leaks away",
                                       .parameter = parameters,
                                       .parameters = 3,
-
                                       .state_bytes = sizeof(state_t),
                                       .open = open,
                                       .settle = settle,
                                       .step = step,
+                                      .uncorrected =
+                                          "to hold a position against it takes a drive that grows without bound",
                                       .probe = &looked_for};

@@ -52,13 +52,15 @@ static const probe_t looked_for = {.group = "slow",
                                    .probe = probe,
                                    .searched = 1U << GAIN};
 
-const block_t block_gain_drift = {.name = "gain_drift",
-                                  .place = PLACE_SLOW,
-                                  .text = "gain that changes in proportion to time",
-                                  .parameter = parameters,
-                                  .parameters = 2,
-                                  .state_bytes = sizeof(state_t),
-                                  .open = open,
-                                  .settle = settle,
-                                  .step = step,
-                                  .probe = &looked_for};
+const block_t block_gain_drift = {
+    .name = "gain_drift",
+    .place = PLACE_SLOW,
+    .text = "gain that changes in proportion to time",
+    .parameter = parameters,
+    .parameters = 2,
+    .state_bytes = sizeof(state_t),
+    .open = open,
+    .settle = settle,
+    .step = step,
+    .uncorrected = "it grows with the time since the recording began, which the amplifier does not know",
+    .probe = &looked_for};

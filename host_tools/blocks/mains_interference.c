@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Hum: a sine on the reading, at rest too, whose phase knows nothing of the drive. */
 #include "catalogue.h"
-#include "compile_job.h"
 #include <gsl/gsl_math.h>
 
 enum { FREQUENCY, AMPLITUDE, PHASE };
@@ -64,15 +63,16 @@ static const probe_t looked_for = {
     .probe = probe,
     .searched = 7U};
 
-const block_t block_mains_interference = {.name = "mains_interference",
-                                          .place = PLACE_SENSOR,
-                                          .adds = true,
-                                          .text = "hum of the mains on the reading",
-                                          .parameter = parameters,
-                                          .parameters = 3,
-                                          .state_bytes = sizeof(state_t),
-                                          .open = open,
-                                          .settle = settle,
-                                          .step = step,
-                                          .compile = compile_leave_out,
-                                          .probe = &looked_for};
+const block_t block_mains_interference = {
+    .name = "mains_interference",
+    .place = PLACE_SENSOR,
+    .adds = true,
+    .text = "hum of the mains on the reading",
+    .parameter = parameters,
+    .parameters = 3,
+    .state_bytes = sizeof(state_t),
+    .open = open,
+    .settle = settle,
+    .step = step,
+    .uncorrected = "it is on the reading, with a phase that the amplifier does not know; the position does not have it",
+    .probe = &looked_for};

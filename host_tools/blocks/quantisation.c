@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Rounding of the position to the converter's steps. */
 #include "catalogue.h"
-#include "compile_job.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -27,4 +26,4 @@ const block_t block_quantisation = {.name = "quantisation",
                                     .open = open,
                                     .settle = quantise,
                                     .step = quantise,
-                                    .compile = compile_leave_out};
+                                    .uncorrected = "it is on the reading; the position does not have it"};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* White Gaussian noise of the position sensor. The same seed gives the same noise. */
 #include "catalogue.h"
-#include "compile_job.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -48,4 +47,4 @@ const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .open = open,
                                     .settle = settle,
                                     .step = step,
-                                    .compile = compile_leave_out};
+                                    .uncorrected = "it is on the reading; the position does not have it"};

@@ -5,7 +5,6 @@
  *     reading = c + h (s + quadratic s^2 + cubic s^3),     s = (position - c) / h
  */
 #include "catalogue.h"
-#include "compile_job.h"
 #include <math.h>
 
 enum { QUADRATIC, CUBIC, CENTER, HALF_RANGE };
@@ -65,13 +64,6 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->half_range_um * s * s * (state->quadratic + state->cubic * s);
 }
 
-/* It is the position that has to follow, not what the sensor makes of it. */
-static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    (void)parameter;
-    compile_note(job, "%s: left out, so it is the position that follows the reference, not the reading", job->block);
-    return true;
-}
-
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[QUADRATIC] = index == 0 ? 0.005 : 0.0;
     value[CUBIC] = index == 1 ? 0.005 : 0.0;
@@ -89,16 +81,17 @@ static const probe_t looked_for = {
     .probe = probe,
     .searched = 1U << QUADRATIC | 1U << CUBIC};
 
-const block_t block_static_nonlinearity = {.name = "static_nonlinearity",
-                                           .place = PLACE_SENSOR,
-                                           .adds = true,
-                                           .text = "curved characteristic of the position sensor",
-                                           .parameter = parameters,
-                                           .parameters = 4,
-                                           .check = check,
-                                           .state_bytes = sizeof(state_t),
-                                           .open = open,
-                                           .settle = step,
-                                           .step = step,
-                                           .compile = compile,
-                                           .probe = &looked_for};
+const block_t block_static_nonlinearity = {
+    .name = "static_nonlinearity",
+    .place = PLACE_SENSOR,
+    .adds = true,
+    .text = "curved characteristic of the position sensor",
+    .parameter = parameters,
+    .parameters = 4,
+    .check = check,
+    .state_bytes = sizeof(state_t),
+    .open = open,
+    .settle = step,
+    .step = step,
+    .uncorrected = "it is the sensor's: the position follows the reference, the reading keeps its curve",
+    .probe = &looked_for};

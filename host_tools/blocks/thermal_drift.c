@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What expands while sensor and frame warm up: an exponential in time that nothing the drive does can change. */
 #include "catalogue.h"
-#include "compile_job.h"
 #include <math.h>
 
 enum { DRIFT, TIME_CONSTANT };
@@ -49,15 +48,16 @@ static const probe_t looked_for = {.group = "slow",
                                    .probe = probe,
                                    .searched = 1U << DRIFT | 1U << TIME_CONSTANT};
 
-const block_t block_thermal_drift = {.name = "thermal_drift",
-                                     .place = PLACE_SENSOR,
-                                     .adds = true,
-                                     .text = "offset that settles exponentially, whatever the drive does",
-                                     .parameter = parameters,
-                                     .parameters = 2,
-                                     .state_bytes = sizeof(state_t),
-                                     .open = open,
-                                     .settle = settle,
-                                     .step = step,
-                                     .compile = compile_leave_out,
-                                     .probe = &looked_for};
+const block_t block_thermal_drift = {
+    .name = "thermal_drift",
+    .place = PLACE_SENSOR,
+    .adds = true,
+    .text = "offset that settles exponentially, whatever the drive does",
+    .parameter = parameters,
+    .parameters = 2,
+    .state_bytes = sizeof(state_t),
+    .open = open,
+    .settle = settle,
+    .step = step,
+    .uncorrected = "it goes on whatever the drive does, and without a second sensor the amplifier cannot see it",
+    .probe = &looked_for};

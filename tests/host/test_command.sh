@@ -96,6 +96,12 @@ stdout_has 'play operators'
 [ -s image ] || complain 'no image was written'
 expect 0 '' compile rate.json --json
 stdout_has '"beta_samples"'
+stdout_has '"not_corrected": []'
+sed 's/^ \],$/, {"block": "gain_drift", "parameters": {"gain_per_s": {"value": 0.01}}}],/' model.json >drift.json
+expect 0 '' compile drift.json -o image
+stdout_has 'not corrected: gain_drift: '
+expect 0 '' compile drift.json --json
+stdout_has '"block": "gain_drift"'
 expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
 stdout_has '20000 Hz'
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The limits, drifts and curved characteristics: each against the answer that its own equation has in closed form. */
-#include "compile.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -316,81 +315,6 @@ static void test_a_range_that_is_absent_is_that_of_the_fit(void) {
     json_decref(json);
 }
 
-static model_t compiled_model(const block_t *block) {
-    const double one = 0.1;
-    model_t model;
-    model_create(&model, 10000.0);
-    if (block->place == PLACE_ELECTRONICS) {
-        (void)model_append(&model, block);
-    }
-    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, &one, NULL);
-    if (block->place > PLACE_HYSTERESIS) {
-        (void)model_append(&model, block);
-    }
-    return model;
-}
-
-static const compile_options_t ranges = {.drive_range_v = {0.0, 100.0}, .position_range_um = {0.0, 10.0}};
-
-/* The drive never asks for what the rails do not give. */
-static void test_compiled_rails_limit_the_drive(void) {
-    model_t model = compiled_model(&block_amplifier_saturation);
-    hyst_parameters_t parameters;
-    compile_report_t report;
-    failure_t failure = {{0}};
-    model_set(&model.block[0], "low_v", 20.0);
-    model_set(&model.block[0], "high_v", 500.0);
-    TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &ranges, &parameters, &report, &failure), failure.text);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, drive_to_volts(&parameters, parameters.drive_low));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, drive_to_volts(&parameters, parameters.drive_park));
-    TEST_ASSERT_EQUAL_INT32(HYST_Q31_MAX, parameters.drive_high);
-    TEST_ASSERT_NOT_NULL(strstr(report.note[0], "limited to 20 to 100 V"));
-    model_set(&model.block[0], "low_v", 101.0);
-    TEST_ASSERT_FALSE(compile_model(&model, &ranges, &parameters, NULL, &failure));
-    expect_line(&failure, "outside the rails at 101 and 500 V");
-    model_set(&model.block[0], "low_v", 500.0);
-    TEST_ASSERT_FALSE(compile_model(&model, &ranges, &parameters, NULL, &failure));
-    expect_line(&failure, "low_v = 500 is not below high_v = 500");
-    model_free(&model);
-}
-
-/* What has no inverse is said to have none, in a note where that does no harm and as a refusal where it does. */
-static void test_compile_says_what_it_does_not_undo(void) {
-    static const struct {
-        const block_t *block;
-        const char *name;
-        double value;
-        const char *name_2;
-        double value_2;
-        const char *line; /* NULL: refused */
-    } cases[] = {{&block_amplifier_slew_limit, "limit_v_per_s", 5000.0, NULL, 0.0, "moves by less than 5000 V/s"},
-                 {&block_static_nonlinearity, "quadratic", 0.1, "half_range_um", 5.0, "the position that follows"},
-                 {&block_thermal_drift, "drift_um", 0.1, "time_constant_s", 5.0, "left out"},
-                 {&block_mains_interference, "frequency_hz", 50.0, "amplitude_um", 0.1, "left out"},
-                 {&block_gain_drift, "gain_per_s", 0.1, NULL, 0.0, NULL},
-                 {&block_charge_leakage, "time_constant_s", 5.0, NULL, 0.0, NULL}};
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        model_t model = compiled_model(cases[i].block);
-        model_block_t *block = &model.block[cases[i].block->place == PLACE_ELECTRONICS ? 0 : 1];
-        hyst_parameters_t parameters;
-        compile_report_t report;
-        failure_t failure = {{0}};
-        model_set(block, cases[i].name, cases[i].value);
-        if (cases[i].name_2 != NULL) {
-            model_set(block, cases[i].name_2, cases[i].value_2);
-        }
-        const bool compiled = compile_model(&model, &ranges, &parameters, &report, &failure);
-        TEST_ASSERT_EQUAL_MESSAGE(cases[i].line != NULL, compiled, failure.text);
-        if (compiled) {
-            TEST_ASSERT_NOT_NULL_MESSAGE(strstr(report.note[0], cases[i].block->name), report.note[0]);
-            TEST_ASSERT_NOT_NULL_MESSAGE(strstr(report.note[0], cases[i].line), report.note[0]);
-        } else {
-            expect_line(&failure, "no inverse");
-        }
-        model_free(&model);
-    }
-}
-
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_slew_limit_makes_a_smaller_triangle_of_a_steep_one);
@@ -406,7 +330,5 @@ int main(void) {
     RUN_TEST(test_asymmetric_branches_are_no_mirror_images);
     RUN_TEST(test_an_operator_sets_off_where_the_bent_drive_says);
     RUN_TEST(test_a_range_that_is_absent_is_that_of_the_fit);
-    RUN_TEST(test_compiled_rails_limit_the_drive);
-    RUN_TEST(test_compile_says_what_it_does_not_undo);
     return UNITY_END();
 }
