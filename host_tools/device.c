@@ -20,7 +20,7 @@
 struct device {
     modbus_t *modbus;
     char *port;
-    unsigned long slave;
+    unsigned long baud, slave;
     double timeout_s;
     unsigned long repetitions;
     int64_t identity[REGISTER_COUNT]; /* magic to waveform_capacity are filled */
@@ -221,7 +221,10 @@ static bool check_identity(device_t *device, failure_t *failure) {
 
 device_t *device_open(const device_options_t *options, failure_t *failure) {
     device_t *device = allocate(1, sizeof *device);
-    *device = (device_t){.port = copy_text(options->port), .slave = options->slave, .timeout_s = options->timeout_s};
+    *device = (device_t){.port = copy_text(options->port),
+                         .baud = options->baud,
+                         .slave = options->slave,
+                         .timeout_s = options->timeout_s};
     if (!connect_port(device, options, failure) || !check_identity(device, failure)) {
         device_close(device);
         return NULL;
@@ -247,6 +250,11 @@ int64_t device_identity(const device_t *device, int which) {
 
 double device_sample_rate_hz(const device_t *device) {
     return (double)device->identity[INDEX_sample_rate] / 1000.0;
+}
+
+double device_registers_per_s(const device_t *device) {
+    const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
+    return 0.4 * MODBUS_MAX_READ_REGISTERS * (double)device->baud / (10.0 * bytes);
 }
 
 unsigned long device_repetitions(const device_t *device) {

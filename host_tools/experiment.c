@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "experiment.h"
 #include "capture.h"
+#include "capture_reader.h"
 #include "compile.h"
 #include "mode_names.h"
 #include "monotonic_clock.h"
@@ -37,7 +38,6 @@ static bool watch_begin(watch_t *watch, device_t *device, failure_t *failure) {
 }
 
 static bool watch_next(watch_t *watch, failure_t *failure) {
-    sleep_until(monotonic_s() + POLL_S);
     const int64_t before = watch->now[INDEX_sequence];
     if (!device_read_telemetry(watch->device, watch->now, failure)) {
         return false;
@@ -61,19 +61,26 @@ static int64_t full_scale(const hyst_parameters_t *image, hyst_mode_t mode, doub
     return mode == HYST_MODE_DIRECT ? drive_from_volts(image, level) : position_from_micrometres(image, level);
 }
 
-/* Conditions if asked to and waits until the amplifier rests at the start of the waveform. */
-static bool go_to_start(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
-                        failure_t *failure) {
-    const int64_t start = full_scale(image, experiment->mode, waveform_start(&experiment->waveform));
-    if (!device_command(device, COMMAND_STOP, failure) ||
-        !device_write(device, INDEX_mode, experiment->mode, failure) ||
-        (experiment->condition && !device_command(device, COMMAND_CONDITION, failure)) ||
+/* What is the same whatever is played. */
+typedef struct {
+    hyst_mode_t mode;
+    bool condition;
+    double start;               /* level at which it begins */
+    int64_t decimation, frames; /* of the capture */
+    char text[200];             /* what is played, for the recording */
+} run_t;
+
+/* Conditions if asked to and waits until the amplifier rests at the start. */
+static bool go_to_start(device_t *device, const hyst_parameters_t *image, const run_t *run, failure_t *failure) {
+    const int64_t start = full_scale(image, run->mode, run->start);
+    if (!device_command(device, COMMAND_STOP, failure) || !device_write(device, INDEX_mode, run->mode, failure) ||
+        (run->condition && !device_command(device, COMMAND_CONDITION, failure)) ||
         /* In this order: a conditioning that begins forgets the setpoint, one that ends goes there. */
         !device_write(device, INDEX_setpoint, start, failure)) {
         return false;
     }
     progress_t progress;
-    progress_begin(&progress, experiment->condition ? "conditioning" : "going to the start");
+    progress_begin(&progress, run->condition ? "conditioning" : "going to the start");
     const int64_t window = (int64_t)(SETTLED_S * device_sample_rate_hz(device));
     watch_t watch;
     bool ok = watch_begin(&watch, device, failure);
@@ -81,8 +88,9 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     int64_t since = first;
     int64_t drive = watch.now[INDEX_drive];
     while (ok && (watch.now[INDEX_sequence] - since < window)) {
+        sleep_until(monotonic_s() + POLL_S);
         ok = watch_next(&watch, failure);
-        const bool rests = watch.now[INDEX_state] == LOOP_IDLE && watch.now[INDEX_active_mode] == experiment->mode &&
+        const bool rests = watch.now[INDEX_state] == LOOP_IDLE && watch.now[INDEX_active_mode] == run->mode &&
                            watch.now[INDEX_reference] == start &&
                            llabs(watch.now[INDEX_drive] - drive) <= SETTLED_DRIVE;
         if (!rests) {
@@ -97,11 +105,10 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     return ok;
 }
 
-static bool load_sine(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
+static bool load_sine(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, const waveform_t *w,
                       failure_t *failure) {
-    const waveform_t *w = &experiment->waveform;
-    const int64_t offset = full_scale(image, experiment->mode, w->offset);
-    const int64_t top = full_scale(image, experiment->mode, w->offset + w->amplitude);
+    const int64_t offset = full_scale(image, mode, w->offset);
+    const int64_t top = full_scale(image, mode, w->offset + w->amplitude);
     const double increment = round(w->frequency_hz / device_sample_rate_hz(device) * 4294967296.0);
     if (increment < 1.0 || increment > 2147483648.0) {
         return fail(failure, "a sine of %g Hz cannot be played at %g samples per second", w->frequency_hz,
@@ -114,36 +121,42 @@ static bool load_sine(device_t *device, const hyst_parameters_t *image, const ex
            device_write(device, INDEX_source_cycles, (int64_t)w->cycles, failure);
 }
 
-static bool load_breakpoints(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
-                             failure_t *failure) {
-    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
-    const size_t corners = waveform_breakpoints(&experiment->waveform, device_sample_rate_hz(device), corner);
+static bool load_breakpoints(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode,
+                             const breakpoint_t *corner, size_t corners, unsigned long passes, failure_t *failure) {
     if ((int64_t)corners > device_identity(device, INDEX_waveform_capacity)) {
-        return fail(failure, "the amplifier holds %" PRId64 " breakpoints, this waveform has %zu",
+        return fail(failure,
+                    "the amplifier holds %" PRId64 " breakpoints, this waveform has %zu; newer firmware holds more",
                     device_identity(device, INDEX_waveform_capacity), corners);
     }
-    uint16_t registers[4 * WAVEFORM_MAX_BREAKPOINTS];
+    uint16_t *registers = allocate(4 * corners, sizeof *registers);
     for (size_t i = 0; i < corners; i++) {
-        const uint32_t value = (uint32_t)full_scale(image, experiment->mode, corner[i].level);
+        const uint32_t value = (uint32_t)full_scale(image, mode, corner[i].level);
         registers[4 * i] = (uint16_t)(corner[i].samples >> 16);
         registers[4 * i + 1] = (uint16_t)corner[i].samples;
         registers[4 * i + 2] = (uint16_t)(value >> 16);
         registers[4 * i + 3] = (uint16_t)value;
     }
-    /* A triangle has all its cycles in the table. */
-    const unsigned long passes = experiment->waveform.kind == WAVEFORM_TRIANGLE ? 1UL : experiment->waveform.cycles;
-    return device_write_block(device, ADDRESS_waveform, 0, 4 * corners, registers, failure) &&
-           device_write(device, INDEX_waveform_points, (int64_t)corners, failure) &&
-           device_write(device, INDEX_source, SOURCE_BREAKPOINTS, failure) &&
-           device_write(device, INDEX_source_cycles, (int64_t)passes, failure);
+    const bool ok = device_write_block(device, ADDRESS_waveform, 0, 4 * corners, registers, failure) &&
+                    device_write(device, INDEX_waveform_points, (int64_t)corners, failure) &&
+                    device_write(device, INDEX_source, SOURCE_BREAKPOINTS, failure) &&
+                    device_write(device, INDEX_source_cycles, (int64_t)passes, failure);
+    free(registers);
+    return ok;
 }
 
-/* How the waveform fits into the capture buffer. */
-typedef struct {
-    int64_t decimation, frames;
-} capture_plan_t;
+static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, const waveform_t *w,
+                          failure_t *failure) {
+    if (w->kind == WAVEFORM_SINE) {
+        return load_sine(device, image, mode, w, failure);
+    }
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
+    const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
+    /* A triangle has all its cycles in the table. */
+    return load_breakpoints(device, image, mode, corner, corners, w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles,
+                            failure);
+}
 
-static bool plan_capture(device_t *device, const waveform_t *waveform, capture_plan_t *plan, failure_t *failure) {
+static bool fit_into_buffer(device_t *device, const waveform_t *waveform, run_t *run, failure_t *failure) {
     const double samples = waveform_samples(waveform, device_sample_rate_hz(device));
     const double capacity = (double)device_identity(device, INDEX_capture_capacity);
     const double decimation = ceil(samples / capacity);
@@ -151,19 +164,20 @@ static bool plan_capture(device_t *device, const waveform_t *waveform, capture_p
         return fail(failure, "the waveform lasts %.0f s; the amplifier captures at most %.0f s",
                     samples / device_sample_rate_hz(device), capacity * UINT16_MAX / device_sample_rate_hz(device));
     }
-    plan->decimation = (int64_t)decimation;
-    plan->frames = (int64_t)(samples / decimation);
-    return plan->frames >= 2 || fail(failure, "the waveform has fewer than two samples");
+    run->decimation = (int64_t)decimation;
+    run->frames = (int64_t)(samples / decimation);
+    return run->frames >= 2 || fail(failure, "the waveform has fewer than two samples");
 }
 
-static bool arm(device_t *device, const capture_plan_t *plan, failure_t *failure) {
-    return device_write(device, INDEX_capture_decimation, plan->decimation, failure) &&
-           device_write(device, INDEX_capture_length, plan->frames, failure) &&
+static bool arm(device_t *device, const run_t *run, failure_t *failure) {
+    return device_write(device, INDEX_capture_decimation, run->decimation, failure) &&
+           device_write(device, INDEX_capture_length, run->frames, failure) &&
            device_write(device, INDEX_capture_trigger, CAPTURE_AT_SOURCE, failure) &&
            device_command(device, COMMAND_ARM_CAPTURE, failure);
 }
 
-static bool play(device_t *device, const capture_plan_t *plan, experiment_events_t *events, failure_t *failure) {
+/* Reads a capture that goes round in the buffer on the way. */
+static bool play(device_t *device, capture_reader_t *reader, experiment_events_t *events, failure_t *failure) {
     watch_t watch;
     if (!watch_begin(&watch, device, failure)) {
         return false;
@@ -179,8 +193,13 @@ static bool play(device_t *device, const capture_plan_t *plan, experiment_events
     progress_begin(&progress, "playing");
     bool ok = true;
     while (ok && (watch.now[INDEX_capture_state] != CAPTURE_DONE || watch.now[INDEX_state] == LOOP_PLAYING)) {
+        sleep_until(monotonic_s() + POLL_S);
         ok = watch_next(&watch, failure);
-        progress_update(&progress, (double)watch.now[INDEX_capture_frames] / (double)plan->frames);
+        const size_t captured = (size_t)watch.now[INDEX_capture_frames];
+        while (ok && capture_reader_streams(reader) && reader->done < captured) {
+            ok = capture_reader_some(reader, captured, failure);
+        }
+        progress_update(&progress, (double)captured / (double)reader->frames);
     }
     progress_end(&progress);
     *events = (experiment_events_t){
@@ -192,31 +211,16 @@ static bool play(device_t *device, const capture_plan_t *plan, experiment_events
     return ok;
 }
 
-static bool read_frames(device_t *device, size_t frames, uint16_t *registers, failure_t *failure) {
-    const size_t count = CAPTURE_FRAME_REGISTERS * frames;
-    const size_t part = CAPTURE_FRAME_REGISTERS * 256U; /* between two updates of the bar */
-    progress_t progress;
-    progress_begin(&progress, "reading the capture");
-    bool ok = true;
-    for (size_t done = 0; ok && done < count; done += part) {
-        progress_update(&progress, (double)done / (double)count);
-        ok = device_read_block(device, ADDRESS_capture, done, count - done < part ? count - done : part,
-                               registers + done, failure);
-    }
-    progress_end(&progress);
-    return ok;
-}
-
 static hyst_q31_t captured(uint16_t value) {
     return (hyst_q31_t)(int16_t)value * CAPTURE_SCALE;
 }
 
-static void to_recording(const device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
-                         const capture_plan_t *plan, const uint16_t *registers, recording_t *recording) {
-    recording_create(recording, "capture", device_sample_rate_hz(device) / (double)plan->decimation,
-                     (size_t)plan->frames);
-    double *reference = experiment->mode == HYST_MODE_DIRECT ? NULL : recording_add_column(recording, COLUMN_REFERENCE);
-    for (size_t i = 0; i < (size_t)plan->frames; i++) {
+static void to_recording(const device_t *device, const hyst_parameters_t *image, const run_t *run,
+                         const uint16_t *registers, recording_t *recording) {
+    recording_create(recording, "capture", device_sample_rate_hz(device) / (double)run->decimation,
+                     (size_t)run->frames);
+    double *reference = run->mode == HYST_MODE_DIRECT ? NULL : recording_add_column(recording, COLUMN_REFERENCE);
+    for (size_t i = 0; i < (size_t)run->frames; i++) {
         const uint16_t *frame = registers + CAPTURE_FRAME_REGISTERS * i;
         if (reference != NULL) {
             reference[i] = position_to_micrometres(image, captured(frame[0]));
@@ -226,34 +230,68 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     }
     char text[80];
     recording_set_key(recording, "source", "hyst amplifier, captured");
-    recording_set_key(recording, "mode", mode_name(experiment->mode));
-    const waveform_t *w = &experiment->waveform;
-    (void)snprintf(text, sizeof text, "%s, %lu cycles at %g Hz", waveform_name(w->kind), w->cycles, w->frequency_hz);
-    recording_set_key(recording, "waveform", text);
-    recording_set_key(recording, "conditioned", experiment->condition ? "yes" : "no");
+    recording_set_key(recording, "mode", mode_name(run->mode));
+    recording_set_key(recording, "waveform", run->text);
+    recording_set_key(recording, "conditioned", run->condition ? "yes" : "no");
     (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
     recording_set_key(recording, "model_id", text);
 }
 
+/* From the loaded waveform to the recording. */
+static bool play_and_read(device_t *device, const hyst_parameters_t *image, const run_t *run, recording_t *recording,
+                          experiment_events_t *events, failure_t *failure) {
+    capture_reader_t reader = capture_reader(device, (size_t)run->frames);
+    const bool ok =
+        arm(device, run, failure) && play(device, &reader, events, failure) && capture_reader_rest(&reader, failure);
+    if (ok) {
+        to_recording(device, image, run, reader.registers, recording);
+    }
+    capture_reader_free(&reader);
+    return ok;
+}
+
 bool experiment_run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
                     recording_t *recording, experiment_events_t *events, failure_t *failure) {
-    capture_plan_t plan = {0};
-    if (!plan_capture(device, &experiment->waveform, &plan, failure) ||
-        !go_to_start(device, image, experiment, failure)) {
-        return false;
-    }
-    const bool loaded = experiment->waveform.kind == WAVEFORM_SINE
-                            ? load_sine(device, image, experiment, failure)
-                            : load_breakpoints(device, image, experiment, failure);
-    if (!loaded || !arm(device, &plan, failure) || !play(device, &plan, events, failure)) {
-        return false;
-    }
-    uint16_t *registers = allocate(CAPTURE_FRAME_REGISTERS * (size_t)plan.frames, sizeof *registers);
-    const bool ok = read_frames(device, (size_t)plan.frames, registers, failure);
-    if (ok) {
-        to_recording(device, image, experiment, &plan, registers, recording);
-    }
-    free(registers);
+    const waveform_t *w = &experiment->waveform;
+    run_t run = {.mode = experiment->mode, .condition = experiment->condition, .start = waveform_start(w)};
+    (void)snprintf(run.text, sizeof run.text, "%s, %lu cycles at %g Hz", waveform_name(w->kind), w->cycles,
+                   w->frequency_hz);
+    return fit_into_buffer(device, w, &run, failure) && go_to_start(device, image, &run, failure) &&
+           load_waveform(device, image, run.mode, w, failure) &&
+           play_and_read(device, image, &run, recording, events, failure);
+}
+
+/* Frames that the buffer holds, and those that can be read meanwhile: as many as the line carries, in as long as it
+ * takes. */
+static unsigned long decimation_of(const device_t *device, double samples) {
+    const double seconds = samples / device_sample_rate_hz(device);
+    const double frames = (double)device_identity(device, INDEX_capture_capacity) +
+                          device_registers_per_s(device) / CAPTURE_FRAME_REGISTERS * seconds;
+    return (unsigned long)ceil(samples / fmin(frames, UINT16_MAX - 1.0));
+}
+
+bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, const experiment_probe_t *probe,
+                          recording_t *recording, experiment_events_t *events, failure_t *failure) {
+    probe_limits_t limits = {
+        .range_v = {drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high)},
+        .slew_v_per_s = probe->slew_v_per_s,
+        .sample_rate_hz = device_sample_rate_hz(device),
+        .decimation = 1,
+        .lead = image->lookahead_samples};
+    probe_plan_t *plan = allocate(1, sizeof *plan);
+    probe_plan_make(plan, probe->parts, &limits); /* how long it is */
+    limits.decimation = decimation_of(device, plan->samples);
+    probe_plan_make(plan, probe->parts, &limits);
+    run_t run = {.mode = HYST_MODE_DIRECT,
+                 .condition = probe->condition,
+                 .start = plan->start_v,
+                 .decimation = (int64_t)limits.decimation,
+                 .frames = ((int64_t)plan->samples - (int64_t)limits.lead - 1) / (int64_t)limits.decimation + 1};
+    probe_plan_describe(plan, run.text, sizeof run.text);
+    const bool ok = go_to_start(device, image, &run, failure) &&
+                    load_breakpoints(device, image, run.mode, plan->corner, plan->corners, 1, failure) &&
+                    play_and_read(device, image, &run, recording, events, failure);
+    free(plan);
     return ok;
 }
 

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * One run on the amplifier: condition, go to the start, play a waveform, capture what happened. `record` and `track`
- * are this with different modes.
+ * One run on the amplifier: condition, go to the start, play a waveform or a probe, capture what happened. `record` and
+ * `track` are this with different modes.
  */
 #ifndef EXPERIMENT_H
 #define EXPERIMENT_H
 
 #include "device.h"
 #include "hyst/parameters.h"
+#include "probe_plan.h"
 #include "recording.h"
 #include "waveform.h"
 
@@ -33,6 +34,20 @@ typedef struct {
  */
 bool experiment_run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
                     recording_t *recording, experiment_events_t *events, failure_t *failure);
+
+typedef struct {
+    unsigned parts;      /**< PROBE_ bits */
+    double slew_v_per_s; /**< steepest line */
+    bool condition;      /**< sweep the whole drive range first */
+} experiment_probe_t;
+
+/**
+ * The same with a probe (probe_plan.h) between the ends of the image's drive range, in direct mode. It may be longer
+ * than the amplifier's buffer: the recording is read while it is made, as one without a gap, at the highest rate that
+ * the line carries with some reserve. A line that turns out slower than that is a failure, not a gap.
+ */
+bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, const experiment_probe_t *probe,
+                          recording_t *recording, experiment_events_t *events, failure_t *failure);
 
 /** "note: ..." lines on stderr about events that a user should know of. */
 void experiment_print_events(const experiment_events_t *events);

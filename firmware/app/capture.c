@@ -34,7 +34,7 @@ void capture_source_started(uint32_t delay) {
 }
 
 static void store(const capture_frame_t *frame) {
-    uint16_t *to = buffer[capture.frames];
+    uint16_t *to = buffer[capture.frames % CAPTURE_CAPACITY];
     to[0] = (uint16_t)frame->reference;
     to[1] = (uint16_t)frame->drive;
     to[2] = (uint16_t)frame->position;
@@ -68,6 +68,11 @@ capture_state_t capture_state(void) {
 
 uint16_t capture_frames(void) {
     return capture.frames;
+}
+
+bool capture_readable(void) {
+    const bool filling = capture.state == CAPTURE_ARMED || capture.state == CAPTURE_RUNNING;
+    return !filling || capture.settings.length > CAPTURE_CAPACITY;
 }
 
 uint16_t capture_register(size_t index) {

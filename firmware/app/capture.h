@@ -5,7 +5,9 @@
  * A frame is three registers, each the upper 16 bits of a Q31 number: value = integer / 2^15. The reference is rounded
  * to nearest, drive and position are what the converters got and gave.
  *
- * Armed by the main loop, filled by the sample interrupt, read by the main loop when done.
+ * Armed by the main loop, filled by the sample interrupt, read by the main loop when done. A capture that is longer
+ * than the buffer goes round in it: frame n lies at place n % CAPTURE_CAPACITY, is read while the capture runs, and is
+ * whole as long as capture_frames() is below n + CAPTURE_CAPACITY afterwards.
  */
 #ifndef CAPTURE_H
 #define CAPTURE_H
@@ -25,7 +27,7 @@ typedef enum { CAPTURE_AT_ONCE = 0, CAPTURE_AT_SOURCE = 1 } capture_trigger_t;
 
 typedef struct {
     uint16_t decimation; /**< a frame every so many samples, 1 or more */
-    uint16_t length;     /**< frames, 1..CAPTURE_CAPACITY */
+    uint16_t length;     /**< frames, 1 or more */
     capture_trigger_t trigger;
 } capture_settings_t;
 
@@ -51,7 +53,10 @@ void capture_sample(const capture_frame_t *frame);
 capture_state_t capture_state(void);
 uint16_t capture_frames(void);
 
-/** Main loop: register `index` of the block. Meaningless while armed or running. */
+/** Main loop: may the block be read? Not while a capture that fits into the buffer is armed or running. */
+bool capture_readable(void);
+
+/** Main loop: register `index` of the block. */
 uint16_t capture_register(size_t index);
 
 #endif

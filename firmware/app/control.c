@@ -70,9 +70,8 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_waveform_points:
         return x <= WAVEFORM_CAPACITY;
     case INDEX_capture_decimation:
-        return x > 0;
     case INDEX_capture_length:
-        return x > 0 && x <= CAPTURE_CAPACITY;
+        return x > 0;
     case INDEX_capture_trigger:
         return x <= CAPTURE_AT_SOURCE;
     case INDEX_setpoint_slew:

@@ -51,12 +51,8 @@ static uint16_t block_of(uint16_t address) {
     return blocks[i].address;
 }
 
-static bool capture_filling(void) {
-    return capture_state() == CAPTURE_ARMED || capture_state() == CAPTURE_RUNNING;
-}
-
 modbus_exception_t register_blocks_check_read(uint16_t address) {
-    return block_of(address) == ADDRESS_capture && capture_filling() ? MODBUS_DEVICE_FAILURE : MODBUS_OK;
+    return block_of(address) == ADDRESS_capture && !capture_readable() ? MODBUS_DEVICE_FAILURE : MODBUS_OK;
 }
 
 static uint32_t waveform_word(size_t word) {

@@ -22,6 +22,7 @@
 #define SAMPLES_PER_MS 100
 
 static line_control_t *line;
+static twin_t *twin; /* NULL: one to one */
 static pid_t process = -1;
 static int holder = -1;
 static char port[64];
@@ -53,6 +54,15 @@ static void seal(uint8_t *frame, size_t length) {
     frame[length - 1] = (uint8_t)(crc >> 8);
 }
 
+/* One sample later the actuator has this position. */
+static uint16_t actuate(uint16_t drive_code) {
+    if (twin == NULL) {
+        return drive_code;
+    }
+    twin_step(twin, drive_code);
+    return twin_position_code(twin);
+}
+
 /* The position shows the drive as late as the fake board says of itself. */
 static void sample(void) {
     static uint16_t on_the_way[FAKE_LATENCY];
@@ -63,7 +73,7 @@ static void sample(void) {
         }
         settled = true;
     }
-    const uint16_t position_code = on_the_way[0];
+    const uint16_t position_code = actuate(on_the_way[0]);
     memmove(on_the_way, on_the_way + 1, sizeof on_the_way - sizeof on_the_way[0]);
     on_the_way[FAKE_LATENCY - 1] = fake_board_sample((hyst_q31_t)((uint32_t)(position_code ^ BOARD_CODE_MIDDLE) << 16));
 }
@@ -74,7 +84,7 @@ static void run_loop(double *done_s) {
     if (samples > 0) {
         *done_s = now_s;
     }
-    for (int i = 0; i < samples && !line->loop_stands; i++) {
+    for (int i = 0; i < samples && !line->loop_stands && line->samples_per_request == 0; i++) {
         sample();
     }
 }
@@ -124,7 +134,7 @@ static void answer(int file, const uint8_t *request, size_t length) {
         loop_set_mode(HYST_MODE_PARK);
     }
     /* A commit is in force from the next sample on; the host may ask before the clock has made one. */
-    if (!line->loop_stands) {
+    for (int i = 0; i < 1 + line->samples_per_request && !line->loop_stands; i++) {
         sample();
     }
     switch (fault) {
@@ -193,13 +203,14 @@ static void hold_port(void) {
     TEST_ASSERT_EQUAL_INT(0, tcsetattr(holder, TCSANOW, &settings));
 }
 
-const char *simulated_device_start(void) {
+const char *simulated_device_start(twin_t *actuator) {
     const int file = posix_openpt(O_RDWR | O_NOCTTY);
     TEST_ASSERT_TRUE(file >= 0 && grantpt(file) == 0 && unlockpt(file) == 0);
     (void)strncpy(port, ptsname(file), sizeof port - 1);
     hold_port();
     line = mmap(NULL, sizeof *line, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(line != MAP_FAILED);
+    twin = actuator;
     process = fork();
     if (process == 0) {
         (void)prctl(PR_SET_PDEATHSIG, SIGKILL);

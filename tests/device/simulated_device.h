@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * An amplifier on a pseudo-terminal: the application on the fake board of tests/firmware, in a process of its own,
- * behind a line that can be made to misbehave. Its actuator follows the drive one to one.
+ * behind a line that can be made to misbehave. Its actuator follows the drive one to one, unless it is given another.
  */
 #ifndef TESTS_SIMULATED_DEVICE_H
 #define TESTS_SIMULATED_DEVICE_H
 
+#include "twin.h"
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -31,15 +32,18 @@ typedef struct {
     volatile unsigned after; /**< requests that pass before the fault begins */
     volatile unsigned times; /**< requests it lasts; 0 ends it */
     volatile unsigned delay_ms;
-    volatile bool loop_stands;    /**< the sample interrupt does not come */
+    volatile bool loop_stands; /**< the sample interrupt does not come */
+    /** 0: the loop runs by the clock; else it makes so many samples while a request and its answer are on the line, and
+     * none otherwise: then nothing depends on how busy this machine is. */
+    volatile int samples_per_request;
     volatile unsigned park_after; /**< requests until somebody parks the amplifier; 0: nobody does */
 
     volatile unsigned requests; /**< that arrived */
     volatile unsigned starts;   /**< commands `start` that were executed */
 } line_control_t;
 
-/** Starts the device. Returns its port. */
-const char *simulated_device_start(void);
+/** Starts the device, with a copy of this twin for its actuator, or NULL. Returns its port. */
+const char *simulated_device_start(twin_t *actuator);
 line_control_t *simulated_device_line(void);
 
 /** The next `times` requests, after `after` good ones, meet the fault. */

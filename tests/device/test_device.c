@@ -19,7 +19,7 @@ static failure_t failure;
 
 void setUp(void) {
     options = (device_options_t)DEVICE_OPTIONS_DEFAULT;
-    options.port = simulated_device_start();
+    options.port = simulated_device_start(NULL);
     options.timeout_s = TIMEOUT_S;
     device = NULL;
     failure.text[0] = '\0';

@@ -29,7 +29,7 @@ static void make_parameters(void) {
 
 void setUp(void) {
     device_options_t options = DEVICE_OPTIONS_DEFAULT;
-    options.port = simulated_device_start();
+    options.port = simulated_device_start(NULL);
     failure.text[0] = '\0';
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);

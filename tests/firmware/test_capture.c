@@ -199,6 +199,50 @@ static void test_frames_cannot_be_read_while_they_are_written(void) {
     TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_capture, 1, &value));
 }
 
+/* Longer than the buffer: frame n at place n % capacity, whole until the frame `capacity` later is begun. */
+static void test_a_long_capture_goes_round_and_is_read_meanwhile(void) {
+    enum { FRAMES = 65535 };
+    set(INDEX_capture_length, FRAMES);
+    master_command(COMMAND_ARM_CAPTURE);
+    for (uint32_t n = 0; n < FRAMES; n++) {
+        TEST_ASSERT_NOT_EQUAL(CAPTURE_DONE, capture_state());
+        TEST_ASSERT_EQUAL_UINT16(n, capture_frames());
+        (void)fake_board_sample((hyst_q31_t)(n << 16));
+        if (n % 97 == 0 || n + 1 == FRAMES) {
+            const uint32_t kept = n < CAPTURE_CAPACITY ? n + 1 : CAPTURE_CAPACITY;
+            const uint32_t look[] = {n + 1 - kept, n - (uint32_t)random_between(&rng, 0, (int32_t)kept - 1), n};
+            for (int i = 0; i < 3; i++) {
+                int16_t frame[3];
+                read_frame(look[i] % CAPTURE_CAPACITY, frame);
+                TEST_ASSERT_EQUAL_INT16((int16_t)look[i], frame[2]);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL(CAPTURE_DONE, capture_state());
+    TEST_ASSERT_EQUAL_UINT16(FRAMES, capture_frames());
+    for (int i = 0; i < 10; i++) {
+        (void)fake_board_sample(-1); /* no more */
+    }
+    int16_t last[3];
+    read_frame((FRAMES - 1) % CAPTURE_CAPACITY, last);
+    TEST_ASSERT_EQUAL_INT16((int16_t)(FRAMES - 1), last[2]);
+}
+
+/* The shortest that goes round: one frame takes the place of frame 0. */
+static void test_a_capture_one_frame_longer_than_the_buffer(void) {
+    set(INDEX_capture_length, CAPTURE_CAPACITY + 1);
+    master_command(COMMAND_ARM_CAPTURE);
+    for (uint32_t n = 0; n <= CAPTURE_CAPACITY; n++) {
+        (void)fake_board_sample((hyst_q31_t)(n << 16));
+    }
+    TEST_ASSERT_EQUAL(CAPTURE_DONE, capture_state());
+    int16_t frame[3];
+    read_frame(0, frame);
+    TEST_ASSERT_EQUAL_INT16(CAPTURE_CAPACITY, frame[2]);
+    read_frame(1, frame);
+    TEST_ASSERT_EQUAL_INT16(1, frame[2]);
+}
+
 static void test_arming_again_starts_anew(void) {
     set(INDEX_capture_length, 5);
     master_command(COMMAND_ARM_CAPTURE);
@@ -241,6 +285,8 @@ int main(void) {
     RUN_TEST(test_decimation_takes_every_nth_sample);
     RUN_TEST(test_the_whole_buffer_at_once);
     RUN_TEST(test_frames_cannot_be_read_while_they_are_written);
+    RUN_TEST(test_a_long_capture_goes_round_and_is_read_meanwhile);
+    RUN_TEST(test_a_capture_one_frame_longer_than_the_buffer);
     RUN_TEST(test_arming_again_starts_anew);
     RUN_TEST(test_the_trigger_waits_for_the_next_start);
     return UNITY_END();

@@ -14,7 +14,7 @@
 #define SKIPPED 77
 
 void setUp(void) {
-    TEST_ASSERT_EQUAL_INT(0, setenv("LINE", simulated_device_start(), 1));
+    TEST_ASSERT_EQUAL_INT(0, setenv("LINE", simulated_device_start(NULL), 1));
 }
 void tearDown(void) {
     simulated_device_stop();

@@ -93,8 +93,8 @@ static void test_values_out_of_range(void) {
                  {INDEX_waveform_points, LENGTH_waveform / 4, LENGTH_waveform / 4 + 1},
                  {INDEX_capture_decimation, 1, 0},
                  {INDEX_capture_decimation, 65535, 0},
-                 {INDEX_capture_length, LENGTH_capture / 3, LENGTH_capture / 3 + 1},
                  {INDEX_capture_length, 1, 0},
+                 {INDEX_capture_length, 65535, 0},
                  {INDEX_capture_trigger, 1, 2},
                  {INDEX_setpoint_slew, 1, 0},
                  {INDEX_setpoint_slew, INT32_MAX, 0x80000000U}};
