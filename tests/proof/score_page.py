@@ -4,7 +4,6 @@ import pathlib
 import statistics
 import sys
 
-BEGIN, END = "<!-- written by scripts/prove -->", "<!-- end of what scripts/prove writes -->"
 
 
 def text(proportion):
@@ -95,10 +94,12 @@ def make_page(result):
         "## What went wrong\n", failures(result)))
 
 
-def replace_page(source, target):
+def replace_page(source, target, writer="scripts/prove"):
+    """Puts the text of a file between the markers of `writer` in another one."""
+    begin, end = f"<!-- written by {writer} -->", f"<!-- end of what {writer} writes -->"
     page, target = pathlib.Path(source).read_text(), pathlib.Path(target)
     before = target.read_text()
-    if BEGIN not in before or END not in before:
+    if begin not in before or end not in before:
         sys.exit(f"{target}: no markers to write between")
-    head, tail = before.split(BEGIN, 1)[0], before.split(END, 1)[1]
-    target.write_text(f"{head}{BEGIN}\n\n{page}\n{END}{tail}")
+    head, tail = before.split(begin, 1)[0], before.split(end, 1)[1]
+    target.write_text(f"{head}{begin}\n\n{page}\n{end}{tail}")

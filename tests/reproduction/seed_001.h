@@ -4,7 +4,7 @@
 #define SEED_001_H
 
 #include "model.h"
-#include "recording.h"
+#include "record_001.h"
 #include "twins/twin_001.h"
 
 /** What is tracked: the paper's 0.05 mm. */
@@ -16,9 +16,6 @@ typedef struct {
     double third_power; /**< power of the third harmonic over that of the fundamental */
     double drive_v;     /**< largest magnitude */
 } seed_001_tracked_t;
-
-/** A sine of the drive around 0 V, and what the twin's sensor reads; the transient is over when it begins. */
-void seed_001_record(recording_t *recording, double frequency_hz, double amplitude_v, double seconds, uint64_t seed);
 
 /** Half the peak-to-peak displacement. */
 double seed_001_amplitude(const recording_t *recording);

@@ -5,6 +5,7 @@
 #include "chain.h"
 #include "compile.h"
 #include "fit.h"
+#include "printed_004.h"
 #include "reproduction.h"
 #include "sine_fit.h"
 #include "twins/twin_004.h"
@@ -12,13 +13,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* The printed model: weights in um/V, thresholds spacing * i, beta, and the printed weights of its inverse. */
-enum { OPERATORS = 10 };
-static const double printed_weight[OPERATORS + 1] = {0.8515, 0.6893,  0.01442, 0.2657, 0.0111, 0.1761,
-                                                     0.0001, -0.0573, 0.0007,  -0.5,   0.8895};
-static const double printed_inverse[OPERATORS + 1] = {1.1742,  -0.3457, -0.004,  -0.0730, -0.0026, -0.0410,
-                                                      -0.0001, 0.0122,  -0.0001, 0.1094,  -0.2616};
-static const double printed_spacing_v = 0.42067, printed_beta_s = 4.1317e-4;
+/* Of the printed inverse. */
+static const double printed_inverse[PRINTED_004_OPERATORS + 1] = {1.1742,  -0.3457, -0.004,  -0.0730, -0.0026, -0.0410,
+                                                                  -0.0001, 0.0122,  -0.0001, 0.1094,  -0.2616};
 
 /* The paper relates widths and errors to this. */
 static const double range_um = 40.0;
@@ -33,17 +30,17 @@ static const double tracked_um = 16.0;
 /* ---- the printed numbers ---- */
 
 static void make_printed_model(model_t *model, double rate_filter_s) {
-    double threshold[OPERATORS];
-    for (size_t i = 0; i < OPERATORS; i++) {
-        threshold[i] = printed_spacing_v * (double)(i + 1);
+    double threshold[PRINTED_004_OPERATORS];
+    for (size_t i = 0; i < PRINTED_004_OPERATORS; i++) {
+        threshold[i] = printed_004_spacing_v * (double)(i + 1);
     }
     model_create(model, TWIN_004_RATE_HZ);
     model_block_t *rate = model_append(model, &block_rate_dependent_hysteresis);
-    model_set(rate, "beta_s", printed_beta_s);
+    model_set(rate, "beta_s", printed_004_beta_s);
     model_set(rate, "rate_filter_s", rate_filter_s);
     model_block_t *bank = model_append(model, &block_prandtl_ishlinskii);
-    model_set_array(bank, "weights", OPERATORS + 1, printed_weight, NULL);
-    model_set_array(bank, "thresholds_v", OPERATORS, threshold, NULL);
+    model_set_array(bank, "weights", PRINTED_004_OPERATORS + 1, printed_004_weight, NULL);
+    model_set_array(bank, "thresholds_v", PRINTED_004_OPERATORS, threshold, NULL);
 }
 
 /* Largest distance between the branches of a loop: one period, evenly sampled, of a drive that starts at its middle and
@@ -80,9 +77,9 @@ static void report_inverse_weights(reproduction_t *reproduction) {
     int follow = 0;
     char text[400];
     size_t used = 0;
-    for (size_t i = 0; i <= OPERATORS; i++) {
+    for (size_t i = 0; i <= PRINTED_004_OPERATORS; i++) {
         const double before = i > 0 ? 1.0 / sum : 0.0;
-        sum += printed_weight[i];
+        sum += printed_004_weight[i];
         const double formula = 1.0 / sum - before;
         follow += fabs(formula - printed_inverse[i]) < 5e-5 ? 1 : 0;
         first = i == 1 ? formula : first;
@@ -102,7 +99,7 @@ static void report_inverse_weights(reproduction_t *reproduction) {
         text);
     reproduction_row(reproduction,
                      "printed inverse weights that follow from the printed weights by formula (21), to half a digit",
-                     OPERATORS + 1, follow, "of 11", MET_AT_LEAST, 0.0);
+                     PRINTED_004_OPERATORS + 1, follow, "of 11", MET_AT_LEAST, 0.0);
     reproduction_explain(reproduction, "See b1. b0 and b10 agree to 2e-4, the others do not.");
 }
 
@@ -227,7 +224,7 @@ static void show_loops(reproduction_t *reproduction, const recording_t loop[LOOP
  */
 static bool track_with_delay(const recording_t *slow, double worst_percent[LOOPS], double *delay_s,
                              failure_t *failure) {
-    const fit_options_t ten = {.operators = OPERATORS};
+    const fit_options_t ten = {.operators = PRINTED_004_OPERATORS};
     compile_options_t options = converters;
     hyst_parameters_t image;
     recording_t tracked;
@@ -261,7 +258,7 @@ static bool track_with_delay(const recording_t *slow, double worst_percent[LOOPS
 }
 
 static bool report_twin(reproduction_t *reproduction, failure_t *failure) {
-    const fit_options_t ten = {.operators = OPERATORS};
+    const fit_options_t ten = {.operators = PRINTED_004_OPERATORS};
     recording_t loop[LOOPS], tracked[TRACKED] = {{0}};
     double width[LOOPS], delayed[LOOPS] = {0.0}, delay_s = 0.0;
     hyst_parameters_t image;
