@@ -43,8 +43,8 @@ typedef struct {
     double autocorrelation_samples;
 } bank_job_t;
 
-/** Measures the range of the training data, and the least slope that every fit keeps. Fails on a displacement that
- * falls with the drive. */
+/** Measures the range of the training data, and the least slope that every fit keeps. Fails if in the slowest of the
+ * recordings the displacement falls with the drive. */
 bool bank_prepare(bank_job_t *job);
 
 /** Goes on with the displacement without the creep of job->gamma_per_decade (job->recordings, job->elastic), if the

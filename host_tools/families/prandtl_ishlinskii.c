@@ -47,8 +47,19 @@ static bool falls(const recording_t *recording, size_t samples) {
     return covariance < 0.0;
 }
 
+/* How often the drive goes through its range in a second, there or back. */
+static double passes_per_s(const recording_t *recording, size_t samples, const double range[2]) {
+    const double *drive = recording->column[COLUMN_DRIVE];
+    double way = 0.0;
+    for (size_t k = 1; k < samples; k++) {
+        way += fabs(drive[k] - drive[k - 1]);
+    }
+    return way / (range[1] - range[0]) * recording->sample_rate_hz / (double)samples;
+}
+
 bool bank_prepare(bank_job_t *job) {
-    double slope = HUGE_VAL;
+    double slope = HUGE_VAL, slowest = HUGE_VAL;
+    size_t slow = 0;
     for (size_t i = 0; i < job->job->count; i++) {
         const recording_t *recording = &job->recordings[i];
         const size_t end = job->job->train_to[i];
@@ -56,13 +67,20 @@ bool bank_prepare(bank_job_t *job) {
         job->train[i] = (fit_span_t){.recording = recording, .to = end};
         values_range(recording->column[COLUMN_DRIVE], end, drive);
         values_range(recording->column[COLUMN_DISPLACEMENT], end, displacement);
-        if (falls(recording, end)) {
-            return fail(job->failure,
-                        "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit",
-                        recording->name);
+        const double passes = passes_per_s(recording, end, drive);
+        if (passes < slowest) {
+            slowest = passes;
+            slow = i;
         }
         job->half_range_v = fmax(job->half_range_v, 0.5 * (drive[1] - drive[0]));
         slope = fmin(slope, (displacement[1] - displacement[0]) / (drive[1] - drive[0]));
+    }
+    /* Faster ones may be beyond the mechanics' first mode, where the position goes against the drive. */
+    if (falls(&job->recordings[slow], job->job->train_to[slow])) {
+        return fail(job->failure,
+                    "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit, or "
+                    "record a slower drive, too",
+                    job->recordings[slow].name);
     }
     job->linear.least_direct = direct_part * slope;
     return true;
