@@ -19,6 +19,8 @@ typedef struct {
 
 /* The whole drive range in 20 ms: fast enough for electronics to show, gentle for most high-voltage amplifiers. */
 static const double ranges_per_s = 50.0;
+/* A fifth of the longest probe: creep goes on evenly in the logarithm of time. */
+static const double probe_rest_s = 5.0;
 
 static bool given(const double range[2]) {
     return range[0] < range[1];
@@ -91,7 +93,7 @@ static int record(device_t *device, const settings_t *settings) {
     }
     const double range_v[2] = {drive_to_volts(&image, image.drive_low), drive_to_volts(&image, image.drive_high)};
     experiment_t experiment = {.mode = HYST_MODE_DIRECT, .condition = !settings->no_condition};
-    experiment_probe_t probe = {.parts = settings->parts, .condition = !settings->no_condition};
+    experiment_probe_t probe = {.parts = settings->parts, .condition = !settings->no_condition, .rest_s = probe_rest_s};
     const int status = settings->probe != NULL
                            ? choose_slew_rate(settings, range_v, &probe.slew_v_per_s)
                            : waveform_choose(&command_record, &settings->waveform, range_v, "V", &experiment.waveform);

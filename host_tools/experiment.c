@@ -18,7 +18,7 @@
 /* A loop that makes no sample for this long will not make one. */
 #define STANDSTILL_S 5.0
 
-/* Settled: in 0.1 s the drive changes by no more than one code of a 16-bit converter. */
+/* Settled: in 0.1 s, or as long as it is to rest, the drive changes by no more than one code of a 16-bit converter. */
 #define SETTLED_S     0.1
 #define SETTLED_DRIVE ((int64_t)1 << 16)
 
@@ -66,6 +66,7 @@ typedef struct {
     hyst_mode_t mode;
     bool condition;
     double start;               /* level at which it begins */
+    double rest_s;              /* how long it has been there before */
     int64_t decimation, frames; /* of the capture */
     char text[200];             /* what is played, for the recording */
 } run_t;
@@ -81,7 +82,7 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     }
     progress_t progress;
     progress_begin(&progress, run->condition ? "conditioning" : "going to the start");
-    const int64_t window = (int64_t)(SETTLED_S * device_sample_rate_hz(device));
+    const int64_t window = (int64_t)(fmax(SETTLED_S, run->rest_s) * device_sample_rate_hz(device));
     watch_t watch;
     bool ok = watch_begin(&watch, device, failure);
     const int64_t first = watch.now[INDEX_sequence];
@@ -97,9 +98,9 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
             since = watch.now[INDEX_sequence];
             drive = watch.now[INDEX_drive];
         }
-        /* The sweep takes two to three seconds; nobody knows the time after it. */
+        /* The sweep takes two to three seconds; nobody knows how long the way takes after it. */
         const double seconds = (double)(watch.now[INDEX_sequence] - first) / device_sample_rate_hz(device);
-        progress_update(&progress, seconds / (seconds + 1.0));
+        progress_update(&progress, seconds / (seconds + 1.0 + run->rest_s));
     }
     progress_end(&progress);
     return ok;
@@ -233,6 +234,10 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     recording_set_key(recording, "mode", mode_name(run->mode));
     recording_set_key(recording, "waveform", run->text);
     recording_set_key(recording, "conditioned", run->condition ? "yes" : "no");
+    if (run->rest_s > 0.0) {
+        (void)snprintf(text, sizeof text, "%g", run->rest_s);
+        recording_set_key(recording, "rested_s", text);
+    }
     (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
     recording_set_key(recording, "model_id", text);
 }
@@ -285,6 +290,7 @@ bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, cons
     run_t run = {.mode = HYST_MODE_DIRECT,
                  .condition = probe->condition,
                  .start = plan->start_v,
+                 .rest_s = probe->rest_s,
                  .decimation = (int64_t)limits.decimation,
                  .frames = ((int64_t)plan->samples - (int64_t)limits.lead - 1) / (int64_t)limits.decimation + 1};
     probe_plan_describe(plan, run.text, sizeof run.text);

@@ -39,6 +39,7 @@ typedef struct {
     unsigned parts;      /**< PROBE_ bits */
     double slew_v_per_s; /**< steepest line */
     bool condition;      /**< sweep the whole drive range first */
+    double rest_s;       /**< then rest at the start: what was before creeps on into the recording */
 } experiment_probe_t;
 
 /**

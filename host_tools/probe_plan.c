@@ -8,6 +8,7 @@
 /* Half a period takes at least so many frames, so that a recording shows more than its ends. */
 #define HALF_PERIOD_FRAMES 5.0
 
+static const double start_level = 0.5;
 static const double chirp_from_hz = 1.0, chirp_to_hz = 200.0, burst_hz = 40.0;
 
 /* A plan that is being written. Levels are fractions of the range. */
@@ -60,8 +61,9 @@ static double fastest_hz(const pen_t *pen, double width, double hz) {
 }
 
 static void sweep(pen_t *pen) {
-    line(pen, 1.0, 0.5);
+    line(pen, 1.0, 0.25);
     line(pen, 0.0, 0.5);
+    line(pen, start_level, 0.25);
 }
 
 static void decaying_triangle(pen_t *pen, double seconds) {
@@ -191,11 +193,13 @@ unsigned probe_parts(const char *name, failure_t *failure) {
 }
 
 void probe_plan_make(probe_plan_t *plan, unsigned asked, const probe_limits_t *limits) {
-    *plan = (probe_plan_t){.parts = asked, .limits = *limits, .start_v = limits->range_v[0]};
+    *plan = (probe_plan_t){.parts = asked, .limits = *limits};
     pen_t pen = {.plan = plan,
+                 .level = start_level,
                  .frame_s = (double)limits->decimation / limits->sample_rate_hz,
                  .steepest = limits->slew_v_per_s / (limits->range_v[1] - limits->range_v[0])};
-    corner(&pen, (double)limits->lead + 1.0, 0.0);
+    plan->start_v = volts(&pen, start_level);
+    corner(&pen, (double)limits->lead + 1.0, start_level);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (played(i, asked)) {
             parts[i].draw(&pen);

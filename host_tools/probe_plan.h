@@ -3,7 +3,7 @@
  * What `record --probe` plays: one polygon of drive against time, made of the parts that blocks ask for in their probe
  * tables (probe.h), in this order and within one sweep, so that creep sees no gap.
  *
- *     sweep          the whole range up and down, 1 s                                       always
+ *     sweep          from the middle to both ends of the range and back, 1 s                always
  *     slow triangle  nine half periods about the middle, each smaller than the last, 2 s    always
  *     silence        the middle and a twentieth of the range, 1 s each
  *     staircase      20 55 90 55 20 0 50 % of the range, 1.5 s each
@@ -41,7 +41,7 @@ typedef struct {
 typedef struct {
     unsigned parts; /**< PROBE_ bits */
     probe_limits_t limits;
-    double start_v; /**< where it starts */
+    double start_v; /**< where it starts: the middle, where creep of what was before is least */
     size_t corners;
     breakpoint_t corner[PROBE_PLAN_MAX_CORNERS];
     double samples; /**< length in samples of the loop */

@@ -29,7 +29,7 @@ static void must(bool done) {
 /* What a full request takes at 115200 baud, 22.5 ms, and behind a USB adapter that keeps the answer for 16 ms. */
 enum { SAMPLES_PER_REQUEST = 400 };
 
-/* 0..100 V, 0..100 um, as the twin's model; the drive stays within 10..95 V. */
+/* -50..50 V, where 0 V is the rest of the twin, and -50..50 um; the drive stays within -45..40 V. */
 static void start(twin_t *actuator, uint32_t lookahead_samples) {
     device_options_t options = DEVICE_OPTIONS_DEFAULT;
     options.port = simulated_device_start(actuator);
@@ -37,10 +37,10 @@ static void start(twin_t *actuator, uint32_t lookahead_samples) {
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
     hyst_parameters_default(&image);
-    image.drive_center_uv = image.drive_half_range_uv = 50000000;
-    image.position_center_pm = image.position_half_range_pm = 50000000;
-    image.drive_low = drive_from_volts(&image, 10.0);
-    image.drive_high = drive_from_volts(&image, 95.0);
+    image.drive_half_range_uv = 50000000;
+    image.position_half_range_pm = 50000000;
+    image.drive_low = drive_from_volts(&image, -45.0);
+    image.drive_high = drive_from_volts(&image, 40.0);
     image.transition_slew = 1 << 24;
     image.lookahead_samples = lookahead_samples;
     must(amplifier_image_write(device, &image, &failure));
@@ -60,7 +60,7 @@ void tearDown(void) {
 static experiment_probe_t probe_of(const char *name) {
     const unsigned parts = probe_parts(name, &failure);
     TEST_ASSERT_GREATER_THAN_UINT_MESSAGE(0, parts, failure.text);
-    return (experiment_probe_t){.parts = parts, .slew_v_per_s = 50.0 * 85.0, .condition = true};
+    return (experiment_probe_t){.parts = parts, .slew_v_per_s = 50.0 * 85.0, .condition = true, .rest_s = 0.2};
 }
 
 /* Level of sample n = 1, 2 .. of the corners. */
@@ -87,7 +87,7 @@ static void expect_no_gap(const char *name, uint32_t lookahead_samples, unsigned
     const experiment_probe_t probe = probe_of(name);
     must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
     const unsigned long decimation = (unsigned long)(10000.0 / r.sample_rate_hz + 0.5);
-    const probe_limits_t limits = {.range_v = {10.0, 95.0},
+    const probe_limits_t limits = {.range_v = {-45.0, 40.0},
                                    .slew_v_per_s = probe.slew_v_per_s,
                                    .sample_rate_hz = 10000.0,
                                    .decimation = decimation,
@@ -151,8 +151,8 @@ static void test_the_slew_rate_is_kept(void) {
 static void test_what_was_recorded_for_creep_names_creep(void) {
     const twin_options_t options = {.sample_rate_hz = 10000.0,
                                     .substeps = 1,
-                                    .drive_range_v = {0.0, 100.0},
-                                    .position_range_um = {0.0, 100.0},
+                                    .drive_range_v = {-50.0, 50.0},
+                                    .position_range_um = {-50.0, 50.0},
                                     .noise_um = 0.02,
                                     .seed = 5};
     static const double weights[] = {0.6, 0.1, 0.08, 0.07, 0.06, 0.05}, thresholds_v[] = {2.0, 5.0, 10.0, 18.0, 30.0};
@@ -162,7 +162,8 @@ static void test_what_was_recorded_for_creep_names_creep(void) {
     twin_t *twin = twin_open(&truth, &options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(twin, failure.text);
     start(twin, 0);
-    const experiment_probe_t probe = probe_of("creep");
+    experiment_probe_t probe = probe_of("creep");
+    probe.rest_s = 5.0;
     must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
     make_bank_model(&baseline, r.sample_rate_hz, 1.0, 5, weights, thresholds_v);
     diagnosis_t diagnosis;
@@ -175,6 +176,7 @@ static void test_what_was_recorded_for_creep_names_creep(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.012, gamma);
     TEST_ASSERT_EQUAL_STRING("creep", diagnosis.finding[0].block->name);
     TEST_ASSERT_EQUAL_INT(NAMED, diagnosis.finding[0].certainty);
+    TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
     diagnosis_free(&diagnosis);
     model_free(&baseline);
     model_free(&truth);
