@@ -35,9 +35,9 @@ static void corner(pen_t *pen, double samples, double level) {
 
 /* Takes a whole number of frames near to `seconds`, or as many as it takes not to be too steep. */
 static void line(pen_t *pen, double level, double seconds) {
-    const double asked = floor(seconds / pen->frame_s + 0.5);
+    const double wanted = floor(seconds / pen->frame_s + 0.5);
     const double needed = ceil(fabs(level - pen->level) / (pen->steepest * pen->frame_s) - 1e-9);
-    corner(pen, fmax(fmax(asked, needed), 1.0) * (double)pen->plan->limits.decimation, level);
+    corner(pen, fmax(fmax(wanted, needed), 1.0) * (double)pen->plan->limits.decimation, level);
 }
 
 static double now_s(const pen_t *pen) {
@@ -151,19 +151,19 @@ static const struct {
     unsigned bit;
     const char *name;
     void (*draw)(pen_t *pen);
-} parts[] = {{0, "sweep", sweep},
-             {0, "slow triangle", slow_triangle},
-             {PROBE_SILENCE, "silence", silence},
-             {PROBE_STAIRCASE, "staircase", staircase},
-             {PROBE_FAST_TRIANGLE, "fast triangle", fast_triangle},
-             {PROBE_CHIRPS, "chirps", chirps},
-             {PROBE_BURST, "burst", burst},
-             {PROBE_LADDER, "ladder", ladder},
-             {PROBE_LOOPS, "loops", loops},
-             {PROBE_RETURN, "return", slow_triangle}};
+} all_parts[] = {{0, "sweep", sweep},
+                 {0, "slow triangle", slow_triangle},
+                 {PROBE_SILENCE, "silence", silence},
+                 {PROBE_STAIRCASE, "staircase", staircase},
+                 {PROBE_FAST_TRIANGLE, "fast triangle", fast_triangle},
+                 {PROBE_CHIRPS, "chirps", chirps},
+                 {PROBE_BURST, "burst", burst},
+                 {PROBE_LADDER, "ladder", ladder},
+                 {PROBE_LOOPS, "loops", loops},
+                 {PROBE_RETURN, "return", slow_triangle}};
 
-static bool played(size_t part, unsigned asked) {
-    return parts[part].bit == 0 || (parts[part].bit & asked) != 0;
+static bool played(size_t part, unsigned parts) {
+    return all_parts[part].bit == 0 || (all_parts[part].bit & parts) != 0;
 }
 
 /* "all", and the blocks that can be probed. */
@@ -192,17 +192,17 @@ unsigned probe_parts(const char *name, failure_t *failure) {
     return 0;
 }
 
-void probe_plan_make(probe_plan_t *plan, unsigned asked, const probe_limits_t *limits) {
-    *plan = (probe_plan_t){.parts = asked, .limits = *limits};
+void probe_plan_make(probe_plan_t *plan, unsigned parts, const probe_limits_t *limits) {
+    *plan = (probe_plan_t){.parts = parts, .limits = *limits};
     pen_t pen = {.plan = plan,
                  .level = start_level,
                  .frame_s = (double)limits->decimation / limits->sample_rate_hz,
                  .steepest = limits->slew_v_per_s / (limits->range_v[1] - limits->range_v[0])};
     plan->start_v = volts(&pen, start_level);
     corner(&pen, (double)limits->lead + 1.0, start_level);
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
-        if (played(i, asked)) {
-            parts[i].draw(&pen);
+    for (size_t i = 0; i < sizeof all_parts / sizeof all_parts[0]; i++) {
+        if (played(i, parts)) {
+            all_parts[i].draw(&pen);
         }
     }
 }
@@ -210,9 +210,9 @@ void probe_plan_make(probe_plan_t *plan, unsigned asked, const probe_limits_t *l
 void probe_plan_describe(const probe_plan_t *plan, char *text, size_t size) {
     size_t length = 0;
     text[0] = '\0';
-    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+    for (size_t i = 0; i < sizeof all_parts / sizeof all_parts[0]; i++) {
         if (played(i, plan->parts) && length < size) {
-            length += (size_t)snprintf(text + length, size - length, "%s%s", i > 0 ? ", " : "", parts[i].name);
+            length += (size_t)snprintf(text + length, size - length, "%s%s", i > 0 ? ", " : "", all_parts[i].name);
         }
     }
 }

@@ -64,6 +64,12 @@ done
 expect 2 'too many arguments' compile a b
 expect 2 "--operators: 'many' is not" fit good.csv --operators many
 expect 2 "--operators: '0' is not" fit good.csv --operators 0
+expect 2 '--probe crep: no such block; there are all, ' record --port none --probe crep -o probe.csv
+expect 2 'diagnose does not look for this block; there are all, ' record --port none --probe prandtl_ishlinskii -o probe.csv
+expect 2 'either --waveform or --probe' record --port none --probe creep --waveform sine -o probe.csv
+expect 2 'a probe takes the whole drive range' record --port none --probe creep --amplitude 5 -o probe.csv
+expect 2 '--slew-rate belongs to --probe' record --port none --waveform sine --slew-rate 5 -o probe.csv
+expect 1 'cannot open none' record --port none --probe creep -o probe.csv
 expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1
