@@ -196,6 +196,7 @@ static bool find_ring(ring_t *ring, double *damping_ratio, double *rms_um) {
 
 /* The equation that the authors of the recording learned from it, as their published program has it
  * (Exp6_Real_Piezo.py), integrated over the samples that they used. Fourth order, from the first sample. */
+enum { LEARNED_FROM = 35000, LEARNED_TO = 45000 };
 static double learned_rate(double y, double drive_v, double drive_v_per_s) {
     return -0.176 - 2.388 * y + 0.581 * drive_v + 0.119 * drive_v_per_s - 0.076 * y * fabs(y);
 }
@@ -206,18 +207,17 @@ static double learned_rate_at(double y, double t) {
 }
 
 static double learned_nrmse_percent(const recording_t *recording) {
-    enum { FROM = 35000, TO = 45000 };
     const double h = 1.0 / recording->sample_rate_hz, *measured = recording->column[COLUMN_DISPLACEMENT];
-    double y = measured[FROM], sum = 0.0, range[2];
-    for (size_t k = FROM; k < TO; k++) {
+    double y = measured[LEARNED_FROM], sum = 0.0, range[2];
+    for (size_t k = LEARNED_FROM; k < LEARNED_TO; k++) {
         const double t = recording->start_s + (double)k * h, k1 = learned_rate_at(y, t);
         const double k2 = learned_rate_at(y + 0.5 * h * k1, t + 0.5 * h),
                      k3 = learned_rate_at(y + 0.5 * h * k2, t + 0.5 * h);
         sum += gsl_pow_2(y - measured[k]);
         y += h / 6.0 * (k1 + 2.0 * (k2 + k3) + learned_rate_at(y + h * k3, t + h));
     }
-    values_range(measured + FROM, TO - FROM, range);
-    return 100.0 * sqrt(sum / (TO - FROM)) / (range[1] - range[0]);
+    values_range(measured + LEARNED_FROM, LEARNED_TO - LEARNED_FROM, range);
+    return 100.0 * sqrt(sum / (LEARNED_TO - LEARNED_FROM)) / (range[1] - range[0]);
 }
 
 static bool numbers_actuator(const char *folder, json_t *numbers, failure_t *failure) {
@@ -232,10 +232,13 @@ static bool numbers_actuator(const char *folder, json_t *numbers, failure_t *fai
         jump++;
     }
     double damping_ratio = 0.0, rms_um = 0.0;
-    ring_t ring = {.y = y + jump + AFTER, .rate_hz = recording.sample_rate_hz, .failure = failure};
-    bool good =
-        recording.samples >= 45000 || fail(failure, "%s: shorter than its authors' program says", recording.name);
-    good = good && find_ring(&ring, &damping_ratio, &rms_um);
+    ring_t ring = {.rate_hz = recording.sample_rate_hz, .failure = failure};
+    bool good = (recording.samples >= LEARNED_TO && jump > 1 && jump + AFTER + RING <= recording.samples) ||
+                fail(failure, "%s: not the recording that its authors' program reads", recording.name);
+    if (good) {
+        ring.y = y + jump + AFTER;
+        good = find_ring(&ring, &damping_ratio, &rms_um);
+    }
     if (good) {
         const double rest_um = gsl_stats_mean(y, 1, jump);
         const number_t list[] = {{"rest_s", (double)jump / recording.sample_rate_hz},
