@@ -5,11 +5,11 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Half a period takes at least so many frames, so that a recording shows more than its ends. */
+/* Half a period takes at least so many frames besides its flat end, so that a recording shows more than its ends. */
 #define HALF_PERIOD_FRAMES 5.0
 
 static const double start_level = 0.5;
-static const double chirp_from_hz = 1.0, chirp_to_hz = 200.0, burst_hz = 40.0;
+static const double chirp_from_hz = 1.0, chirp_to_hz = 150.0, burst_hz = 40.0;
 
 /* A plan that is being written. Levels are fractions of the range. */
 typedef struct {
@@ -36,12 +36,20 @@ static void corner(pen_t *pen, double samples, double level) {
 /* Takes a whole number of frames near to `seconds`, or as many as it takes not to be too steep. */
 static void line(pen_t *pen, double level, double seconds) {
     const double wanted = floor(seconds / pen->frame_s + 0.5);
-    const double needed = ceil(fabs(level - pen->level) / (pen->steepest * pen->frame_s) - 1e-9);
+    const double needed = ceil(fabs(level - pen->level) / (pen->steepest * pen->frame_s) - 1e-6);
     corner(pen, fmax(fmax(wanted, needed), 1.0) * (double)pen->plan->limits.decimation, level);
 }
 
 static double now_s(const pen_t *pen) {
     return pen->plan->samples / pen->plan->limits.sample_rate_hz;
+}
+
+/* To the end of a triangle, which is flat for one frame. Otherwise a delay or a lag would let the extreme fall between
+ * two frames, and a simulation at the rate of the recording would give the hysteresis a memory of less than there was.
+ */
+static void line_to_end(pen_t *pen, double level, double seconds) {
+    line(pen, level, seconds - pen->frame_s);
+    line(pen, level, pen->frame_s);
 }
 
 static void step(pen_t *pen, double level) {
@@ -57,7 +65,8 @@ static void hold(pen_t *pen, double level, double seconds) {
 
 /* The fastest triangle of this width that the limits allow, or `hz` if that is slower. */
 static double fastest_hz(const pen_t *pen, double width, double hz) {
-    return fmin(hz, fmin(pen->steepest / (2.0 * width), 0.5 / (HALF_PERIOD_FRAMES * pen->frame_s)));
+    const double rise_s = fmax(width / pen->steepest, HALF_PERIOD_FRAMES * pen->frame_s);
+    return fmin(hz, 0.5 / (rise_s + pen->frame_s));
 }
 
 static void sweep(pen_t *pen) {
@@ -70,7 +79,7 @@ static void decaying_triangle(pen_t *pen, double seconds) {
     enum { HALF_PERIODS = 9 };
     for (int i = 0; i < HALF_PERIODS; i++) {
         const double swing = 0.5 * (1.0 - (double)i / HALF_PERIODS);
-        line(pen, i % 2 == 0 ? 0.5 + swing : 0.5 - swing, seconds / HALF_PERIODS);
+        line_to_end(pen, i % 2 == 0 ? 0.5 + swing : 0.5 - swing, seconds / HALF_PERIODS);
     }
     step(pen, 0.5);
 }
@@ -107,7 +116,7 @@ static void chirp(pen_t *pen, double width, double seconds) {
     double end_s = 0.0;
     for (int i = 0; end_s < seconds; i++) {
         end_s = log(1.0 + (0.25 + 0.5 * i) * k / from_hz) / k;
-        line(pen, 0.5 + (i % 2 == 0 ? 0.5 : -0.5) * width, begin_s + end_s - now_s(pen));
+        line_to_end(pen, 0.5 + (i % 2 == 0 ? 0.5 : -0.5) * width, begin_s + end_s - now_s(pen));
     }
     step(pen, 0.5);
 }
@@ -121,8 +130,8 @@ static void chirps(pen_t *pen) {
 static void triangles(pen_t *pen, double middle, double width, double period_s, int count) {
     step(pen, middle);
     for (int i = 0; i < count; i++) {
-        line(pen, middle + 0.5 * width, (i == 0 ? 0.25 : 0.5) * period_s);
-        line(pen, middle - 0.5 * width, 0.5 * period_s);
+        line_to_end(pen, middle + 0.5 * width, (i == 0 ? 0.25 : 0.5) * period_s);
+        line_to_end(pen, middle - 0.5 * width, 0.5 * period_s);
     }
     line(pen, middle, 0.25 * period_s);
 }

@@ -8,15 +8,15 @@
  *     silence        the middle and a twentieth of the range, 1 s each
  *     staircase      20 55 90 55 20 0 50 % of the range, 1.5 s each
  *     fast triangle  as the slow one, 0.5 s
- *     chirps         triangles about the middle, from 1 Hz to 200 Hz, 5 and then 30 % of the range wide, 1.5 s each
- *     burst          60 % of the range at up to 40 Hz for 1 s, then a pause of 1.5 s
- *     ladder         about the middle: 80 85 90 95 100 % of the range wide, 0.2 s each
- *     loops          three of a tenth of the range about each of 10 30 50 70 90 %, 0.06 s each
- *     return         the slow triangle once more
+ *     chirps         triangles about the middle, from 1 Hz to at most 150 Hz, 5 and then 30 % of the range wide, 1.5 s
+ * each burst          60 % of the range at up to 40 Hz for 1 s, then a pause of 1.5 s ladder         about the middle:
+ * 80 85 90 95 100 % of the range wide, 0.2 s each loops          three of a tenth of the range about each of 10 30 50
+ * 70 90 %, 0.06 s each return         the slow triangle once more
  *
  * Straight lines throughout, also where a book would have sines: between two frames of a recording the drive is then
- * known, and what the electronics made of it can be computed without a guess. Every corner lies on a frame. No line is
- * steeper than the limit: steps are ramps of that slope, and fast parts are slower where it asks for that.
+ * known, and what the electronics made of it can be computed without a guess. Every corner lies on a frame, and the
+ * ends of triangles are flat for one. No line is steeper than the limit: steps are ramps of that slope, and fast parts
+ * are slower where it asks for that.
  */
 #ifndef PROBE_PLAN_H
 #define PROBE_PLAN_H
@@ -25,7 +25,7 @@
 #include "waveform.h"
 
 /** Corners of the longest plan, the breakpoint table of the amplifier. */
-#define PROBE_PLAN_MAX_CORNERS 512
+#define PROBE_PLAN_MAX_CORNERS 768
 
 /** Within which limits to play. */
 typedef struct {

@@ -87,11 +87,12 @@ static void expect_no_gap(const char *name, uint32_t lookahead_samples, unsigned
     const experiment_probe_t probe = probe_of(name);
     must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
     const unsigned long decimation = (unsigned long)(10000.0 / r.sample_rate_hz + 0.5);
-    const probe_limits_t limits = {.range_v = {-45.0, 40.0},
-                                   .slew_v_per_s = probe.slew_v_per_s,
-                                   .sample_rate_hz = 10000.0,
-                                   .decimation = decimation,
-                                   .lead = lookahead_samples};
+    const probe_limits_t limits = {
+        .range_v = {drive_to_volts(&image, image.drive_low), drive_to_volts(&image, image.drive_high)},
+        .slew_v_per_s = probe.slew_v_per_s,
+        .sample_rate_hz = 10000.0,
+        .decimation = decimation,
+        .lead = lookahead_samples};
     probe_plan_make(&plan, probe.parts, &limits);
     printf("%zu frames at %g Hz\n", r.samples, r.sample_rate_hz);
     TEST_ASSERT_GREATER_THAN_UINT((unsigned)device_identity(device, INDEX_capture_capacity), r.samples);
