@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "printed_004.h"
+#include "catalogue.h"
 #include "random.h"
 #include "twins/twin_004.h"
 #include <gsl/gsl_math.h>
@@ -12,6 +13,20 @@ static const double noise_um = 0.03, resolution_um = 0.01;
 const double printed_004_weight[PRINTED_004_OPERATORS + 1] = {0.8515, 0.6893,  0.01442, 0.2657, 0.0111, 0.1761,
                                                               0.0001, -0.0573, 0.0007,  -0.5,   0.8895};
 const double printed_004_spacing_v = 0.42067, printed_004_beta_s = 4.1317e-4;
+
+void printed_004_model(model_t *model, double rate_filter_s) {
+    double threshold[PRINTED_004_OPERATORS];
+    for (size_t i = 0; i < PRINTED_004_OPERATORS; i++) {
+        threshold[i] = printed_004_spacing_v * (double)(i + 1);
+    }
+    model_create(model, TWIN_004_RATE_HZ);
+    model_block_t *rate = model_append(model, &block_rate_dependent_hysteresis);
+    model_set(rate, "beta_s", printed_004_beta_s);
+    model_set(rate, "rate_filter_s", rate_filter_s);
+    model_block_t *bank = model_append(model, &block_prandtl_ishlinskii);
+    model_set_array(bank, "weights", PRINTED_004_OPERATORS + 1, printed_004_weight, NULL);
+    model_set_array(bank, "thresholds_v", PRINTED_004_OPERATORS, threshold, NULL);
+}
 
 static double bank(double play_v[PRINTED_004_OPERATORS], double drive_v, double widening_v) {
     double sum = printed_004_weight[0] * drive_v;

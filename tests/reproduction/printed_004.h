@@ -7,6 +7,7 @@
 #ifndef PRINTED_004_H
 #define PRINTED_004_H
 
+#include "model.h"
 #include "recording.h"
 #include <stdint.h>
 
@@ -15,6 +16,9 @@ enum { PRINTED_004_OPERATORS = 10 };
 /** um/V. */
 extern const double printed_004_weight[PRINTED_004_OPERATORS + 1];
 extern const double printed_004_spacing_v, printed_004_beta_s;
+
+/** The same as a chain of the host tool's blocks, at the paper's 0.2 ms. Free with model_free. */
+void printed_004_model(model_t *model, double rate_filter_s);
 
 /** What makes the loops of a sine grow with its frequency. */
 typedef struct {

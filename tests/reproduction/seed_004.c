@@ -29,20 +29,6 @@ static const double tracked_um = 16.0;
 
 /* ---- the printed numbers ---- */
 
-static void make_printed_model(model_t *model, double rate_filter_s) {
-    double threshold[PRINTED_004_OPERATORS];
-    for (size_t i = 0; i < PRINTED_004_OPERATORS; i++) {
-        threshold[i] = printed_004_spacing_v * (double)(i + 1);
-    }
-    model_create(model, TWIN_004_RATE_HZ);
-    model_block_t *rate = model_append(model, &block_rate_dependent_hysteresis);
-    model_set(rate, "beta_s", printed_004_beta_s);
-    model_set(rate, "rate_filter_s", rate_filter_s);
-    model_block_t *bank = model_append(model, &block_prandtl_ishlinskii);
-    model_set_array(bank, "weights", PRINTED_004_OPERATORS + 1, printed_004_weight, NULL);
-    model_set_array(bank, "thresholds_v", PRINTED_004_OPERATORS, threshold, NULL);
-}
-
 /* Largest distance between the branches of a loop: one period, evenly sampled, of a drive that starts at its middle and
  * rises. At t and half a period less t the drive is the same. */
 static double loop_width(const double *displacement, size_t period) {
@@ -58,7 +44,7 @@ static double printed_width(double frequency_hz, failure_t *failure) {
     enum { PERIOD = 2000 };
     double displacement[PERIOD];
     model_t model;
-    make_printed_model(&model, 0.0);
+    printed_004_model(&model, 0.0);
     chain_t *chain = chain_open(&model, PERIOD * frequency_hz, 1, failure);
     model_free(&model);
     if (chain == NULL) {
@@ -150,10 +136,10 @@ static bool report_printed_model(reproduction_t *reproduction, failure_t *failur
     }
     reproduction_row(reproduction, "width of the printed model's loop, 200 Hz, +-10 V, of 40 um", 43.75,
                      100.0 * width[3] / range_um, "%", MET_EQUAL, 1.25);
-    make_printed_model(&model, 0.0);
+    printed_004_model(&model, 0.0);
     const bool refused = !compile_model(&model, &converters, &image, NULL, &refusal);
     model_free(&model);
-    make_printed_model(&model, rate_filter_s);
+    printed_004_model(&model, rate_filter_s);
     bool good = compile_model(&model, &converters, &image, NULL, failure);
     for (size_t i = 0; good && i < LOOPS; i++) {
         const sine_track_t sine = make_track(loop_hz[i], HYST_MODE_COMPENSATE);
