@@ -14,9 +14,10 @@ const command_t command_compile = {
     .arguments = "MODEL [-o IMAGE] [options]",
     .summary = "Turn a model into a validated parameter image for the amplifier",
     .details =
-        "The ranges are those of the converters: what code 0 and the top code stand for. By default they are "
-        "the ranges of the\n"
-        "recordings the model was fitted to, widened by 5 %. The drive itself stays inside the recorded range.\n"
+        "The ranges are those of the converters: what code 0 and the top code stand for. Recordings by `hyst record` "
+        "say them;\n"
+        "of others they are by default what the recordings cover, widened by 5 %. The drive itself stays inside the "
+        "recorded range.\n"
         "A lag or a mode is inverted up to a roll-off; what that leaves at low frequencies is a delay, and the "
         "amplifier looks\n"
         "ahead by that many samples. Each note says how a block is undone. What cannot be undone (rails, a slew limit, "

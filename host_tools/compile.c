@@ -2,6 +2,7 @@
 #include "compile.h"
 #include "chain.h"
 #include "compile_job.h"
+#include "fit_ranges.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,10 +12,10 @@ static const double transition_s = 0.05;
 /* A delay is exact to this part of a sample. */
 static const double least_fraction = 0.01;
 
-static bool set_range(compile_job_t *job, const double given[2], const char *fit_key, const char *option,
-                      int32_t *center, int32_t *half_range) {
+static bool set_range(compile_job_t *job, const double given[2], const char *converter_key, const char *fit_key,
+                      const char *option, int32_t *center, int32_t *half_range) {
     double range[2] = {given[0], given[1]};
-    if (!(range[0] < range[1])) {
+    if (!(range[0] < range[1]) && !model_fit_range(job->model, converter_key, range)) {
         double margin;
         if (!model_fit_range(job->model, fit_key, range)) {
             return fail(job->failure, "the model does not say its %s: give %s LO:HI", fit_key, option);
@@ -37,10 +38,10 @@ static bool set_range(compile_job_t *job, const double given[2], const char *fit
 static bool set_ranges(compile_job_t *job) {
     hyst_parameters_t *p = job->parameters;
     double recorded[2];
-    if (!set_range(job, job->options->drive_range_v, "drive_range_v", "--drive-range", &p->drive_center_uv,
-                   &p->drive_half_range_uv) ||
-        !set_range(job, job->options->position_range_um, "displacement_range_um", "--position-range",
-                   &p->position_center_pm, &p->position_half_range_pm)) {
+    if (!set_range(job, job->options->drive_range_v, DRIVE_CONVERTER_KEY, "drive_range_v", "--drive-range",
+                   &p->drive_center_uv, &p->drive_half_range_uv) ||
+        !set_range(job, job->options->position_range_um, POSITION_CONVERTER_KEY, "displacement_range_um",
+                   "--position-range", &p->position_center_pm, &p->position_half_range_pm)) {
         return false;
     }
     p->drive_low = HYST_Q31_MIN;

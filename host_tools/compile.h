@@ -17,8 +17,10 @@
 #include "model.h"
 
 typedef struct {
-    double sample_rate_hz;       /**< 0: the model's */
-    double drive_range_v[2];     /**< converter range; both 0: range of the fitted recordings, widened by 5 % */
+    double sample_rate_hz; /**< 0: the model's */
+    /** Converter range; both 0: as the recordings say that the model was fitted to, else what they cover, widened by
+     * 5 %. */
+    double drive_range_v[2];
     double position_range_um[2]; /**< likewise */
     /**
      * Delay beyond the model's and the converters' latency, as `hyst track` measures it. Negative when the position is

@@ -3,6 +3,7 @@
 #include "capture.h"
 #include "capture_reader.h"
 #include "compile.h"
+#include "fit_ranges.h"
 #include "mode_names.h"
 #include "monotonic_clock.h"
 #include "progress.h"
@@ -240,6 +241,12 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     }
     (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
     recording_set_key(recording, "model_id", text);
+    (void)snprintf(text, sizeof text, "%.6f:%.6f", drive_to_volts(image, HYST_Q31_MIN),
+                   drive_to_volts(image, HYST_Q31_MAX));
+    recording_set_key(recording, DRIVE_CONVERTER_KEY, text);
+    (void)snprintf(text, sizeof text, "%.6f:%.6f", position_to_micrometres(image, HYST_Q31_MIN),
+                   position_to_micrometres(image, HYST_Q31_MAX));
+    recording_set_key(recording, POSITION_CONVERTER_KEY, text);
 }
 
 /* From the loaded waveform to the recording. */

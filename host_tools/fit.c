@@ -2,6 +2,7 @@
 #include "fit.h"
 #include "chain.h"
 #include "fit_errors.h"
+#include "fit_ranges.h"
 #include "json_output.h"
 #include <math.h>
 #include <stdlib.h>
@@ -179,17 +180,6 @@ static bool judge(job_t *job, const model_t *model) {
     return true;
 }
 
-static json_t *range_to_json(const job_t *job, column_t column) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (size_t i = 0; i < job->count; i++) {
-        for (size_t k = 0; k < job->recordings[i].samples; k++) {
-            low = fmin(low, job->recordings[i].column[column][k]);
-            high = fmax(high, job->recordings[i].column[column][k]);
-        }
-    }
-    return json_pack("[f, f]", low, high);
-}
-
 static json_t *recordings_to_json(const job_t *job) {
     json_t *list = json_array();
     for (size_t i = 0; i < job->count; i++) {
@@ -217,13 +207,12 @@ static json_t *notes_to_json(const family_notes_t *notes) {
 /* Adds what all families have in common to the family's facts. */
 static void describe(const job_t *job, model_t *model) {
     const fit_report_t *report = job->report;
-    json_t *fit =
-        json_pack("{s:s, s:o, s:o, s:f, s:o, s:o, s:b, s:b, s:o}", "family", job->family->name, "nrmse_percent",
-                  json_number_or_null(report->nrmse_percent), "held_out_nrmse_percent",
-                  json_number_or_null(report->held_out_nrmse_percent), "held_out_max_um", report->held_out_max_um,
-                  "drive_range_v", range_to_json(job, COLUMN_DRIVE), "displacement_range_um",
-                  range_to_json(job, COLUMN_DISPLACEMENT), "operators_given", (int)(job->options->operators > 0),
-                  "fitted_to_all", (int)job->options->use_all, "recordings", recordings_to_json(job));
+    json_t *fit = json_pack("{s:s, s:o, s:o, s:f, s:b, s:b, s:o}", "family", job->family->name, "nrmse_percent",
+                            json_number_or_null(report->nrmse_percent), "held_out_nrmse_percent",
+                            json_number_or_null(report->held_out_nrmse_percent), "held_out_max_um",
+                            report->held_out_max_um, "operators_given", (int)(job->options->operators > 0),
+                            "fitted_to_all", (int)job->options->use_all, "recordings", recordings_to_json(job));
+    fit_ranges_set(fit, job->recordings, job->count, NULL);
     json_object_set_new(fit, "notes", notes_to_json(&report->notes));
     if (job->family->without != NULL) {
         json_object_set_new(fit, "without",

@@ -36,8 +36,8 @@ typedef struct {
     model_block_t block[MODEL_MAX_BLOCKS];
     /**
      * What is known about the fit, kept as it was read: a JSON object or NULL. Keys that others rely on, all optional:
-     * "drive_range_v" and "displacement_range_um" [low, high], "nrmse_percent", "held_out_nrmse_percent", "recordings"
-     * [...], "notes" [what the family had to say, a line each].
+     * "drive_range_v", "displacement_range_um" and those of the converters (fit_ranges.h) [low, high], "nrmse_percent",
+     * "held_out_nrmse_percent", "recordings" [...], "notes" [what the family had to say, a line each].
      */
     json_t *fit;
 } model_t;

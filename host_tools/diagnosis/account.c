@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "account.h"
+#include "fit_ranges.h"
 #include "hysteresis_refit.h"
 #include "json_output.h"
 #include "refine.h"
@@ -156,22 +157,19 @@ static bool find_errors(job_t *job, failure_t *failure) {
 static void describe_fit(const job_t *job) {
     const diagnosis_t *d = job->diagnosis;
     json_t *names = json_array(), *found = json_array(), *family = json_object_get(d->model.fit, "family");
-    double drive[2], displacement[2];
-    recordings_range(job->recordings, job->count, COLUMN_DRIVE, drive);
-    recordings_range(job->recordings, job->count, COLUMN_DISPLACEMENT, displacement);
     for (size_t i = 0; i < job->count; i++) {
         json_array_append_new(names, json_string(job->recordings[i].name));
     }
     for (size_t f = 0; f < d->findings; f++) {
         json_array_append_new(found, json_string(d->finding[f].block->name));
     }
-    json_t *fit = json_pack(
-        "{s:o, s:o, s:[ff], s:[ff], s:o, s:o}", "nrmse_percent", json_number_or_null(d->nrmse_percent),
-        "held_out_nrmse_percent", json_number_or_null(d->held_out_percent), "drive_range_v", drive[0], drive[1],
-        "displacement_range_um", displacement[0], displacement[1], "recordings", names, "found_by_diagnosis", found);
+    json_t *fit = json_pack("{s:o, s:o, s:o, s:o}", "nrmse_percent", json_number_or_null(d->nrmse_percent),
+                            "held_out_nrmse_percent", json_number_or_null(d->held_out_percent), "recordings", names,
+                            "found_by_diagnosis", found);
     if (family != NULL) {
         json_object_set(fit, "family", family);
     }
+    fit_ranges_set(fit, job->recordings, job->count, &d->model); /* where these say nothing the hysteresis stayed */
     json_decref(d->model.fit);
     job->diagnosis->model.fit = fit;
 }

@@ -225,6 +225,13 @@ static void test_ranges_default_to_the_recordings_widened(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 20.0, drive_to_volts(&parameters, parameters.drive_low));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 120.0, drive_to_volts(&parameters, parameters.drive_high));
     TEST_ASSERT_EQUAL_INT32(parameters.drive_low, parameters.drive_park);
+    /* Unless the recordings say which converters made them. */
+    json_object_set_new(model.fit, "drive_converter_v", json_pack("[f, f]", -10.0, 150.0));
+    compile_good(&model, &options, &parameters, &report, &compensator);
+    TEST_ASSERT_EQUAL_INT32(70000000, parameters.drive_center_uv);
+    TEST_ASSERT_EQUAL_INT32(80000000, parameters.drive_half_range_uv);
+    TEST_ASSERT_EQUAL_INT32(105000000, parameters.position_half_range_pm);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 120.0, drive_to_volts(&parameters, parameters.drive_high));
     model_free(&model);
 }
 

@@ -211,6 +211,28 @@ static void test_the_augmented_model_is_complete(void) {
     account_free(&account);
 }
 
+/* What the baseline covers stays covered; the converters are those of the recordings, if they agree, else its own. */
+static void test_the_augmented_model_keeps_what_is_known(void) {
+    double range[2];
+    diagnosis.model.fit = json_pack("{s:[ff], s:[ff], s:[ff]}", "drive_range_v", -20.0, 60.0, "drive_converter_v", -9.0,
+                                    9.0, "position_converter_um", -1.0, 20.0);
+    recording_set_key(&recordings[1], "drive_converter_v", "-25.5:130");
+    work_out();
+    TEST_ASSERT_TRUE(model_fit_range(&diagnosis.model, "drive_range_v", range));
+    TEST_ASSERT_EQUAL_DOUBLE(-20.0, range[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(100.0, range[1]);
+    TEST_ASSERT_TRUE(model_fit_range(&diagnosis.model, "drive_converter_v", range));
+    TEST_ASSERT_EQUAL_DOUBLE(-25.5, range[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(130.0, range[1]);
+    TEST_ASSERT_TRUE(model_fit_range(&diagnosis.model, "position_converter_um", range));
+    TEST_ASSERT_EQUAL_DOUBLE(20.0, range[1]);
+    account_free(&account);
+    recording_set_key(&recordings[0], "drive_converter_v", "-25.5:131");
+    work_out();
+    TEST_ASSERT_FALSE(model_fit_range(&diagnosis.model, "drive_converter_v", range));
+    account_free(&account);
+}
+
 static void test_what_is_isolated_is_not_sold_as_a_name(void) {
     char text[DIAGNOSIS_LINE];
     finding_t *finding = &diagnosis.finding[0];
@@ -332,6 +354,7 @@ int main(void) {
     RUN_TEST(test_a_mode_is_located_at_its_frequency);
     RUN_TEST(test_standard_errors_are_those_of_the_noise);
     RUN_TEST(test_the_augmented_model_is_complete);
+    RUN_TEST(test_the_augmented_model_keeps_what_is_known);
     RUN_TEST(test_what_is_isolated_is_not_sold_as_a_name);
     RUN_TEST(test_confidence_rises_with_margin_and_support);
     RUN_TEST(test_nothing_found);
