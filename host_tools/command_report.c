@@ -34,12 +34,14 @@ static bool write_report(const report_t *report, const char *path, bool json, fa
 }
 
 static int run(int argc, char **argv) {
-    const char *output = "report.html", *picture = NULL, *simulated = NULL;
+    const char *output = "report.html", *picture = NULL, *simulated = NULL, *diagnosis = NULL;
     bool json = false;
     const option_t options[] = {
         {"--output", "-o", OPTION_TEXT, "FILE", "page to write (report.html)", (void *)&output},
         {"--picture", NULL, OPTION_TEXT, "FILE.svg", "error traces as a picture of their own", (void *)&picture},
         {"--simulated", NULL, OPTION_TEXT, "TEXT", "say that the tracks were simulated, and how", (void *)&simulated},
+        {"--diagnosis", NULL, OPTION_TEXT, "F.json",
+         "BEFORE and AFTER are compensated both, and this diagnosis lies between them", (void *)&diagnosis},
         {"--json", NULL, OPTION_FLAG, NULL, "numbers as JSON on stdout", &json},
     };
     size_t arguments = 0;
@@ -59,8 +61,15 @@ static int run(int argc, char **argv) {
         model_free(&model);
         return failure_print(&failure);
     }
-    report_t report = {&model, &recording, simulated, allocate(arguments - 2, sizeof *report.track), 0};
+    report_t report = {.model = &model,
+                       .recording = &recording,
+                       .simulated = simulated,
+                       .track = allocate(arguments - 2, sizeof *report.track)};
     int status = STATUS_DONE;
+    if (diagnosis != NULL) {
+        report.diagnosis = report_diagnosis_read(diagnosis, &failure);
+        status = report.diagnosis != NULL ? STATUS_DONE : failure_print(&failure);
+    }
     for (size_t i = 3; i <= arguments && status == STATUS_DONE; i++) {
         const char *name = argv[i], *before = NULL, *after = NULL;
         if (!split_track(argv[i], &before, &after)) {
@@ -81,6 +90,7 @@ static int run(int argc, char **argv) {
         report_track_free(&report.track[i]);
     }
     free(report.track);
+    json_decref(report.diagnosis);
     recording_free(&recording);
     model_free(&model);
     return status;
@@ -90,5 +100,6 @@ const command_t command_report = {
     "report", "MODEL RECORDING NAME=BEFORE.csv,AFTER.csv...",
     "Show tracks with and without compensation, as one HTML page",
     "MODEL is what the amplifier was given, RECORDING what it was fitted to. Each BEFORE and AFTER is a recording of\n"
-    "the same reference by `hyst track`, with linear drive and compensated.",
+    "the same reference by `hyst track`, with linear drive and compensated; or, with --diagnosis, compensated by the\n"
+    "first model and by MODEL, which the diagnosis made of it.",
     run};

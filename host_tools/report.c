@@ -2,6 +2,7 @@
 #include "report.h"
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 static bool read_track(recording_t *recording, const char *path, failure_t *failure) {
     if (!recording_read(recording, path, failure)) {
@@ -57,6 +58,40 @@ void report_track_free(report_track_t *track) {
     recording_free(&track->after);
 }
 
+const report_words_t *report_words(const report_t *report) {
+    static const report_words_t compensation = {
+        .title = "Tracking with and without compensation",
+        .no_help = "Compensation does not help everywhere.",
+        .before = "linear drive",
+        .after = "compensated",
+        .what_they_are =
+            "Before: the drive is a straight line of the reference. After: the drive comes from the inverse model."};
+    static const report_words_t diagnosed = {
+        .title = "Tracking before and after a diagnosis",
+        .no_help = "What was found does not help everywhere.",
+        .before = "first model",
+        .after = "with what was found",
+        .what_they_are = "Before: the drive comes from the inverse of the first model. After: from the inverse of that "
+                         "model with what the diagnosis found."};
+    return report->diagnosis == NULL ? &compensation : &diagnosed;
+}
+
+json_t *report_diagnosis_read(const char *path, failure_t *failure) {
+    json_error_t error;
+    json_t *diagnosis = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
+    if (diagnosis == NULL) {
+        fail(failure, "%s:%d: %s", path, error.line, error.text);
+        return NULL;
+    }
+    const char *format = json_string_value(json_object_get(diagnosis, "format"));
+    if (format == NULL || strcmp(format, "hyst-diagnosis-1") != 0) {
+        fail(failure, "%s: not a diagnosis by hyst diagnose --json", path);
+        json_decref(diagnosis);
+        return NULL;
+    }
+    return diagnosis;
+}
+
 double report_gain(const report_track_t *track) {
     return track->error_before.nrmse_percent / track->error_after.nrmse_percent;
 }
@@ -85,8 +120,8 @@ void report_print(const report_t *report) {
                track->peak_to_peak_um, track->error_before.nrmse_percent, track->error_after.nrmse_percent,
                report_gain(track), track->error_before.max_um, track->error_after.max_um);
     }
-    printf("(error: RMS of position - reference over the peak-to-peak reference; before: linear drive, after: "
-           "compensated)\n");
+    printf("(error: RMS of position - reference over the peak-to-peak reference; before: %s, after: %s)\n",
+           report_words(report)->before, report_words(report)->after);
 }
 
 static json_t *track_to_json(const report_track_t *track) {
@@ -112,6 +147,11 @@ json_t *report_to_json(const report_t *report) {
     }
     if (report->simulated != NULL) {
         json_object_set_new(json, "simulated", json_string(report->simulated));
+    }
+    if (report->diagnosis != NULL) {
+        json_object_set_new(json, "diagnosis",
+                            json_pack("{s:O*, s:O*}", "verdict", json_object_get(report->diagnosis, "verdict"),
+                                      "findings", json_object_get(report->diagnosis, "findings")));
     }
     return json;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The tracking report: what the compensator gained, on one self-contained HTML page (inline SVG, no script, no network,
- * light, dark and paper), and the same numbers as text and JSON.
+ * The tracking report: what the compensator gained, or what a diagnosis gained it, on one self-contained HTML page
+ * (inline SVG, no script, no network, light, dark and paper), and the same numbers as text and JSON.
  */
 #ifndef REPORT_H
 #define REPORT_H
@@ -12,7 +12,7 @@
 /** One reference, tracked twice. */
 typedef struct {
     const char *name;
-    recording_t before, after; /**< with a reference column; before: linear drive, after: compensated */
+    recording_t before, after; /**< with a reference column; what they are: report_words */
     double peak_to_peak_um;    /**< of the reference */
     error_measure_t error_before, error_after;
     error_budget_t remaining; /**< of the compensated track */
@@ -22,6 +22,7 @@ typedef struct {
     const model_t *model;         /**< what the amplifier knows */
     const recording_t *recording; /**< what the model was fitted to */
     const char *simulated;        /**< how the tracks were simulated; NULL when nothing is known about that */
+    json_t *diagnosis;            /**< "hyst-diagnosis-1" that lies between before and after, or NULL */
     report_track_t *track;
     size_t tracks;
 } report_t;
@@ -30,6 +31,20 @@ typedef struct {
 bool report_track_read(report_track_t *track, const char *name, const char *before, const char *after,
                        failure_t *failure);
 void report_track_free(report_track_t *track);
+
+/** How before and after are called. */
+typedef struct {
+    const char *title, *no_help; /**< of the page; when some track did not gain */
+    const char *before, *after;  /**< in a legend */
+    const char *what_they_are;   /**< sentences */
+} report_words_t;
+
+/** Without a diagnosis: linear drive and compensated. With one: compensated by the first model, and by the one that the
+ * diagnosis made of it. */
+const report_words_t *report_words(const report_t *report);
+
+/** Reads what `hyst diagnose --json` wrote; to be freed with json_decref. NULL on failure. */
+json_t *report_diagnosis_read(const char *path, failure_t *failure);
 
 /** Error before over error after. */
 double report_gain(const report_track_t *track);

@@ -70,12 +70,12 @@ static plot_line_t position_line(const recording_t *recording, const char *class
                          recording->column[COLUMN_DISPLACEMENT] + window.first, window.count};
 }
 
-static void write_track(FILE *file, const report_track_t *track) {
-    const plot_line_t loop[] = {position_line(&track->before, "before", "linear drive"),
-                                position_line(&track->after, "after", "compensated")};
+static void write_track(FILE *file, const report_words_t *words, const report_track_t *track) {
+    const plot_line_t loop[] = {position_line(&track->before, "before", words->before),
+                                position_line(&track->after, "after", words->after)};
     trace_t before = error_trace(&track->before), after = error_trace(&track->after);
-    const plot_line_t error[] = {trace_line(&before, "before", "linear drive"),
-                                 trace_line(&after, "after", "compensated")};
+    const plot_line_t error[] = {trace_line(&before, "before", words->before),
+                                 trace_line(&after, "after", words->after)};
 
     fprintf(file, "<h3>");
     write_escaped(file, track->name);
@@ -90,11 +90,11 @@ static void write_track(FILE *file, const report_track_t *track) {
 
 static void write_verdict(FILE *file, const report_t *report) {
     const report_track_t *worst = report_worst(report);
-    fprintf(file, "<h1>Tracking with and without compensation</h1>\n<p class=\"verdict\">");
+    fprintf(file, "<h1>%s</h1>\n<p class=\"verdict\">", report_words(report)->title);
     if (report_gain(worst) > 1.0) {
         fprintf(file, "The tracking error falls to 1/%.1f or less on every track. ", report_gain(worst));
     } else {
-        fprintf(file, "Compensation does not help everywhere. ");
+        fprintf(file, "%s ", report_words(report)->no_help);
     }
     fprintf(file, "The least gain is on “");
     write_escaped(file, worst->name);
@@ -105,6 +105,51 @@ static void write_verdict(FILE *file, const report_t *report) {
         write_escaped(file, report->simulated);
         fprintf(file, "</p>\n");
     }
+}
+
+/* A string of a JSON object, or nothing. */
+static void write_text(FILE *file, const json_t *object, const char *key) {
+    const char *text = json_string_value(json_object_get(object, key));
+    write_escaped(file, text == NULL ? "" : text);
+}
+
+static void write_finding(FILE *file, json_t *finding) {
+    const char *name;
+    json_t *parameter;
+    fprintf(file, "<li><strong>");
+    write_text(file, finding, "block");
+    fprintf(file, "</strong>, in the ");
+    write_text(file, finding, "place");
+    fprintf(file, " (");
+    write_text(file, finding, "certainty");
+    fprintf(file, ")");
+    json_object_foreach(json_object_get(finding, "parameters"), name, parameter) {
+        const json_t *value = json_object_get(parameter, "value"), *sigma = json_object_get(parameter, "sigma");
+        if (json_is_number(value)) {
+            fprintf(file, ", ");
+            write_escaped(file, name);
+            fprintf(file, " %.5g", json_number_value(value));
+            if (json_is_number(sigma)) {
+                fprintf(file, " ± %.2g", json_number_value(sigma));
+            }
+            fprintf(file, " ");
+            write_text(file, parameter, "unit");
+        }
+    }
+    fprintf(file, ". ");
+    write_text(file, finding, "explanation");
+    fprintf(file, "</li>\n");
+}
+
+static void write_diagnosis(FILE *file, const json_t *diagnosis) {
+    const json_t *findings = json_object_get(diagnosis, "findings");
+    fprintf(file, "<h2>What the diagnosis found</h2>\n<p>Verdict: ");
+    write_text(file, diagnosis, "verdict");
+    fprintf(file, ".</p>\n<ul>\n");
+    for (size_t i = 0; i < json_array_size(findings); i++) {
+        write_finding(file, json_array_get(findings, i));
+    }
+    fprintf(file, "</ul>\n");
 }
 
 static void write_table(FILE *file, const report_t *report) {
@@ -121,9 +166,10 @@ static void write_table(FILE *file, const report_t *report) {
             track->peak_to_peak_um, track->error_before.nrmse_percent, track->error_after.nrmse_percent,
             report_gain(track), track->error_before.max_um, track->error_after.max_um);
     }
-    fprintf(file, "</tbody></table></div>\n<p class=\"note\">Error: RMS of position minus reference, over the stroke "
-                  "(peak-to-peak reference). Before: the drive is a straight line of the reference. After: the drive "
-                  "comes from the inverse model. Worst: largest magnitude of the error.</p>\n");
+    fprintf(file,
+            "</tbody></table></div>\n<p class=\"note\">Error: RMS of position minus reference, over the stroke "
+            "(peak-to-peak reference). %s Worst: largest magnitude of the error.</p>\n",
+            report_words(report)->what_they_are);
 }
 
 static void write_remaining(FILE *file, const report_t *report) {
@@ -218,16 +264,19 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
 }
 
 bool report_write_html(const report_t *report, const char *path, failure_t *failure) {
-    FILE *file = page_open(path, "Tracking with and without compensation", failure);
+    FILE *file = page_open(path, report_words(report)->title, failure);
     if (file == NULL) {
         return false;
     }
     write_verdict(file, report);
+    if (report->diagnosis != NULL) {
+        write_diagnosis(file, report->diagnosis);
+    }
     write_table(file, report);
     fprintf(file, "<h2>Tracks</h2>\n<p class=\"note\">Of fast tracks the pictures show the last three periods; the "
                   "numbers are of the whole track.</p>\n");
     for (size_t i = 0; i < report->tracks; i++) {
-        write_track(file, &report->track[i]);
+        write_track(file, report_words(report), &report->track[i]);
     }
     write_remaining(file, report);
     const bool good = write_model(file, report, failure);
@@ -239,14 +288,15 @@ bool report_write_picture(const report_t *report, const char *path, failure_t *f
     if (file == NULL) {
         return fail(failure, "%s: %s", path, strerror(errno));
     }
+    const report_words_t *words = report_words(report);
     trace_t *trace = allocate(2 * report->tracks, sizeof *trace);
     plot_line_t *line = allocate(2 * report->tracks, sizeof *line);
     plot_t *plot = allocate(report->tracks, sizeof *plot);
     for (size_t i = 0; i < report->tracks; i++) {
         trace[2 * i] = error_trace(&report->track[i].before);
         trace[2 * i + 1] = error_trace(&report->track[i].after);
-        line[2 * i] = trace_line(&trace[2 * i], "before", "linear drive");
-        line[2 * i + 1] = trace_line(&trace[2 * i + 1], "after", "compensated");
+        line[2 * i] = trace_line(&trace[2 * i], "before", words->before);
+        line[2 * i + 1] = trace_line(&trace[2 * i + 1], "after", words->after);
         plot[i] = (plot_t){report->track[i].name, "time, s", ERROR_LABEL, &line[2 * i], 2, PLOT_NO_SHADE};
     }
     plot_write_sheet(file, plot, report->tracks, 2);
