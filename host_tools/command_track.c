@@ -15,6 +15,7 @@ typedef struct {
     waveform_options_t waveform;
     const char *mode;
     bool both, no_condition, json;
+    unsigned long frames;
     const char *output;
 } settings_t;
 
@@ -138,7 +139,8 @@ static bool write_recording(const track_t *track, const settings_t *settings, fa
 
 static bool run_track(device_t *device, const hyst_parameters_t *image, const waveform_t *waveform,
                       const settings_t *settings, track_t *track, failure_t *failure) {
-    const experiment_t experiment = {.waveform = *waveform, .mode = track->mode, .condition = !settings->no_condition};
+    const experiment_t experiment = {
+        .waveform = *waveform, .mode = track->mode, .condition = !settings->no_condition, .frames = settings->frames};
     if (!experiment_run(device, image, &experiment, &track->recording, &track->events, failure)) {
         return false;
     }
@@ -195,6 +197,8 @@ static int run(int argc, char **argv) {
         {"--mode", "-m", OPTION_TEXT, "MODE", "linear (no model) or compensate", &s.mode},
         {"--both", NULL, OPTION_FLAG, NULL, "linear first, then compensate, and compare", &s.both},
         {"--no-condition", NULL, OPTION_FLAG, NULL, "do not sweep the drive range first", &s.no_condition},
+        {"--frames", NULL, OPTION_COUNT, "N",
+         "rows of the recording at most: fewer are read sooner (as many as it holds)", &s.frames},
         {"--output", "-o", OPTION_TEXT, "CSV",
          "recording to write; with --both two, named CSV-linear and CSV-compensate", &s.output},
         {"--json", NULL, OPTION_FLAG, NULL, "result as JSON on stdout", &s.json},

@@ -158,9 +158,10 @@ static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst
                             failure);
 }
 
-static bool fit_into_buffer(device_t *device, const waveform_t *waveform, run_t *run, failure_t *failure) {
-    const double samples = waveform_samples(waveform, device_sample_rate_hz(device));
-    const double capacity = (double)device_identity(device, INDEX_capture_capacity);
+static bool fit_into_buffer(device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
+    const double samples = waveform_samples(&experiment->waveform, device_sample_rate_hz(device));
+    const double most = (double)device_identity(device, INDEX_capture_capacity);
+    const double capacity = experiment->frames > 0 ? fmin((double)experiment->frames, most) : most;
     const double decimation = ceil(samples / capacity);
     if (decimation > UINT16_MAX) {
         return fail(failure, "the waveform lasts %.0f s; the amplifier captures at most %.0f s",
@@ -168,7 +169,7 @@ static bool fit_into_buffer(device_t *device, const waveform_t *waveform, run_t 
     }
     run->decimation = (int64_t)decimation;
     run->frames = (int64_t)(samples / decimation);
-    return run->frames >= 2 || fail(failure, "the waveform has fewer than two samples");
+    return run->frames >= 2 || fail(failure, "the recording would have fewer than two samples");
 }
 
 static bool arm(device_t *device, const run_t *run, failure_t *failure) {
@@ -268,7 +269,7 @@ bool experiment_run(device_t *device, const hyst_parameters_t *image, const expe
     run_t run = {.mode = experiment->mode, .condition = experiment->condition, .start = waveform_start(w)};
     (void)snprintf(run.text, sizeof run.text, "%s, %lu cycles at %g Hz", waveform_name(w->kind), w->cycles,
                    w->frequency_hz);
-    return fit_into_buffer(device, w, &run, failure) && go_to_start(device, image, &run, failure) &&
+    return fit_into_buffer(device, experiment, &run, failure) && go_to_start(device, image, &run, failure) &&
            load_waveform(device, image, run.mode, w, failure) &&
            play_and_read(device, image, &run, recording, events, failure);
 }

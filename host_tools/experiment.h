@@ -13,9 +13,10 @@
 #include "waveform.h"
 
 typedef struct {
-    waveform_t waveform; /**< in V when mode is direct, else in um */
-    hyst_mode_t mode;    /**< direct, linear or compensate */
-    bool condition;      /**< sweep the whole drive range first */
+    waveform_t waveform;  /**< in V when mode is direct, else in um */
+    hyst_mode_t mode;     /**< direct, linear or compensate */
+    bool condition;       /**< sweep the whole drive range first */
+    unsigned long frames; /**< most rows of the recording; 0: as many as the amplifier's buffer holds */
 } experiment_t;
 
 /** Samples in which something happened between start and end of the waveform. */
@@ -28,7 +29,7 @@ typedef struct {
  *
  * *recording receives drive, displacement and, unless the mode is direct, reference; row by row they belong to the same
  * instant, and row 0 is the first sample of the waveform. Every n-th sample is kept, where n is the smallest number
- * with which the waveform fits into the amplifier's buffer. The amplifier goes on holding the waveform's last level.
+ * with which the waveform fits into these rows. The amplifier goes on holding the waveform's last level.
  *
  * Shows progress. On failure nothing needs to be freed.
  */

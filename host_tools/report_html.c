@@ -132,8 +132,11 @@ static void write_finding(FILE *file, json_t *finding) {
             if (json_is_number(sigma)) {
                 fprintf(file, " ± %.2g", json_number_value(sigma));
             }
-            fprintf(file, " ");
-            write_text(file, parameter, "unit");
+            const char *unit = json_string_value(json_object_get(parameter, "unit"));
+            if (unit != NULL && strcmp(unit, "1") != 0) {
+                fprintf(file, " ");
+                write_escaped(file, unit);
+            }
         }
     }
     fprintf(file, ". ");
@@ -218,22 +221,23 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     }
     double *time_s = allocate(recording->samples, sizeof *time_s);
     double *error_um = allocate(recording->samples, sizeof *error_um);
-    const double *measured_um = recording->column[COLUMN_DISPLACEMENT];
+    const double *measured_um = recording->column[COLUMN_DISPLACEMENT], *drive_v = recording->column[COLUMN_DRIVE];
     for (size_t k = 0; k < recording->samples; k++) {
         time_s[k] = recording->start_s + (double)k / recording->sample_rate_hz;
         error_um[k] = position_um[k] - measured_um[k];
     }
-    const plot_line_t loop[] = {
-        {"before under", "recorded", recording->column[COLUMN_DRIVE], measured_um, recording->samples},
-        {"after", "model", recording->column[COLUMN_DRIVE], position_um, recording->samples}};
-    /* Before that time the error is what the recording's unknown past left in the actuator. */
+    /* Before that time the difference is what the recording's unknown past left in the actuator. */
     const double determined_s = fit_time(report->model, "memory_determined_from_s");
     size_t from = 0;
     while (from + 2 < recording->samples && time_s[from] < determined_s) {
         from++;
     }
+    const plot_line_t loop[] = {
+        {"before under", "recorded", drive_v + from, measured_um + from, recording->samples - from},
+        {"after", "model", drive_v + from, position_um + from, recording->samples - from}};
     const plot_line_t error = {"plain", "model − recorded", time_s + from, error_um + from, recording->samples - from};
-    const bool held_out = !json_is_true(json_object_get(report->model->fit, "fitted_to_all"));
+    const double held_out_s = fit_time(report->model, "held_out_from_s");
+    const bool held_out = !json_is_true(json_object_get(report->model->fit, "fitted_to_all")) && isfinite(held_out_s);
 
     fprintf(file, "<h2>The model and its recording</h2>\n<p>Recording: ");
     const char *slash = strrchr(recording->name, '/');
@@ -254,8 +258,7 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
     fprintf(file, "</p>\n<div class=\"row\">\n");
     plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, PLOT_NO_SHADE});
     plot_write(file, &(plot_t){held_out ? "Model − recorded (shaded: held out of the fit)" : "Model − recorded",
-                               "time, s", "error, µm", &error, 1,
-                               held_out ? fit_time(report->model, "held_out_from_s") : PLOT_NO_SHADE});
+                               "time, s", "error, µm", &error, 1, held_out ? held_out_s : PLOT_NO_SHADE});
     fprintf(file, "</div>\n");
     free(error_um);
     free(time_s);

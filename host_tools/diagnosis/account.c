@@ -156,15 +156,17 @@ static bool find_errors(job_t *job, failure_t *failure) {
 
 static void describe_fit(const job_t *job) {
     const diagnosis_t *d = job->diagnosis;
-    json_t *names = json_array(), *found = json_array(), *family = json_object_get(d->model.fit, "family");
+    json_t *list = json_array(), *found = json_array(), *family = json_object_get(d->model.fit, "family");
     for (size_t i = 0; i < job->count; i++) {
-        json_array_append_new(names, json_string(job->recordings[i].name));
+        const recording_t *r = &job->recordings[i];
+        json_array_append_new(list, json_pack("{s:s, s:f}", "name", r->name, "memory_determined_from_s",
+                                              r->start_s + (double)job->account->from[i] / r->sample_rate_hz));
     }
     for (size_t f = 0; f < d->findings; f++) {
         json_array_append_new(found, json_string(d->finding[f].block->name));
     }
     json_t *fit = json_pack("{s:o, s:o, s:o, s:o}", "nrmse_percent", json_number_or_null(d->nrmse_percent),
-                            "held_out_nrmse_percent", json_number_or_null(d->held_out_percent), "recordings", names,
+                            "held_out_nrmse_percent", json_number_or_null(d->held_out_percent), "recordings", list,
                             "found_by_diagnosis", found);
     if (family != NULL) {
         json_object_set(fit, "family", family);
