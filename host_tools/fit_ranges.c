@@ -1,11 +1,23 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "fit_ranges.h"
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 
 /* Of a model, which may be none. */
 static bool known_range(const model_t *known, const char *key, double range[2]) {
     return known != NULL && model_fit_range(known, key, range);
+}
+
+/* Reads LO:HI with LO < HI. */
+static bool read_pair(const char *text, double range[2]) {
+    char *end;
+    range[0] = strtod(text, &end);
+    if (end == text || *end != ':') {
+        return false;
+    }
+    text = end + 1;
+    range[1] = strtod(text, &end);
+    return end != text && *end == '\0' && range[0] < range[1];
 }
 
 static void set_covered(json_t *fit, const char *key, const recording_t *recordings, size_t count, column_t column,
@@ -25,7 +37,7 @@ static void set_converter(json_t *fit, const char *key, const recording_t *recor
     bool have = false;
     for (size_t i = 0; i < count; i++) {
         const char *text = recording_key(&recordings[i], key);
-        if (text == NULL || sscanf(text, "%lf:%lf", &other[0], &other[1]) != 2 || !(other[0] < other[1])) {
+        if (text == NULL || !read_pair(text, other)) {
             continue;
         }
         if (have && (range[0] != other[0] || range[1] != other[1])) {
