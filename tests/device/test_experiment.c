@@ -3,6 +3,7 @@
 #include "amplifier_image.h"
 #include "compile.h"
 #include "experiment.h"
+#include "fit_ranges.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <math.h>
@@ -184,6 +185,16 @@ static void test_long_waveforms_are_thinned_to_fit(void) {
     TEST_ASSERT_TRUE(r.sample_rate_hz == 2500.0);
     /* Frame 624 is sample 2497 of the 2500 to the first top. */
     TEST_ASSERT_DOUBLE_WITHIN(0.0013, 45.0 + 30.0 * 2497.0 / 2500.0, r.column[COLUMN_DRIVE][624]);
+    TEST_ASSERT_EQUAL_STRING("10.000000:90.000000", recording_key(&r, DRIVE_CONVERTER_KEY));
+    TEST_ASSERT_EQUAL_STRING("-30.000000:50.000000", recording_key(&r, POSITION_CONVERTER_KEY));
+    recording_free(&r);
+    experiment.frames = 999; /* 30000 samples: every 31st */
+    TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT(967, r.samples);
+    recording_free(&r);
+    experiment.frames = 1;
+    TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
+    expect_line("fewer than two samples");
 }
 
 static void test_events_are_counted(void) {
