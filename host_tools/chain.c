@@ -54,25 +54,30 @@ size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
     return count;
 }
 
+static bool may_run(const model_t *model, double sample_rate_hz, failure_t *failure) {
+    if (!model_check(model, "model", failure)) {
+        return false;
+    }
+    if (!(isfinite(sample_rate_hz) && sample_rate_hz > 0.0)) {
+        return fail(failure, "cannot simulate at a sample rate of %g Hz", sample_rate_hz);
+    }
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        if (block->one_sample_rate && !(fabs(sample_rate_hz / model->sample_rate_hz - 1.0) <= 1e-6)) {
+            return fail(failure, "block %s was found at %g Hz and holds at no other sample rate, %g Hz was asked for",
+                        block->name, model->sample_rate_hz, sample_rate_hz);
+        }
+    }
+    return true;
+}
+
 chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint64_t seed, double preload_n,
                               failure_t *failure) {
     const stage_setup_t setup = {.sample_rate_hz = sample_rate_hz, .seed = seed, .preload_n = preload_n};
     size_t order[MODEL_MAX_BLOCKS];
     chain_t *chain;
-    if (!model_check(model, "model", failure)) {
+    if (!may_run(model, sample_rate_hz, failure)) {
         return NULL;
-    }
-    if (!(isfinite(sample_rate_hz) && sample_rate_hz > 0.0)) {
-        fail(failure, "cannot simulate at a sample rate of %g Hz", sample_rate_hz);
-        return NULL;
-    }
-    for (size_t i = 0; i < model->blocks; i++) {
-        const block_t *block = model->block[i].block;
-        if (block->one_sample_rate && !(fabs(sample_rate_hz / model->sample_rate_hz - 1.0) <= 1e-6)) {
-            fail(failure, "block %s was found at %g Hz and holds at no other sample rate, %g Hz was asked for",
-                 block->name, model->sample_rate_hz, sample_rate_hz);
-            return NULL;
-        }
     }
     chain = allocate(1, sizeof *chain);
     chain->stages = chain_order(model, order);
@@ -80,6 +85,26 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
         chain->stage[i] = chain_stage_open(model, order[i], &setup);
     }
     return chain;
+}
+
+bool chain_run(const model_t *model, const recording_t *recording, uint64_t seed, size_t first, size_t last,
+               signal_t *signal, failure_t *failure) {
+    stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz, .seed = seed};
+    size_t order[MODEL_MAX_BLOCKS];
+    if (!recording_preload(recording, &setup.preload_n, failure) ||
+        !may_run(model, recording->sample_rate_hz, failure)) {
+        return false;
+    }
+    chain_order(model, order);
+    for (size_t i = first; i < last; i++) {
+        chain_stage_t stage = chain_stage_open(model, order[i], &setup);
+        chain_stage_settle(&stage, &signal[0]);
+        for (size_t k = 1; k <= recording->samples; k++) {
+            chain_stage_step(&stage, &signal[k]);
+        }
+        chain_stage_close(&stage);
+    }
+    return true;
 }
 
 chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure) {

@@ -3,7 +3,19 @@
 #include "diagnosis/diagnosis_json.h"
 #include "diagnosis/diagnosis_report.h"
 #include "diagnosis/diagnosis_text.h"
+#include <malloc.h>
 #include <stdlib.h>
+
+/* OpenBLAS: its columns are short, and threads would spend their time waiting for each other. */
+extern void openblas_set_num_threads(int threads);
+
+/* Columns come and go all the time: memory that went back to the system each time would be zeroed by it each time. */
+static void keep_memory(void) {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+}
 
 static int run(int argc, char **argv);
 
@@ -68,6 +80,8 @@ static int run(int argc, char **argv) {
     recording_t *recordings;
     size_t positionals, count = 0;
     failure_t failure;
+    openblas_set_num_threads(1);
+    keep_memory();
     diagnosis_t diagnosis;
     bool good = true;
     const int status = options_parse(&command_diagnose, options, sizeof options / sizeof options[0], argc, argv, 1,

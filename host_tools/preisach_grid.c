@@ -51,13 +51,17 @@ preisach_terms_t preisach_terms(const preisach_grid_t *grid, double to_v, double
     return terms;
 }
 
-double preisach_everett(const preisach_grid_t *grid, const double *table, double to_v, double from_v) {
-    const preisach_terms_t terms = preisach_terms(grid, to_v, from_v);
+static double value_of(const preisach_terms_t *terms, const double *table) {
     double sum = 0.0;
-    for (size_t k = 0; k < terms.count; k++) {
-        sum += terms.factor[k] * table[terms.element[k]];
+    for (size_t t = 0; t < terms->count; t++) {
+        sum += terms->factor[t] * table[terms->element[t]];
     }
     return sum;
+}
+
+double preisach_everett(const preisach_grid_t *grid, const double *table, double to_v, double from_v) {
+    const preisach_terms_t terms = preisach_terms(grid, to_v, from_v);
+    return value_of(&terms, table);
 }
 
 void preisach_memory_begin(preisach_memory_t *memory, const preisach_grid_t *grid) {
@@ -135,9 +139,35 @@ double preisach_output(const preisach_grid_t *grid, const double *table, double 
     double sum = offset_um - 0.5 * table[preisach_element(grid->levels - 1, 0)];
     for (size_t k = 0; k <= memory->reversals; k++) {
         const preisach_terms_t terms = branch(grid, memory, k);
-        for (size_t t = 0; t < terms.count; t++) {
-            sum += terms.factor[t] * table[terms.element[t]];
-        }
+        sum += value_of(&terms, table);
     }
     return sum;
+}
+
+/* Whether the oldest `count` reversals are those of the sums. Below the last ones they change only when one was forgotten. */
+static bool same_reversals(const preisach_sums_t *sums, const preisach_memory_t *memory, size_t count) {
+    const size_t all = memory->reversals + 4 > PREISACH_MAX_REVERSALS ? 0 : count > 1 ? count - 1 : 0;
+    for (size_t k = all; k < count; k++) {
+        if (sums->reversal_v[k] != memory->reversal_v[k]) {
+            return false;
+        }
+    }
+    return true;
+}
+
+double preisach_output_next(const preisach_grid_t *grid, const double *table, double offset_um,
+                            const preisach_memory_t *memory, preisach_sums_t *sums) {
+    size_t known = sums->known < memory->reversals ? sums->known : memory->reversals;
+    while (known > 0 && !same_reversals(sums, memory, known)) {
+        known--;
+    }
+    for (; known < memory->reversals; known++) {
+        const preisach_terms_t terms = branch(grid, memory, known);
+        sums->reversal_v[known] = memory->reversal_v[known];
+        sums->sum[known] = (known > 0 ? sums->sum[known - 1] : 0.0) + value_of(&terms, table);
+    }
+    sums->known = known;
+    const preisach_terms_t last = branch(grid, memory, known);
+    return offset_um - 0.5 * table[preisach_element(grid->levels - 1, 0)] + (known > 0 ? sums->sum[known - 1] : 0.0) +
+           value_of(&last, table);
 }

@@ -53,6 +53,11 @@ typedef struct {
     bool (*probe)(const probe_setting_t *setting, size_t index, double *value);
     /** Which parameters are then searched, as bits: 1 << index. */
     unsigned searched;
+    /** Largest value at which a parameter is searched, by index; 0: as large as it may be. */
+    double most[4];
+    /** How far the numbers that are found may be from the actuator's because of the block's own approximations, in parts of
+     * them. Part of their standard errors. */
+    double accuracy;
 } probe_t;
 
 /** low * (high / low)^(index / (count - 1)), 0 <= index < count: false beyond. */

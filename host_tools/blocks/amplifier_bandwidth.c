@@ -19,7 +19,8 @@ static const probe_t looked_for = {.group = "lag",
                                        "measured voltage on the same clock; the same frequencies at two amplitudes",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
                                    .probe = probe,
-                                   .searched = 1U};
+                                   .searched = 1U,
+    .accuracy = 0.02};
 
 const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .place = PLACE_ELECTRONICS,

@@ -61,7 +61,8 @@ static const probe_t looked_for = {
     .excitation = "an amplitude ladder from 80 to 110 % of the range",
     .parts = PROBE_FAST_TRIANGLE | PROBE_LADDER,
     .probe = probe,
-    .searched = 1U << LOW | 1U << HIGH};
+    .searched = 1U << LOW | 1U << HIGH,
+    .accuracy = 0.0005};
 
 const block_t block_amplifier_saturation = {.name = "amplifier_saturation",
                                             .place = PLACE_ELECTRONICS,

@@ -95,7 +95,8 @@ static const probe_t looked_for = {
     .parts = PROBE_LADDER | PROBE_LOOPS,
     .shape = true,
     .probe = probe,
-    .searched = 1U << ASYMMETRY};
+    .searched = 1U << ASYMMETRY,
+    .accuracy = 0.02};
 
 const block_t block_asymmetric_hysteresis = {.name = "asymmetric_hysteresis",
                                              .place = PLACE_HYSTERESIS,

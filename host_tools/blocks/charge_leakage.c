@@ -68,7 +68,8 @@ static const probe_t looked_for = {
     .excitation = "long holds at several levels: leakage goes with the level, drift does not",
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_RETURN,
     .probe = probe,
-    .searched = 3U};
+    .searched = 3U,
+    .accuracy = 0.01};
 
 const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .place = PLACE_SLOW,

@@ -106,7 +106,8 @@ static const probe_t looked_for = {
     .excitation = "holds over two decades of time at two levels, reached from both sides",
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_CHIRPS,
     .probe = probe,
-    .searched = 1U};
+    .searched = 3U,
+    .accuracy = 0.03};
 
 const block_t block_creep = {.name = "creep",
                              .place = PLACE_SLOW,

@@ -50,7 +50,8 @@ static const probe_t looked_for = {.group = "slow",
                                    .excitation = "the same small fast sweep repeated over the whole time",
                                    .parts = PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
-                                   .searched = 1U << GAIN};
+                                   .searched = 1U << GAIN,
+    .accuracy = 0.01};
 
 const block_t block_gain_drift = {
     .name = "gain_drift",

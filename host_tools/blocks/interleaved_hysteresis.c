@@ -70,6 +70,23 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return fail(job->failure, "the amplifier undoes such a product only as bilinear_gain of block modified_play");
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[GAIN] = 0.005;
+    value[CENTER] = 0.5 * (setting->drive_high_v + setting->drive_low_v);
+    value[HALF_RANGE] = 0.5 * (setting->drive_high_v - setting->drive_low_v);
+    return index == 0;
+}
+
+static const probe_t looked_for = {
+    .group = "shape",
+    .explanation = "Position and drive multiply: the loop bends, and crosses itself where the position is delayed.",
+    .excitation = "the same loops about two bias levels, fast and slow",
+    .shape = true,
+    .parts = PROBE_LOOPS | PROBE_FAST_TRIANGLE,
+    .probe = probe,
+    .searched = 1U << GAIN,
+    .accuracy = 0.02};
+
 const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
                                               .place = PLACE_HYSTERESIS,
                                               .follows_hysteresis = true,
@@ -82,4 +99,5 @@ const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
                                               .open = open,
                                               .settle = settle,
                                               .step = step,
-                                              .compile = compile};
+                                              .compile = compile,
+                                              .probe = &looked_for};

@@ -43,15 +43,18 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->amplitude_um * sin(2.0 * M_PI * turns + state->phase_rad);
 }
 
+/* Slower lines are not electrical. */
+static const double slowest_hz = 5.0;
+
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     static const double mains_hz[] = {50.0, 60.0, 100.0, 120.0, 150.0, 180.0};
-    const size_t known = sizeof mains_hz / sizeof mains_hz[0], place = index / 2;
+    const size_t known = sizeof mains_hz / sizeof mains_hz[0], place = index / 4;
     value[AMPLITUDE] = 1e-3 * (setting->displacement_high_um - setting->displacement_low_um);
-    value[PHASE] = index % 2 == 0 ? 0.0 : 0.5 * M_PI;
+    value[PHASE] = 0.5 * M_PI * (double)(index % 4); /* no amplitude is negative */
     if (place >= known + setting->lines) {
         return false;
     }
-    value[FREQUENCY] = place < known ? mains_hz[place] : setting->line_hz[place - known];
+    value[FREQUENCY] = place < known ? mains_hz[place] : fmax(slowest_hz, setting->line_hz[place - known]);
     return true;
 }
 
@@ -61,7 +64,8 @@ static const probe_t looked_for = {
     .excitation = "silence; the same drive at another speed: the line stays where it is",
     .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
     .probe = probe,
-    .searched = 7U};
+    .searched = 7U,
+    .accuracy = 1e-05};
 
 const block_t block_mains_interference = {
     .name = "mains_interference",

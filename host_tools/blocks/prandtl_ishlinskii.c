@@ -68,7 +68,8 @@ static void step(void *memory, signal_t *signal) {
     double *play = state->array + 3 * n, sum = state->offset_um + state->direct * signal->value;
     for (size_t i = 0; i < n; i++) {
         const double r = threshold[i] + signal->threshold_growth_v;
-        play[i] = fmax(signal->value - r, fmin(signal->value + r, play[i]));
+        const double low = signal->value - r, high = signal->value + r;
+        play[i] = play[i] < low ? low : play[i] > high ? high : play[i];
         sum += weight[i] * play[i];
     }
     signal->value = sum;

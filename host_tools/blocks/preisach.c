@@ -41,6 +41,7 @@ typedef struct {
     const double *table, *past_v;
     double offset_um;
     preisach_memory_t memory;
+    preisach_sums_t sums;
     double array[]; /* levels, table, past */
 } state_t;
 
@@ -84,7 +85,8 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     preisach_memory_move(&state->memory, &state->grid, signal->value);
-    signal->value = preisach_output(&state->grid, state->table, state->offset_um, &state->memory);
+    signal->value =
+        preisach_output_next(&state->grid, state->table, state->offset_um, &state->memory, &state->sums);
 }
 
 static void settle(void *memory, signal_t *signal) {

@@ -13,6 +13,7 @@ enum { COMPLIANCE, FORCE, SHIFT, SPRING };
 
 static const parameter_info_t parameters[] = {
     {.name = "compliance_per_n",
+     .proportional = true,
      .unit = "1/N",
      .low = 0.0,
      .high = 1e3,
@@ -71,6 +72,20 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    value[COMPLIANCE] = 1e-3;
+    return setting->preloads && index == 0;
+}
+
+static const probe_t looked_for = {
+    .group = "preload",
+    .explanation = "The stroke gets smaller the harder the actuator is pressed.",
+    .excitation = "the same drive under three preloads, each noted in its recording as preload_n",
+    .parts = PROBE_FAST_TRIANGLE,
+    .probe = probe,
+    .searched = 1U << COMPLIANCE,
+    .accuracy = 0.01};
+
 const block_t block_preload = {.name = "preload",
                                .place = PLACE_MECHANICS,
                                .text = "a force against the motion that costs stroke",
@@ -80,4 +95,5 @@ const block_t block_preload = {.name = "preload",
                                .open = open,
                                .settle = step,
                                .step = step,
-                               .compile = compile};
+                               .compile = compile,
+                               .probe = &looked_for};

@@ -4,7 +4,7 @@
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
-    {.name = "step_um", .unit = "um", .low = 1e-12, .high = 1e6, .text = "size of one step"}};
+    {.name = "step_um", .unit = "um", .low = 1e-12, .high = 1e6, .chosen = true, .text = "size of one step"}};
 
 static void open(void *state, const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
@@ -16,6 +16,22 @@ static void quantise(void *state, signal_t *signal) {
     signal->value = step_um * floor(signal->value / step_um + 0.5);
 }
 
+/* No signature: the steps show in the readings themselves (diagnosis/lattice.h). */
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    (void)setting;
+    (void)index;
+    (void)value;
+    return false;
+}
+
+static const probe_t looked_for = {
+    .group = "quantisation",
+    .explanation = "Every reading is a multiple of one step: the resolution of the converter, or of what wrote the file.",
+    .excitation = "any motion over many steps",
+    .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
+    .probe = probe,
+    .searched = 1U};
+
 const block_t block_quantisation = {.name = "quantisation",
                                     .place = PLACE_SENSOR,
                                     .adds = true,
@@ -26,4 +42,5 @@ const block_t block_quantisation = {.name = "quantisation",
                                     .open = open,
                                     .settle = quantise,
                                     .step = quantise,
-                                    .uncorrected = "it is on the reading; the position does not have it"};
+                                    .uncorrected = "it is on the reading; the position does not have it",
+                                    .probe = &looked_for};

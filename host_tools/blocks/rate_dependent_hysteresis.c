@@ -79,7 +79,8 @@ static const probe_t looked_for = {.group = "rate",
                                    .excitation = "the same amplitude at three frequencies",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
-                                   .searched = 3U};
+                                   .searched = 3U,
+    .accuracy = 0.1};
 
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
                                                  .place = PLACE_HYSTERESIS,

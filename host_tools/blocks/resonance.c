@@ -72,7 +72,9 @@ static const probe_t looked_for = {
     .excitation = "a chirp through the mode, or edges",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
-    .searched = 3U};
+    .searched = 3U,
+    .accuracy = 0.01,
+    .most = {0.0, 0.2}};
 
 const block_t block_resonance = {.name = "resonance",
                                  .place = PLACE_MECHANICS,

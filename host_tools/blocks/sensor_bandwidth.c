@@ -17,7 +17,8 @@ static const probe_t looked_for = {.group = "lag",
                                    .excitation = "measured voltage on the same clock, and a faster sensor",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
                                    .probe = probe,
-                                   .searched = 1U};
+                                   .searched = 1U,
+    .accuracy = 0.02};
 
 const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .place = PLACE_SENSOR,

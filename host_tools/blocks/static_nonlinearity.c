@@ -79,7 +79,8 @@ static const probe_t looked_for = {
     .parts = PROBE_LADDER | PROBE_LOOPS,
     .shape = true,
     .probe = probe,
-    .searched = 1U << QUADRATIC | 1U << CUBIC};
+    .searched = 1U << QUADRATIC | 1U << CUBIC,
+    .accuracy = 0.02};
 
 const block_t block_static_nonlinearity = {
     .name = "static_nonlinearity",

@@ -46,7 +46,8 @@ static const probe_t looked_for = {.group = "slow",
                                    .excitation = "silence at rest before and after, and returns to the same voltage",
                                    .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
-                                   .searched = 1U << DRIFT | 1U << TIME_CONSTANT};
+                                   .searched = 1U << DRIFT | 1U << TIME_CONSTANT,
+    .accuracy = 0.01};
 
 const block_t block_thermal_drift = {
     .name = "thermal_drift",

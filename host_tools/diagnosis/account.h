@@ -3,7 +3,7 @@
 #ifndef ACCOUNT_H
 #define ACCOUNT_H
 
-#include "diagnose.h"
+#include "findings.h"
 #include "locate.h"
 
 typedef struct {
@@ -37,21 +37,9 @@ double finding_confidence(const finding_t *finding);
 /** Whether more than noise remains. */
 bool something_remains(const diagnosis_t *diagnosis);
 
-/** Whether it is a number of the block that the diagnosis has searched. */
-bool finding_searched(const finding_t *finding, size_t parameter);
-
-/** The finding that is this block, or NULL. */
-const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
-
-/** Index into model->block of the finding's block. */
-size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
-
 /**
  * Besides filling *account, completes diagnosis->model, so that it can be written and compiled:
  *
- * - Standard errors (refine.h, no iterations) of the blocks that were found and of the hysteresis, jointly, with as
- *   many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts all samples
- *   and a third was held out of the fit.
  * - "fit": the ranges and names of these recordings, the errors, and what was found. Of what the baseline's own fit
  *   said, the family stays.
  *

@@ -1,26 +1,321 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "baseline.h"
+#include "basis.h"
+#include "catalogue.h"
 #include "fit.h"
+#include "least_squares.h"
+#include "lines.h"
+#include <gsl/gsl_cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
-/* Play operators, and levels of a Preisach plane less one: enough for the shape, few enough to be fitted again often.
- */
+/* Play operators, and levels of a Preisach plane less one: enough for the shape, few enough to be fitted again often. */
 static const struct {
     const char *family;
     size_t operators;
-} shapes[] = {{"prandtl_ishlinskii", 24}, {"bouc_wen", 0}, {"preisach", 14}};
+    bool many_numbers;
+} shapes[] = {{"prandtl_ishlinskii", 24, false}, {"bouc_wen", 0, false}, {"preisach", 14, true}};
+enum { SHAPES = sizeof shapes / sizeof shapes[0], FIT_ITERATIONS = 4 };
+_Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
+/* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
+ * candidate. */
+static const double worth_trying = 1.3;
+/* Shapes with fewer numbers are not linear in them. */
+static const size_t few_numbers = 12;
+/* A further step is worth it while the sum of squares falls below this part. */
+static const double settled = 0.999;
+/* Keeps numbers finite that the samples say nothing about. */
+static const double small_weight = 1e-9;
+/* Of a table there are many such; each weighs this part of what the samples give the mean element. */
+static const double table_weight = 1e-3;
+static const size_t table_numbers = 65;
 
-size_t baseline_shapes(void) {
-    return sizeof shapes / sizeof shapes[0];
-}
-
-bool baseline_fit(size_t shape, const recording_t *recordings, size_t count, model_t *baseline, const family_t **family,
-                  failure_t *failure) {
+static bool fit_shape(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
+                      failure_t *failure) {
     const fit_options_t options = {.operators = shapes[shape].operators};
     fit_report_t report;
-    *family = family_find(shapes[shape].family);
-    if (!fit_recordings(*family, recordings, count, &options, baseline, &report, failure)) {
+    baseline->many_numbers = shapes[shape].many_numbers;
+    baseline->family = family_find(shapes[shape].family);
+    if (!fit_recordings(baseline->family, recordings, count, &options, &baseline->model, &report, failure)) {
         return false;
     }
     fit_report_free(&report);
     return true;
+}
+
+bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure) {
+    return fit_shape(0, recordings, count, bank, failure);
+}
+
+void baseline_free(baseline_t *baseline, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        model_free(&baseline[i].model);
+    }
+}
+
+size_t baseline_lines(const samples_t *samples, const double *residual, double *line_hz) {
+    size_t longest = 0;
+    for (size_t i = 1; i < samples->count; i++) {
+        longest = samples->recordings[i].samples > samples->recordings[longest].samples ? i : longest;
+    }
+    const size_t from = samples->from[longest];
+    return find_lines(residual + samples->begin[longest] + from, samples->recordings[longest].samples - from,
+                      samples->recordings[longest].sample_rate_hz, line_hz);
+}
+
+/* The signature of each block's best probe. Returns how many. */
+static size_t best_signatures(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
+                              const model_t *model, double **signature, failure_t *failure) {
+    evidence_t *evidence = evidence_open(model, samples, noise, failure);
+    size_t count = 0;
+    for (int asked = 0; evidence != NULL && asked < 2; asked++) {
+        search_t found;
+        evidence_ask(evidence, asked == 0 ? ASK_EFFECTS : ASK_SHAPES);
+        search_probes(evidence, noise, model, setting, &found);
+        for (size_t i = 0; i < found.count; i++) {
+            signature[count++] = found.candidate[i].signature;
+            found.candidate[i].signature = NULL;
+        }
+        search_free(&found);
+    }
+    evidence_close(evidence);
+    return count;
+}
+
+typedef struct {
+    const samples_t *samples;
+    basis_t basis;
+    double *scratch;
+} rich_t;
+
+/* Samples that do not count are 0 in a column, whatever it is there. */
+static void blank(const samples_t *samples, const double *column, double *counted) {
+    for (size_t k = 0; k < samples->all; k++) {
+        counted[k] = samples->part[k] == SAMPLE_LEFT_OUT ? 0.0 : column[k];
+    }
+}
+
+static void add_rich(void *context, const double *column, nuisance_layer_t layer) {
+    (void)layer;
+    rich_t *rich = context;
+    blank(rich->samples, column, rich->scratch);
+    basis_add(&rich->basis, rich->scratch);
+}
+
+static bool noise_of_rich_model(const samples_t *samples, const model_t *model, const probe_setting_t *setting,
+                                noise_t *noise, failure_t *failure) {
+    const nuisance_options_t options = {
+        .plays = true, .shapes = true, .trends = true, .line_hz = setting->line_hz, .lines = setting->lines};
+    const noise_t white = {.sigma_um = 1.0, .rms_um = 1.0};
+    rich_t rich = {.samples = samples, .scratch = samples_column(samples)};
+    double **signature = allocate(catalogue_count, sizeof *signature), *left = samples_column(samples);
+    signals_t signals;
+    bool good = signals_open(&signals, samples, model, failure);
+    if (good) {
+        const size_t signatures = best_signatures(samples, &white, setting, model, signature, failure);
+        basis_open(&rich.basis, samples->all, nuisance_most(&signals, &options) + signatures);
+        good = nuisance(&signals, &options, add_rich, &rich, failure);
+        for (size_t i = 0; i < signatures; i++) {
+            add_rich(&rich, signature[i], NUISANCE_TRENDS);
+            free(signature[i]);
+        }
+        if (good) {
+            samples_residual(samples, signals.simulated, rich.scratch);
+            blank(samples, rich.scratch, left);
+            basis_project(&rich.basis, left);
+            noise_of(samples, left, noise);
+        }
+        basis_close(&rich.basis);
+        signals_close(&signals);
+    }
+    free(rich.scratch);
+    free(signature);
+    free(left);
+    return good;
+}
+
+bool baseline_noise(const samples_t *samples, const model_t *model, const probe_setting_t *setting, noise_t *noise,
+                    failure_t *failure) {
+    return noise_at_rest(samples, setting->line_hz, setting->lines, noise) ||
+           noise_of_rich_model(samples, model, setting, noise, failure);
+}
+
+/* Columns of one shape: whitened, the fitted and the held-out samples. */
+typedef struct {
+    const samples_t *samples;
+    const noise_t *noise;
+    size_t columns, most;
+    double *white, *fitted, *held;
+} rows_t;
+
+static void add_rows(void *context, const double *column, nuisance_layer_t layer) {
+    (void)layer;
+    rows_t *rows = context;
+    if (rows->columns < rows->most) {
+        noise_whiten(rows->noise, rows->samples, column, rows->white);
+        samples_pick(rows->samples, SAMPLE_FITTED, rows->white, rows->fitted + rows->columns * rows->samples->fitted);
+        samples_pick(rows->samples, SAMPLE_HELD_OUT, rows->white, rows->held + rows->columns * rows->samples->held);
+        rows->columns++;
+    }
+}
+
+/* Sum of squares that the last column keeps among the held-out samples when the others are fitted to it. change: of the numbers
+ * of the hysteresis, which stand behind the offsets. */
+static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers, double *change) {
+    const size_t n = rows->columns - 1;
+    const int fitted = (int)rows->samples->fitted, held = (int)rows->samples->held;
+    double *x = allocate(n, sizeof(double)), *lower = allocate(n, sizeof(double)), *unit = allocate(n, sizeof(double));
+    double *left = rows->held + n * rows->samples->held, power = HUGE_VAL, mean = 0.0;
+    normal_equations_t equations;
+    failure_t singular;
+    normal_equations_create(&equations, n);
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, fitted, 1.0, rows->fitted, fitted, 0.0, equations.gram,
+                (int)n);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < i; j++) {
+            equations.gram[j * n + i] = equations.gram[i * n + j];
+        }
+        lower[i] = -HUGE_VAL;
+    }
+    cblas_dgemv(CblasColMajor, CblasTrans, fitted, (int)n, 1.0, rows->fitted, fitted,
+                rows->fitted + n * rows->samples->fitted, 1, 0.0, equations.moment, 1);
+    for (size_t i = offsets; i < offsets + numbers; i++) {
+        mean += equations.gram[i * n + i] / (double)numbers;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const bool of_a_table = numbers >= table_numbers && i >= offsets && i < offsets + numbers;
+        unit[i] = 1.0;
+        normal_equations_penalise(&equations, unit,
+                                  of_a_table ? table_weight * mean : small_weight * equations.gram[i * n + i] + 1e-300);
+        unit[i] = 0.0;
+    }
+    if (solve_bounded(&equations, lower, x, NULL, &singular)) {
+        cblas_dgemv(CblasColMajor, CblasNoTrans, held, (int)n, -1.0, rows->held, held, x, 1, 1.0, left, 1);
+        power = cblas_ddot(held, left, 1, left, 1);
+        memcpy(change, x + offsets, numbers * sizeof(double));
+    }
+    normal_equations_free(&equations);
+    free(x);
+    free(lower);
+    free(unit);
+    return power;
+}
+
+/* What a shape leaves of the held-out samples together with the signatures; and the change of its numbers that it takes.
+ * HUGE_VAL: it cannot be simulated. */
+static double judge_once(const samples_t *samples, const noise_t *noise, const model_t *model, double **signature,
+                         size_t signatures, size_t numbers, double *change) {
+    const nuisance_options_t options = {0};
+    rows_t rows = {.samples = samples, .noise = noise, .white = samples_column(samples)};
+    double power = HUGE_VAL;
+    signals_t signals;
+    failure_t refusal;
+    if (signals_open(&signals, samples, model, &refusal)) {
+        rows.most = nuisance_most(&signals, &options) + signatures + 1;
+        rows.fitted = allocate(rows.most * samples->fitted, sizeof(double));
+        rows.held = allocate(rows.most * samples->held, sizeof(double));
+        if (nuisance(&signals, &options, add_rows, &rows, &refusal)) {
+            double *residual = samples_column(samples);
+            for (size_t i = 0; i < signatures; i++) {
+                add_rows(&rows, signature[i], NUISANCE_TRENDS);
+            }
+            samples_residual(samples, signals.simulated, residual);
+            add_rows(&rows, residual, NUISANCE_TRENDS);
+            power = held_out_power(&rows, samples->count, numbers, change);
+            free(residual);
+        }
+        signals_close(&signals);
+    }
+    free(rows.white);
+    free(rows.fitted);
+    free(rows.held);
+    return power;
+}
+
+/* The same, from where the numbers of a shape that is not linear in them stand best beside the signatures: a step or two of
+ * Gauss and Newton's method. The model takes them. */
+static double judge(const samples_t *samples, const noise_t *noise, model_t *model, double **signature,
+                    size_t signatures) {
+    enum { STEPS = 4 };
+    hysteresis_numbers_t numbers;
+    hysteresis_numbers(model, &numbers);
+    double *change = allocate(numbers.count, sizeof(double)), *kept = allocate(numbers.count, sizeof(double));
+    double *ignored = allocate(numbers.count, sizeof(double));
+    double least = judge_once(samples, noise, model, signature, signatures, numbers.count, change);
+    for (int step = 0; step < STEPS && numbers.count < few_numbers && isfinite(least); step++) {
+        failure_t refusal;
+        for (size_t i = 0; i < numbers.count; i++) {
+            kept[i] = *numbers.number[i];
+            *numbers.number[i] += change[i];
+        }
+        const double power = model_check(model, "model", &refusal)
+                                 ? judge_once(samples, noise, model, signature, signatures, numbers.count, ignored)
+                                 : HUGE_VAL;
+        if (!(power < settled * least)) {
+            for (size_t i = 0; i < numbers.count; i++) {
+                *numbers.number[i] = kept[i];
+            }
+            break;
+        }
+        least = power;
+        memcpy(change, ignored, numbers.count * sizeof(double));
+    }
+    hysteresis_numbers_free(&numbers);
+    free(change);
+    free(kept);
+    free(ignored);
+    return least;
+}
+
+/* Few numbers first: a table imitates much. Then the better one. */
+static int by_promise(const void *one, const void *other) {
+    const baseline_t *a = one, *b = other;
+    if (a->many_numbers != b->many_numbers) {
+        return a->many_numbers ? 1 : -1;
+    }
+    return (a->held > b->held) - (a->held < b->held);
+}
+
+/* The bank stays: it is what an effect that a table can imitate is seen against. */
+static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
+    size_t kept = 0;
+    double least = HUGE_VAL;
+    for (size_t i = 0; i < *count; i++) {
+        least = fmin(least, baseline[i].held);
+    }
+    for (size_t i = 0; i < *count; i++) {
+        const bool bank = baseline[i].family == family_find(shapes[0].family);
+        if (bank || baseline[i].held < worth_trying * least) {
+            baseline[kept++] = baseline[i];
+        } else {
+            model_free(&baseline[i].model);
+        }
+    }
+    *count = kept;
+}
+
+bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
+                     baseline_t baseline[BASELINE_SHAPES], size_t *count, failure_t *failure) {
+    double **signature = allocate(catalogue_count, sizeof *signature);
+    const size_t signatures = best_signatures(samples, noise, setting, &baseline[0].model, signature, failure);
+    baseline[0].held = judge(samples, noise, &baseline[0].model, signature, signatures);
+    *count = 1;
+    for (size_t shape = 1; shape < SHAPES; shape++) {
+        failure_t refusal;
+        joint_power_t ignored;
+        baseline_t *other = &baseline[*count];
+        if (fit_shape(shape, samples->recordings, samples->count, other, &refusal)) {
+            joint_fit(samples, noise, &other->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+            other->held = judge(samples, noise, &other->model, signature, signatures);
+            ++*count;
+        }
+    }
+    qsort(baseline, *count, sizeof(baseline_t), by_promise);
+    leave_out_hopeless(baseline, count);
+    for (size_t i = 0; i < signatures; i++) {
+        free(signature[i]);
+    }
+    free(signature);
+    return signatures > 0 || fail(failure, "no block of the catalogue can be simulated in the model");
 }

@@ -1,15 +1,37 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** The hysteresis that a diagnosis without a model starts from. */
+/** Which shape of hysteresis a diagnosis begins with, when no model was given, and what noise the recordings have. */
 #ifndef BASELINE_H
 #define BASELINE_H
 
 #include "family.h"
+#include "search.h"
 
-/** The shapes of a hysteresis that a diagnosis tries, the first one a play bank. */
-size_t baseline_shapes(void);
+enum { BASELINE_SHAPES = 3 };
 
-/** Fits one of them. *family: which. Fails where it does not apply. */
-bool baseline_fit(size_t shape, const recording_t *recordings, size_t count, model_t *baseline, const family_t **family,
-                  failure_t *failure);
+typedef struct {
+    const family_t *family;
+    model_t model;
+    bool many_numbers; /**< so many that they imitate effects that are none of a hysteresis */
+    double held; /**< what it leaves of the held-out samples beside the signatures of all blocks */
+} baseline_t;
+
+/** The play bank that everything begins with. */
+bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure);
+void baseline_free(baseline_t *baseline, size_t count);
+
+/** Narrow peaks of the residual (lines.h) in the longest recording. */
+size_t baseline_lines(const samples_t *samples, const double *residual, double *line_hz);
+
+/** At rest if there is enough of it, else from what a rich model leaves: J with shapes, trends, lines, and the best probe of
+ * every block. */
+bool baseline_noise(const samples_t *samples, const model_t *model, const probe_setting_t *setting, noise_t *noise,
+                    failure_t *failure);
+
+/**
+ * baseline[0] is the bank. Adds the other shapes of hysteresis (Bouc-Wen, Preisach), and sorts: the one whose derivatives,
+ * together with the best probe of every block, leave least of the held-out samples first. Those far behind it are left out.
+ */
+bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
+                     baseline_t baseline[BASELINE_SHAPES], size_t *count, failure_t *failure);
 
 #endif

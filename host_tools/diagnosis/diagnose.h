@@ -5,7 +5,8 @@
  * From the baseline on, the block that explains most of what is left of the residual is taken into the chain, the chain
  * is fitted again, and so on, until nothing is significant any more. A block is a finding only if it is significant
  * after the correction for all signatures that were tried, by two standard errors of which one does not trust the
- * residuals to be white, and if it lowers the error of the samples that were kept from the fit.
+ * residuals to be white, and if it lowers the error of the samples that were kept from the fit. In the end each finding is
+ * taken out again, and stays out if the others make it superfluous.
  */
 #ifndef DIAGNOSE_H
 #define DIAGNOSE_H
@@ -28,12 +29,14 @@ typedef struct {
     size_t rivals;  /**< blocks that the recordings cannot tell from this one */
     const block_t *rival[DIAGNOSIS_MOST_RIVALS];
     double held_out_before_percent, held_out_after_percent; /**< NRMSE */
+    bool shape;       /**< a hysteresis of another shape could imitate it */
+    bool in_readings; /**< its numbers come from the readings themselves, not from a fit */
 } finding_t;
 
 /** What became of a block that was looked at in a round of the search. Appended for the outputs. */
-typedef enum { TAKEN, LESS_LIKELY, NOT_SUPPORTED /* by held-out samples */, NOT_SIGNIFICANT } outcome_t;
+typedef enum { TAKEN, LESS_LIKELY, NOT_SUPPORTED /* by held-out samples */, NOT_SIGNIFICANT, SUPERFLUOUS } outcome_t;
 
-enum { DIAGNOSIS_MOST_CONSIDERED = 64 };
+enum { DIAGNOSIS_MOST_CONSIDERED = 64, DIAGNOSIS_MOST_UNSEEN = 32 };
 
 typedef struct {
     const block_t *block;
@@ -42,11 +45,24 @@ typedef struct {
     outcome_t outcome;
 } considered_t;
 
+/** What a block that was not found would have had to be like. */
+typedef struct {
+    const block_t *block;
+    bool testable;      /**< false: whatever its size, other numbers imitate it in these recordings */
+    double smallest_um; /**< root mean square of the change of the position that would have been seen */
+    size_t parameter;   /**< index of the one that the effect is proportional to; block->parameters: none */
+    double value;       /**< of that parameter at this size */
+} unseen_t;
+
 typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;
 
 typedef struct {
+    samples_t samples;
+    noise_t noise;
     const family_t *family;  /**< of the baseline, NULL when a model was given */
-    model_t baseline, model; /**< as it came in, fitted; with everything that was found */
+    model_t given;           /**< with a model: as it came in; without: the baseline */
+    model_t baseline, model; /**< its hysteresis fitted again; with everything that was found */
+    double given_nrmse_percent, given_held_out_percent;
     double baseline_nrmse_percent, baseline_held_out_percent;
     double nrmse_percent, held_out_percent, noise_percent;
     size_t findings;
@@ -56,16 +72,19 @@ typedef struct {
     verdict_t verdict;
     size_t rounds, considered; /**< of the search; blocks in them, those that explain most of each */
     considered_t consideration[DIAGNOSIS_MOST_CONSIDERED];
+    size_t unseen_count;
+    unseen_t unseen[DIAGNOSIS_MOST_UNSEEN];
 } diagnosis_t;
 
-/** The baseline's hysteresis is fitted again; the numbers of its other blocks stay. */
-bool diagnose(const model_t *baseline, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
+/** The baseline's hysteresis is fitted again; the numbers of its other blocks stay. The recordings must outlive the
+ * diagnosis, which is to be freed. */
+bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure);
 /**
- * The same without a model: from a play bank, and where that leaves more than noise or finds what another shape of
- * hysteresis can imitate, from the other shapes. Another shape is taken if everything that was found behind it leaves a
- * held-out error that is lower by 15 % (3 % if it takes the place of such a block): a wrong shape shall not be taken
- * for physics that is missing, nor physics for a shape.
+ * The same without a model: from the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the signatures
+ * of all blocks; where that leaves more than noise, or finds something, also from the others that come near, and the answer
+ * that leaves the least error of the held-out samples stands: a wrong shape shall not be taken for physics that is missing,
+ * nor physics for a shape.
  */
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);

@@ -1,129 +1,119 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "remainder.h"
-#include "evidence_columns.h"
-#include "least_squares.h"
+#include "spectrum.h"
 #include <gsl/gsl_math.h>
-#include <math.h>
+#include <gsl/gsl_statistics_double.h>
 #include <stdlib.h>
 
-enum { RATES = 11, AVERAGES = 8, WARMTHS = 3, WAVES = 12, COLUMNS = RATES + AVERAGES + WARMTHS + WAVES };
-/* Chance gives as much as there are columns, 34 +- 8; noise whose colour the filter does not quite meet gives more. */
-static const double least_likelihood = 150.0;
+/* What is left counts when it is larger than this part of the noise: below it, a model that is not quite right is as likely
+ * a reason. */
+static const double worth_mentioning = 0.4;
+/* What is right of what was found, in parts of it. */
+static const double part_of_effect = 0.05, part_of_sample = 0.2;
 static const double outlier = 7.0;
-static const size_t few_outliers = 3;
-/* Columns have root mean square 1 before J is taken out of them, and amplitudes of half the noise are expected: what J
- * leaves next to nothing of does not count. */
-static const double expected_size = 4.0;
+static const size_t few_outliers = 4;
+/* A band holds more than noise when chance explains it less often than this many deviations. */
+static const double beyond_chance = 6.0;
+enum { BANDS = 64, LEVEL_BANDS = 64 };
 
-/* The columns' values at one sample: u in parts of half the range, v and a scaled to a root mean square of about 1. */
-static void rates(double u, double v, double a, double *column) {
-    const double values[RATES] = {v, fabs(v), v * v, v * fabs(v), v * v * v, GSL_SIGN(v),
-                                  a, fabs(a), u * v, u * fabs(v), u * u * v};
-    for (size_t i = 0; i < RATES; i++) {
-        column[i] = values[i];
-    }
+/* Power of the filter's inverse at a frequency, in parts of the sample rate: from the whitened residual to the residual. */
+static double gain_at(const noise_t *noise, double turns) {
+    const double c = cos(2.0 * M_PI * turns);
+    return (1.0 - 2.0 * noise->mix * c + gsl_pow_2(noise->mix)) /
+           (1.0 - 2.0 * noise->memory * c + gsl_pow_2(noise->memory));
 }
 
-/* Fills the columns of one recording, `stride` apart, all samples. */
-static void fill(const recording_t *recording, double **column) {
-    const double *drive = recording->column[COLUMN_DRIVE];
-    const size_t n = recording->samples;
-    double low = HUGE_VAL, high = -HUGE_VAL, speed = 0.0, jerk = 0.0, average[AVERAGES], warmth[WARMTHS] = {0};
-    for (size_t k = 0; k < n; k++) {
-        low = fmin(low, drive[k]);
-        high = fmax(high, drive[k]);
-        if (k > 1) {
-            const double v = drive[k] - drive[k - 1], a = v - drive[k - 1] + drive[k - 2];
-            speed += v * v / (double)n;
-            jerk += a * a / (double)n;
+typedef struct {
+    double energy, expected, ordinates, raw; /* raw: what is too much, before whitening */
+} band_t;
+
+/* The level that most of the spectrum keeps to, in parts of the noise at rest: less than 1 where that had something else
+ * in it. */
+static double level_of(const spectrum_t *s, double expected) {
+    double level[LEVEL_BANDS];
+    for (size_t band = 0; band < LEVEL_BANDS; band++) {
+        const size_t from = 1 + band * (s->count - 2) / LEVEL_BANDS, to = 1 + (band + 1) * (s->count - 2) / LEVEL_BANDS;
+        double sum = 0.0;
+        for (size_t f = from; f < to; f++) {
+            sum += s->energy[f];
         }
+        level[band] = to > from ? sum / (expected * (double)(to - from)) : 1.0;
     }
-    for (size_t i = 0; i < AVERAGES; i++) {
-        average[i] = drive[0];
-    }
-    for (size_t k = 0; k < n; k++) {
-        const double v = k > 0 ? (drive[k] - drive[k - 1]) / sqrt(speed) : 0.0;
-        const double a = k > 1 ? (drive[k] - 2.0 * drive[k - 1] + drive[k - 2]) / sqrt(jerk) : 0.0;
-        double values[COLUMNS];
-        rates((2.0 * drive[k] - low - high) / (high - low), v, a, values);
-        for (size_t i = 0; i < AVERAGES; i++) { /* time constants from 2 samples to a third of the recording */
-            const double samples = 2.0 * pow((double)n / 6.0, (double)i / (AVERAGES - 1));
-            average[i] += (drive[k] - average[i]) / samples;
-            values[RATES + i] = (average[i] - low) / (high - low);
-        }
-        for (size_t i = 0; i < WARMTHS; i++) {
-            const double samples = (double)n / (3.0 * gsl_pow_int(6.0, (int)i));
-            warmth[i] += (v * v - warmth[i]) / samples;
-            values[RATES + AVERAGES + i] = warmth[i];
-        }
-        for (size_t i = 0; i < WAVES; i++) {
-            values[RATES + AVERAGES + WARMTHS + i] = cos(M_PI * (double)(i + 1) * ((double)k + 0.5) / (double)n);
-        }
-        for (size_t i = 0; i < COLUMNS; i++) {
-            column[i][k] = values[i];
-        }
-    }
+    return fmin(1.0, gsl_stats_median(level, 1, LEVEL_BANDS));
 }
 
-/* Rows of the whitened columns beyond J, column after column. */
-static double *columns_of(const evidence_t *evidence, size_t rows) {
-    double *all = allocate(COLUMNS * rows, sizeof(double));
-    double **whole[COLUMNS];
-    for (size_t c = 0; c < COLUMNS; c++) {
-        whole[c] = recordings_room(evidence_recordings(evidence), evidence_count(evidence));
-    }
-    for (size_t i = 0; i < evidence_count(evidence); i++) {
-        double *column[COLUMNS];
-        for (size_t c = 0; c < COLUMNS; c++) {
-            column[c] = whole[c][i];
-        }
-        fill(&evidence_recordings(evidence)[i], column);
-    }
-    for (size_t c = 0; c < COLUMNS; c++) {
-        evidence_beyond(evidence, whole[c], true, all + c * rows);
-        recordings_room_free(whole[c], evidence_count(evidence));
-    }
-    return all;
+static size_t band_of(double hz, double lowest_hz) {
+    const double band = 2.0 * log2(hz / lowest_hz);
+    return band < 0.0 ? 0 : band >= BANDS ? BANDS - 1 : (size_t)band;
 }
 
-/* What the columns together explain of the residual's square. */
-static double explained_by(const double *columns, const double *residual, size_t rows) {
-    double row[COLUMNS] = {0}, x[COLUMNS], lower[COLUMNS], before, after;
-    normal_equations_t equations;
-    failure_t ignored;
-    normal_equations_create(&equations, COLUMNS);
-    for (size_t k = 0; k < rows; k++) {
-        for (size_t c = 0; c < COLUMNS; c++) {
-            row[c] = columns[c * rows + k];
-        }
-        normal_equations_add(&equations, row, residual[k]);
+static void add_recording(const samples_t *samples, const noise_t *noise, size_t i, const double *white,
+                          double lowest_hz, band_t *band) {
+    const recording_t *recording = &samples->recordings[i];
+    const size_t from = samples->from[i] + SAMPLES_SKIPPED, length = recording->samples - from;
+    const double variance = gsl_pow_2(noise->sigma_um);
+    spectrum_t s;
+    spectrum_of(white + samples->begin[i] + from, length, recording->sample_rate_hz, &s);
+    const double level = level_of(&s, s.white * variance), finer = 0.5 * s.white; /* of neighbours, one counts */
+    for (size_t f = 1; f + 1 < s.count; f++) {
+        band_t *b = &band[band_of((double)f * s.step_hz, lowest_hz)];
+        const double expected = level * s.white * variance;
+        b->energy += s.energy[f];
+        b->expected += expected;
+        b->ordinates += finer / 1.5; /* Hann's window: 1.5 bins */
+        b->raw += (s.energy[f] - expected) * gain_at(noise, (double)f * s.step_hz / recording->sample_rate_hz);
     }
-    normal_equations_finish(&equations);
-    before = equations.power;
-    for (size_t c = 0; c < COLUMNS; c++) {
-        row[c] = 0.0;
-        lower[c] = -HUGE_VAL;
-    }
-    for (size_t c = 0; c < COLUMNS; c++) {
-        row[c] = 1.0;
-        normal_equations_penalise(&equations, row, expected_size);
-        row[c] = 0.0;
-    }
-    after = solve_bounded(&equations, lower, x, NULL, &ignored) ? squared_error(&equations, x) : before;
-    normal_equations_free(&equations);
-    return before - after;
+    spectrum_free(&s);
 }
 
-remainder_t evidence_remainder(const evidence_t *evidence) {
-    size_t rows;
-    const double *residual = evidence_residual(evidence, &rows);
-    const double noise = evidence_noise_um(evidence);
-    double *columns = columns_of(evidence, rows);
-    remainder_t found = {.likelihood = explained_by(columns, residual, rows) / (noise * noise)};
-    for (size_t k = 0; k < rows; k++) {
-        found.outliers += fabs(residual[k]) > outlier * noise ? 1 : 0;
+static double rms_of(const samples_t *samples, const double *column) {
+    double mean = 0.0, squares = 0.0;
+    const double used = (double)(samples->fitted + samples->held);
+    for (size_t k = 0; k < samples->all; k++) {
+        if (samples->part[k] != SAMPLE_LEFT_OUT) {
+            mean += column[k] / used;
+            squares += column[k] * column[k] / used;
+        }
     }
-    found.structured = found.likelihood > least_likelihood || found.outliers > few_outliers;
-    free(columns);
+    return sqrt(fmax(0.0, squares - mean * mean));
+}
+
+remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
+                         double floor_um) {
+    remainder_t found = {0};
+    band_t band[BANDS] = {{0}};
+    double *white = samples_column(samples), *found_white = samples_column(samples), longest_s = 0.0, most = 0.0, excess = 0.0, lowest_hz;
+    samples_residual(samples, simulated, found_white);
+    noise_whiten(noise, samples, found_white, white);
+    noise_whiten(noise, samples, effect, found_white);
+    for (size_t i = 0; i < samples->count; i++) {
+        longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
+    }
+    lowest_hz = 1.0 / longest_s;
+    for (size_t i = 0; i < samples->count; i++) {
+        add_recording(samples, noise, i, white, lowest_hz, band);
+    }
+    for (size_t b = 0; b < BANDS; b++) {
+        if (band[b].ordinates > 0.0 &&
+            band[b].energy / band[b].expected > 1.0 + beyond_chance / sqrt(band[b].ordinates) +
+                                                    gsl_pow_2(beyond_chance) / (4.0 * band[b].ordinates)) {
+            excess += band[b].raw;
+            if (band[b].raw > most) {
+                most = band[b].raw;
+                found.low_hz = lowest_hz * exp2(0.5 * (double)b);
+                found.high_hz = lowest_hz * exp2(0.5 * (double)(b + 1));
+            }
+        }
+    }
+    for (size_t k = 0; k < samples->all; k++) {
+        const double expected = outlier * hypot(noise->sigma_um, floor_um) + part_of_sample * fabs(found_white[k]);
+        found.outliers += samples->part[k] != SAMPLE_LEFT_OUT && fabs(white[k]) > expected ? 1 : 0;
+    }
+    found.rms_um = sqrt(fmax(0.0, excess) / (double)(samples->fitted + samples->held));
+    found.structured =
+        found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * rms_of(samples, effect) ||
+        found.outliers > few_outliers;
+    free(found_white);
+    free(white);
     return found;
 }

@@ -1,19 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "search.h"
 #include "catalogue.h"
-#include "hysteresis_refit.h"
-#include "simplex.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Candidates whose best probe explains at least this part of what the best of all explains are refined. */
-static const double worth_refining = 0.3;
-enum { MOST_REFINED = 5, MOST_IN_THE_END = 3, ROUNDS = 6 };
-/* A further round with the bank ends when it gains less than this. */
-static const double settled_likelihood = 2.0;
+/* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at least
+ * this part, or so close, are fitted together with the hysteresis. */
+static const double worth_refining = 0.2, worth_fitting = 0.6, close_likelihood = 60.0;
+enum { MOST_REFINED = 8, MOST_FITTED = 4, FIT_ITERATIONS = 3 };
 /* And at least this much: nothing below it is significant. */
 static const double least_likelihood = 15.0;
+const double search_least_size = 0.08;
+/* What J leaves less than this part of is imitated: its size would be a matter of the model's last digits. */
+static const double least_own_part = 1e-3;
+/* Of a number, in 2 log likelihood: about the logarithm of the number of samples. */
+static const double number_price = 10.0;
 
 size_t place_in_chain(const model_t *model, const block_t *block) {
     size_t at = 0;
@@ -23,8 +25,7 @@ size_t place_in_chain(const model_t *model, const block_t *block) {
     return at;
 }
 
-/* The baseline with the block inserted; values: one number a parameter, arrays absent. */
-static void insert(model_t *model, const model_t *baseline, const block_t *block, const double *value) {
+void insert_block(model_t *model, const model_t *baseline, const block_t *block, const double *value) {
     const size_t at = place_in_chain(baseline, block);
     model_block_t inserted;
     model_copy(model, baseline);
@@ -35,60 +36,6 @@ static void insert(model_t *model, const model_t *baseline, const block_t *block
     for (size_t p = 0; p < block->parameters; p++) {
         if (!block->parameter[p].array) {
             model->block[at].parameter[p].value[0] = value[p];
-        }
-    }
-}
-
-static double likelihood_of(const evidence_t *evidence, double explained) {
-    return explained < 1.0 ? -(double)evidence_samples(evidence) * log1p(-explained) : HUGE_VAL;
-}
-
-typedef struct {
-    const evidence_t *evidence;
-    candidate_t *candidate;
-    size_t unknowns, parameter[BLOCK_MAX_PARAMETERS];
-    bool logarithmic[BLOCK_MAX_PARAMETERS];
-    double scale[BLOCK_MAX_PARAMETERS];
-} refinement_t;
-
-static double *number(const refinement_t *r, size_t i) {
-    return r->candidate->model.block[r->candidate->at].parameter[r->parameter[i]].value;
-}
-
-static void set(const refinement_t *r, const double *x) {
-    for (size_t i = 0; i < r->unknowns; i++) {
-        *number(r, i) = r->logarithmic[i] ? exp(x[i]) : x[i] * r->scale[i];
-    }
-}
-
-/* What is left of the residual when the block stands there at amplitude 1, in parts of what was there. */
-static double left(const double *x, void *context) {
-    const refinement_t *r = context;
-    double *signature, remaining;
-    set(r, x);
-    signature = evidence_signature(r->evidence, &r->candidate->model);
-    if (signature == NULL) {
-        return HUGE_VAL;
-    }
-    remaining = evidence_remaining(r->evidence, signature);
-    free(signature);
-    return remaining;
-}
-
-/* Which parameters, and how: in their logarithm if they are positive, else as multiples of where they start. */
-static void begin(refinement_t *r, const evidence_t *evidence, candidate_t *candidate, double *x) {
-    const block_t *block = candidate->block;
-    r->evidence = evidence;
-    r->candidate = candidate;
-    r->unknowns = 0;
-    for (size_t p = 0; p < block->parameters; p++) {
-        if ((block->probe->searched >> p & 1U) != 0) {
-            const double value = candidate->model.block[candidate->at].parameter[p].value[0];
-            const size_t i = r->unknowns++;
-            r->parameter[i] = p;
-            r->logarithmic[i] = block->parameter[p].low >= 0.0 && value > 0.0;
-            r->scale[i] = value != 0.0 ? fabs(value) : 0.01;
-            x[i] = r->logarithmic[i] ? log(value) : value / r->scale[i];
         }
     }
 }
@@ -107,46 +54,92 @@ static void start_from_amplitude(candidate_t *candidate) {
 }
 
 static void refine_candidate(const evidence_t *evidence, candidate_t *candidate) {
-    double x[BLOCK_MAX_PARAMETERS];
-    refinement_t r;
-    begin(&r, evidence, candidate, x);
-    const simplex_job_t job = {.function = left,
-                               .context = &r,
-                               .dimensions = r.unknowns,
-                               .step = 0.1,
-                               .size = 1e-4,
-                               .most_iterations = 60 * r.unknowns};
-    const double remaining = simplex_minimise(&job, x);
-    set(&r, x);
+    start_from_amplitude(candidate);
+    const double left = evidence_refine(evidence, &candidate->model, candidate->at);
     free(candidate->signature);
-    candidate->signature = evidence_signature(evidence, &candidate->model);
-    if (candidate->signature != NULL) {
+    candidate->signature = evidence_signature(evidence, &candidate->model, candidate->at);
+    if (candidate->signature != NULL && isfinite(left)) {
         candidate->test = evidence_test(evidence, candidate->signature);
-        candidate->likelihood = likelihood_of(evidence, 1.0 - remaining);
+        candidate->likelihood = evidence_likelihood(evidence, left);
     } else { /* not even where it started: the chain refuses these numbers, or runs away */
         candidate->test = (evidence_test_t){0};
         candidate->likelihood = 0.0;
     }
 }
 
-/* The hysteresis was fitted to a residual that the block has left in it. Fitted again behind the block, it stands for
- * the hysteresis alone, and the block's numbers are searched once more. */
-static void refine_with_hysteresis(const evidence_t *evidence, candidate_t *candidate) {
-    failure_t ignored;
-    if (hysteresis_refit(&candidate->model, evidence_recordings(evidence), evidence_count(evidence), &ignored)) {
-        refine_candidate(evidence, candidate);
+/* 2 log likelihood that is left when each searched number has been paid for: one more makes any block fit better. */
+static double merit(const candidate_t *candidate, size_t fitted) {
+    size_t numbers = 0;
+    for (unsigned bits = candidate->block->probe->searched; bits != 0; bits >>= 1) {
+        numbers += bits & 1U;
     }
+    const double paid = number_price * (double)numbers;
+    /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the middle. */
+    return candidate->joint ? 0.5 * (candidate->likelihood - (double)fitted * log(candidate->power.fitted)) - paid
+                            : candidate->likelihood - paid;
 }
 
 static int by_likelihood(const void *one, const void *other) {
-    const double a = ((const candidate_t *)one)->likelihood, b = ((const candidate_t *)other)->likelihood;
-    return (a < b) - (a > b);
+    const candidate_t *a = one, *b = other;
+    if (a->joint != b->joint) {
+        return a->joint ? -1 : 1;
+    }
+    return (a->merit < b->merit) - (a->merit > b->merit);
+}
+
+static double rms_about_mean(const samples_t *samples, const double *column) {
+    double sum = 0.0, squares = 0.0;
+    const double used = (double)(samples->fitted + samples->held);
+    for (size_t k = 0; k < samples->all; k++) {
+        if (samples->part[k] != SAMPLE_LEFT_OUT) {
+            sum += column[k];
+            squares += column[k] * column[k];
+        }
+    }
+    return sqrt(fmax(0.0, squares / used - sum * sum / (used * used)));
+}
+
+/* How small it could be and still be seen. */
+static void note_smallest(const evidence_t *evidence, const candidate_t *trial, double sigma_um, candidate_t *best) {
+    const evidence_test_t *test = &trial->test;
+    if (test->own_part > least_own_part && test->own_um > 0.0) {
+        const double amplitude = search_least_size * sigma_um / test->own_um;
+        const double smallest = amplitude * rms_about_mean(evidence_samples(evidence), trial->signature);
+        if (smallest < best->smallest_um) {
+            best->smallest_um = smallest;
+            for (size_t p = 0; p < trial->block->parameters; p++) {
+                const parameter_info_t *info = &trial->block->parameter[p];
+                const parameter_t *parameter = &trial->model.block[trial->at].parameter[p];
+                best->smallest_value[p] =
+                    parameter->count > 0 ? parameter->value[0] * (info->proportional ? amplitude : 1.0) : 0.0;
+            }
+        }
+    }
+}
+
+static void sort(search_t *found) {
+    for (size_t i = 0; i < found->count; i++) {
+        found->candidate[i].merit = merit(&found->candidate[i], found->fitted);
+    }
+    qsort(found->candidate, found->count, sizeof(candidate_t), by_likelihood);
+}
+
+/* Whether the effect is proportional to a number that cannot be below 0. */
+static bool never_negative(const block_t *block) {
+    for (size_t p = 0; p < block->parameters; p++) {
+        const parameter_info_t *info = &block->parameter[p];
+        if ((block->probe->searched >> p & 1U) != 0 && info->proportional && info->low >= 0.0) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* The best of a block's probes. false: none can be simulated. */
 static bool probe_block(const evidence_t *evidence, const model_t *baseline, const probe_setting_t *setting,
-                        const block_t *block, candidate_t *best, size_t *tested) {
+                        const block_t *block, double sigma_um, candidate_t *best, size_t *tested) {
     double value[BLOCK_MAX_PARAMETERS];
+    candidate_t smallest = {.smallest_um = HUGE_VAL};
     memset(best, 0, sizeof *best);
     for (size_t index = 0;; index++) {
         candidate_t trial = {.block = block, .at = place_in_chain(baseline, block)};
@@ -154,13 +147,19 @@ static bool probe_block(const evidence_t *evidence, const model_t *baseline, con
             value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
         }
         if (!block->probe->probe(setting, index, value)) {
+            best->smallest_um = smallest.smallest_um;
+            memcpy(best->smallest_value, smallest.smallest_value, sizeof best->smallest_value);
             return best->block != NULL;
         }
-        insert(&trial.model, baseline, block, value);
-        trial.signature = evidence_signature(evidence, &trial.model);
+        insert_block(&trial.model, baseline, block, value);
+        trial.signature = evidence_signature(evidence, &trial.model, trial.at);
         if (trial.signature != NULL) {
             trial.test = evidence_test(evidence, trial.signature);
-            trial.likelihood = likelihood_of(evidence, trial.test.explained);
+            trial.likelihood = evidence_likelihood(evidence, 1.0 - trial.test.explained);
+            if (trial.test.amplitude < 0.0 && never_negative(block)) {
+                trial.likelihood = 0.0;
+            }
+            note_smallest(evidence, &trial, sigma_um, &smallest);
             (*tested)++;
         }
         if (trial.signature != NULL && (best->block == NULL || trial.likelihood > best->likelihood)) {
@@ -173,45 +172,54 @@ static bool probe_block(const evidence_t *evidence, const model_t *baseline, con
     }
 }
 
-void search(const evidence_t *evidence, const model_t *baseline, const probe_setting_t *setting, bool shapes,
-            search_t *found) {
-    *found = (search_t){.candidate = allocate(catalogue_count, sizeof(candidate_t))};
+static bool asked(const probe_t *probe, question_t question) {
+    return question == ASK_ANYTHING || probe->shape == (question == ASK_SHAPES);
+}
+
+void search_probes(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
+                   const probe_setting_t *setting, search_t *found) {
+    const question_t question = evidence_question(evidence);
+    *found = (search_t){.candidate = allocate(catalogue_count, sizeof(candidate_t)),
+                        .fitted = evidence_samples(evidence)->fitted};
     for (size_t i = 0; i < catalogue_count; i++) {
         const block_t *block = catalogue[i];
-        if (block->probe != NULL && block->probe->shape == shapes && model_find(baseline, block->name) == NULL &&
-            probe_block(evidence, baseline, setting, block, &found->candidate[found->count], &found->tested)) {
+        if (block->probe != NULL && asked(block->probe, question) && model_find(baseline, block->name) == NULL &&
+            probe_block(evidence, baseline, setting, block, noise->sigma_um, &found->candidate[found->count],
+                        &found->tested)) {
             found->count++;
         }
     }
-    qsort(found->candidate, found->count, sizeof(candidate_t), by_likelihood);
-    for (int round = 0; round < ROUNDS; round++) {
-        const double worth = worth_refining * found->candidate[0].likelihood;
-        const size_t most = round < 2 ? MOST_REFINED : MOST_IN_THE_END;
-        for (size_t i = 0; i < found->count && i < most; i++) {
-            candidate_t *candidate = &found->candidate[i];
-            if (candidate->likelihood <= worth || candidate->likelihood <= least_likelihood) {
-                continue;
-            }
-            if (round == 0) {
-                start_from_amplitude(candidate);
-                refine_candidate(evidence, candidate);
-            } else if (!candidate->settled) {
-                const double before = candidate->likelihood;
-                refine_with_hysteresis(evidence, candidate);
-                candidate->settled = candidate->likelihood < before + settled_likelihood;
-            }
-        }
-        qsort(found->candidate, found->count, sizeof(candidate_t), by_likelihood);
-    }
+    sort(found);
 }
 
-void polish(const evidence_t *evidence, model_t *model, const block_t *block) {
-    candidate_t candidate = {.block = block, .model = *model};
-    while (model->block[candidate.at].block != block) {
-        candidate.at++;
+void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
+            search_t *found) {
+    const samples_t *samples = evidence_samples(evidence);
+    search_probes(evidence, noise, baseline, setting, found);
+    for (size_t i = 0; i < found->count && i < MOST_REFINED; i++) {
+        candidate_t *candidate = &found->candidate[i];
+        if (candidate->likelihood > fmax(least_likelihood, worth_refining * found->candidate[0].likelihood)) {
+            refine_candidate(evidence, candidate);
+        }
     }
-    refine_candidate(evidence, &candidate); /* changes numbers in place: the model's own */
-    free(candidate.signature);
+    sort(found);
+    const double best = found->count > 0 ? found->candidate[0].likelihood : 0.0;
+    for (size_t i = 0; i < found->count && i < MOST_FITTED; i++) {
+        candidate_t *candidate = &found->candidate[i];
+        failure_t refusal;
+        if (candidate->likelihood > least_likelihood &&
+            (evidence_question(evidence) == ASK_ANYTHING ||
+             candidate->likelihood > fmin(worth_fitting * best, best - close_likelihood))) {
+            candidate->joint = joint_fit(samples, noise, &candidate->model, 1U << candidate->at, FIT_ITERATIONS,
+                                         &candidate->power, &refusal);
+        }
+    }
+    sort(found);
+}
+
+double search_margin(const search_t *found, size_t other) {
+    const candidate_t *one = &found->candidate[0], *two = &found->candidate[other];
+    return one->joint == two->joint ? one->merit - two->merit : one->likelihood - two->likelihood;
 }
 
 void search_free(search_t *found) {

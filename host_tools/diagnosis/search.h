@@ -4,39 +4,53 @@
 #define SEARCH_H
 
 #include "evidence.h"
+#include "joint_fit.h"
 
 /** A candidate at its best. */
 typedef struct {
     const block_t *block;
     model_t model;        /**< the baseline with the block in its place, its searched parameters at their best */
     size_t at;            /**< index of the block in the model */
-    double *signature;    /**< of the block at its best; NULL, with likelihood 0, if it cannot be simulated there */
+    double *signature;    /**< of the block at its best beside the baseline's hysteresis; NULL, with likelihood 0, if it cannot
+                             be simulated there */
     evidence_test_t test; /**< of that signature: amplitude near 1 */
-    bool settled;         /**< another round of refinement gains nothing */
-    double likelihood;    /**< 2 log of the likelihood ratio to the baseline: what it explains, in units of the noise */
+    double likelihood;    /**< 2 log of the likelihood ratio to the baseline, beyond J */
+    bool joint;           /**< the model was fitted again together with its hysteresis */
+    joint_power_t power;  /**< what is left then */
+    double merit;         /**< what candidates are ordered by: 2 log likelihood less a price for each searched number */
+    double smallest_um;   /**< of all its probes: least root mean square of the change of the position that would be seen */
+    double smallest_value[BLOCK_MAX_PARAMETERS]; /**< the block's numbers at that size, as far as it is proportional to them */
 } candidate_t;
 
 typedef struct {
     size_t tested; /**< signatures that were tried: the size of the family of tests */
     size_t count;  /**< candidates, best first */
     candidate_t *candidate;
+    size_t fitted; /**< samples that speak */
 } search_t;
 
 /**
- * Tries the candidates that a hysteresis of another shape can imitate (shapes), or those that it cannot. The ones that
- * explain most are refined. Blocks that the baseline has are not tried again.
+ * Tries the candidates that the evidence's question is about. The ones that explain most are refined, and then fitted together with the hysteresis. Blocks that the baseline has are not tried again.
  */
-void search(const evidence_t *evidence, const model_t *baseline, const probe_setting_t *setting, bool shapes,
+void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
             search_t *found);
+/** The best probe of each block, and no more. */
+void search_probes(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
+                   const probe_setting_t *setting, search_t *found);
 void search_free(search_t *found);
 
+/** By how much the first candidate's 2 log likelihood exceeds that of another one. */
+double search_margin(const search_t *found, size_t other);
+
 /**
- * The block's searched parameters once more, in a model that has the block already and is the evidence's baseline. Each
- * search of evidence takes the model's own numbers for small changes; a large effect needs this afterwards.
+ * Root mean square of what a finding changes beyond J, whitened, in parts of the noise: below it, a model that is not quite
+ * right is as likely a reason.
  */
-void polish(const evidence_t *evidence, model_t *model, const block_t *block);
+extern const double search_least_size;
 
 /** Where a block goes in a chain: behind the last block of its place or an earlier one. */
 size_t place_in_chain(const model_t *model, const block_t *block);
+/** The baseline with the block inserted; value: one number a parameter, arrays absent. */
+void insert_block(model_t *model, const model_t *baseline, const block_t *block, const double *value);
 
 #endif

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The findings' numbers, and how well the recordings determine them. */
+#ifndef FINDINGS_H
+#define FINDINGS_H
+
+#include "diagnose.h"
+
+/** Whether a parameter of a finding was searched. */
+bool finding_searched(const finding_t *finding, size_t parameter);
+/** The finding that put this block in the chain, or NULL. */
+const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
+/** Index of a finding's block in diagnosis->model. */
+size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
+
+/**
+ * Writes the standard errors of the hysteresis and of the findings into diagnosis->model (refine.h, no iterations): jointly, with
+ * as many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts all samples and a
+ * third was held out of the fit.
+ */
+bool findings_errors(diagnosis_t *diagnosis, failure_t *failure);
+/** After that: whether any number of the finding is three standard errors away from nothing. */
+bool finding_determined(const diagnosis_t *diagnosis, const finding_t *finding);
+
+#endif

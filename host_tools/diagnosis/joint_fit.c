@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "joint_fit.h"
+#include "least_squares.h"
+#include "searched.h"
+#include "signals.h"
+#include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What the samples say nothing about stays where it was. Of a bank, whose numbers are few, each is expected within this part
+ * of their mean size; of a table, whose neighbours determine each other, changes weigh this part of what the samples give the
+ * mean element. */
+static const double expected_change = 0.5, stay_part_many = 1e-3;
+static const size_t many = 65;
+/* A hysteresis of fewer numbers is not linear in them: it takes more iterations, and they cost little. A table takes fewer. */
+static const size_t few = 12, few_iterations = 6;
+/* Of the sum of squares, times the number of samples: the search ends when it falls by less. */
+static const double settled_likelihood = 0.3;
+enum { MOST_HALVINGS = 6 };
+
+typedef struct {
+    const samples_t *samples;
+    const noise_t *noise;
+    model_t *model;
+    size_t blocks, block[MODEL_MAX_BLOCKS];
+    searched_t searched[MODEL_MAX_BLOCKS];
+    hysteresis_numbers_t hysteresis;
+    double *beginning, *mean_size; /* of the hysteresis' numbers */
+    size_t unknowns;
+    double *white, *column;  /* scratch columns */
+    double *matrix;          /* unknowns columns of whitened derivatives, fitted samples each */
+    double *residual, *held; /* whitened, the samples of either part */
+} job_t;
+
+static void take_rows(job_t *job, const double *column, samples_part_t part, double *rows) {
+    noise_whiten(job->noise, job->samples, column, job->white);
+    samples_pick(job->samples, part, job->white, rows);
+}
+
+static void take_residual(job_t *job, const double *simulated, joint_power_t *power) {
+    samples_residual(job->samples, simulated, job->column);
+    noise_whiten(job->noise, job->samples, job->column, job->white);
+    const int fitted = (int)samples_pick(job->samples, SAMPLE_FITTED, job->white, job->residual);
+    const int held = (int)samples_pick(job->samples, SAMPLE_HELD_OUT, job->white, job->held);
+    power->fitted = cblas_ddot(fitted, job->residual, 1, job->residual, 1);
+    power->held = cblas_ddot(held, job->held, 1, job->held, 1);
+}
+
+static bool take_power(job_t *job, joint_power_t *power, failure_t *failure) {
+    double *simulated = samples_column(job->samples);
+    const bool good = samples_simulate(job->samples, job->model, simulated, failure);
+    if (good) {
+        take_residual(job, simulated, power);
+    }
+    free(simulated);
+    return good && isfinite(power->fitted);
+}
+
+/* A column of the matrix: the model as it now is, less the one of the signals, per unit of the number. false, and 0: there is no
+ * such model. */
+static bool take_derivative(job_t *job, const signals_t *signals, size_t stage, double difference, size_t column) {
+    double *rows = job->matrix + column * job->samples->fitted;
+    if (!signals_altered(signals, job->model, stage, job->column)) {
+        memset(rows, 0, job->samples->fitted * sizeof(double));
+        return false;
+    }
+    cblas_daxpy((int)job->samples->all, -1.0, signals->simulated, 1, job->column, 1);
+    cblas_dscal((int)job->samples->all, 1.0 / difference, job->column, 1);
+    take_rows(job, job->column, SAMPLE_FITTED, rows);
+    return true;
+}
+
+static void take_matrix(job_t *job, const signals_t *signals) {
+    const size_t stage = hysteresis_stage(job->model);
+    size_t column = 0;
+    for (size_t i = 0; i < job->hysteresis.count; i++) {
+        const double kept = *job->hysteresis.number[i], step = job->hysteresis.step[i];
+        *job->hysteresis.number[i] = kept + step;
+        if (!take_derivative(job, signals, stage, step, column)) { /* at the end of what the shape allows: the other way */
+            *job->hysteresis.number[i] = kept - step;
+            take_derivative(job, signals, stage, -step, column);
+        }
+        column++;
+        *job->hysteresis.number[i] = kept;
+    }
+    for (size_t b = 0; b < job->blocks; b++) {
+        for (size_t i = 0; i < job->searched[b].count; i++) {
+            const double difference = searched_nudge(&job->searched[b], i);
+            take_derivative(job, signals, stage_of(job->model, job->block[b]), difference, column++);
+            searched_restore(&job->searched[b], i);
+        }
+    }
+}
+
+/* What the samples say nothing about stays, of a table where it is, of a bank where it was in the beginning. */
+static void stay_near(const job_t *job, double variance, normal_equations_t *equations) {
+    const size_t n = job->unknowns, plays = job->hysteresis.count;
+    double *row = allocate(n, sizeof(double)), mean = 0.0;
+    for (size_t j = 0; j < plays; j++) {
+        mean += equations->gram[j * n + j] / (double)plays;
+    }
+    for (size_t j = 0; j < n; j++) {
+        const double own = equations->gram[j * n + j];
+        double weight = 1e-6 * own + (own > 0.0 ? 0.0 : 1.0);
+        if (j < plays && plays < many) {
+            weight = variance / gsl_pow_2(expected_change * job->mean_size[j]);
+            equations->moment[j] += weight * (job->beginning[j] - *job->hysteresis.number[j]);
+        } else if (j < plays) {
+            weight = stay_part_many * mean;
+        }
+        row[j] = 1.0;
+        normal_equations_penalise(equations, row, weight);
+        row[j] = 0.0;
+    }
+    free(row);
+}
+
+static bool solve(job_t *job, double *change) {
+    const size_t n = job->unknowns;
+    const int rows = (int)job->samples->fitted;
+    normal_equations_t equations;
+    double *lower = allocate(n, sizeof(double));
+    failure_t refusal;
+    normal_equations_create(&equations, n);
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, rows, 1.0, job->matrix, rows, 0.0, equations.gram,
+                (int)n);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < i; j++) { /* the other triangle */
+            equations.gram[j * n + i] = equations.gram[i * n + j];
+        }
+        lower[i] = i < job->hysteresis.count ? job->hysteresis.lower[i] : -HUGE_VAL;
+    }
+    cblas_dgemv(CblasColMajor, CblasTrans, rows, (int)n, 1.0, job->matrix, rows, job->residual, 1, 0.0,
+                equations.moment, 1);
+    equations.power = cblas_ddot(rows, job->residual, 1, job->residual, 1);
+    equations.rows = (size_t)rows;
+    stay_near(job, equations.power / (double)rows, &equations);
+    const bool good = solve_bounded(&equations, lower, change, NULL, &refusal);
+    normal_equations_free(&equations);
+    free(lower);
+    return good;
+}
+
+static void move(job_t *job, const double *change, double part) {
+    size_t at = job->hysteresis.count;
+    for (size_t i = 0; i < job->hysteresis.count; i++) {
+        *job->hysteresis.number[i] += part * change[i];
+    }
+    for (size_t b = 0; b < job->blocks; b++) {
+        searched_move(&job->searched[b], change + at, part);
+        at += job->searched[b].count;
+    }
+}
+
+static void move_back(job_t *job, const double *change, double part) {
+    for (size_t i = 0; i < job->hysteresis.count; i++) {
+        *job->hysteresis.number[i] -= part * change[i];
+    }
+    for (size_t b = 0; b < job->blocks; b++) {
+        searched_back(&job->searched[b]);
+    }
+}
+
+/* One step, a third of it, a ninth .. Whether the sum of squares fell. */
+static bool improve(job_t *job, joint_power_t *power) {
+    double *change = allocate(job->unknowns, sizeof(double)), part = 1.0;
+    bool improved = false;
+    signals_t signals;
+    failure_t refusal;
+    if (signals_open(&signals, job->samples, job->model, &refusal)) {
+        take_residual(job, signals.simulated, power);
+        take_matrix(job, &signals);
+        signals_close(&signals);
+        bool solved = solve(job, change);
+        for (int halving = 0; solved && !improved && halving < MOST_HALVINGS; halving++) {
+            joint_power_t tried;
+            move(job, change, part);
+            improved = model_check(job->model, "model", &refusal) && take_power(job, &tried, &refusal) &&
+                       tried.fitted < power->fitted;
+            if (improved) {
+                *power = tried;
+            } else {
+                move_back(job, change, part);
+                part *= 0.3;
+            }
+        }
+    }
+    free(change);
+    return improved;
+}
+
+static void open_job(job_t *job, const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks) {
+    *job = (job_t){.samples = samples, .noise = noise, .model = model};
+    hysteresis_numbers(model, &job->hysteresis);
+    job->unknowns = job->hysteresis.count;
+    for (size_t b = 0; b < model->blocks; b++) {
+        if ((blocks >> b & 1U) != 0) {
+            searched_open(&job->searched[job->blocks], model, b);
+            job->unknowns += job->searched[job->blocks].count;
+            job->block[job->blocks++] = b;
+        }
+    }
+    job->beginning = allocate(job->hysteresis.count, sizeof(double));
+    job->mean_size = allocate(job->hysteresis.count, sizeof(double));
+    for (size_t i = 0; i < job->hysteresis.count; i++) {
+        job->beginning[i] = *job->hysteresis.number[i];
+        job->mean_size[i] = job->hysteresis.mean_size[i];
+    }
+    job->white = samples_column(samples);
+    job->column = samples_column(samples);
+    job->residual = allocate(samples->fitted, sizeof(double));
+    job->held = allocate(samples->held, sizeof(double));
+    job->matrix = allocate(job->unknowns * samples->fitted, sizeof(double));
+}
+
+static void close_job(job_t *job) {
+    for (size_t b = 0; b < job->blocks; b++) {
+        searched_close(&job->searched[b]);
+    }
+    hysteresis_numbers_free(&job->hysteresis);
+    free(job->beginning);
+    free(job->mean_size);
+    free(job->white);
+    free(job->column);
+    free(job->residual);
+    free(job->held);
+    free(job->matrix);
+}
+
+bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, size_t iterations,
+               joint_power_t *power, failure_t *failure) {
+    job_t job;
+    open_job(&job, samples, noise, model, blocks);
+    const bool good = take_power(&job, power, failure);
+    if (job.hysteresis.count < few) {
+        iterations *= few_iterations;
+    } else if (job.hysteresis.count >= many) {
+        iterations = (iterations + 1) / 2;
+    }
+    for (size_t i = 0; good && i < iterations; i++) {
+        const double before = power->fitted;
+        if (!improve(&job, power) ||
+            (before - power->fitted) * (double)samples->fitted < settled_likelihood * power->fitted) {
+            break;
+        }
+        hysteresis_numbers_free(&job.hysteresis); /* their bounds move with them */
+        hysteresis_numbers(model, &job.hysteresis);
+    }
+    close_job(&job);
+    return good;
+}
+
+bool joint_power(const samples_t *samples, const noise_t *noise, const model_t *model, joint_power_t *power,
+                 failure_t *failure) {
+    model_t copy;
+    job_t job;
+    model_copy(&copy, model);
+    open_job(&job, samples, noise, &copy, 0);
+    const bool good = take_power(&job, power, failure);
+    close_job(&job);
+    model_free(&copy);
+    return good;
+}

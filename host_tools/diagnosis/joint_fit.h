@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Fits the numbers of a model's hysteresis together with the searched parameters (probe.h) of some of its blocks, by Gauss
+ * and Newton's method: least squares of the whitened residual over the samples that are not held out.
+ */
+#ifndef JOINT_FIT_H
+#define JOINT_FIT_H
+
+#include "noise.h"
+
+typedef struct {
+    double fitted; /**< sum of squares of the whitened residual over the samples that were fitted */
+    double held;   /**< and over the ones that are held out */
+} joint_power_t;
+
+/**
+ * Which blocks: bits, 1 << index in the model. At most `iterations`. Numbers that the samples say nothing about stay where
+ * they are. False only if the model cannot be simulated where it starts.
+ */
+bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, size_t iterations,
+               joint_power_t *power, failure_t *failure);
+
+/** What a model leaves as it is. */
+bool joint_power(const samples_t *samples, const noise_t *noise, const model_t *model, joint_power_t *power,
+                 failure_t *failure);
+
+#endif

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The samples of a diagnosis: which take part, and which are held out.
+ *
+ * A column has one value a sample, all samples of one recording after those of the one before.
+ */
+#ifndef SAMPLES_H
+#define SAMPLES_H
+
+#include "chain.h"
+
+enum { SAMPLES_TIME_BLOCKS = 36, SAMPLES_SKIPPED = 6 /* at the beginning of each recording, for filters */ };
+
+typedef struct {
+    const recording_t *recordings;
+    size_t count;
+    size_t *begin;       /**< of each recording in a column, and the column's length: count + 1 */
+    size_t *from;        /**< of a recording's samples, the first that takes part */
+    size_t all;          /**< length of a column */
+    size_t fitted, held; /**< samples that take part: fitted, and held out */
+    unsigned char *part; /**< of each sample: samples_part_t */
+} samples_t;
+
+typedef enum { SAMPLE_LEFT_OUT, SAMPLE_FITTED, SAMPLE_HELD_OUT } samples_part_t;
+
+/** Whether a sample is kept from every fit and every test of a diagnosis: of 36 blocks of time, each third one. */
+bool held_out(size_t samples, size_t sample);
+
+/**
+ * Takes part what comes after the hysteresis' memory is determined and the drive has been at both ends of its range (a
+ * model whose plane ends there cannot have another past); everything, if that left less than a quarter of a recording.
+ * The recordings must outlive it. Fails when a recording is too short.
+ */
+bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
+                  failure_t *failure);
+void samples_close(samples_t *samples);
+
+/** Room for a column, zeroed. */
+double *samples_column(const samples_t *samples);
+/** displacement - simulated; samples that are left out are 0. */
+void samples_residual(const samples_t *samples, const double *simulated, double *residual);
+/** Picks the samples of one part, in their order. Returns how many. */
+size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked);
+
+/** Simulates all recordings into a column. */
+bool samples_simulate(const samples_t *samples, const model_t *model, double *column, failure_t *failure);
+
+/** Error of a simulation over the samples of a part: root mean square over peak-to-peak displacement, in percent, of the
+ * worst recording. */
+double samples_nrmse_percent(const samples_t *samples, samples_part_t part, const double *simulated);
+
+#endif

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The searched parameters of a block (probe.h) as unknowns without bounds: their logarithms where they are positive. */
+#ifndef SEARCHED_H
+#define SEARCHED_H
+
+#include "model.h"
+
+typedef struct {
+    size_t count;
+    double *number[BLOCK_MAX_PARAMETERS]; /**< in the model */
+    double low[BLOCK_MAX_PARAMETERS], high[BLOCK_MAX_PARAMETERS];
+    bool logarithmic[BLOCK_MAX_PARAMETERS];
+    double scale[BLOCK_MAX_PARAMETERS]; /**< of one that is searched as it is */
+    double kept[BLOCK_MAX_PARAMETERS];
+} searched_t;
+
+void searched_open(searched_t *searched, model_t *model, size_t block);
+void searched_close(searched_t *searched);
+/** Changes one a little, for a difference. Returns by how much, in its unknown's unit. */
+double searched_nudge(searched_t *searched, size_t i);
+void searched_restore(searched_t *searched, size_t i);
+/** Takes a part of a step, not further than a factor of e and within the block's bounds. */
+void searched_move(searched_t *searched, const double *step, double part);
+/** Back to before the last move. */
+void searched_back(searched_t *searched);
+/** The step of Gauss and Newton's method, slightly damped; n small. */
+void searched_solve(size_t n, const double *gram, const double *moment, double *step);
+
+#endif
