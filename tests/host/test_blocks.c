@@ -60,20 +60,37 @@ static void test_a_lag_has_its_cutoff_where_it_says(void) {
     chain_close(chain);
 }
 
-static void test_delay_is_exact_in_whole_samples_and_linear_between(void) {
+static void test_delay_is_exact_in_whole_samples(void) {
     const double rate = 1000.0;
     random_t random = {3};
     for (int whole = 0; whole < 5; whole++) {
-        const double fraction = whole == 0 ? 0.25 : 0.0, delay = (whole + fraction) / rate;
+        const double delay = whole / rate;
         double past[16] = {0};
         chain_t *chain = open_block(&block_transport_delay, &delay, rate, 1);
         chain_settle(chain, 0.0);
         for (int k = 0; k < 100; k++) {
             const double u = random_normal(&random), y = chain_step(chain, u);
             past[k % 16] = u;
-            const double late = k >= whole ? past[(k - whole) % 16] : 0.0;
-            const double later = k > whole ? past[(k - whole - 1) % 16] : 0.0;
-            TEST_ASSERT_DOUBLE_WITHIN(1e-9, late + fraction * (later - late), y); /* delay * rate is rounded */
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, k >= whole ? past[(k - whole) % 16] : 0.0, y); /* delay * rate is rounded */
+        }
+        chain_close(chain);
+    }
+}
+
+/* Between samples the cubic through four of them: it follows any drive that is itself a cubic. From the fourth sample
+ * behind the delay on, when nothing of the settled past is among the four. */
+static void test_delay_between_samples_follows_cubics(void) {
+    const double rate = 1000.0;
+    for (int quarters = 1; quarters < 16; quarters++) {
+        const double delay = 0.25 * quarters / rate;
+        chain_t *chain = open_block(&block_transport_delay, &delay, rate, 1);
+        chain_settle(chain, 0.0);
+        for (int k = 0; k < 40; k++) {
+            const double x = k / 20.0, late = (k - 0.25 * quarters) / 20.0;
+            const double y = chain_step(chain, 1.0 + 2.0 * x - 3.0 * x * x + x * x * x);
+            if (k >= quarters / 4 + 4) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0 + 2.0 * late - 3.0 * late * late + late * late * late, y);
+            }
         }
         chain_close(chain);
     }
@@ -236,7 +253,8 @@ int main(void) {
     RUN_TEST(test_resonance_answers_a_ramp_exactly);
     RUN_TEST(test_lags_answer_a_ramp_exactly);
     RUN_TEST(test_a_lag_has_its_cutoff_where_it_says);
-    RUN_TEST(test_delay_is_exact_in_whole_samples_and_linear_between);
+    RUN_TEST(test_delay_is_exact_in_whole_samples);
+    RUN_TEST(test_delay_between_samples_follows_cubics);
     RUN_TEST(test_settled_means_at_rest);
     RUN_TEST(test_noise_has_its_size_and_repeats_with_its_seed);
     RUN_TEST(test_quantisation_rounds_to_the_nearest_step);

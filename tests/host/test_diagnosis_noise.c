@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The sensor's noise, found where the drive rests: of first order, with white noise on top. */
+#include "diagnosis/noise.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Ten rests of 350 samples; a third of each is left to settling: 2340 speak. */
+enum { SAMPLES = 5000, PERIOD = 500, REST = 350 };
+static const double rate_hz = 2000.0;
+static random_t rng;
+static recording_t recording;
+static model_t model;
+static samples_t samples;
+static failure_t failure;
+
+/* memory: of the first-order part, of deviation 1 in itself; white_um: on top of it. */
+typedef struct {
+    double memory, own_um, white_um;
+} truth_t;
+
+static void add_noise(double *x, size_t length, const truth_t *truth) {
+    double n = random_normal(&rng);
+    for (size_t k = 0; k < length; k++) {
+        x[k] += truth->own_um * n + truth->white_um * random_normal(&rng);
+        n = truth->memory * n + sqrt(1.0 - truth->memory * truth->memory) * random_normal(&rng);
+    }
+}
+
+/* The deviation of what cannot be predicted: x = own + white is an ARMA(1, 1), whose covariances at lags 0 and 1,
+ * s^2 (1 + m^2) = q + w (1 + a^2) and s^2 m = a w, give s. */
+static double unpredictable_um(const truth_t *t) {
+    const double q = gsl_pow_2(t->own_um) * (1.0 - gsl_pow_2(t->memory)), w = gsl_pow_2(t->white_um);
+    const double sum = q + w * (1.0 + gsl_pow_2(t->memory)), product = t->memory * w;
+    return sqrt(0.5 * (sum + sqrt(sum * sum - 4.0 * product * product)));
+}
+
+static double rms_um(const truth_t *t) {
+    return hypot(t->own_um, t->white_um);
+}
+
+/* Ramps between levels that are held, and a position that is far from anything that the noise could be. */
+static void fill_steps(void) {
+    double *drive = recording.column[COLUMN_DRIVE], *x = recording.column[COLUMN_DISPLACEMENT];
+    double level = 0.0, next = 0.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        if (k % PERIOD == 0) {
+            level = next;
+            next = k / PERIOD % 2 == 0 ? 100.0 : 10.0 * (double)(k / PERIOD % 7);
+        }
+        const double part = (double)(k % PERIOD) / (PERIOD - REST);
+        drive[k] = part < 1.0 ? level + (next - level) * part : next;
+        x[k] = 1.0 + 0.1 * drive[k] + 3e-4 * drive[k] * drive[k];
+    }
+}
+
+void setUp(void) {
+    const double weight = 0.1;
+    recording_create(&recording, "rests.csv", rate_hz, SAMPLES);
+    fill_steps();
+    make_bank_model(&model, rate_hz, 0.0, 0, &weight, NULL);
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&samples, &model, &recording, 1, &failure), failure.text);
+}
+
+void tearDown(void) {
+    samples_close(&samples);
+    model_free(&model);
+    recording_free(&recording);
+}
+
+/* The standard error of a deviation from n independent values is 1 / sqrt(2 n): 1.5 % of n = 2340. Five of them. */
+static const double tolerance = 5.0 * 0.0146;
+/* The rms of a noise with memory a has n (1 - a^2) / (1 + a^2) values for n. And a parabola takes out of a run what is
+ * slower than the run: with c = (1 + a) / (1 - a) samples that move together, three numbers out of `run` / c, of memory
+ * 0.99 more than half of 234 samples. So of the square between 1 - 4.5 c / run, if not even that, a tenth, and all of
+ * it are found. */
+static void expect(const noise_t *noise, const truth_t *truth, double run) {
+    const double sigma = unpredictable_um(truth), a2 = gsl_pow_2(truth->memory), rms = rms_um(truth);
+    const double together = (1.0 + truth->memory) / (1.0 - truth->memory), own = gsl_pow_2(truth->own_um / rms);
+    const double part = fmax(0.1, 1.0 - 4.5 * own * together / run);
+    const double scatter = 5.0 * sqrt(0.5 / 2300.0 * (1.0 + a2) / (1.0 - a2));
+    TEST_ASSERT_DOUBLE_WITHIN(tolerance * sigma, sigma, noise->sigma_um);
+    TEST_ASSERT_TRUE(noise->rms_um < (1.0 + scatter) * rms);
+    TEST_ASSERT_TRUE(noise->rms_um > fmax(0.3, 1.0 - scatter) * sqrt(part) * rms);
+    TEST_ASSERT_TRUE(noise->rms_um > (1.0 - tolerance) * sigma);
+}
+
+static const truth_t truths[] = {
+    {0.0, 0.01, 0.0}, {0.9, 0.01, 0.0}, {0.99, 0.01, 0.0}, {0.9, 0.01, 0.005}, {0.99, 0.01, 0.01}};
+enum { TRUTHS = sizeof truths / sizeof truths[0] };
+
+static void test_noise_is_found_at_rest(void) {
+    for (size_t i = 0; i < TRUTHS; i++) {
+        noise_t noise;
+        fill_steps();
+        add_noise(recording.column[COLUMN_DISPLACEMENT], SAMPLES, &truths[i]);
+        TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+        printf("memory %.2f: found %.3f, mix %.3f, sigma %.5f (%.5f), rms %.5f (%.5f), %zu samples\n", truths[i].memory,
+               noise.memory, noise.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um, rms_um(&truths[i]),
+               noise.samples);
+        TEST_ASSERT_TRUE(noise.at_rest);
+        TEST_ASSERT_TRUE(noise.samples > 2000 && noise.samples <= 3000);
+        expect(&noise, &truths[i], REST - REST / 3.0);
+    }
+}
+
+/* What drifts slowly and what hums at a frequency that is known is not noise. */
+static void test_drift_and_hum_are_no_noise(void) {
+    const double hum_hz = 50.0;
+    double *x = recording.column[COLUMN_DISPLACEMENT];
+    noise_t noise;
+    add_noise(x, SAMPLES, &truths[1]);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double t = (double)k / rate_hz;
+        x[k] += 0.5 * t * t - t + 0.05 * sin(2.0 * M_PI * hum_hz * t + 1.0);
+    }
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, &hum_hz, 1, &noise));
+    expect(&noise, &truths[1], REST - REST / 3.0);
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise)); /* it is the line that makes the difference */
+    TEST_ASSERT_TRUE(noise.rms_um > 2.0 * rms_um(&truths[1]));
+}
+
+static void test_one_disturbed_rest_is_left_out(void) {
+    double *x = recording.column[COLUMN_DISPLACEMENT];
+    noise_t noise;
+    add_noise(x, SAMPLES, &truths[1]);
+    for (size_t k = 4 * PERIOD; k < 5 * PERIOD; k++) {
+        x[k] += k % 7 == 0 ? 0.2 : 0.0;
+    }
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+    expect(&noise, &truths[1], REST - REST / 3.0);
+}
+
+/* However the position moves while the drive does. */
+static void test_motion_is_no_noise(void) {
+    double *x = recording.column[COLUMN_DISPLACEMENT];
+    noise_t noise, other;
+    add_noise(x, SAMPLES, &truths[1]);
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const size_t moved = k % PERIOD; /* 0: the drive is still where it rested */
+        x[k] += moved > 0 && moved < PERIOD - REST ? 3.0 * random_normal(&rng) : 0.0;
+    }
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &other));
+    TEST_ASSERT_EQUAL_DOUBLE(noise.sigma_um, other.sigma_um);
+    TEST_ASSERT_EQUAL_DOUBLE(noise.rms_um, other.rms_um);
+}
+
+static void test_without_rest_there_is_none(void) {
+    noise_t noise;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recording.column[COLUMN_DRIVE][k] = 50.0 + 50.0 * sin(0.05 * (double)k);
+    }
+    TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, 0, &noise));
+    fill_steps(); /* two rests: too few samples */
+    for (size_t k = 1000; k < SAMPLES; k++) {
+        recording.column[COLUMN_DRIVE][k] = (double)(k % 100);
+    }
+    TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, 0, &noise));
+}
+
+/* Readings that do not move at all: the size of their noise is not known, but a filter and divisors are needed. */
+static void test_constant_readings(void) {
+    noise_t noise;
+    double *column = samples_column(&samples), *white = samples_column(&samples);
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+    TEST_ASSERT_TRUE(isfinite(noise.sigma_um) && noise.sigma_um > 0.0 && noise.sigma_um < 1e-5);
+    TEST_ASSERT_TRUE(isfinite(noise.rms_um) && noise.rms_um > 0.0 && fabs(noise.memory) < 1.0);
+    noise_of(&samples, column, &noise);
+    TEST_ASSERT_TRUE(isfinite(noise.sigma_um) && noise.sigma_um > 0.0 && noise.sigma_um < 1e-5);
+    TEST_ASSERT_TRUE(isfinite(noise.rms_um) && fabs(noise.memory) < 1.0);
+    noise_whiten(&noise, &samples, column, white);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, white[k]);
+    }
+    free(column);
+    free(white);
+}
+
+/* Of a whole column: nothing is taken out of it. */
+static void test_noise_of_a_column(void) {
+    for (size_t i = 0; i < TRUTHS; i++) {
+        double *left = samples_column(&samples);
+        noise_t noise;
+        add_noise(left, SAMPLES, &truths[i]);
+        noise_of(&samples, left, &noise);
+        TEST_ASSERT_FALSE(noise.at_rest);
+        expect(&noise, &truths[i], SAMPLES);
+        free(left);
+    }
+}
+
+/* Whitened by the filter that was found in it: the correlations of the first ten neighbours of n values are 0 with a
+ * standard error of 1 / sqrt(n); 4.5 of them, for 10 x TRUTHS of them. The deviation is sigma. */
+static void test_whitened_noise_is_white(void) {
+    for (size_t i = 0; i < TRUTHS; i++) {
+        double *left = samples_column(&samples), *white = samples_column(&samples), square = 0.0;
+        noise_t noise;
+        add_noise(left, SAMPLES, &truths[i]);
+        noise_of(&samples, left, &noise);
+        noise_whiten(&noise, &samples, left, white);
+        const size_t from = samples.from[0] + SAMPLES_SKIPPED, count = SAMPLES - from;
+        for (size_t k = 0; k <= samples.from[0]; k++) {
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, white[k]);
+        }
+        for (size_t k = from; k < SAMPLES; k++) {
+            square += white[k] * white[k];
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(tolerance, 1.0, sqrt(square / (double)count) / noise.sigma_um);
+        for (size_t lag = 1; lag <= 10; lag++) {
+            double product = 0.0;
+            for (size_t k = from + lag; k < SAMPLES; k++) {
+                product += white[k] * white[k - lag];
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(4.5 / sqrt((double)count), 0.0, product / square);
+        }
+        free(left);
+        free(white);
+    }
+}
+
+int main(void) {
+    rng = random_start("diagnosis_noise", 20261121);
+    UNITY_BEGIN();
+    RUN_TEST(test_noise_is_found_at_rest);
+    RUN_TEST(test_drift_and_hum_are_no_noise);
+    RUN_TEST(test_one_disturbed_rest_is_left_out);
+    RUN_TEST(test_motion_is_no_noise);
+    RUN_TEST(test_without_rest_there_is_none);
+    RUN_TEST(test_constant_readings);
+    RUN_TEST(test_noise_of_a_column);
+    RUN_TEST(test_whitened_noise_is_white);
+    return UNITY_END();
+}
