@@ -144,7 +144,7 @@ evidence_test_t evidence_test(const evidence_t *e, const double *signature) {
     double *x = allocate(e->rows, sizeof(double));
     take_rows(e, signature, x);
     const double before = square_of(e, x);
-    test.held_share = held_square(e) / before; /* of the scratch column that take_rows has left */
+    test.held_share = before > 0.0 ? held_square(e) / before : 0.0; /* of the scratch column that take_rows has left */
     basis_project(&e->basis, x);
     const double square = square_of(e, x), product = cblas_ddot((int)e->rows, x, 1, e->residual, 1);
     if (square > imitated * imitated * before) {
