@@ -21,6 +21,9 @@ static const double same_signature = 0.95;
 /* What the held-out samples have to say for it, in parts of what the others say, sample by sample. */
 static const double least_support = 0.3;
 static const double support_at_least = 12.0, support_enough = 100.0;
+/* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not average
+ * out as noise does. */
+static const double least_part_of_steps = 0.25;
 /* Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
 static const double least_steps = 0.1;
 /* Of the deviation of the held-out samples: by how much a diagnosis has to be better that contains a block which another
@@ -44,6 +47,7 @@ typedef struct {
     joint_power_t power; /* of the model as it is */
     double found_um;     /* what all that was found changes, whitened, beyond J */
     double step_um, step_sigma_um; /* of the converter, 0: none to be seen */
+    bool coarse;         /* the steps are larger than the noise */
     progress_t progress;
     double left; /* of the work, by a guess: nobody knows how many rounds it takes */
 } job_t;
@@ -107,8 +111,9 @@ static bool significant(const job_t *job, const candidate_t *candidate, size_t t
     const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
     const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
     const evidence_test_t *test = &candidate->test;
+    const double least_size = job->coarse ? least_part_of_steps : search_least_size;
     return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0 &&
-           test->amplitude * test->own_um > fmax(search_least_size * job->diagnosis->noise.sigma_um,
+           test->amplitude * test->own_um > fmax(least_size * job->diagnosis->noise.sigma_um,
                                                  least_part_of_found * job->found_um);
 }
 
@@ -403,6 +408,17 @@ static bool begin(job_t *job, const model_t *model, const recording_t *recording
     return samples_open(&job->diagnosis->samples, model, recordings, count, job->failure);
 }
 
+/* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is seen. */
+static void count_steps_as_noise(job_t *job, noise_t *noise) {
+    const double error_um = job->step_um / sqrt(12.0);
+    if (error_um > noise->sigma_um) {
+        noise->memory = noise->mix = 0.0;
+        noise->sigma_um = error_um;
+        noise->rms_um = fmax(noise->rms_um, error_um);
+        job->coarse = true;
+    }
+}
+
 /* The noise, with a model that explains the recordings as far as any does by now. */
 static bool find_noise(job_t *job, const model_t *model) {
     diagnosis_t *d = job->diagnosis;
@@ -412,6 +428,7 @@ static bool find_noise(job_t *job, const model_t *model) {
         samples_residual(&d->samples, simulated, residual);
         job->setting.lines = baseline_lines(&d->samples, residual, job->line_hz);
         good = baseline_noise(&d->samples, model, &job->setting, &d->noise, job->failure);
+        count_steps_as_noise(job, &d->noise);
     }
     free(simulated);
     free(residual);
@@ -493,11 +510,12 @@ static void keep_better(job_t *job, diagnosis_t *other, const joint_power_t *pow
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
     job_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
     baseline_t baseline[BASELINE_SHAPES];
-    size_t shapes = 0;
+    size_t shapes = 1; /* the bank */
     bool good;
     progress_begin(&job.progress, "diagnosing");
     memset(diagnosis, 0, sizeof *diagnosis);
     if (!baseline_bank(recordings, count, &baseline[0], failure)) {
+        progress_end(&job.progress);
         return false;
     }
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&

@@ -16,7 +16,7 @@ void setUp(void) {
     for (size_t i = 0; i < RECORDINGS; i++) {
         recording_create(&recordings[i], "readings.csv", 2000.0, SAMPLES);
     }
-    sigma_um = NAN;
+    sigma_um = -1.0;
 }
 
 void tearDown(void) {
