@@ -14,9 +14,9 @@ struct evidence {
     const samples_t *samples;
     noise_t noise;
     signals_t signals;
-    double *raw;      /* displacement - simulation, a column */
-    size_t rows;      /* samples that are fitted */
-    basis_t basis;    /* whitened J */
+    double *raw;           /* displacement - simulation, a column */
+    size_t rows;           /* samples that are fitted */
+    basis_t basis;         /* whitened J */
     size_t columns_for[3]; /* of it, by question */
     question_t question;
     double *residual; /* whitened, beyond J */
@@ -51,8 +51,7 @@ void evidence_ask(evidence_t *e, question_t question) {
     e->power = square_of(e, e->residual);
 }
 
-evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise,
-                          failure_t *failure) {
+evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise, failure_t *failure) {
     const nuisance_options_t options = {.plays = true, .shapes = true};
     evidence_t *e = allocate(1, sizeof *e);
     *e = (evidence_t){.samples = samples, .noise = *noise, .rows = samples->fitted};
@@ -166,8 +165,7 @@ double evidence_cosine(const evidence_t *e, const double *one, const double *oth
     take_rows(e, other, y);
     basis_project(&e->basis, x);
     basis_project(&e->basis, y);
-    const double cosine =
-        cblas_ddot((int)e->rows, x, 1, y, 1) / sqrt(square_of(e, x) * square_of(e, y));
+    const double cosine = cblas_ddot((int)e->rows, x, 1, y, 1) / sqrt(square_of(e, x) * square_of(e, y));
     free(x);
     free(y);
     return isfinite(cosine) ? cosine : 0.0;

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at least
- * this part, or so close, are fitted together with the hysteresis. */
+/* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at
+ * least this part, or so close, are fitted together with the hysteresis. */
 static const double worth_refining = 0.2, worth_fitting = 0.6, close_likelihood = 60.0;
 enum { MOST_REFINED = 8, MOST_FITTED = 4, FIT_ITERATIONS = 3 };
 /* And at least this much: nothing below it is significant. */
@@ -74,7 +74,8 @@ static double merit(const candidate_t *candidate, size_t fitted) {
         numbers += bits & 1U;
     }
     const double paid = number_price * (double)numbers;
-    /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the middle. */
+    /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
+     * middle. */
     return candidate->joint ? 0.5 * (candidate->likelihood - (double)fitted * log(candidate->power.fitted)) - paid
                             : candidate->likelihood - paid;
 }

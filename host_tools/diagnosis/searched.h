@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** The searched parameters of a block (probe.h) as unknowns without bounds: their logarithms where they are positive. */
+/** The searched parameters of a block (probe.h) as unknowns without bounds: their logarithms where they are positive.
+ */
 #ifndef SEARCHED_H
 #define SEARCHED_H
 
