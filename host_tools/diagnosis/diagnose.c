@@ -96,6 +96,12 @@ static double cost_of(const diagnosis_t *d, double held) {
     return held * handicap * handicap;
 }
 
+static void free_models(diagnosis_t *diagnosis) {
+    model_free(&diagnosis->given);
+    model_free(&diagnosis->baseline);
+    model_free(&diagnosis->model);
+}
+
 /* Keeps the better of two diagnoses of the same samples, and frees what the other one holds of its own. */
 static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t *power) {
     diagnosis_t *d = job->diagnosis;
@@ -105,21 +111,19 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
         *d = *other;
         job->power = *power;
     }
-    model_free(&worse.given);
-    model_free(&worse.baseline);
-    model_free(&worse.model);
+    free_models(&worse);
 }
 
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
     attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
     baseline_t baseline[BASELINE_SHAPES];
-    size_t shapes = 0;
+    size_t shapes = 1;
     bool good;
-    progress_begin(&job.progress, "diagnosing");
     memset(diagnosis, 0, sizeof *diagnosis);
     if (!baseline_bank(recordings, count, &baseline[0], failure)) {
         return false;
     }
+    progress_begin(&job.progress, "diagnosing");
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
            baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &shapes, failure) &&
            (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
@@ -132,6 +136,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         attempt.setting.line_hz = attempt.line_hz;
         attempt.failure = shape == 0 ? failure : &refusal;
         if (!attempt_from(&attempt, &baseline[shape].model)) {
+            free_models(&other);
             good = shape > 0; /* another shape that does not apply */
             continue;
         }
@@ -157,7 +162,5 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
 
 void diagnosis_free(diagnosis_t *diagnosis) {
     samples_close(&diagnosis->samples);
-    model_free(&diagnosis->given);
-    model_free(&diagnosis->baseline);
-    model_free(&diagnosis->model);
+    free_models(diagnosis);
 }

@@ -67,18 +67,6 @@ static void add_recording(const samples_t *samples, const noise_t *noise, size_t
     spectrum_free(&s);
 }
 
-static double rms_of(const samples_t *samples, const double *column) {
-    double mean = 0.0, squares = 0.0;
-    const double used = (double)(samples->fitted + samples->held);
-    for (size_t k = 0; k < samples->all; k++) {
-        if (samples->part[k] != SAMPLE_LEFT_OUT) {
-            mean += column[k] / used;
-            squares += column[k] * column[k] / used;
-        }
-    }
-    return sqrt(fmax(0.0, squares - mean * mean));
-}
-
 remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
                          double floor_um) {
     remainder_t found = {0};
@@ -113,7 +101,7 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     }
     found.rms_um = sqrt(fmax(0.0, excess) / (double)(samples->fitted + samples->held));
     found.structured =
-        found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * rms_of(samples, effect) ||
+        found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * samples_rms(samples, effect) ||
         found.outliers > few_outliers;
     free(found_white);
     free(white);

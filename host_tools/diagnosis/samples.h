@@ -42,6 +42,9 @@ void samples_residual(const samples_t *samples, const double *simulated, double 
 /** Picks the samples of one part, in their order. Returns how many. */
 size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked);
 
+/** Root mean square of a column about its mean, over the samples that take part. */
+double samples_rms(const samples_t *samples, const double *column);
+
 /** Simulates all recordings into a column. */
 bool samples_simulate(const samples_t *samples, const model_t *model, double *column, failure_t *failure);
 

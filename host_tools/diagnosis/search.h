@@ -51,9 +51,4 @@ double search_margin(const search_t *found, size_t other);
  */
 extern const double search_least_size;
 
-/** Where a block goes in a chain: behind the last block of its place or an earlier one. */
-size_t place_in_chain(const model_t *model, const block_t *block);
-/** The baseline with the block inserted; value: one number a parameter, arrays absent. */
-void insert_block(model_t *model, const model_t *baseline, const block_t *block, const double *value);
-
 #endif
