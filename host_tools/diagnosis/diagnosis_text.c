@@ -330,12 +330,14 @@ static void print_errors(const diagnosis_t *d) {
     append(text, ", held out ");
     append_steps(text, d, d->given_held_out_percent, d->baseline_held_out_percent, d->held_out_percent);
     append(text, "; noise %.4f %%", d->noise_percent);
-    if (d->family == NULL) {
-        append(text, " (the chain as it came in -> its hysteresis fitted again%s)",
-               d->findings > 0 ? " -> with what was found" : "");
-    }
     putchar('\n');
     print_wrapped("error", text);
+    if (d->family == NULL) {
+        text[0] = '\0';
+        append(text, "(the chain as it came in -> its hysteresis fitted again%s)",
+               d->findings > 0 ? " -> with what was found" : "");
+        print_wrapped("", text);
+    }
 }
 
 static void print_unseen(const diagnosis_t *d) {
