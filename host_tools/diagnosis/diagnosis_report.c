@@ -16,12 +16,15 @@ static const char style[] =
     ".found{border:.16rem solid var(--after);background:var(--paper)}.found b{color:var(--after)}"
     "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;margin:.5rem 0;max-width:60rem}"
     "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;white-space:nowrap}"
-    ".words td,.words th{text-align:left;vertical-align:top;min-width:9rem}"
+    ".words td,.words th{text-align:left;vertical-align:top}.words td:nth-child(2){white-space:nowrap}"
+    "code{display:inline-block}"
     ".long{break-inside:auto}tr{break-inside:avoid}"
     ".bar{display:inline-block;height:.7rem;background:var(--before);vertical-align:baseline;min-width:1px}"
     ".bar.last{background:var(--after)}.bar.noise{background:var(--soft)}td.bars{width:50%;text-align:left}"
     ".pictures{grid-template-columns:repeat(auto-fill,minmax(min(26rem,100%),1fr))}"
     "@media(max-width:40rem){dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.4rem}.chain{flex-direction:column}"
+    ".words thead{display:none}.words td{display:block;border:0;padding:0}.words td:nth-child(2){white-space:normal}"
+    ".words td:first-child{font-weight:600;padding-top:.5rem}"
     ".chain li{flex-direction:column;align-items:flex-start}.chain li+li::before{content:\"↓\";padding:0 1rem}}"
     "@media print{.pictures{grid-template-columns:1fr "
     "1fr}.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
@@ -253,8 +256,9 @@ static void write_considered(const page_t *page) {
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">Each round asks what one more block would explain of what the "
             "chain so far leaves: %zu signatures in all. 2 log likelihood: how much better the block at its best makes "
-            "the recordings, in squared standard errors. t: its amplitude over its standard error; for blocks, over "
-            "the one from the scatter between blocks of time.</p>\n",
+            "the recordings, in squared standard errors. The first few are then ordered by what they leave when the "
+            "hysteresis is fitted with them. t: its amplitude over its standard error; for blocks, over the one from "
+            "the scatter between blocks of time.</p>\n",
             d->tested);
 }
 
