@@ -233,9 +233,11 @@ static void write_unseen(const page_t *page) {
         fprintf(page->file, "</td></tr>\n");
     }
     if (count > 0) {
-        fprintf(page->file, "</tbody></table></div>\n<p class=\"note\">The size is that of the change of the position. "
-                            "What is smaller would not have been told from noise, or from a model that is not quite "
-                            "right.</p>\n");
+        const char *caveat = unseen_caveat(page->diagnosis);
+        fprintf(page->file,
+                "</tbody></table></div>\n<p class=\"note\">The size is that of the change of the position. What is "
+                "smaller would not have been told from noise, or from a model that is not quite right.%s%s</p>\n",
+                caveat != NULL ? " " : "", caveat != NULL ? caveat : "");
     }
     fprintf(page->file, "<p>To go on, record: <code>hyst record --port DEV --probe %s</code></p>\n",
             next_probe(page->diagnosis));

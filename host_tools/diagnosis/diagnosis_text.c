@@ -235,6 +235,12 @@ void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
     }
 }
 
+const char *unseen_caveat(const diagnosis_t *d) {
+    return something_remains(d)
+               ? "These sizes follow from the noise alone: what remains may hide several times as much."
+               : NULL;
+}
+
 const char *next_probe(const diagnosis_t *d) {
     for (size_t f = 0; f < d->findings; f++) {
         if (d->finding[f].certainty != NAMED) {
@@ -355,6 +361,9 @@ static void print_unseen(const diagnosis_t *d) {
     }
     for (size_t i = testable; i < count; i++) {
         printf("   %-*s not testable here: other numbers imitate it\n", NAME_WIDTH, unseen[i]->block->name);
+    }
+    if (testable > 0 && unseen_caveat(d) != NULL) {
+        printf("   %s\n", unseen_caveat(d));
     }
     printf("%s", count > 0 ? "\n" : "");
 }

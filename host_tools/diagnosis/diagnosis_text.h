@@ -43,6 +43,8 @@ size_t unseen_in_order(const diagnosis_t *diagnosis, const unseen_t *unseen[DIAG
 bool unseen_has_parameter(const unseen_t *unseen);
 /** "0.0021 um rms (gamma_per_decade = 0.0004)", of a testable block. */
 void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]);
+/** What these sizes do not allow for, a sentence; NULL: nothing. */
+const char *unseen_caveat(const diagnosis_t *diagnosis);
 
 /** What `hyst record --probe` is to play next: the first finding that is not named, or "all". */
 const char *next_probe(const diagnosis_t *diagnosis);

@@ -104,6 +104,8 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
     const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
                                  "<td>thermal_drift</td><td>not testable here",
                                  ": <code>hyst record --port DEV --probe resonance</code></dd>"};
+    const char *const hedged[] = {"These sizes follow from the noise alone",
+                                  "other numbers imitate it\n   These sizes "};
     const char *name, *excitation, *probe, *parameter, *unit;
     double smallest, value;
     int testable;
@@ -127,6 +129,9 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
     TEST_ASSERT_FALSE(testable);
     expect_all(printed(), told, 2);
     expect_all(page(), shown, 3);
+    diagnosis.remainder.structured = true;
+    expect_all(printed(), hedged, 2);
+    expect_all(page(), hedged, 1);
     diagnosis.finding[0].certainty = NAMED;
     TEST_ASSERT_EQUAL_STRING("all", next_probe(&diagnosis));
     json_decref(json);
