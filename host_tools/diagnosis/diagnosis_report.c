@@ -235,8 +235,9 @@ static void write_unseen(const page_t *page) {
     if (count > 0) {
         const char *caveat = unseen_caveat(page->diagnosis);
         fprintf(page->file,
-                "</tbody></table></div>\n<p class=\"note\">The size is that of the change of the position. What is "
-                "smaller would not have been told from noise, or from a model that is not quite right.%s%s</p>\n",
+                "</tbody></table></div>\n<p class=\"note\">The size is that of the change of the position, by the "
+                "form of the block that shows best here (a time constant, a frequency). What is smaller would not have "
+                "been told from noise, or from a model that is not quite right.%s%s</p>\n",
                 caveat != NULL ? " " : "", caveat != NULL ? caveat : "");
     }
     fprintf(page->file, "<p>To go on, record: <code>hyst record --port DEV --probe %s</code></p>\n",

@@ -353,7 +353,8 @@ static void print_unseen(const diagnosis_t *d) {
     size_t testable;
     const size_t count = unseen_in_order(d, unseen, &testable);
     if (count > 0) {
-        printf("\nnot seen%s\n", d->findings > 0 ? ", beside what was found" : "");
+        printf("\nnot seen%s; sizes are those of the form of each block that shows best here\n",
+               d->findings > 0 ? ", beside what was found" : "");
     }
     for (size_t i = 0; i < testable; i++) {
         unseen_text(unseen[i], text);

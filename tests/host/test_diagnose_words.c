@@ -95,11 +95,12 @@ static void test_what_is_isolated_is_not_sold_as_a_name(void) {
 
 static void test_what_was_not_found_tells_its_smallest_size(void) {
     const char *const told[] = {
-        "\nnot seen, beside what was found\n   transport_delay            would have been seen from 0.031 um rms "
-        "(delay_s = 0.00025 s)\n   creep                      would have been seen from 0.0021 um rms "
-        "(gamma_per_decade "
-        "= 0.00041)\n   static_nonlinearity        would have been seen from 0.5 um rms\n   thermal_drift              "
-        "not testable here: other numbers imitate it\n\nnext       hyst record --port DEV --probe resonance\n",
+        "\nnot seen, beside what was found; sizes are those of the form of each block that shows best here\n"
+        "   transport_delay            would have been seen from 0.031 um rms (delay_s = 0.00025 s)\n"
+        "   creep                      would have been seen from 0.0021 um rms (gamma_per_decade = 0.00041)\n"
+        "   static_nonlinearity        would have been seen from 0.5 um rms\n"
+        "   thermal_drift              not testable here: other numbers imitate it\n"
+        "\nnext       hyst record --port DEV --probe resonance\n",
         "edges: hyst record --port DEV --probe resonance\n"};
     const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
                                  "<td>thermal_drift</td><td>not testable here",
