@@ -153,7 +153,7 @@ static void note_unseen(diagnosis_t *d, const search_t *found) {
                            .smallest_um = c->smallest_um,
                            .parameter = c->block->parameters};
         for (size_t p = c->block->parameters; p-- > 0;) {
-            if (c->block->parameter[p].proportional) {
+            if (c->block->parameter[p].proportional && c->smallest_value[p] != 0.0) {
                 unseen.parameter = p;
                 unseen.value = c->smallest_value[p];
                 unseen.testable = unseen.testable && fabs(unseen.value) <= c->block->parameter[p].high;
