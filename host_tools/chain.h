@@ -36,9 +36,9 @@ bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t
                     failure_t *failure);
 
 /**
- * Part of a simulation: stages [first, last) of chain_order on a recording's signal, which they replace. signal[0] is what
- * the stages settle on (chain_settle), signal[1 + k] belongs to sample k; in front of stage 0 all but the drive is 0. For
- * those who change one stage and keep what stands before it.
+ * Part of a simulation: stages [first, last) of chain_order on a recording's signal, which they replace. signal[0] is
+ * what the stages settle on (chain_settle), signal[1 + k] belongs to sample k; in front of stage 0 all but the drive is
+ * 0. For those who change one stage and keep what stands before it.
  */
 bool chain_run(const model_t *model, const recording_t *recording, uint64_t seed, size_t first, size_t last,
                signal_t *signal, failure_t *failure);

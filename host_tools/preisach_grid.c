@@ -144,7 +144,8 @@ double preisach_output(const preisach_grid_t *grid, const double *table, double 
     return sum;
 }
 
-/* Whether the oldest `count` reversals are those of the sums. Below the last ones they change only when one was forgotten. */
+/* Whether the oldest `count` reversals are those of the sums. Below the last ones they change only when one was
+ * forgotten. */
 static bool same_reversals(const preisach_sums_t *sums, const preisach_memory_t *memory, size_t count) {
     const size_t all = memory->reversals + 4 > PREISACH_MAX_REVERSALS ? 0 : count > 1 ? count - 1 : 0;
     for (size_t k = all; k < count; k++) {

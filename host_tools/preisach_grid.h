@@ -55,7 +55,8 @@ void preisach_memory_move(preisach_memory_t *memory, const preisach_grid_t *grid
 /** Output at the present memory. offset_um: mean of the outputs at the two outermost levels. */
 double preisach_output(const preisach_grid_t *grid, const double *table, double offset_um,
                        const preisach_memory_t *memory);
-/** What the branches that have ended add up to: they stay while the drive moves on the last one. Zeroed: nothing known. */
+/** What the branches that have ended add up to: they stay while the drive moves on the last one. Zeroed: nothing known.
+ */
 typedef struct {
     size_t known;
     double reversal_v[PREISACH_MAX_REVERSALS], sum[PREISACH_MAX_REVERSALS];

@@ -55,8 +55,8 @@ typedef struct {
     unsigned searched;
     /** Largest value at which a parameter is searched, by index; 0: as large as it may be. */
     double most[4];
-    /** How far the numbers that are found may be from the actuator's because of the block's own approximations, in parts of
-     * them. Part of their standard errors. */
+    /** How far the numbers that are found may be from the actuator's because of the block's own approximations, in
+     * parts of them. Part of their standard errors. */
     double accuracy;
 } probe_t;
 

@@ -85,8 +85,7 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     preisach_memory_move(&state->memory, &state->grid, signal->value);
-    signal->value =
-        preisach_output_next(&state->grid, state->table, state->offset_um, &state->memory, &state->sums);
+    signal->value = preisach_output_next(&state->grid, state->table, state->offset_um, &state->memory, &state->sums);
 }
 
 static void settle(void *memory, signal_t *signal) {

@@ -77,14 +77,14 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return setting->preloads && index == 0;
 }
 
-static const probe_t looked_for = {
-    .group = "preload",
-    .explanation = "The stroke gets smaller the harder the actuator is pressed.",
-    .excitation = "the same drive under three preloads, each noted in its recording as preload_n",
-    .parts = PROBE_FAST_TRIANGLE,
-    .probe = probe,
-    .searched = 1U << COMPLIANCE,
-    .accuracy = 0.01};
+static const probe_t looked_for = {.group = "preload",
+                                   .explanation = "The stroke gets smaller the harder the actuator is pressed.",
+                                   .excitation =
+                                       "the same drive under three preloads, each noted in its recording as preload_n",
+                                   .parts = PROBE_FAST_TRIANGLE,
+                                   .probe = probe,
+                                   .searched = 1U << COMPLIANCE,
+                                   .accuracy = 0.01};
 
 const block_t block_preload = {.name = "preload",
                                .place = PLACE_MECHANICS,

@@ -26,7 +26,8 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
 
 static const probe_t looked_for = {
     .group = "quantisation",
-    .explanation = "Every reading is a multiple of one step: the resolution of the converter, or of what wrote the file.",
+    .explanation =
+        "Every reading is a multiple of one step: the resolution of the converter, or of what wrote the file.",
     .excitation = "any motion over many steps",
     .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
     .probe = probe,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Pure delay. Between samples the drive is the cubic through the four around the delayed instant: a straight line would also
- * take amplitude from fast drives, and a delay of a part of a sample would pass for a low pass. */
+/* Pure delay. Between samples the drive is the cubic through the four around the delayed instant: a straight line would
+ * also take amplitude from fast drives, and a delay of a part of a sample would pass for a low pass. */
 #include "catalogue.h"
 #include "compile_job.h"
 #include <math.h>

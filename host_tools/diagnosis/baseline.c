@@ -10,7 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Play operators, and levels of a Preisach plane less one: enough for the shape, few enough to be fitted again often. */
+/* Play operators, and levels of a Preisach plane less one: enough for the shape, few enough to be fitted again often.
+ */
 static const struct {
     const char *family;
     size_t operators;
@@ -160,8 +161,8 @@ static void add_rows(void *context, const double *column, nuisance_layer_t layer
     }
 }
 
-/* Sum of squares that the last column keeps among the held-out samples when the others are fitted to it. change: of the numbers
- * of the hysteresis, which stand behind the offsets. */
+/* Sum of squares that the last column keeps among the held-out samples when the others are fitted to it. change: of the
+ * numbers of the hysteresis, which stand behind the offsets. */
 static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers, double *change) {
     const size_t n = rows->columns - 1;
     const int fitted = (int)rows->samples->fitted, held = (int)rows->samples->held;
@@ -202,8 +203,8 @@ static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers,
     return power;
 }
 
-/* What a shape leaves of the held-out samples together with the signatures; and the change of its numbers that it takes.
- * HUGE_VAL: it cannot be simulated. */
+/* What a shape leaves of the held-out samples together with the signatures; and the change of its numbers that it
+ * takes. HUGE_VAL: it cannot be simulated. */
 static double judge_once(const samples_t *samples, const noise_t *noise, const model_t *model, double **signature,
                          size_t signatures, size_t numbers, double *change) {
     const nuisance_options_t options = {0};
@@ -233,8 +234,8 @@ static double judge_once(const samples_t *samples, const noise_t *noise, const m
     return power;
 }
 
-/* The same, from where the numbers of a shape that is not linear in them stand best beside the signatures: a step or two of
- * Gauss and Newton's method. The model takes them. */
+/* The same, from where the numbers of a shape that is not linear in them stand best beside the signatures: a step or
+ * two of Gauss and Newton's method. The model takes them. */
 static double judge(const samples_t *samples, const noise_t *noise, model_t *model, double **signature,
                     size_t signatures) {
     enum { STEPS = 4 };

@@ -12,7 +12,7 @@ typedef struct {
     const family_t *family;
     model_t model;
     bool many_numbers; /**< so many that they imitate effects that are none of a hysteresis */
-    double held; /**< what it leaves of the held-out samples beside the signatures of all blocks */
+    double held;       /**< what it leaves of the held-out samples beside the signatures of all blocks */
 } baseline_t;
 
 /** The play bank that everything begins with. */
@@ -22,14 +22,15 @@ void baseline_free(baseline_t *baseline, size_t count);
 /** Narrow peaks of the residual (lines.h) in the longest recording. */
 size_t baseline_lines(const samples_t *samples, const double *residual, double *line_hz);
 
-/** At rest if there is enough of it, else from what a rich model leaves: J with shapes, trends, lines, and the best probe of
- * every block. */
+/** At rest if there is enough of it, else from what a rich model leaves: J with shapes, trends, lines, and the best
+ * probe of every block. */
 bool baseline_noise(const samples_t *samples, const model_t *model, const probe_setting_t *setting, noise_t *noise,
                     failure_t *failure);
 
 /**
- * baseline[0] is the bank. Adds the other shapes of hysteresis (Bouc-Wen, Preisach), and sorts: the one whose derivatives,
- * together with the best probe of every block, leave least of the held-out samples first. Those far behind it are left out.
+ * baseline[0] is the bank. Adds the other shapes of hysteresis (Bouc-Wen, Preisach), and sorts: the one whose
+ * derivatives, together with the best probe of every block, leave least of the held-out samples first. Those far behind
+ * it are left out.
  */
 bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
                      baseline_t baseline[BASELINE_SHAPES], size_t *count, failure_t *failure);

@@ -1,63 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnose.h"
+#include "attempt.h"
 #include "baseline.h"
-#include "catalogue.h"
-#include "findings.h"
 #include "lattice.h"
-#include "lines.h"
-#include "progress.h"
-#include <gsl/gsl_cdf.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-/* Chance of one false finding in a diagnosis, over all signatures that are tried in it. */
-static const double false_alarm = 1e-3;
-/* The same for the standard error from the scatter over blocks, of which there are few. */
-static const double block_false_alarm = 0.05;
-/* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
-static const double naming_margin = 20.0;
-static const double same_signature = 0.95;
-/* What the held-out samples have to say for it, in parts of what the others say, sample by sample. */
-static const double least_support = 0.3;
-static const double support_at_least = 12.0, support_enough = 100.0;
-/* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not average
- * out as noise does. */
-static const double least_part_of_steps = 0.25;
-/* Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
-static const double least_steps = 0.1;
-/* Of the deviation of the held-out samples: by how much a diagnosis has to be better that contains a block which another
- * shape of hysteresis can imitate. Planes of relays whose density varies and banks behind a curved sensor come as near. */
+/* Of the deviation of the held-out samples: by how much a diagnosis has to be better that contains a block which
+ * another shape of hysteresis can imitate. Planes of relays whose density varies and banks behind a curved sensor come
+ * as near. */
 static const double shape_handicap = 1.05;
-/* Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be their
- * error. */
-static const double least_part_of_found = 0.1;
-/* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
- * hysteresis could imitate; and the part of it that the block has to explain. */
-static const double worth_explaining = 0.2, most_of_it = 0.6;
-/* And what is worth trying another shape of hysteresis for. */
+/* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for. */
 static const double worth_another_shape = 0.04;
-enum { BASELINE_ITERATIONS = 4, SETTLE_ITERATIONS = 6 };
 
-typedef struct {
-    diagnosis_t *diagnosis;
-    failure_t *failure;
-    probe_setting_t setting;
-    double line_hz[LINES_MOST];
-    joint_power_t power; /* of the model as it is */
-    double found_um;     /* what all that was found changes, whitened, beyond J */
-    double step_um, step_sigma_um; /* of the converter, 0: none to be seen */
-    bool coarse;         /* the steps are larger than the noise */
-    progress_t progress;
-    double left; /* of the work, by a guess: nobody knows how many rounds it takes */
-} job_t;
-
-static void advance(job_t *job) {
-    job->left *= 0.85;
-    progress_update(&job->progress, 1.0 - job->left);
-}
-
-static void describe(job_t *job, const recording_t *recordings, size_t count) {
+static void describe(attempt_t *job, const recording_t *recordings, size_t count) {
     probe_setting_t *s = &job->setting;
     double volts[2], micrometres[2], first_preload_n = 0.0, preload_n;
     failure_t ignored;
@@ -83,333 +39,16 @@ static void describe(job_t *job, const recording_t *recordings, size_t count) {
     }
 }
 
-/* NRMSE of a model over the samples that are fitted, and held out. */
-static bool measure(const job_t *job, const model_t *model, double *percent, double *held_out_percent) {
-    const samples_t *samples = &job->diagnosis->samples;
-    double *simulated = samples_column(samples);
-    const bool good = samples_simulate(samples, model, simulated, job->failure);
-    if (good) {
-        *percent = samples_nrmse_percent(samples, SAMPLE_FITTED, simulated);
-        *held_out_percent = samples_nrmse_percent(samples, SAMPLE_HELD_OUT, simulated);
-    }
-    free(simulated);
-    return good;
-}
-
-/* The blocks of the model that the baseline does not have, as bits. */
-static unsigned blocks_found(const diagnosis_t *d, const model_t *model) {
-    unsigned blocks = 0;
-    for (size_t b = 0; b < model->blocks; b++) {
-        const block_t *block = model->block[b].block;
-        blocks |= block->probe != NULL && model_find(&d->baseline, block->name) == NULL ? 1U << b : 0U;
-    }
-    return blocks;
-}
-
-/* Significant by both standard errors, corrected for the number of signatures tried, and large enough. */
-static bool significant(const job_t *job, const candidate_t *candidate, size_t tested) {
-    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
-    const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
-    const evidence_test_t *test = &candidate->test;
-    const double least_size = job->coarse ? least_part_of_steps : search_least_size;
-    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0 &&
-           test->amplitude * test->own_um > fmax(least_size * job->diagnosis->noise.sigma_um,
-                                                 least_part_of_found * job->found_um);
-}
-
-static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
-    const candidate_t *best = &found->candidate[0];
-    *finding = (finding_t){.block = best->block,
-                           .t = best->test.t,
-                           .t_blocks = best->test.t_blocks,
-                           .margin = HUGE_VAL,
-                           .certainty = NAMED};
-    for (size_t i = 1; i < found->count; i++) {
-        const candidate_t *rival = &found->candidate[i];
-        if (rival->signature == NULL) {
-            continue;
-        }
-        const double margin = search_margin(found, i);
-        finding->margin = fmin(finding->margin, margin);
-        if (margin < naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
-            finding->rival[finding->rivals++] = rival->block;
-            if (finding->certainty == NAMED) {
-                finding->certainty = ISOLATED;
-            }
-            if (strcmp(rival->block->probe->group, best->block->probe->group) != 0 &&
-                fabs(evidence_cosine(evidence, best->signature, rival->signature)) < same_signature) {
-                finding->certainty = DETECTED;
-            }
-        }
-    }
-}
-
-/* Takes the candidate into the chain if the held-out samples support it. */
-static bool accept(job_t *job, const candidate_t *candidate, finding_t *finding, bool *accepted) {
-    diagnosis_t *d = job->diagnosis;
-    const double share = fmin((double)d->samples.held / (double)d->samples.fitted, candidate->test.held_share);
-    joint_power_t power;
-    double ignored;
-    model_t augmented;
-    model_copy(&augmented, &candidate->model);
-    *accepted = false;
-    if (!joint_fit(&d->samples, &d->noise, &augmented, blocks_found(d, &augmented), SETTLE_ITERATIONS, &power,
-                   job->failure) ||
-        !measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
-        !measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
-        model_free(&augmented);
-        return false;
-    }
-    finding->support = (double)d->samples.held * log(job->power.held / power.held);
-    *accepted =
-        finding->held_out_after_percent < finding->held_out_before_percent &&
-        finding->support > fmax(support_at_least, fmin(least_support * share * candidate->likelihood, support_enough));
-    if (*accepted) {
-        model_free(&d->model);
-        d->model = augmented;
-        d->finding[d->findings++] = *finding;
-        job->power = power;
-        job->found_um = hypot(job->found_um, candidate->test.amplitude * candidate->test.own_um);
-    } else {
-        model_free(&augmented);
-    }
-    return true;
-}
-
-/* Keeps the best of a round for the outputs. */
-static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
-    enum { MOST = DIAGNOSIS_MOST_CONSIDERED / 10 };
-    d->rounds++;
-    for (size_t i = 0; i < found->count && i < MOST && d->considered < DIAGNOSIS_MOST_CONSIDERED; i++) {
-        const candidate_t *c = &found->candidate[i];
-        if (c->likelihood > 0.0) {
-            d->consideration[d->considered++] =
-                (considered_t){.block = c->block,
-                               .round = d->rounds,
-                               .likelihood = c->likelihood,
-                               .t = c->test.t,
-                               .t_blocks = c->test.t_blocks,
-                               .outcome = i == 0 || best == NOT_SIGNIFICANT ? best : LESS_LIKELY};
-        }
-    }
-}
-
-/* What the blocks that were tried in vain would have had to be like to be seen. */
-static void note_unseen(diagnosis_t *d, const search_t *found) {
-    for (size_t i = 0; i < found->count && d->unseen_count < DIAGNOSIS_MOST_UNSEEN; i++) {
-        const candidate_t *c = &found->candidate[i];
-        unseen_t unseen = {.block = c->block,
-                           .testable = isfinite(c->smallest_um),
-                           .smallest_um = c->smallest_um,
-                           .parameter = c->block->parameters};
-        for (size_t p = c->block->parameters; p-- > 0;) {
-            if (c->block->parameter[p].proportional) {
-                unseen.parameter = p;
-                unseen.value = c->smallest_value[p];
-                unseen.testable = unseen.testable && fabs(unseen.value) <= c->block->parameter[p].high;
-            }
-        }
-        d->unseen[d->unseen_count++] = unseen;
-    }
-}
-
-/* What is left of the held-out samples beyond the noise, in parts of it. */
-static double excess(const diagnosis_t *d, double held) {
-    return held / ((double)d->samples.held * d->noise.sigma_um * d->noise.sigma_um) - 1.0;
-}
-
-/* Where the model's own numbers are so few that other shapes imitate what it lacks: whether the block explains most of it. */
-static bool explains_most(const job_t *job, const candidate_t *candidate) {
-    const double before = excess(job->diagnosis, job->power.held);
-    return candidate->joint && before > worth_explaining &&
-           excess(job->diagnosis, candidate->power.held) < (1.0 - most_of_it) * before;
-}
-
-/* One more block of those that the question is about, or none. */
-static bool find_among(job_t *job, evidence_t *evidence, question_t question, bool *found_one) {
-    diagnosis_t *d = job->diagnosis;
-    search_t found;
-    finding_t finding;
-    bool good = true;
-    evidence_ask(evidence, question);
-    search(evidence, &d->noise, &d->model, &job->setting, &found);
-    advance(job);
-    d->tested += found.tested;
-    const bool significant_one = found.count > 0 && significant(job, &found.candidate[0], found.tested) &&
-                                 (question != ASK_ANYTHING || explains_most(job, &found.candidate[0]));
-    if (significant_one) {
-        name(evidence, &found, &finding);
-        finding.shape = question != ASK_EFFECTS;
-        good = accept(job, &found.candidate[0], &finding, found_one);
-    }
-    remember(d, &found, !significant_one ? NOT_SIGNIFICANT : *found_one ? TAKEN : NOT_SUPPORTED);
-    if (!*found_one && question != ASK_ANYTHING) {
-        note_unseen(d, &found);
-    }
-    search_free(&found);
-    return good;
-}
-
-static bool find_one(job_t *job, bool *found_one) {
-    diagnosis_t *d = job->diagnosis;
-    evidence_t *evidence = evidence_open(&d->model, &d->samples, &d->noise, job->failure);
-    bool good = evidence != NULL;
-    *found_one = false;
-    advance(job);
-    if (good) {
-        d->unseen_count = 0;
-        job->setting.lines = baseline_lines(&d->samples, evidence_residual(evidence), job->line_hz);
-    }
-    for (question_t question = ASK_EFFECTS; good && !*found_one && question <= ASK_ANYTHING; question++) {
-        if (question != ASK_ANYTHING || excess(d, job->power.held) > worth_explaining) {
-            good = find_among(job, evidence, question, found_one);
-        }
-    }
-    evidence_close(evidence);
-    return good;
-}
-
-/* The model without a finding, fitted again. */
-static bool fit_without(job_t *job, const finding_t *finding, model_t *without, joint_power_t *power) {
-    const diagnosis_t *d = job->diagnosis;
-    model_copy(without, &d->model);
-    model_remove(without, finding_index(d, finding));
-    advance(job);
-    if (!joint_fit(&d->samples, &d->noise, without, blocks_found(d, without), SETTLE_ITERATIONS, power, job->failure)) {
-        model_free(without);
-        return false;
-    }
-    return true;
-}
-
-/* The finding goes, and its model with it. */
-static void drop(job_t *job, size_t finding, model_t *without, const joint_power_t *power) {
-    diagnosis_t *d = job->diagnosis;
-    for (size_t c = 0; c < d->considered; c++) {
-        considered_t *considered = &d->consideration[c];
-        if (considered->block == d->finding[finding].block && considered->outcome == TAKEN) {
-            considered->outcome = SUPERFLUOUS;
-        }
-    }
-    memmove(&d->finding[finding], &d->finding[finding + 1], (d->findings - finding - 1) * sizeof d->finding[0]);
-    d->findings--;
-    model_free(&d->model);
-    d->model = *without;
-    job->power = *power;
-}
-
-/* Takes out the findings, the latest first, that the others make superfluous. */
-static bool reconsider(job_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    const double least = search_least_size * search_least_size * (double)d->samples.fitted;
-    for (size_t f = d->findings; f-- > 0 && d->findings > 1;) {
-        model_t without;
-        joint_power_t power;
-        if (!fit_without(job, &d->finding[f], &without, &power)) {
-            return false;
-        }
-        if ((double)d->samples.fitted * log(power.fitted / job->power.fitted) < least ||
-            (double)d->samples.held * log(power.held / job->power.held) < support_at_least) {
-            drop(job, f, &without, &power);
-        } else {
-            model_free(&without);
-        }
-    }
-    return true;
-}
-
-/* Standard errors; and takes out the findings, the latest first, of which no number is told from nothing. */
-static bool find_errors(job_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    bool settled = false;
-    while (!settled) {
-        size_t f = d->findings;
-        if (!findings_errors(d, job->failure)) {
-            return false;
-        }
-        while (f > 0 && finding_determined(d, &d->finding[f - 1])) {
-            f--;
-        }
-        settled = f == 0;
-        if (!settled) {
-            model_t without;
-            joint_power_t power;
-            if (!fit_without(job, &d->finding[f - 1], &without, &power)) {
-                return false;
-            }
-            drop(job, f - 1, &without, &power);
-        }
-    }
-    return true;
-}
-
-/* A converter's steps show in the readings themselves. */
-static void find_steps(job_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    const double step = job->step_um, error_um = step / sqrt(12.0);
-    if (step > 0.0 && error_um > least_steps * d->noise.rms_um && d->findings < DIAGNOSIS_MOST_FINDINGS) {
-        const double each = lattice_likelihood_per_sample();
-        const double t = sqrt(each * (double)d->samples.fitted);
-        model_block_t *block = model_append(&d->model, &block_quantisation);
-        model_set(block, "step_um", step);
-        block->parameter[0].sigma = allocate(1, sizeof(double));
-        *block->parameter[0].sigma = job->step_sigma_um;
-        d->finding[d->findings++] = (finding_t){.block = &block_quantisation,
-                                                .t = t,
-                                                .t_blocks = t,
-                                                .certainty = NAMED,
-                                                .in_readings = true,
-                                                .margin = HUGE_VAL,
-                                                .support = each * (double)d->samples.held,
-                                                .held_out_before_percent = d->held_out_percent,
-                                                .held_out_after_percent = d->held_out_percent};
-    }
-}
-
-/* Noise and sensor steps are no response to a drive: the search goes without them. */
-static void take_out_noise(model_t *model) {
-    for (size_t b = model->blocks; b-- > 0;) {
-        if (model->block[b].block == &block_sensor_noise || model->block[b].block == &block_quantisation) {
-            model_remove(model, b);
-        }
-    }
-}
-
-/* Whether more than noise remains, and the verdict. */
-static bool look_at_the_rest(job_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    double *simulated = samples_column(&d->samples), *before = samples_column(&d->samples);
-    model_t smooth;
-    model_copy(&smooth, &d->model);
-    take_out_noise(&smooth);
-    const bool good = samples_simulate(&d->samples, &smooth, simulated, job->failure) &&
-                      samples_simulate(&d->samples, &d->baseline, before, job->failure);
-    if (good) {
-        for (size_t k = 0; k < d->samples.all; k++) {
-            before[k] = simulated[k] - before[k];
-        }
-        d->remainder = remainder_of(&d->samples, &d->noise, simulated, before, job->step_um / sqrt(12.0));
-        if (d->findings == 0) {
-            d->verdict = d->remainder.structured ? UNKNOWN_PHYSICS : NOTHING_MISSING;
-        } else {
-            d->verdict = d->remainder.structured ? PARTLY_EXPLAINED : EXPLAINED;
-        }
-    }
-    model_free(&smooth);
-    free(simulated);
-    free(before);
-    return good;
-}
-
 /* What all that follows has in common: the recordings, the samples that take part, the steps of the converter. */
-static bool begin(job_t *job, const model_t *model, const recording_t *recordings, size_t count) {
+static bool begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count) {
     describe(job, recordings, count);
     job->step_um = lattice_step_um(recordings, count, &job->step_sigma_um);
     return samples_open(&job->diagnosis->samples, model, recordings, count, job->failure);
 }
 
-/* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is seen. */
-static void count_steps_as_noise(job_t *job, noise_t *noise) {
+/* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is
+ * seen. */
+static void count_steps_as_noise(attempt_t *job, noise_t *noise) {
     const double error_um = job->step_um / sqrt(12.0);
     if (error_um > noise->sigma_um) {
         noise->memory = noise->mix = 0.0;
@@ -420,7 +59,7 @@ static void count_steps_as_noise(job_t *job, noise_t *noise) {
 }
 
 /* The noise, with a model that explains the recordings as far as any does by now. */
-static bool find_noise(job_t *job, const model_t *model) {
+static bool find_noise(attempt_t *job, const model_t *model) {
     diagnosis_t *d = job->diagnosis;
     double *simulated = samples_column(&d->samples), *residual = samples_column(&d->samples);
     bool good = samples_simulate(&d->samples, model, simulated, job->failure);
@@ -432,43 +71,20 @@ static bool find_noise(job_t *job, const model_t *model) {
     }
     free(simulated);
     free(residual);
-    advance(job);
-    return good;
-}
-
-/* The whole search from one chain on. */
-static bool diagnose_from(job_t *job, const model_t *given) {
-    diagnosis_t *d = job->diagnosis;
-    bool found = true, good;
-    model_copy(&d->given, given);
-    model_copy(&d->model, given);
-    good = joint_fit(&d->samples, &d->noise, &d->model, 0, BASELINE_ITERATIONS, &job->power, job->failure);
-    model_copy(&d->baseline, &d->model);
-    good = good && measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
-           measure(job, &d->baseline, &d->baseline_nrmse_percent, &d->baseline_held_out_percent);
-    while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
-        good = find_one(job, &found);
-    }
-    good = good && reconsider(job) && find_errors(job) && measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
-    if (good) {
-        d->noise_percent =
-            100.0 * d->noise.rms_um / (job->setting.displacement_high_um - job->setting.displacement_low_um);
-        find_steps(job);
-        good = look_at_the_rest(job);
-    }
+    attempt_advance(job);
     return good;
 }
 
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure) {
-    job_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
+    attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
     model_t chain;
     bool good;
     progress_begin(&job.progress, "diagnosing");
     memset(diagnosis, 0, sizeof *diagnosis);
     model_copy(&chain, given);
-    take_out_noise(&chain);
-    good = begin(&job, &chain, recordings, count) && find_noise(&job, &chain) && diagnose_from(&job, &chain);
+    attempt_without_noise(&chain);
+    good = begin(&job, &chain, recordings, count) && find_noise(&job, &chain) && attempt_from(&job, &chain);
     model_free(&chain);
     progress_end(&job.progress);
     if (!good) {
@@ -486,15 +102,21 @@ static bool shape_found(const diagnosis_t *d) {
     return false;
 }
 
-/* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where it is
- * not the whole answer. */
+/* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
+ * it is not the whole answer. */
 static double cost_of(const diagnosis_t *d, double held) {
     const double handicap = (shape_found(d) ? shape_handicap : 1.0) * (d->remainder.structured ? shape_handicap : 1.0);
     return held * handicap * handicap;
 }
 
+static void free_models(diagnosis_t *diagnosis) {
+    model_free(&diagnosis->given);
+    model_free(&diagnosis->baseline);
+    model_free(&diagnosis->model);
+}
+
 /* Keeps the better of two diagnoses of the same samples, and frees what the other one holds of its own. */
-static void keep_better(job_t *job, diagnosis_t *other, const joint_power_t *power) {
+static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t *power) {
     diagnosis_t *d = job->diagnosis;
     diagnosis_t worse = *other;
     if (cost_of(other, power->held) < cost_of(d, job->power.held)) {
@@ -502,32 +124,32 @@ static void keep_better(job_t *job, diagnosis_t *other, const joint_power_t *pow
         *d = *other;
         job->power = *power;
     }
-    model_free(&worse.given);
-    model_free(&worse.baseline);
-    model_free(&worse.model);
+    free_models(&worse);
 }
 
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
-    job_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
+    attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
     baseline_t baseline[BASELINE_SHAPES];
-    size_t shapes = 1; /* the bank */
+    size_t shapes = 1;
     bool good;
-    progress_begin(&job.progress, "diagnosing");
     memset(diagnosis, 0, sizeof *diagnosis);
     if (!baseline_bank(recordings, count, &baseline[0], failure)) {
-        progress_end(&job.progress);
         return false;
     }
+    progress_begin(&job.progress, "diagnosing");
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
            baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &shapes, failure) &&
            (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
     for (size_t shape = 0; good && shape < shapes; shape++) {
-        diagnosis_t other = {.samples = diagnosis->samples, .noise = diagnosis->noise, .family = baseline[shape].family};
-        job_t attempt = job;
+        diagnosis_t other = {
+            .samples = diagnosis->samples, .noise = diagnosis->noise, .family = baseline[shape].family};
+        attempt_t attempt = job;
         failure_t refusal;
         attempt.diagnosis = &other;
+        attempt.setting.line_hz = attempt.line_hz;
         attempt.failure = shape == 0 ? failure : &refusal;
-        if (!diagnose_from(&attempt, &baseline[shape].model)) {
+        if (!attempt_from(&attempt, &baseline[shape].model)) {
+            free_models(&other);
             good = shape > 0; /* another shape that does not apply */
             continue;
         }
@@ -536,7 +158,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
             *diagnosis = other;
             job.power = attempt.power;
             if (!other.remainder.structured && !shape_found(&other) && !baseline[0].many_numbers &&
-                excess(&other, attempt.power.held) < worth_another_shape) {
+                attempt_excess(&other, attempt.power.held) < worth_another_shape) {
                 break; /* nothing left for another shape */
             }
         } else {
@@ -553,7 +175,5 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
 
 void diagnosis_free(diagnosis_t *diagnosis) {
     samples_close(&diagnosis->samples);
-    model_free(&diagnosis->given);
-    model_free(&diagnosis->baseline);
-    model_free(&diagnosis->model);
+    free_models(diagnosis);
 }

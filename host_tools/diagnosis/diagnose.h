@@ -5,8 +5,8 @@
  * From the baseline on, the block that explains most of what is left of the residual is taken into the chain, the chain
  * is fitted again, and so on, until nothing is significant any more. A block is a finding only if it is significant
  * after the correction for all signatures that were tried, by two standard errors of which one does not trust the
- * residuals to be white, and if it lowers the error of the samples that were kept from the fit. In the end each finding is
- * taken out again, and stays out if the others make it superfluous.
+ * residuals to be white, and if it lowers the error of the samples that were kept from the fit. In the end each finding
+ * is taken out again, and stays out if the others make it superfluous.
  */
 #ifndef DIAGNOSE_H
 #define DIAGNOSE_H
@@ -29,7 +29,7 @@ typedef struct {
     size_t rivals;  /**< blocks that the recordings cannot tell from this one */
     const block_t *rival[DIAGNOSIS_MOST_RIVALS];
     double held_out_before_percent, held_out_after_percent; /**< NRMSE */
-    bool shape;       /**< a hysteresis of another shape could imitate it */
+    bool shape;                                             /**< a hysteresis of another shape could imitate it */
     bool in_readings; /**< its numbers come from the readings themselves, not from a fit */
 } finding_t;
 
@@ -81,10 +81,10 @@ typedef struct {
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure);
 /**
- * The same without a model: from the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the signatures
- * of all blocks; where that leaves more than noise, or finds something, also from the others that come near, and the answer
- * that leaves the least error of the held-out samples stands: a wrong shape shall not be taken for physics that is missing,
- * nor physics for a shape.
+ * The same without a model: from the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the
+ * signatures of all blocks; where that leaves more than noise, or finds something, also from the others that come near,
+ * and the answer that leaves the least error of the held-out samples stands: a wrong shape shall not be taken for
+ * physics that is missing, nor physics for a shape.
  */
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);

@@ -3,7 +3,7 @@
 #include "catalogue.h"
 #include "diagnosis_text.h"
 #include "json_output.h"
-#include <stdlib.h>
+#include <math.h>
 
 static json_t *ranges_to_json(const ranges_t *ranges) {
     json_t *list = json_array();
@@ -65,26 +65,70 @@ static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *ac
                      "confusable_with", confusable, "separating_excitation", finding->block->probe->excitation);
 }
 
+/* Errors on the samples that are fitted and on those that are held out. */
+static json_t *errors_to_json(double percent, double held_out_percent) {
+    return json_pack("{s:o, s:o}", "nrmse_percent", json_number_or_null(percent), "held_out_nrmse_percent",
+                     json_number_or_null(held_out_percent));
+}
+
+static json_t *unseen_to_json(const unseen_t *unseen) {
+    const block_t *block = unseen->block;
+    json_t *parameter = json_null();
+    if (unseen->testable && unseen_has_parameter(unseen)) {
+        const parameter_info_t *info = &block->parameter[unseen->parameter];
+        parameter = json_pack("{s:s, s:f, s:s}", "name", info->name, "value", fabs(unseen->value), "unit", info->unit);
+    }
+    return json_pack("{s:s, s:b, s:o, s:o, s:s, s:o}", "block", block->name, "testable", (int)unseen->testable,
+                     "smallest_um", unseen->testable ? json_number_or_null(unseen->smallest_um) : json_null(),
+                     "parameter", parameter, "separating_excitation", block->probe->excitation, "probe",
+                     json_sprintf("hyst record --probe %s", block->name));
+}
+
+static json_t *all_unseen_to_json(const diagnosis_t *diagnosis) {
+    const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
+    size_t testable;
+    const size_t count = unseen_in_order(diagnosis, unseen, &testable);
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(list, unseen_to_json(unseen[i]));
+    }
+    return list;
+}
+
+static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *account,
+                                 const recording_t *recordings) {
+    const remainder_t *remainder = &diagnosis->remainder;
+    json_t *json = errors_to_json(diagnosis->nrmse_percent, diagnosis->held_out_percent);
+    json_object_set_new(json, "noise_floor_percent", json_number_or_null(diagnosis->noise_percent));
+    json_object_set_new(json, "structured", json_boolean(something_remains(diagnosis)));
+    json_object_set_new(json, "rms_um", json_number_or_null(remainder->rms_um));
+    json_object_set_new(json, "band_hz",
+                        remainder->high_hz > 0.0 ? json_pack("[f, f]", remainder->low_hz, remainder->high_hz)
+                                                 : json_null());
+    json_object_set_new(json, "outliers", json_integer((json_int_t)remainder->outliers));
+    json_object_set_new(json, "where", location_to_json(&account->remaining, recordings));
+    return json;
+}
+
 json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
                           size_t count) {
-    json_t *names = json_array(), *findings = json_array(), *baseline = model_to_json(&diagnosis->baseline);
+    const bool was_given = diagnosis->family == NULL;
+    json_t *names = json_array(), *findings = json_array(), *model = model_to_json(&diagnosis->baseline);
+    json_t *baseline = json_pack("{s:O, s:o, s:o}", "chain", json_object_get(model, "chain"), "nrmse_percent",
+                                 json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
+                                 json_number_or_null(diagnosis->baseline_held_out_percent));
+    json_decref(model);
     for (size_t i = 0; i < count; i++) {
         json_array_append_new(names, json_string(recordings[i].name));
     }
     for (size_t f = 0; f < diagnosis->findings; f++) {
         json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
     }
-    json_t *json = json_pack(
-        "{s:s, s:o, s:{s:O, s:o, s:o}, s:o, s:{s:o, s:o, s:o, s:b, s:o}, s:s}", "format", "hyst-diagnosis-1",
-        "recordings", names, "baseline", "chain", json_object_get(baseline, "chain"), "nrmse_percent",
-        json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
-        json_number_or_null(diagnosis->baseline_held_out_percent), "findings", findings, "remaining", "nrmse_percent",
-        json_number_or_null(diagnosis->nrmse_percent), "held_out_nrmse_percent",
-        json_number_or_null(diagnosis->held_out_percent), "noise_floor_percent",
-        json_number_or_null(diagnosis->noise_percent), "structured", (int)something_remains(diagnosis), "where",
-        location_to_json(&account->remaining, recordings), "verdict", verdict_name(diagnosis->verdict));
-    json_decref(baseline);
-    return json;
+    return json_pack(
+        "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "format", "hyst-diagnosis-1", "recordings", names, "given",
+        was_given ? errors_to_json(diagnosis->given_nrmse_percent, diagnosis->given_held_out_percent) : json_null(),
+        "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(diagnosis), "remaining",
+        remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict));
 }
 
 bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,

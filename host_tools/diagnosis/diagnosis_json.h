@@ -3,17 +3,21 @@
  * A diagnosis as JSON, format hyst-diagnosis-1 (docs/FORMATS.md):
  *
  *     {"format":, "recordings": [..],
+ *      "given": {"nrmse_percent":, "held_out_nrmse_percent":} | null,
  *      "baseline": {"chain": [..], "nrmse_percent":, "held_out_nrmse_percent":},
  *      "findings": [{"block":, "place":, "certainty": "detected" | "isolated" | "named", "confidence": 0..1,
  *                    "parameters": {"delay_s": {"value":, "sigma":, "unit":}},
  *                    "held_out_nrmse_percent_before":, "held_out_nrmse_percent_after":, "where": {..},
  *                    "explanation":, "confusable_with": [..], "separating_excitation":}],
- *      "remaining": {"nrmse_percent":, "held_out_nrmse_percent":, "noise_floor_percent":, "structured":, "where":
- * {..}}, "verdict":}
+ *      "not_found": [{"block":, "testable":, "smallest_um": number | null,
+ *                     "parameter": {"name":, "value":, "unit":} | null, "separating_excitation":, "probe":}],
+ *      "remaining": {"nrmse_percent":, "held_out_nrmse_percent":, "noise_floor_percent":, "structured":, "rms_um":,
+ *                    "band_hz": [from, to] | null, "outliers":, "where": {..}},
+ *      "verdict":}
  *
  * where: {"recording": name (of time_s and harmonics), "time_s": [[from, to], ..], "frequency_hz": [..], "drive": [..],
  * "loop":, "harmonics": {"fundamental_hz":, "numbers": [..]} (only of a periodic drive)}. Nowhere: lists are empty.
- * sigma is null where the recordings do not determine the number.
+ * sigma is null where the recordings do not determine the number; given, where no model was given.
  */
 #ifndef DIAGNOSIS_JSON_H
 #define DIAGNOSIS_JSON_H

@@ -15,12 +15,16 @@ static const char style[] =
     ".box small{display:block;color:var(--soft)}.end{color:var(--soft)}"
     ".found{border:.16rem solid var(--after);background:var(--paper)}.found b{color:var(--after)}"
     "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;margin:.5rem 0;max-width:60rem}"
-    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;white-space:nowrap}.long{break-inside:auto}tr{"
-    "break-inside:avoid}"
+    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;white-space:nowrap}"
+    ".words td,.words th{text-align:left;vertical-align:top}.words td:nth-child(2){white-space:nowrap}"
+    "code{display:inline-block}"
+    ".long{break-inside:auto}tr{break-inside:avoid}"
     ".bar{display:inline-block;height:.7rem;background:var(--before);vertical-align:baseline;min-width:1px}"
     ".bar.last{background:var(--after)}.bar.noise{background:var(--soft)}td.bars{width:50%;text-align:left}"
     ".pictures{grid-template-columns:repeat(auto-fill,minmax(min(26rem,100%),1fr))}"
     "@media(max-width:40rem){dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.4rem}.chain{flex-direction:column}"
+    ".words thead{display:none}.words td{display:block;border:0;padding:0}.words td:nth-child(2){white-space:normal}"
+    ".words td:first-child{font-weight:600;padding-top:.5rem}"
     ".chain li{flex-direction:column;align-items:flex-start}.chain li+li::before{content:\"↓\";padding:0 1rem}}"
     "@media print{.pictures{grid-template-columns:1fr "
     "1fr}.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
@@ -38,10 +42,12 @@ static const char *file_name(const recording_t *recording) {
     return slash == NULL ? recording->name : slash + 1;
 }
 
-/* The text of the terminal with the characters that a page has: a plus-minus sign, dashes in ranges, and no line break
- * before a percent sign. */
+/* The text of the terminal with the characters that a page has: a plus-minus sign, dashes in ranges, micrometres, and
+ * no line break before these and a percent sign. */
 static void write_prose(FILE *file, const char *text) {
-    static const struct { const char *plain, *html; } better[] = {{"+-", "±"}, {" .. ", "–"}, {" %", "&nbsp;%"}};
+    static const struct {
+        const char *plain, *html;
+    } better[] = {{"+-", "±"}, {" .. ", "–"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
     while (*text != '\0') {
         size_t i = 0;
         while (i < sizeof better / sizeof better[0] && strncmp(text, better[i].plain, strlen(better[i].plain)) != 0) {
@@ -83,15 +89,23 @@ static void write_bar(FILE *file, const char *what, double percent, double most,
 /* The held-out error after every step. */
 static void write_errors(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
+    const bool was_given = d->family == NULL;
     double most = fmax(d->baseline_held_out_percent, d->noise_percent);
+    most = was_given ? fmax(most, d->given_held_out_percent) : most;
     for (size_t f = 0; f < d->findings; f++) {
         most = fmax(most, d->finding[f].held_out_after_percent);
     }
     fprintf(page->file,
             "<div class=\"wide\"><table>\n<thead><tr><th>Model</th><th>Held-out error, %%</th><th></th></tr>"
             "</thead>\n<tbody>\n");
-    write_bar(page->file, d->findings > 0 ? "before" : "the model", d->baseline_held_out_percent, most,
-              d->findings > 0 ? "" : " last");
+    if (was_given) {
+        write_bar(page->file, "as it came in", d->given_held_out_percent, most, "");
+    }
+    write_bar(page->file,
+              was_given         ? "hysteresis fitted again"
+              : d->findings > 0 ? "before"
+                                : "the model",
+              d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");
     for (size_t f = 0; f < d->findings; f++) {
         char what[100];
         snprintf(what, sizeof what, "+ %s", d->finding[f].block->name);
@@ -101,11 +115,15 @@ static void write_errors(const page_t *page) {
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">RMS error over the peak-to-peak displacement, worst recording, "
             "on the blocks of time that were held out: each third one of 36. On the others: ");
+    if (was_given) {
+        fprintf(page->file, "%.4f&nbsp;%% as it came in, ", d->given_nrmse_percent);
+    }
     if (d->findings > 0) {
         fprintf(page->file, "%.4f&nbsp;%% before, ", d->baseline_nrmse_percent);
     }
-    fprintf(page->file, "%.4f&nbsp;%%%s. Noise: what an autoregressive filter cannot predict of the residual.</p>\n",
-            d->nrmse_percent, d->findings > 0 ? " after" : "");
+    fprintf(page->file, "%.4f&nbsp;%%%s. Noise: %s.</p>\n", d->nrmse_percent, d->findings > 0 ? " after" : "",
+            d->noise.at_rest ? "what the reading does while the drive rests"
+                             : "what a rich model leaves, as the drive never rests for long");
 }
 
 static void write_chain(const page_t *page) {
@@ -145,6 +163,10 @@ static void write_numbers(const page_t *page, const finding_t *finding) {
     fprintf(page->file, "</dd>\n");
 }
 
+static void write_probe(FILE *file, const char *name) {
+    fprintf(file, ": <code>hyst record --port DEV --probe %s</code>", name);
+}
+
 static void write_finding(const page_t *page, size_t index) {
     const finding_t *finding = &page->diagnosis->finding[index];
     char text[DIAGNOSIS_LINE];
@@ -159,9 +181,13 @@ static void write_finding(const page_t *page, size_t index) {
             "<dt>How sure</dt><dd>confidence %.2f; %.4g standard errors, %.3g by the scatter between blocks "
             "of time</dd>\n",
             page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
-    write_row(page->file, finding->certainty == NAMED ? "Shows best in" : "To tell them apart, record",
-              finding->block->probe->excitation);
-    fprintf(page->file, "</dl>\n");
+    fprintf(page->file, "<dt>%s</dt><dd>",
+            finding->certainty == NAMED ? "Shows best in" : "To tell them apart, record");
+    write_prose(page->file, finding->block->probe->excitation);
+    if (finding->certainty != NAMED) {
+        write_probe(page->file, finding->block->name);
+    }
+    fprintf(page->file, "</dd>\n</dl>\n");
 }
 
 static void write_findings(const page_t *page) {
@@ -173,13 +199,49 @@ static void write_findings(const page_t *page) {
     for (size_t f = 0; f < d->findings; f++) {
         write_finding(page, f);
     }
-    if (something_remains(d)) {
-        const int level = d->findings > 0 ? 3 : 2;
-        fprintf(page->file, "<h%d>What remains unexplained</h%d>\n<p>", level, level);
+    const int level = d->findings > 0 ? 3 : 2;
+    fprintf(page->file, "<h%d>What remains</h%d>\n<p>The model leaves ", level, level);
+    remainder_text(d, text);
+    write_prose(page->file, text);
+    if (something_remains(d) && page->account->remaining.somewhere) {
         location_text(&page->account->remaining, page->recordings, page->count, text);
+        fprintf(page->file, "; ");
         write_prose(page->file, text);
-        fprintf(page->file, ".</p>\n");
     }
+    fprintf(page->file, ".</p>\n");
+}
+
+/* What was tried in vain, and from which size on it would not have been. */
+static void write_unseen(const page_t *page) {
+    const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
+    size_t testable;
+    const size_t count = unseen_in_order(page->diagnosis, unseen, &testable);
+    if (count > 0) {
+        fprintf(page->file, "<h2>What would have been seen</h2>\n<div class=\"wide\"><table class=\"long words\">\n"
+                            "<thead><tr><th>Not found</th><th>Smallest size</th><th>Shows best in</th></tr></thead>\n"
+                            "<tbody>\n");
+    }
+    for (size_t i = 0; i < count; i++) {
+        char text[DIAGNOSIS_LINE] = "not testable here: other numbers imitate it";
+        if (i < testable) {
+            unseen_text(unseen[i], text);
+        }
+        fprintf(page->file, "<tr><td>%s</td><td>", unseen[i]->block->name);
+        write_prose(page->file, text);
+        fprintf(page->file, "</td><td>");
+        write_prose(page->file, unseen[i]->block->probe->excitation);
+        fprintf(page->file, "</td></tr>\n");
+    }
+    if (count > 0) {
+        const char *caveat = unseen_caveat(page->diagnosis);
+        fprintf(page->file,
+                "</tbody></table></div>\n<p class=\"note\">The size is that of the change of the position, by the "
+                "form of the block that shows best here (a time constant, a frequency). What is smaller would not have "
+                "been told from noise, or from a model that is not quite right.%s%s</p>\n",
+                caveat != NULL ? " " : "", caveat != NULL ? caveat : "");
+    }
+    fprintf(page->file, "<p>To go on, record: <code>hyst record --port DEV --probe %s</code></p>\n",
+            next_probe(page->diagnosis));
 }
 
 static void write_considered(const page_t *page) {
@@ -197,8 +259,9 @@ static void write_considered(const page_t *page) {
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">Each round asks what one more block would explain of what the "
             "chain so far leaves: %zu signatures in all. 2 log likelihood: how much better the block at its best makes "
-            "the recordings, in squared standard errors. t: its amplitude over its standard error; for blocks, over "
-            "the one from the scatter between blocks of time.</p>\n",
+            "the recordings, in squared standard errors. The first few are then ordered by what they leave when the "
+            "hysteresis is fitted with them. t: its amplitude over its standard error; for blocks, over the one from "
+            "the scatter between blocks of time.</p>\n",
             d->tested);
 }
 
@@ -250,6 +313,7 @@ bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *accou
     write_chain(&page);
     write_findings(&page);
     write_before_and_after(&page);
+    write_unseen(&page);
     write_considered(&page);
     write_not_looked_for(&page);
     return page_close(page.file, path, true, failure);

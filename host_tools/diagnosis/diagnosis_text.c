@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis_text.h"
+#include "catalogue.h"
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
@@ -36,7 +37,8 @@ static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
 
 const char *outcome_text(const diagnosis_t *d, size_t index) {
     static const char *const texts[] = {"taken", "explains less than the best",
-                                        "the held-out samples do not support it", "could be chance"};
+                                        "the held-out samples do not support it", "could be chance",
+                                        "superfluous beside the others, or none of its numbers determined"};
     const considered_t *considered = &d->consideration[index];
     return considered->outcome == LESS_LIKELY && is_rival(d, considered) ? "cannot be told from the best"
                                                                          : texts[considered->outcome];
@@ -148,19 +150,104 @@ static int digits_of(double value, double sigma) {
     return digits < 2 ? 2 : digits > 9 ? 9 : digits;
 }
 
+/* " Hz"; nothing for a number without a unit. */
+static void append_unit(char *text, const parameter_info_t *info) {
+    if (strcmp(info->unit, "1") != 0) {
+        append(text, " %s", info->unit);
+    }
+}
+
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
     const parameter_info_t *info = &block->block->parameter[parameter];
     const double value = block->parameter[parameter].value[0];
     const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
-    const char *unit = strcmp(info->unit, "1") == 0 ? "" : info->unit;
     text[0] = '\0';
     if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
-        append(text, "%s = %.*g +- %.2g%s%s", info->name, digits_of(value, sigma), value, sigma,
-               *unit != '\0' ? " " : "", unit);
+        append(text, "%s = %.*g +- %.2g", info->name, digits_of(value, sigma), value, sigma);
+        append_unit(text, info);
     } else {
-        append(text, "%s = %.4g%s%s (%s)", info->name, value, *unit != '\0' ? " " : "", unit,
-               sigma == 0.0 ? "at its bound" : "not determined");
+        append(text, "%s = %.4g", info->name, value);
+        append_unit(text, info);
+        append(text, " (%s)", sigma == 0.0 ? "at its bound" : "not determined");
     }
+}
+
+void remainder_text(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
+    const remainder_t *remainder = &d->remainder;
+    text[0] = '\0';
+    if (remainder->rms_um > 0.0) {
+        append(text, "%.2g um rms beside the noise, most of it at %.3g .. %.3g Hz", remainder->rms_um,
+               remainder->low_hz, remainder->high_hz);
+    } else {
+        append(text, "noise at all frequencies");
+    }
+    if (remainder->outliers > 0) {
+        append(text, "; %zu single sample%s far outside the noise", remainder->outliers,
+               remainder->outliers == 1 ? "" : "s");
+    }
+    if (!remainder->structured && (remainder->rms_um > 0.0 || remainder->outliers > 0)) {
+        append(text, ": too little to ask for a reason");
+    }
+}
+
+/* Whether it is, or may be, what was found. */
+static bool told_as_found(const diagnosis_t *d, const block_t *block) {
+    for (size_t f = 0; f < d->findings; f++) {
+        for (size_t r = 0; r < d->finding[f].rivals; r++) {
+            if (d->finding[f].rival[r] == block) {
+                return true;
+            }
+        }
+    }
+    return finding_of(d, block) != NULL;
+}
+
+/* Adds the unseen block of the catalogue that is, or is not, testable. */
+static size_t add_unseen(const diagnosis_t *d, bool testable, const unseen_t **unseen, size_t count) {
+    for (size_t c = 0; c < catalogue_count; c++) {
+        for (size_t i = 0; i < d->unseen_count; i++) {
+            const unseen_t *u = &d->unseen[i];
+            if (u->block == catalogue[c] && u->testable == testable && !told_as_found(d, u->block)) {
+                unseen[count++] = u;
+            }
+        }
+    }
+    return count;
+}
+
+size_t unseen_in_order(const diagnosis_t *d, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable) {
+    *testable = add_unseen(d, true, unseen, 0);
+    return add_unseen(d, false, unseen, *testable);
+}
+
+bool unseen_has_parameter(const unseen_t *unseen) {
+    return unseen->parameter < unseen->block->parameters && unseen->value != 0.0;
+}
+
+void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    append(text, "%.2g um rms", unseen->smallest_um);
+    if (unseen_has_parameter(unseen)) {
+        const parameter_info_t *info = &unseen->block->parameter[unseen->parameter];
+        append(text, " (%s = %.2g", info->name, fabs(unseen->value));
+        append_unit(text, info);
+        append(text, ")");
+    }
+}
+
+const char *unseen_caveat(const diagnosis_t *d) {
+    return something_remains(d)
+               ? "These sizes follow from the noise alone: what remains may hide several times as much."
+               : NULL;
+}
+
+const char *next_probe(const diagnosis_t *d) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (d->finding[f].certainty != NAMED) {
+            return d->finding[f].block->name;
+        }
+    }
+    return "all";
 }
 
 /* Breaks the text into lines under each other, behind a heading. */
@@ -213,7 +300,9 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent, finding->held_out_after_percent);
     print_wrapped("   error", text);
     if (finding->certainty != NAMED) {
-        print_wrapped("   record", finding->block->probe->excitation);
+        text[0] = '\0';
+        append(text, "%s: hyst record --port DEV --probe %s", finding->block->probe->excitation, finding->block->name);
+        print_wrapped("   record", text);
     }
 }
 
@@ -230,6 +319,56 @@ static void print_chain(const diagnosis_t *d) {
     print_wrapped("chain", text);
 }
 
+/* "0.9000 % -> 0.5000 % -> 0.1000 %": as it came in, fitted again, with what was found. */
+static void append_steps(char *text, const diagnosis_t *d, double given, double baseline, double found) {
+    if (d->family == NULL) {
+        append(text, "%.4f %% -> ", given);
+    }
+    append(text, "%.4f %%", baseline);
+    if (d->findings > 0) {
+        append(text, " -> %.4f %%", found);
+    }
+}
+
+static void print_errors(const diagnosis_t *d) {
+    char text[DIAGNOSIS_LINE] = "NRMSE ";
+    append_steps(text, d, d->given_nrmse_percent, d->baseline_nrmse_percent, d->nrmse_percent);
+    append(text, ", held out ");
+    append_steps(text, d, d->given_held_out_percent, d->baseline_held_out_percent, d->held_out_percent);
+    append(text, "; noise %.4f %%", d->noise_percent);
+    putchar('\n');
+    print_wrapped("error", text);
+    if (d->family == NULL) {
+        text[0] = '\0';
+        append(text, "(the chain as it came in -> its hysteresis fitted again%s)",
+               d->findings > 0 ? " -> with what was found" : "");
+        print_wrapped("", text);
+    }
+}
+
+static void print_unseen(const diagnosis_t *d) {
+    enum { NAME_WIDTH = 26 };
+    const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
+    char text[DIAGNOSIS_LINE];
+    size_t testable;
+    const size_t count = unseen_in_order(d, unseen, &testable);
+    if (count > 0) {
+        printf("\nnot seen%s; sizes are those of the form of each block that shows best here\n",
+               d->findings > 0 ? ", beside what was found" : "");
+    }
+    for (size_t i = 0; i < testable; i++) {
+        unseen_text(unseen[i], text);
+        printf("   %-*s would have been seen from %s\n", NAME_WIDTH, unseen[i]->block->name, text);
+    }
+    for (size_t i = testable; i < count; i++) {
+        printf("   %-*s not testable here: other numbers imitate it\n", NAME_WIDTH, unseen[i]->block->name);
+    }
+    if (testable > 0 && unseen_caveat(d) != NULL) {
+        printf("   %s\n", unseen_caveat(d));
+    }
+    printf("%s", count > 0 ? "\n" : "");
+}
+
 void diagnosis_print(const diagnosis_t *d, const account_t *account, const recording_t *recordings, size_t count) {
     char text[DIAGNOSIS_LINE];
     verdict_sentence(d, text);
@@ -238,15 +377,14 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
     for (size_t f = 0; f < d->findings; f++) {
         print_finding(d, account, f, recordings, count);
     }
-    printf("\nerror      NRMSE %.4f %% -> %.4f %%, held out %.4f %% -> %.4f %%; noise %.4f %%\n",
-           d->baseline_nrmse_percent, d->nrmse_percent, d->baseline_held_out_percent, d->held_out_percent,
-           d->noise_percent);
-    if (something_remains(d)) {
+    print_errors(d);
+    remainder_text(d, text);
+    print_wrapped("remaining", text);
+    if (something_remains(d) && account->remaining.somewhere) {
         location_text(&account->remaining, recordings, count, text);
-        if (d->remainder.outliers > 0) {
-            append(text, "; %zu single samples are far outside the noise", d->remainder.outliers);
-        }
-        print_wrapped("remaining", text);
+        print_wrapped("   where", text);
     }
     printf("tested     %zu signatures\n", d->tested);
+    print_unseen(d);
+    printf("next       hyst record --port DEV --probe %s\n", next_probe(d));
 }

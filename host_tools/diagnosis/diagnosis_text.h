@@ -30,7 +30,26 @@ const char *outcome_text(const diagnosis_t *diagnosis, size_t index);
 /** "frequency_hz = 212.3 +- 0.4 Hz". element 0 of a parameter of the final model. */
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
 
-/** On stdout, at most a screen. */
+/** What the model with everything that was found leaves: how much, at which frequencies, single samples; that it is
+ * noise, when it is. */
+void remainder_text(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
+
+/**
+ * The blocks that were tried in vain, in the order of the catalogue, and of these the testable ones first. Neither what
+ * was found nor what these recordings cannot tell from it: that may be there. Returns how many; *testable of them are.
+ */
+size_t unseen_in_order(const diagnosis_t *diagnosis, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable);
+/** Whether the size of a testable block can also be given as a number of its own. */
+bool unseen_has_parameter(const unseen_t *unseen);
+/** "0.0021 um rms (gamma_per_decade = 0.0004)", of a testable block. */
+void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]);
+/** What these sizes do not allow for, a sentence; NULL: nothing. */
+const char *unseen_caveat(const diagnosis_t *diagnosis);
+
+/** What `hyst record --probe` is to play next: the first finding that is not named, or "all". */
+const char *next_probe(const diagnosis_t *diagnosis);
+
+/** On stdout, at most two screens. */
 void diagnosis_print(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
                      size_t count);
 

@@ -14,9 +14,9 @@ struct evidence {
     const samples_t *samples;
     noise_t noise;
     signals_t signals;
-    double *raw;      /* displacement - simulation, a column */
-    size_t rows;      /* samples that are fitted */
-    basis_t basis;    /* whitened J */
+    double *raw;           /* displacement - simulation, a column */
+    size_t rows;           /* samples that are fitted */
+    basis_t basis;         /* whitened J */
     size_t columns_for[3]; /* of it, by question */
     question_t question;
     double *residual; /* whitened, beyond J */
@@ -51,8 +51,7 @@ void evidence_ask(evidence_t *e, question_t question) {
     e->power = square_of(e, e->residual);
 }
 
-evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise,
-                          failure_t *failure) {
+evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise, failure_t *failure) {
     const nuisance_options_t options = {.plays = true, .shapes = true};
     evidence_t *e = allocate(1, sizeof *e);
     *e = (evidence_t){.samples = samples, .noise = *noise, .rows = samples->fitted};
@@ -166,8 +165,7 @@ double evidence_cosine(const evidence_t *e, const double *one, const double *oth
     take_rows(e, other, y);
     basis_project(&e->basis, x);
     basis_project(&e->basis, y);
-    const double cosine =
-        cblas_ddot((int)e->rows, x, 1, y, 1) / sqrt(square_of(e, x) * square_of(e, y));
+    const double cosine = cblas_ddot((int)e->rows, x, 1, y, 1) / sqrt(square_of(e, x) * square_of(e, y));
     free(x);
     free(y);
     return isfinite(cosine) ? cosine : 0.0;
@@ -192,70 +190,108 @@ static double beyond(const evidence_t *e, const double *x, const double *x_share
 }
 
 typedef struct {
-    double *rows, *share; /* of the signature; then of its derivative by each unknown */
+    double *rows, *share;
 } signature_rows_t;
 
-/* What is left: |residual - signature|^2 beyond J. */
-static double left_by(const evidence_t *e, const signature_rows_t *s) {
+typedef struct {
+    const evidence_t *evidence;
+    model_t *altered;
+    size_t at;
+    searched_t searched;
+    double *room;
+    signature_rows_t now, then;                        /* the signature where the search stands, and where it looks */
+    signature_rows_t derivative[BLOCK_MAX_PARAMETERS]; /* by each unknown */
+} refinement_t;
+
+static signature_rows_t take_room(const evidence_t *e, double **room) {
+    const signature_rows_t taken = {.rows = *room, .share = *room + e->rows};
+    *room += e->rows + e->basis.columns + 1;
+    return taken;
+}
+
+static void open_refinement(refinement_t *r, const evidence_t *e, model_t *altered, size_t at) {
+    *r = (refinement_t){.evidence = e, .altered = altered, .at = at};
+    searched_open(&r->searched, altered, at);
+    double *next = r->room = allocate((r->searched.count + 2) * (e->rows + e->basis.columns + 1), sizeof(double));
+    r->now = take_room(e, &next);
+    r->then = take_room(e, &next);
+    for (size_t i = 0; i < r->searched.count; i++) {
+        r->derivative[i] = take_room(e, &next);
+    }
+}
+
+/* The signature as the model now is, and what it leaves: |residual - signature|^2 beyond J. */
+static double look(const refinement_t *r, const signature_rows_t *s) {
+    const evidence_t *e = r->evidence;
+    if (!rows_of(e, r->altered, r->at, s->rows, s->share)) {
+        return HUGE_VAL;
+    }
     return e->power - 2.0 * cblas_ddot((int)e->rows, s->rows, 1, e->residual, 1) +
            beyond(e, s->rows, s->share, s->rows, s->share);
 }
 
+/* Derivative by one unknown; 0 where there is no model a little beside this one. */
+static void take_derivative(refinement_t *r, size_t i) {
+    const evidence_t *e = r->evidence;
+    const signature_rows_t *d = &r->derivative[i];
+    const double difference = searched_nudge(&r->searched, i);
+    const bool simulated = rows_of(e, r->altered, r->at, d->rows, d->share);
+    searched_restore(&r->searched, i);
+    cblas_daxpy((int)e->rows, -1.0, r->now.rows, 1, d->rows, 1);
+    cblas_daxpy((int)e->basis.columns, -1.0, r->now.share, 1, d->share, 1);
+    cblas_dscal((int)e->rows, simulated ? 1.0 / difference : 0.0, d->rows, 1);
+    cblas_dscal((int)e->basis.columns, simulated ? 1.0 / difference : 0.0, d->share, 1);
+}
+
+static void find_step(refinement_t *r, double *step) {
+    const evidence_t *e = r->evidence;
+    const size_t n = r->searched.count;
+    double gram[BLOCK_MAX_PARAMETERS * BLOCK_MAX_PARAMETERS] = {0.0}, moment[BLOCK_MAX_PARAMETERS] = {0.0};
+    for (size_t i = 0; i < n; i++) {
+        const signature_rows_t *d = &r->derivative[i];
+        take_derivative(r, i);
+        moment[i] = cblas_ddot((int)e->rows, d->rows, 1, e->residual, 1) -
+                    beyond(e, d->rows, d->share, r->now.rows, r->now.share);
+        for (size_t j = 0; j <= i; j++) {
+            gram[i * n + j] = gram[j * n + i] =
+                beyond(e, d->rows, d->share, r->derivative[j].rows, r->derivative[j].share);
+        }
+    }
+    searched_solve(n, gram, moment, step);
+}
+
+/* Takes the step, a third of it, a ninth .. Returns what is left then: no less than before if none of them helps. */
+static double take_step(refinement_t *r, const double *step, double left) {
+    enum { MOST_TRIALS = 5 };
+    double part = 1.0;
+    for (int trial = 0; trial < MOST_TRIALS; trial++) {
+        searched_move(&r->searched, step, part);
+        const double tried = look(r, &r->then);
+        if (tried < left) {
+            const signature_rows_t before = r->now;
+            r->now = r->then;
+            r->then = before;
+            return tried;
+        }
+        searched_back(&r->searched);
+        part *= 0.3;
+    }
+    return left;
+}
+
 double evidence_refine(const evidence_t *e, model_t *altered, size_t at) {
-    enum { MOST_ITERATIONS = 10, MOST_HALVINGS = 5 };
-    searched_t searched;
-    signature_rows_t now, then, derivative[BLOCK_MAX_PARAMETERS];
-    searched_open(&searched, altered, at);
-    const size_t n = searched.count;
-    double *room = allocate((n + 2) * (e->rows + e->basis.columns + 1), sizeof(double)), *next = room;
-    signature_rows_t *all[BLOCK_MAX_PARAMETERS + 2] = {&now, &then};
-    for (size_t i = 0; i < n + 2; i++) {
-        signature_rows_t *s = i < 2 ? all[i] : &derivative[i - 2];
-        s->rows = next;
-        s->share = next + e->rows;
-        next += e->rows + e->basis.columns + 1;
+    enum { MOST_ITERATIONS = 10 };
+    const double settled = 0.1 * e->power / (double)e->rows; /* 0.1 in 2 log likelihood */
+    refinement_t r;
+    open_refinement(&r, e, altered, at);
+    double left = look(&r, &r.now), before = HUGE_VAL;
+    for (int i = 0; i < MOST_ITERATIONS && isfinite(left) && before - left > settled; i++) {
+        double step[BLOCK_MAX_PARAMETERS];
+        find_step(&r, step);
+        before = left;
+        left = take_step(&r, step, left);
     }
-    double left = rows_of(e, altered, at, now.rows, now.share) ? left_by(e, &now) : HUGE_VAL;
-    bool moving = isfinite(left);
-    for (int iteration = 0; moving && iteration < MOST_ITERATIONS; iteration++) {
-        double gram[BLOCK_MAX_PARAMETERS * BLOCK_MAX_PARAMETERS], moment[BLOCK_MAX_PARAMETERS],
-            step[BLOCK_MAX_PARAMETERS], part = 1.0;
-        for (size_t i = 0; i < n; i++) {
-            const double difference = searched_nudge(&searched, i);
-            const bool simulated = rows_of(e, altered, at, derivative[i].rows, derivative[i].share);
-            searched_restore(&searched, i);
-            cblas_daxpy((int)e->rows, -1.0, now.rows, 1, derivative[i].rows, 1);
-            cblas_daxpy((int)e->basis.columns, -1.0, now.share, 1, derivative[i].share, 1);
-            cblas_dscal((int)e->rows, simulated ? 1.0 / difference : 0.0, derivative[i].rows, 1);
-            cblas_dscal((int)e->basis.columns, simulated ? 1.0 / difference : 0.0, derivative[i].share, 1);
-            moment[i] = cblas_ddot((int)e->rows, derivative[i].rows, 1, e->residual, 1) -
-                        beyond(e, derivative[i].rows, derivative[i].share, now.rows, now.share);
-            for (size_t j = 0; j <= i; j++) {
-                gram[i * n + j] = gram[j * n + i] =
-                    beyond(e, derivative[i].rows, derivative[i].share, derivative[j].rows, derivative[j].share);
-            }
-        }
-        searched_solve(n, gram, moment, step);
-        moving = false;
-        for (int halving = 0; !moving && halving < MOST_HALVINGS; halving++) {
-            searched_move(&searched, step, part);
-            const double tried = rows_of(e, altered, at, then.rows, then.share) ? left_by(e, &then) : HUGE_VAL;
-            if (tried < left) {
-                const signature_rows_t swapped = now;
-                moving = left - tried > 0.1 * e->power / (double)e->rows;
-                left = tried;
-                now = then;
-                then = swapped;
-                if (!moving) {
-                    halving = MOST_HALVINGS;
-                }
-            } else {
-                searched_back(&searched);
-                part *= 0.3;
-            }
-        }
-    }
-    free(room);
-    searched_close(&searched);
+    free(r.room);
+    searched_close(&r.searched);
     return isfinite(left) ? left / e->power : HUGE_VAL;
 }

@@ -19,19 +19,20 @@
 typedef struct evidence evidence_t;
 
 typedef struct {
-    double amplitude; /**< of the signature in the residual */
-    double t;         /**< amplitude over its standard error, white residuals */
-    double t_blocks;  /**< amplitude over its standard error, from the scatter over blocks */
-    double own_um;    /**< root mean square of the whitened signature, at amplitude 1, beyond what J imitates */
-    double own_part;  /**< of the whitened signature: what J leaves of it */
-    double held_share; /**< square of the whitened signature among the samples that are held out, over that among the others */
-    double explained; /**< part of the whitened residual's square that it explains */
+    double amplitude;  /**< of the signature in the residual */
+    double t;          /**< amplitude over its standard error, white residuals */
+    double t_blocks;   /**< amplitude over its standard error, from the scatter over blocks */
+    double own_um;     /**< root mean square of the whitened signature, at amplitude 1, beyond what J imitates */
+    double own_part;   /**< of the whitened signature: what J leaves of it */
+    double held_share; /**< square of the whitened signature among the samples that are held out, over that among the
+                          others */
+    double explained;  /**< part of the whitened residual's square that it explains */
 } evidence_test_t;
 
 /** Simulates the baseline, which must stay as it is. NULL on failure. */
 evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise, failure_t *failure);
-/** What is asked: effects that a hysteresis of no shape can imitate (in the beginning); blocks that such a hysteresis can
- * imitate, against the model's own and play operators; anything that the model's own numbers cannot imitate. */
+/** What is asked: effects that a hysteresis of no shape can imitate (in the beginning); blocks that such a hysteresis
+ * can imitate, against the model's own and play operators; anything that the model's own numbers cannot imitate. */
 typedef enum { ASK_EFFECTS, ASK_SHAPES, ASK_ANYTHING } question_t;
 /** J has from here on the columns that the question wants. */
 void evidence_ask(evidence_t *evidence, question_t question);
@@ -45,8 +46,8 @@ const double *evidence_residual(const evidence_t *evidence);
 double evidence_sigma_um(const evidence_t *evidence);
 
 /**
- * The signature of a model that differs from the baseline in its block `at`: its simulation less the baseline's, as a column
- * to be freed by the caller. NULL if it cannot be simulated or is not finite.
+ * The signature of a model that differs from the baseline in its block `at`: its simulation less the baseline's, as a
+ * column to be freed by the caller. NULL if it cannot be simulated or is not finite.
  */
 double *evidence_signature(const evidence_t *evidence, const model_t *altered, size_t at);
 
@@ -60,8 +61,8 @@ double evidence_cosine(const evidence_t *evidence, const double *one, const doub
 double evidence_likelihood(const evidence_t *evidence, double part);
 
 /**
- * The searched parameters of the model's block `at` (probe.h), by Gauss and Newton's method, so that the least of the residual
- * is left beyond J. Returns which part of its square that is (HUGE_VAL: the model cannot be simulated).
+ * The searched parameters of the model's block `at` (probe.h), by Gauss and Newton's method, so that the least of the
+ * residual is left beyond J. Returns which part of its square that is (HUGE_VAL: the model cannot be simulated).
  */
 double evidence_refine(const evidence_t *evidence, model_t *altered, size_t at);
 

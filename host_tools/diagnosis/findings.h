@@ -13,9 +13,9 @@ const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
 
 /**
- * Writes the standard errors of the hysteresis and of the findings into diagnosis->model (refine.h, no iterations): jointly, with
- * as many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts all samples and a
- * third was held out of the fit.
+ * Writes the standard errors of the hysteresis and of the findings into diagnosis->model (refine.h, no iterations):
+ * jointly, with as many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts
+ * all samples and a third was held out of the fit.
  */
 bool findings_errors(diagnosis_t *diagnosis, failure_t *failure);
 /** After that: whether any number of the finding is three standard errors away from nothing. */

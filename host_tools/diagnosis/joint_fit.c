@@ -9,12 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What the samples say nothing about stays where it was. Of a bank, whose numbers are few, each is expected within this part
- * of their mean size; of a table, whose neighbours determine each other, changes weigh this part of what the samples give the
- * mean element. */
+/* What the samples say nothing about stays where it was. Of a bank, whose numbers are few, each is expected within this
+ * part of their mean size; of a table, whose neighbours determine each other, changes weigh this part of what the
+ * samples give the mean element. */
 static const double expected_change = 0.5, stay_part_many = 1e-3;
 static const size_t many = 65;
-/* A hysteresis of fewer numbers is not linear in them: it takes more iterations, and they cost little. A table takes fewer. */
+/* A hysteresis of fewer numbers is not linear in them: it takes more iterations, and they cost little. A table takes
+ * fewer. */
 static const size_t few = 12, few_iterations = 6;
 /* Of the sum of squares, times the number of samples: the search ends when it falls by less. */
 static const double settled_likelihood = 0.3;
@@ -58,8 +59,8 @@ static bool take_power(job_t *job, joint_power_t *power, failure_t *failure) {
     return good && isfinite(power->fitted);
 }
 
-/* A column of the matrix: the model as it now is, less the one of the signals, per unit of the number. false, and 0: there is no
- * such model. */
+/* A column of the matrix: the model as it now is, less the one of the signals, per unit of the number. false, and 0:
+ * there is no such model. */
 static bool take_derivative(job_t *job, const signals_t *signals, size_t stage, double difference, size_t column) {
     double *rows = job->matrix + column * job->samples->fitted;
     if (!signals_altered(signals, job->model, stage, job->column)) {
@@ -78,7 +79,8 @@ static void take_matrix(job_t *job, const signals_t *signals) {
     for (size_t i = 0; i < job->hysteresis.count; i++) {
         const double kept = *job->hysteresis.number[i], step = job->hysteresis.step[i];
         *job->hysteresis.number[i] = kept + step;
-        if (!take_derivative(job, signals, stage, step, column)) { /* at the end of what the shape allows: the other way */
+        if (!take_derivative(job, signals, stage, step,
+                             column)) { /* at the end of what the shape allows: the other way */
             *job->hysteresis.number[i] = kept - step;
             take_derivative(job, signals, stage, -step, column);
         }

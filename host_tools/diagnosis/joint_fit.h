@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Fits the numbers of a model's hysteresis together with the searched parameters (probe.h) of some of its blocks, by Gauss
- * and Newton's method: least squares of the whitened residual over the samples that are not held out.
+ * Fits the numbers of a model's hysteresis together with the searched parameters (probe.h) of some of its blocks, by
+ * Gauss and Newton's method: least squares of the whitened residual over the samples that are not held out.
  */
 #ifndef JOINT_FIT_H
 #define JOINT_FIT_H
@@ -14,8 +14,8 @@ typedef struct {
 } joint_power_t;
 
 /**
- * Which blocks: bits, 1 << index in the model. At most `iterations`. Numbers that the samples say nothing about stay where
- * they are. False only if the model cannot be simulated where it starts.
+ * Which blocks: bits, 1 << index in the model. At most `iterations`. Numbers that the samples say nothing about stay
+ * where they are. False only if the model cannot be simulated where it starts.
  */
 bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, size_t iterations,
                joint_power_t *power, failure_t *failure);

@@ -6,12 +6,13 @@
 #include "recording.h"
 
 /**
- * The step, if the distinct readings of each recording are evenly spaced, all within a tenth of the step; 0 if they are not,
- * or if hardly any reading occurs twice. sigma_um: its standard error.
+ * The step, if the distinct readings of each recording are evenly spaced, all within a tenth of the step; 0 if they are
+ * not, or if hardly any reading occurs twice. sigma_um: its standard error.
  */
 double lattice_step_um(const recording_t *recordings, size_t count, double *sigma_um);
 
-/** 2 log likelihood that a reading on the lattice gives it: a tenth of a step to either side is a fifth of all there is. */
+/** 2 log likelihood that a reading on the lattice gives it: a tenth of a step to either side is a fifth of all there
+ * is. */
 double lattice_likelihood_per_sample(void);
 
 #endif

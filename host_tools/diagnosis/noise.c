@@ -36,7 +36,8 @@ static double predicted_power(const double *x, size_t length, double memory, dou
     return sum;
 }
 
-/* memory in (-1, 1) and mix between 0 and memory (white noise on top makes no other), from two numbers without bounds. */
+/* memory in (-1, 1) and mix between 0 and memory (white noise on top makes no other), from two numbers without bounds.
+ */
 static void numbers_of(const double *p, double *memory, double *mix) {
     *memory = longest_memory * tanh(p[0]);
     *mix = *memory / (1.0 + exp(-p[1]));
@@ -61,12 +62,8 @@ static void fit_filter(runs_t *runs, noise_t *noise) {
     double least = HUGE_VAL;
     for (size_t s = 0; s < sizeof start / sizeof start[0]; s++) {
         double p[2] = {start[s][0], start[s][1]};
-        const simplex_job_t job = {.function = mean_power,
-                                   .context = runs,
-                                   .dimensions = 2,
-                                   .step = 0.5,
-                                   .size = 1e-3,
-                                   .most_iterations = 60};
+        const simplex_job_t job = {
+            .function = mean_power, .context = runs, .dimensions = 2, .step = 0.5, .size = 1e-3, .most_iterations = 60};
         const double power = simplex_minimise(&job, p);
         if (power < least) {
             least = power;
@@ -101,8 +98,8 @@ static void find(runs_t *runs, const samples_t *samples, noise_t *noise) {
         fit_filter(runs, noise);
     }
     noise->sigma_um = fmax(noise->sigma_um, least_noise * (range[1] - range[0]));
-    noise->rms_um = noise->sigma_um *
-                    sqrt(1.0 + gsl_pow_2(noise->memory - noise->mix) / (1.0 - gsl_pow_2(noise->memory)));
+    noise->rms_um =
+        noise->sigma_um * sqrt(1.0 + gsl_pow_2(noise->memory - noise->mix) / (1.0 - gsl_pow_2(noise->memory)));
     noise->samples = 0;
     double squares = 0.0;
     for (size_t i = 0; i < runs->runs; i++) {
@@ -120,7 +117,8 @@ static void find(runs_t *runs, const samples_t *samples, noise_t *noise) {
 static void detrend(double *x, size_t length, double rate_hz, double start_s, const double *line_hz, size_t lines) {
     const size_t columns = 3 + 2 * lines;
     gsl_matrix *a = gsl_matrix_alloc(length, columns);
-    gsl_vector *tau = gsl_vector_alloc(columns), *solution = gsl_vector_alloc(columns), *left = gsl_vector_alloc(length);
+    gsl_vector *tau = gsl_vector_alloc(columns), *solution = gsl_vector_alloc(columns),
+               *left = gsl_vector_alloc(length);
     gsl_vector_view b = gsl_vector_view_array(x, length);
     for (size_t k = 0; k < length; k++) {
         const double s = 2.0 * (double)k / (double)length - 1.0, t = start_s + (double)k / rate_hz;

@@ -4,8 +4,8 @@
  *
  *     x[k] = memory x[k-1] + e[k] - mix e[k-1],     e: independent, deviation sigma_um
  *
- * a first-order noise with white noise on top. No more than that: a filter of higher order would take the tone, the ringing
- * and the drift that a diagnosis is to find for colours of the noise.
+ * a first-order noise with white noise on top. No more than that: a filter of higher order would take the tone, the
+ * ringing and the drift that a diagnosis is to find for colours of the noise.
  */
 #ifndef NOISE_H
 #define NOISE_H
@@ -14,15 +14,15 @@
 
 typedef struct {
     double memory, mix;
-    double sigma_um;    /**< of e, the part that cannot be predicted */
-    double rms_um;      /**< of x */
-    bool at_rest;       /**< found where the drive rests, so that no model takes part in it */
-    size_t samples;     /**< it was found in */
+    double sigma_um; /**< of e, the part that cannot be predicted */
+    double rms_um;   /**< of x */
+    bool at_rest;    /**< found where the drive rests, so that no model takes part in it */
+    size_t samples;  /**< it was found in */
 } noise_t;
 
 /**
- * From what the readings do while the drive rests (longer than a twentieth of a second, less the first tenth of a second or a
- * third of it, less a parabola and the lines at these frequencies). false: there is not enough rest.
+ * From what the readings do while the drive rests (longer than a twentieth of a second, less the first tenth of a
+ * second or a third of it, less a parabola and the lines at these frequencies). false: there is not enough rest.
  */
 bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines, noise_t *noise);
 

@@ -7,7 +7,8 @@
 #include <string.h>
 
 enum { OPERATORS = 24, SHAPES = 6, BRANCH_NODES = 11, TRENDS = 12, HARMONICS = 40 };
-/* A period is one loop when the drive goes up once and down once in it: not further than this, in parts of twice its range. */
+/* A period is one loop when the drive goes up once and down once in it: not further than this, in parts of twice its
+ * range. */
 static const double one_loop = 1.02;
 
 typedef struct {
@@ -75,8 +76,7 @@ static void pass_through(const model_t *model, const recording_t *recording, dou
 }
 
 /* x^a z^b, z: the drive itself or one of the operators. */
-static void take_product(job_t *job, double **z, int drive_power, int power,
-                         nuisance_layer_t layer) {
+static void take_product(job_t *job, double **z, int drive_power, int power, nuisance_layer_t layer) {
     const samples_t *s = job->samples;
     for (size_t i = 0; i < s->count; i++) {
         double *x = job->column + s->begin[i];
@@ -88,8 +88,8 @@ static void take_product(job_t *job, double **z, int drive_power, int power,
     job->take(job->context, job->column, layer);
 }
 
-/* A function of the drive, a hat about one of evenly spread nodes, with the sign of its last motion: what tells the branches
- * of a loop apart, whatever its shape. Without the sign (`sided` false): what they have in common. */
+/* A function of the drive, a hat about one of evenly spread nodes, with the sign of its last motion: what tells the
+ * branches of a loop apart, whatever its shape. Without the sign (`sided` false): what they have in common. */
 static void take_hat(job_t *job, int node, bool sided) {
     const samples_t *s = job->samples;
     for (size_t i = 0; i < s->count; i++) {
@@ -162,8 +162,8 @@ static void take_waves(job_t *job, int waves, double hz, double phase, nuisance_
     job->take(job->context, job->column, layer);
 }
 
-/* Hz of a drive that does nothing but one loop again and again, 0 otherwise: then a rate-independent hysteresis can imitate
- * whatever repeats itself with it. */
+/* Hz of a drive that does nothing but one loop again and again, 0 otherwise: then a rate-independent hysteresis can
+ * imitate whatever repeats itself with it. */
 static double loop_hz(const samples_t *s) {
     const recording_t *recording = &s->recordings[0];
     const size_t from = s->from[0], length = recording->samples - from;
@@ -182,18 +182,17 @@ static double loop_hz(const samples_t *s) {
 bool nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context,
               failure_t *failure) {
     const samples_t *samples = signals->samples;
-    job_t job = {.signals = signals,
-                 .samples = samples,
-                 .take = take,
-                 .context = context,
-                 .column = samples_column(samples)};
+    job_t job = {
+        .signals = signals, .samples = samples, .take = take, .context = context, .column = samples_column(samples)};
     find_range(&job);
     find_operators(&job);
     take_offsets(&job);
     const bool good = take_derivatives(&job, failure);
     if (good) {
         const double hz = options->plays ? loop_hz(samples) : 0.0;
-        for (int harmonic = 1; harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz; harmonic++) {
+        for (int harmonic = 1;
+             harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz;
+             harmonic++) {
             take_waves(&job, 0, harmonic * hz, 0.0, NUISANCE_OWN);
             take_waves(&job, 0, harmonic * hz, 0.5 * M_PI, NUISANCE_OWN);
         }
@@ -220,8 +219,7 @@ bool nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
             take_waves(&job, waves, 0.0, 0.0, NUISANCE_TRENDS);
         }
         for (size_t line = 0; line < 2 * options->lines; line++) {
-            take_waves(&job, 0, options->line_hz[line / 2], line % 2 == 0 ? 0.0 : 0.5 * M_PI,
-                       NUISANCE_TRENDS);
+            take_waves(&job, 0, options->line_hz[line / 2], line % 2 == 0 ? 0.0 : 0.5 * M_PI, NUISANCE_TRENDS);
         }
     }
     for (size_t j = 0; j < OPERATORS; j++) {
@@ -238,6 +236,7 @@ size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options
     hysteresis_numbers(signals->model, &numbers);
     const size_t derivatives = numbers.count;
     hysteresis_numbers_free(&numbers);
-    return signals->samples->count + derivatives + (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) + (options->shapes ? 2 + 3 * SHAPES + 2 * BRANCH_NODES : 0) +
-           (options->trends ? TRENDS : 0) + 2 * options->lines;
+    return signals->samples->count + derivatives + (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
+           (options->shapes ? 2 + 3 * SHAPES + 2 * BRANCH_NODES : 0) + (options->trends ? TRENDS : 0) +
+           2 * options->lines;
 }

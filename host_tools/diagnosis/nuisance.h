@@ -2,9 +2,9 @@
 /**
  * J: what a model's own numbers, and a hysteresis of another shape, can imitate, to first order. docs/DIAGNOSIS.md.
  *
- *     offset of each recording; derivatives by the numbers of the model's hysteresis; of a drive that repeats one loop again
- *     and again, the harmonics; the drive and play operators behind the model's electronics; [their squares, cubes and
- *     products with the drive, and free functions of the drive on rising and falling branches: a hysteresis that is
+ *     offset of each recording; derivatives by the numbers of the model's hysteresis; of a drive that repeats one loop
+ * again and again, the harmonics; the drive and play operators behind the model's electronics; [their squares, cubes
+ * and products with the drive, and free functions of the drive on rising and falling branches: a hysteresis that is
  *     asymmetric or not congruent]; all through the model's slow, mechanical and sensor blocks
  */
 #ifndef NUISANCE_H
@@ -13,15 +13,15 @@
 #include "signals.h"
 
 typedef struct {
-    bool plays;          /**< with the harmonics, the drive and the play operators */
-    bool shapes;         /**< with the columns in brackets */
-    bool trends;         /**< with half waves over each recording: for finding the noise's filter */
+    bool plays;            /**< with the harmonics, the drive and the play operators */
+    bool shapes;           /**< with the columns in brackets */
+    bool trends;           /**< with half waves over each recording: for finding the noise's filter */
     const double *line_hz; /**< with a cosine and a sine at each of these, likewise */
     size_t lines;
 } nuisance_options_t;
 
-/** What a column stands for: the model's own numbers; play operators; a hysteresis of another shape; trends and lines. They come
- * in this order. */
+/** What a column stands for: the model's own numbers; play operators; a hysteresis of another shape; trends and lines.
+ * They come in this order. */
 typedef enum { NUISANCE_OWN, NUISANCE_PLAYS, NUISANCE_SHAPES, NUISANCE_TRENDS } nuisance_layer_t;
 
 /** Given one column after the other (samples.h). */

@@ -5,8 +5,8 @@
 #include <gsl/gsl_statistics_double.h>
 #include <stdlib.h>
 
-/* What is left counts when it is larger than this part of the noise: below it, a model that is not quite right is as likely
- * a reason. */
+/* What is left counts when it is larger than this part of the noise: below it, a model that is not quite right is as
+ * likely a reason. */
 static const double worth_mentioning = 0.4;
 /* What is right of what was found, in parts of it. */
 static const double part_of_effect = 0.05, part_of_sample = 0.2;
@@ -16,7 +16,8 @@ static const size_t few_outliers = 4;
 static const double beyond_chance = 6.0;
 enum { BANDS = 64, LEVEL_BANDS = 64 };
 
-/* Power of the filter's inverse at a frequency, in parts of the sample rate: from the whitened residual to the residual. */
+/* Power of the filter's inverse at a frequency, in parts of the sample rate: from the whitened residual to the
+ * residual. */
 static double gain_at(const noise_t *noise, double turns) {
     const double c = cos(2.0 * M_PI * turns);
     return (1.0 - 2.0 * noise->mix * c + gsl_pow_2(noise->mix)) /
@@ -27,8 +28,8 @@ typedef struct {
     double energy, expected, ordinates, raw; /* raw: what is too much, before whitening */
 } band_t;
 
-/* The level that most of the spectrum keeps to, in parts of the noise at rest: less than 1 where that had something else
- * in it. */
+/* The level that most of the spectrum keeps to, in parts of the noise at rest: less than 1 where that had something
+ * else in it. */
 static double level_of(const spectrum_t *s, double expected) {
     double level[LEVEL_BANDS];
     for (size_t band = 0; band < LEVEL_BANDS; band++) {
@@ -66,23 +67,12 @@ static void add_recording(const samples_t *samples, const noise_t *noise, size_t
     spectrum_free(&s);
 }
 
-static double rms_of(const samples_t *samples, const double *column) {
-    double mean = 0.0, squares = 0.0;
-    const double used = (double)(samples->fitted + samples->held);
-    for (size_t k = 0; k < samples->all; k++) {
-        if (samples->part[k] != SAMPLE_LEFT_OUT) {
-            mean += column[k] / used;
-            squares += column[k] * column[k] / used;
-        }
-    }
-    return sqrt(fmax(0.0, squares - mean * mean));
-}
-
 remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
                          double floor_um) {
     remainder_t found = {0};
     band_t band[BANDS] = {{0}};
-    double *white = samples_column(samples), *found_white = samples_column(samples), longest_s = 0.0, most = 0.0, excess = 0.0, lowest_hz;
+    double *white = samples_column(samples), *found_white = samples_column(samples), longest_s = 0.0, most = 0.0,
+           excess = 0.0, lowest_hz;
     samples_residual(samples, simulated, found_white);
     noise_whiten(noise, samples, found_white, white);
     noise_whiten(noise, samples, effect, found_white);
@@ -95,8 +85,8 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     }
     for (size_t b = 0; b < BANDS; b++) {
         if (band[b].ordinates > 0.0 &&
-            band[b].energy / band[b].expected > 1.0 + beyond_chance / sqrt(band[b].ordinates) +
-                                                    gsl_pow_2(beyond_chance) / (4.0 * band[b].ordinates)) {
+            band[b].energy / band[b].expected >
+                1.0 + beyond_chance / sqrt(band[b].ordinates) + gsl_pow_2(beyond_chance) / (4.0 * band[b].ordinates)) {
             excess += band[b].raw;
             if (band[b].raw > most) {
                 most = band[b].raw;
@@ -111,7 +101,7 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     }
     found.rms_um = sqrt(fmax(0.0, excess) / (double)(samples->fitted + samples->held));
     found.structured =
-        found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * rms_of(samples, effect) ||
+        found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * samples_rms(samples, effect) ||
         found.outliers > few_outliers;
     free(found_white);
     free(white);

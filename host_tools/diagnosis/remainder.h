@@ -2,9 +2,9 @@
 /**
  * Whether what a model leaves is more than noise, without a name for it.
  *
- * The whitened residual of a complete model is flat over frequency. Where a band of frequencies (half an octave) holds more
- * than the noise at rest accounts for, something is left: a drift in the lowest, a mode or a wandering tone in one of them,
- * jumps and jitter in all. Single samples far outside the noise count too.
+ * The whitened residual of a complete model is flat over frequency. Where a band of frequencies (half an octave) holds
+ * more than the noise at rest accounts for, something is left: a drift in the lowest, a mode or a wandering tone in one
+ * of them, jumps and jitter in all. Single samples far outside the noise count too.
  */
 #ifndef REMAINDER_H
 #define REMAINDER_H
@@ -12,16 +12,16 @@
 #include "noise.h"
 
 typedef struct {
-    double rms_um;            /**< of what is left beside the noise, all bands that hold more than noise together */
-    double low_hz, high_hz;   /**< the band that holds most of it; 0, 0: none */
-    size_t outliers;          /**< samples of the whitened residual beyond 7 deviations */
-    bool structured;          /**< by either */
+    double rms_um;          /**< of what is left beside the noise, all bands that hold more than noise together */
+    double low_hz, high_hz; /**< the band that holds most of it; 0, 0: none */
+    size_t outliers;        /**< samples of the whitened residual beyond 7 deviations */
+    bool structured;        /**< by either */
 } remainder_t;
 
 /**
- * simulated, effect: columns of the model's simulation, and of its difference from the one without what was found, of which a
- * few percent may be the simulation's error. floor_um: root mean square of what counts as noise besides (steps of the
- * converter).
+ * simulated, effect: columns of the model's simulation, and of its difference from the one without what was found, of
+ * which a few percent may be the simulation's error. floor_um: root mean square of what counts as noise besides (steps
+ * of the converter).
  */
 remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
                          double floor_um);

@@ -86,6 +86,18 @@ size_t samples_pick(const samples_t *samples, samples_part_t part, const double 
     return count;
 }
 
+double samples_rms(const samples_t *samples, const double *column) {
+    const double used = (double)(samples->fitted + samples->held);
+    double mean = 0.0, squares = 0.0;
+    for (size_t k = 0; k < samples->all; k++) {
+        if (samples->part[k] != SAMPLE_LEFT_OUT) {
+            mean += column[k] / used;
+            squares += column[k] * column[k] / used;
+        }
+    }
+    return sqrt(fmax(0.0, squares - mean * mean));
+}
+
 bool samples_simulate(const samples_t *samples, const model_t *model, double *column, failure_t *failure) {
     for (size_t i = 0; i < samples->count; i++) {
         if (!chain_simulate(model, &samples->recordings[i], 0, column + samples->begin[i], failure)) {

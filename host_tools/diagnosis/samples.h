@@ -42,11 +42,14 @@ void samples_residual(const samples_t *samples, const double *simulated, double 
 /** Picks the samples of one part, in their order. Returns how many. */
 size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked);
 
+/** Root mean square of a column about its mean, over the samples that take part. */
+double samples_rms(const samples_t *samples, const double *column);
+
 /** Simulates all recordings into a column. */
 bool samples_simulate(const samples_t *samples, const model_t *model, double *column, failure_t *failure);
 
-/** Error of a simulation over the samples of a part: root mean square over peak-to-peak displacement, in percent, of the
- * worst recording. */
+/** Error of a simulation over the samples of a part: root mean square over peak-to-peak displacement, in percent, of
+ * the worst recording. */
 double samples_nrmse_percent(const samples_t *samples, samples_part_t part, const double *simulated);
 
 #endif

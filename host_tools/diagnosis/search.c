@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at least
- * this part, or so close, are fitted together with the hysteresis. */
+/* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at
+ * least this part, or so close, are fitted together with the hysteresis. */
 static const double worth_refining = 0.2, worth_fitting = 0.6, close_likelihood = 60.0;
 enum { MOST_REFINED = 8, MOST_FITTED = 4, FIT_ITERATIONS = 3 };
 /* And at least this much: nothing below it is significant. */
@@ -17,7 +17,8 @@ static const double least_own_part = 1e-3;
 /* Of a number, in 2 log likelihood: about the logarithm of the number of samples. */
 static const double number_price = 10.0;
 
-size_t place_in_chain(const model_t *model, const block_t *block) {
+/* Where a block goes in a chain: behind the last block of its place or an earlier one. */
+static size_t place_in_chain(const model_t *model, const block_t *block) {
     size_t at = 0;
     while (at < model->blocks && model->block[at].block->place <= block->place) {
         at++;
@@ -25,7 +26,8 @@ size_t place_in_chain(const model_t *model, const block_t *block) {
     return at;
 }
 
-void insert_block(model_t *model, const model_t *baseline, const block_t *block, const double *value) {
+/* The baseline with the block inserted; value: one number a parameter, arrays absent. */
+static void insert_block(model_t *model, const model_t *baseline, const block_t *block, const double *value) {
     const size_t at = place_in_chain(baseline, block);
     model_block_t inserted;
     model_copy(model, baseline);
@@ -74,12 +76,13 @@ static double merit(const candidate_t *candidate, size_t fitted) {
         numbers += bits & 1U;
     }
     const double paid = number_price * (double)numbers;
-    /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the middle. */
+    /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
+     * middle. */
     return candidate->joint ? 0.5 * (candidate->likelihood - (double)fitted * log(candidate->power.fitted)) - paid
                             : candidate->likelihood - paid;
 }
 
-static int by_likelihood(const void *one, const void *other) {
+static int by_merit(const void *one, const void *other) {
     const candidate_t *a = one, *b = other;
     if (a->joint != b->joint) {
         return a->joint ? -1 : 1;
@@ -87,24 +90,12 @@ static int by_likelihood(const void *one, const void *other) {
     return (a->merit < b->merit) - (a->merit > b->merit);
 }
 
-static double rms_about_mean(const samples_t *samples, const double *column) {
-    double sum = 0.0, squares = 0.0;
-    const double used = (double)(samples->fitted + samples->held);
-    for (size_t k = 0; k < samples->all; k++) {
-        if (samples->part[k] != SAMPLE_LEFT_OUT) {
-            sum += column[k];
-            squares += column[k] * column[k];
-        }
-    }
-    return sqrt(fmax(0.0, squares / used - sum * sum / (used * used)));
-}
-
 /* How small it could be and still be seen. */
 static void note_smallest(const evidence_t *evidence, const candidate_t *trial, double sigma_um, candidate_t *best) {
     const evidence_test_t *test = &trial->test;
     if (test->own_part > least_own_part && test->own_um > 0.0) {
         const double amplitude = search_least_size * sigma_um / test->own_um;
-        const double smallest = amplitude * rms_about_mean(evidence_samples(evidence), trial->signature);
+        const double smallest = amplitude * samples_rms(evidence_samples(evidence), trial->signature);
         if (smallest < best->smallest_um) {
             best->smallest_um = smallest;
             for (size_t p = 0; p < trial->block->parameters; p++) {
@@ -121,7 +112,7 @@ static void sort(search_t *found) {
     for (size_t i = 0; i < found->count; i++) {
         found->candidate[i].merit = merit(&found->candidate[i], found->fitted);
     }
-    qsort(found->candidate, found->count, sizeof(candidate_t), by_likelihood);
+    qsort(found->candidate, found->count, sizeof(candidate_t), by_merit);
 }
 
 /* Whether the effect is proportional to a number that cannot be below 0. */

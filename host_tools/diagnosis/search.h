@@ -11,15 +11,17 @@ typedef struct {
     const block_t *block;
     model_t model;        /**< the baseline with the block in its place, its searched parameters at their best */
     size_t at;            /**< index of the block in the model */
-    double *signature;    /**< of the block at its best beside the baseline's hysteresis; NULL, with likelihood 0, if it cannot
-                             be simulated there */
+    double *signature;    /**< of the block at its best beside the baseline's hysteresis; NULL, with likelihood 0, if it
+                             cannot    be simulated there */
     evidence_test_t test; /**< of that signature: amplitude near 1 */
     double likelihood;    /**< 2 log of the likelihood ratio to the baseline, beyond J */
     bool joint;           /**< the model was fitted again together with its hysteresis */
     joint_power_t power;  /**< what is left then */
     double merit;         /**< what candidates are ordered by: 2 log likelihood less a price for each searched number */
-    double smallest_um;   /**< of all its probes: least root mean square of the change of the position that would be seen */
-    double smallest_value[BLOCK_MAX_PARAMETERS]; /**< the block's numbers at that size, as far as it is proportional to them */
+    double
+        smallest_um; /**< of all its probes: least root mean square of the change of the position that would be seen */
+    double smallest_value[BLOCK_MAX_PARAMETERS]; /**< the block's numbers at that size, as far as it is proportional to
+                                                    them */
 } candidate_t;
 
 typedef struct {
@@ -30,7 +32,8 @@ typedef struct {
 } search_t;
 
 /**
- * Tries the candidates that the evidence's question is about. The ones that explain most are refined, and then fitted together with the hysteresis. Blocks that the baseline has are not tried again.
+ * Tries the candidates that the evidence's question is about. The ones that explain most are refined, and then fitted
+ * together with the hysteresis. Blocks that the baseline has are not tried again.
  */
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
             search_t *found);
@@ -43,14 +46,9 @@ void search_free(search_t *found);
 double search_margin(const search_t *found, size_t other);
 
 /**
- * Root mean square of what a finding changes beyond J, whitened, in parts of the noise: below it, a model that is not quite
- * right is as likely a reason.
+ * Root mean square of what a finding changes beyond J, whitened, in parts of the noise: below it, a model that is not
+ * quite right is as likely a reason.
  */
 extern const double search_least_size;
-
-/** Where a block goes in a chain: behind the last block of its place or an earlier one. */
-size_t place_in_chain(const model_t *model, const block_t *block);
-/** The baseline with the block inserted; value: one number a parameter, arrays absent. */
-void insert_block(model_t *model, const model_t *baseline, const block_t *block, const double *value);
 
 #endif

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** The searched parameters of a block (probe.h) as unknowns without bounds: their logarithms where they are positive. */
+/** The searched parameters of a block (probe.h), at an index in the model, as unknowns without bounds: their logarithms
+ * where they are positive.
+ */
 #ifndef SEARCHED_H
 #define SEARCHED_H
 
@@ -14,7 +16,7 @@ typedef struct {
     double kept[BLOCK_MAX_PARAMETERS];
 } searched_t;
 
-void searched_open(searched_t *searched, model_t *model, size_t block);
+void searched_open(searched_t *searched, model_t *model, size_t at);
 void searched_close(searched_t *searched);
 /** Changes one a little, for a difference. Returns by how much, in its unknown's unit. */
 double searched_nudge(searched_t *searched, size_t i);

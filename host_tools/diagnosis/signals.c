@@ -42,7 +42,7 @@ bool signals_open(signals_t *signals, const samples_t *samples, const model_t *m
     size_t order[MODEL_MAX_BLOCKS];
     bool good = true;
     *signals = (signals_t){.samples = samples, .model = model, .stages = chain_order(model, order)};
-    signals->before = allocate(signals->stages + 1, sizeof *signals->before);
+    signals->before = allocate(signals->stages + 1, sizeof(signal_t *));
     signals->simulated = samples_column(samples);
     for (size_t stage = 0; stage <= signals->stages; stage++) {
         signals->before[stage] = allocate(length_of(samples), sizeof(signal_t));
@@ -105,7 +105,7 @@ void hysteresis_numbers(const model_t *model, hysteresis_numbers_t *numbers) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         most += block->parameter[p].count;
     }
-    *numbers = (hysteresis_numbers_t){.number = allocate(most, sizeof *numbers->number),
+    *numbers = (hysteresis_numbers_t){.number = allocate(most, sizeof(double *)),
                                       .step = allocate(most, sizeof(double)),
                                       .mean_size = allocate(most, sizeof(double)),
                                       .lower = allocate(most, sizeof(double))};

@@ -12,8 +12,8 @@ typedef struct {
     const samples_t *samples;
     const model_t *model;
     size_t stages;
-    signal_t **before;  /**< [stage][recording * all + ..]: chain_run's signal, recordings one after the other */
-    double *simulated;  /**< position, a column */
+    signal_t **before; /**< [stage][recording * all + ..]: chain_run's signal, recordings one after the other */
+    double *simulated; /**< position, a column */
 } signals_t;
 
 /** Both must outlive it, and the model must stay as it is. */
@@ -26,18 +26,18 @@ size_t hysteresis_stage(const model_t *model);
 size_t stage_of(const model_t *model, size_t block);
 
 /**
- * Simulates a model that is like the one of the signals before the stage (chain_order) at which it differs: a column. False
- * if it cannot be simulated or is not finite.
+ * Simulates a model that is like the one of the signals before the stage (chain_order) at which it differs: a column.
+ * False if it cannot be simulated or is not finite.
  */
 bool signals_altered(const signals_t *signals, const model_t *altered, size_t stage, double *position);
 
 /** Where it may change: the numbers of the model's hysteresis that are fitted. */
 typedef struct {
     size_t count;
-    double **number; /**< in the model */
-    double *step;    /**< for a difference */
+    double **number;   /**< in the model */
+    double *step;      /**< for a difference */
     double *mean_size; /**< of the elements of the parameter it belongs to; 1 where all are 0 */
-    double *lower;   /**< bound of its change, -HUGE_VAL for none */
+    double *lower;     /**< bound of its change, -HUGE_VAL for none */
 } hysteresis_numbers_t;
 
 void hysteresis_numbers(const model_t *model, hysteresis_numbers_t *numbers);

@@ -28,6 +28,22 @@ void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, si
     model_set_array(block, "thresholds_v", operators, thresholds_v, NULL);
 }
 
+void insert_block(model_t *model, const model_t *shorter, const block_t *block, const double *value) {
+    model_copy(model, shorter);
+    model_append(model, block);
+    const model_block_t inserted = model->block[model->blocks - 1];
+    for (size_t p = 0; p < block->parameters; p++) {
+        if (!block->parameter[p].array) {
+            inserted.parameter[p].value[0] = value[p];
+        }
+    }
+    size_t at = model->blocks - 1;
+    for (; at > 0 && model->block[at - 1].block->place > block->place; at--) {
+        model->block[at] = model->block[at - 1];
+    }
+    model->block[at] = inserted;
+}
+
 chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed) {
     static const double one = 1.0;
     const bool behind = block->place > PLACE_HYSTERESIS;

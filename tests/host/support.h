@@ -17,6 +17,9 @@ void expect_line(const failure_t *failure, const char *text);
 void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
                      const double *thresholds_v);
 
+/** A copy of a model with a block behind the last one of its place or an earlier one. value: one number a parameter. */
+void insert_block(model_t *model, const model_t *shorter, const block_t *block, const double *value);
+
 /** A modified play model of 10 divisions with a mode, +-75 V, phase 0.4 rad. */
 void make_modified_play_model(model_t *model, double sample_rate_hz, double bilinear, double frequency_hz);
 

@@ -142,6 +142,8 @@ done
 cp text1 stdout
 stdout_has 'verdict    Nothing is missing'
 stdout_has 'held out'
+stdout_has 'would have been seen from'
+stdout_has 'next       hyst record --port DEV --probe all'
 for form in diagnosis?.json diagnosis?.html better?.json text?; do
     cmp "$form" "$(echo "$form" | tr 12 21)" || complain "$form is not the same every time"
 done
@@ -150,6 +152,7 @@ grep -q '"verdict": "nothing missing"' diagnosis1.json || complain 'no verdict i
 grep -q '</html>' diagnosis1.html || complain 'the page of the diagnosis has no end'
 expect 0 '' compile better1.json -o image
 expect 0 '' diagnose good.csv --model model.json
+stdout_has '(the chain as it came in -> its hysteresis fitted again)'
 expect 1 'missing.csv: No such file' diagnose good.csv missing.csv
 expect 1 'unknown.json: chain[0]: unknown block "prandtl"' diagnose good.csv --model unknown.json
 expect 1 'nowhere/diagnosis.json' diagnose good.csv --json nowhere/diagnosis.json

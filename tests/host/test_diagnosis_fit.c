@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a diagnosis simulates, projects and fits with. */
 #include "diagnosis/basis.h"
-#include "diagnosis/search.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/joint_fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>

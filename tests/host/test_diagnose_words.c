@@ -1,0 +1,250 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What people get of a diagnosis: the text on the terminal and the page; and the same facts in JSON. */
+#include "told_diagnosis.h"
+#include "unity.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static char *contents(const char *path) {
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_INT(0, fseek(file, 0, SEEK_END));
+    const size_t length = (size_t)ftell(file);
+    char *text = allocate(length + 1, 1);
+    rewind(file);
+    TEST_ASSERT_EQUAL_UINT64(length, fread(text, 1, length, file));
+    fclose(file);
+    return text;
+}
+
+/* What diagnosis_print writes, to be freed. */
+static char *printed(void) {
+    TEST_ASSERT_EQUAL_INT(0, fflush(stdout));
+    const int kept = dup(STDOUT_FILENO);
+    FILE *file = fopen("printed.txt", "w");
+    TEST_ASSERT_NOT_NULL(file);
+    TEST_ASSERT_EQUAL_INT(STDOUT_FILENO, dup2(fileno(file), STDOUT_FILENO));
+    diagnosis_print(&diagnosis, &account, recordings, RECORDINGS);
+    TEST_ASSERT_EQUAL_INT(0, fflush(stdout));
+    TEST_ASSERT_EQUAL_INT(STDOUT_FILENO, dup2(kept, STDOUT_FILENO));
+    close(kept);
+    fclose(file);
+    return contents("printed.txt");
+}
+
+static char *page(void) {
+    TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "page.html", &failure));
+    return contents("page.html");
+}
+
+static void expect_all(char *text, const char *const *parts, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, parts[i]), parts[i]);
+    }
+    free(text);
+}
+
+/* In no order; among them what was found, what may be it, and what no number is proportional to at its best. */
+static void set_unseen(void) {
+    const unseen_t unseen[] = {
+        {.block = &block_thermal_drift, .testable = false, .smallest_um = HUGE_VAL, .value = 1.0},
+        {.block = &block_static_nonlinearity, .testable = true, .smallest_um = 0.5},
+        {.block = &block_creep, .testable = true, .smallest_um = 0.00212, .value = -0.00041},
+        {.block = &block_resonance, .testable = true, .smallest_um = 0.01, .parameter = 2},
+        {.block = &block_sensor_bandwidth, .testable = true, .smallest_um = 0.01, .parameter = 1},
+        {.block = &block_transport_delay, .testable = true, .smallest_um = 0.0314, .value = 0.00025}};
+    memcpy(diagnosis.unseen, unseen, sizeof unseen);
+    diagnosis.unseen_count = sizeof unseen / sizeof unseen[0];
+    diagnosis.finding[0].certainty = ISOLATED;
+    diagnosis.finding[0].rivals = 1;
+    diagnosis.finding[0].rival[0] = &block_sensor_bandwidth;
+}
+
+static void test_what_is_isolated_is_not_sold_as_a_name(void) {
+    char text[DIAGNOSIS_LINE];
+    finding_t *finding = &diagnosis.finding[0];
+    finding->certainty = ISOLATED;
+    finding->rivals = 2;
+    finding->rival[0] = &block_transport_delay;
+    finding->rival[1] = &block_sensor_bandwidth;
+    finding->margin = 3.0;
+    finding_explanation(finding, text);
+    TEST_ASSERT_NOT_NULL(
+        strstr(text, "One of resonance, transport_delay and sensor_bandwidth; these recordings cannot tell which"));
+    diagnosis.considered = 3;
+    diagnosis.consideration[1] = (considered_t){.block = &block_transport_delay, .round = 1, .outcome = LESS_LIKELY};
+    diagnosis.consideration[2] = (considered_t){.block = &block_creep, .round = 1, .outcome = LESS_LIKELY};
+    TEST_ASSERT_EQUAL_STRING("taken", outcome_text(&diagnosis, 0));
+    TEST_ASSERT_EQUAL_STRING("cannot be told from the best", outcome_text(&diagnosis, 1));
+    TEST_ASSERT_EQUAL_STRING("explains less than the best", outcome_text(&diagnosis, 2));
+    diagnosis.consideration[2].outcome = SUPERFLUOUS;
+    TEST_ASSERT_EQUAL_STRING("superfluous beside the others, or none of its numbers determined",
+                             outcome_text(&diagnosis, 2));
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "resonance (or transport_delay, sensor_bandwidth)"));
+    work_out();
+    json_t *json = as_json(), *first = json_array_get(json_object_get(json, "findings"), 0);
+    TEST_ASSERT_EQUAL_UINT64(2, json_array_size(json_object_get(first, "confusable_with")));
+    TEST_ASSERT_EQUAL_STRING("isolated", json_string_value(json_object_get(first, "certainty")));
+    json_decref(json);
+    account_free(&account);
+}
+
+static void test_what_was_not_found_tells_its_smallest_size(void) {
+    const char *const told[] = {
+        "\nnot seen, beside what was found; sizes are those of the form of each block that shows best here\n"
+        "   transport_delay            would have been seen from 0.031 um rms (delay_s = 0.00025 s)\n"
+        "   creep                      would have been seen from 0.0021 um rms (gamma_per_decade = 0.00041)\n"
+        "   static_nonlinearity        would have been seen from 0.5 um rms\n"
+        "   thermal_drift              not testable here: other numbers imitate it\n"
+        "\nnext       hyst record --port DEV --probe resonance\n",
+        "edges: hyst record --port DEV --probe resonance\n"};
+    const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
+                                 "<td>thermal_drift</td><td>not testable here",
+                                 ": <code>hyst record --port DEV --probe resonance</code></dd>"};
+    const char *const hedged[] = {"These sizes follow from the noise alone",
+                                  "other numbers imitate it\n   These sizes "};
+    const char *name, *excitation, *probe, *parameter, *unit;
+    double smallest, value;
+    int testable;
+    set_unseen();
+    work_out();
+    json_t *json = as_json(), *list = json_object_get(json, "not_found");
+    TEST_ASSERT_EQUAL_UINT64(4, json_array_size(list));
+    expect_format(json_array_get(list, 1), "{s:s, s:b, s:f, s:{s:s, s:f, s:s}, s:s, s:s}", "block", &name, "testable",
+                  &testable, "smallest_um", &smallest, "parameter", "name", &parameter, "value", &value, "unit", &unit,
+                  "separating_excitation", &excitation, "probe", &probe);
+    TEST_ASSERT_EQUAL_STRING("creep", name);
+    TEST_ASSERT_EQUAL_STRING("gamma_per_decade", parameter);
+    TEST_ASSERT_EQUAL_STRING("hyst record --probe creep", probe);
+    TEST_ASSERT_TRUE(testable && smallest == 0.00212 && value == 0.00041);
+    expect_format(json_array_get(list, 2), "{s:s, s:b, s:f, s:n, s:s, s:s}", "block", &name, "testable", &testable,
+                  "smallest_um", &smallest, "parameter", "separating_excitation", &excitation, "probe", &probe);
+    TEST_ASSERT_EQUAL_STRING("static_nonlinearity", name);
+    expect_format(json_array_get(list, 3), "{s:s, s:b, s:n, s:n, s:s, s:s}", "block", &name, "testable", &testable,
+                  "smallest_um", "parameter", "separating_excitation", &excitation, "probe", &probe);
+    TEST_ASSERT_EQUAL_STRING("thermal_drift", name);
+    TEST_ASSERT_FALSE(testable);
+    expect_all(printed(), told, 2);
+    expect_all(page(), shown, 3);
+    diagnosis.remainder.structured = true;
+    expect_all(printed(), hedged, 2);
+    expect_all(page(), hedged, 1);
+    diagnosis.finding[0].certainty = NAMED;
+    TEST_ASSERT_EQUAL_STRING("all", next_probe(&diagnosis));
+    json_decref(json);
+    account_free(&account);
+}
+
+/* A model that was given is told apart from what its own hysteresis, fitted again, makes of it. */
+static void test_only_a_given_model_came_in(void) {
+    const char *const told[] = {"NRMSE 1.9000 % -> 0.9000 % -> 0.1000 %, held out 2.0000 % -> 1.0000 % -> 0.1000 %",
+                                "(the chain as it came in -> its hysteresis fitted again -> with what was found)"};
+    const char *const shown[] = {"as it came in</td><td>2.0000", "hysteresis fitted again</td><td>1.0000",
+                                 "1.9000&nbsp;% as it came in, 0.9000&nbsp;% before"};
+    const char *const begun[] = {"NRMSE 0.9000 % -> 0.1000 %, held out 1.0000 % -> 0.1000 %; noise"};
+    work_out();
+    expect_all(printed(), told, 2);
+    expect_all(page(), shown, 3);
+    diagnosis.family = families[0];
+    json_t *json = as_json();
+    TEST_ASSERT_TRUE(json_is_null(json_object_get(json, "given")));
+    json_decref(json);
+    expect_all(printed(), begun, 1);
+    char *text = page();
+    TEST_ASSERT_NULL(strstr(text, "as it came in"));
+    free(text);
+    account_free(&account);
+}
+
+static void expect_remainder(remainder_t remainder, const char *expected) {
+    char text[DIAGNOSIS_LINE];
+    diagnosis.remainder = remainder;
+    remainder_text(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING(expected, text);
+}
+
+static void test_what_remains_is_told_in_words(void) {
+    const char
+        *const told[] = {"\nremaining  0.012 um rms beside the noise, most of it at 2 .. 2.83 Hz; 5 single samples "},
+               *const shown[] = {"<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2–2.83 Hz; 5"};
+    double low, high;
+    expect_remainder((remainder_t){0}, "noise at all frequencies");
+    expect_remainder((remainder_t){.outliers = 1},
+                     "noise at all frequencies; 1 single sample far outside the noise: too little to ask for a reason");
+    expect_remainder((remainder_t){.rms_um = 0.0004, .low_hz = 10.0, .high_hz = 14.1},
+                     "0.0004 um rms beside the noise, most of it at 10 .. 14.1 Hz: too little to ask for a reason");
+    expect_remainder((remainder_t){.outliers = 9, .structured = true},
+                     "noise at all frequencies; 9 single samples far outside the noise");
+    diagnosis.remainder =
+        (remainder_t){.rms_um = 0.012, .low_hz = 2.0, .high_hz = 2.83, .outliers = 5, .structured = true};
+    work_out();
+    json_t *json = as_json(), *remaining = json_object_get(json, "remaining");
+    expect_format(json_object_get(remaining, "band_hz"), "[f, f]", &low, &high);
+    TEST_ASSERT_TRUE(low == 2.0 && high == 2.83);
+    TEST_ASSERT_EQUAL_INT(5, json_integer_value(json_object_get(remaining, "outliers")));
+    TEST_ASSERT_EQUAL_DOUBLE(0.012, json_number_value(json_object_get(remaining, "rms_um")));
+    TEST_ASSERT_TRUE(json_is_true(json_object_get(remaining, "structured")));
+    expect_all(printed(), told, 1);
+    expect_all(page(), shown, 1);
+    json_decref(json);
+    account_free(&account);
+}
+
+static void test_nothing_found(void) {
+    char text[DIAGNOSIS_LINE];
+    model_free(&diagnosis.model);
+    model_copy(&diagnosis.model, &diagnosis.baseline);
+    diagnosis.findings = 0;
+    diagnosis.verdict = NOTHING_MISSING;
+    work_out();
+    json_t *json = as_json();
+    TEST_ASSERT_EQUAL_UINT64(0, json_array_size(json_object_get(json, "findings")));
+    TEST_ASSERT_EQUAL_STRING("nothing missing", json_string_value(json_object_get(json, "verdict")));
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "Nothing is missing"));
+    char *shown = page();
+    TEST_ASSERT_NULL(strstr(shown, "Before and after"));
+    TEST_ASSERT_NULL(strstr(shown, "<polyline class=\"before\"")); /* there is only one model to show */
+    TEST_ASSERT_NOT_NULL(strstr(shown, "<polyline class=\"after\""));
+    free(shown);
+    json_decref(json);
+    account_free(&account);
+}
+
+/* No network, no script, nothing of a recording's header or name unescaped, no number that is none; twice the same. */
+static void test_page_stands_alone_and_is_repeatable(void) {
+    set_unseen();
+    work_out();
+    TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "one.html", &failure));
+    TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "two.html", &failure));
+    char *one = contents("one.html"), *two = contents("two.html");
+    const char *const none[] = {"<script", "http", "src=", "url(", "<b>&", "\"steps\"", " nan",
+                                ",nan",    ">nan", " inf", ",inf", ">inf", "-inf"};
+    for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
+        TEST_ASSERT_NULL_MESSAGE(strstr(one, none[i]), none[i]);
+    }
+    const char *const some[] = {"<b>resonance</b>", "box found", "Loop", "Spectrum of the residual", "Held-out error"};
+    for (size_t i = 0; i < sizeof some / sizeof some[0]; i++) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(one, some[i]), some[i]);
+    }
+    TEST_ASSERT_EQUAL_STRING(one, two);
+    free(one);
+    free(two);
+    account_free(&account);
+}
+
+int main(void) {
+    rng = random_start("diagnose_words", 20261121);
+    UNITY_BEGIN();
+    RUN_TEST(test_what_is_isolated_is_not_sold_as_a_name);
+    RUN_TEST(test_what_was_not_found_tells_its_smallest_size);
+    RUN_TEST(test_only_a_given_model_came_in);
+    RUN_TEST(test_what_remains_is_told_in_words);
+    RUN_TEST(test_nothing_found);
+    RUN_TEST(test_page_stands_alone_and_is_repeatable);
+    return UNITY_END();
+}
