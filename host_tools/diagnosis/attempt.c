@@ -30,7 +30,8 @@ static const double least_part_of_found = 0.1;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
  * hysteresis could imitate; and the part of it that the block has to explain. */
 static const double worth_explaining = 0.2, most_of_it = 0.6;
-enum { BASELINE_ITERATIONS = 4, SETTLE_ITERATIONS = 6 };
+/* A fit that settles ends by itself; one that was stopped before leaves what is then taken for another effect. */
+enum { BASELINE_ITERATIONS = 4, SETTLE_ITERATIONS = 16 };
 
 void attempt_advance(attempt_t *job) {
     job->left *= 0.85;
