@@ -30,6 +30,8 @@ static const double least_part_of_found = 0.1;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
  * hysteresis could imitate; and the part of it that the block has to explain. */
 static const double worth_explaining = 0.2, most_of_it = 0.6;
+/* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise. */
+static const double least_curve = 3.0;
 /* A fit that settles ends by itself; one that was stopped before leaves what is then taken for another effect. */
 enum { BASELINE_ITERATIONS = 4, SETTLE_ITERATIONS = 16 };
 
@@ -153,14 +155,16 @@ static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
 static void note_unseen(diagnosis_t *d, const search_t *found) {
     for (size_t i = 0; i < found->count && d->unseen_count < DIAGNOSIS_MOST_UNSEEN; i++) {
         const candidate_t *c = &found->candidate[i];
+        const double least_um = c->block->probe->shape && d->family != NULL ? least_curve * d->noise.rms_um : 0.0;
+        const double smallest_um = fmax(c->smallest_um, least_um), larger = smallest_um / c->smallest_um;
         unseen_t unseen = {.block = c->block,
                            .testable = isfinite(c->smallest_um),
-                           .smallest_um = c->smallest_um,
+                           .smallest_um = smallest_um,
                            .parameter = c->block->parameters};
         for (size_t p = c->block->parameters; p-- > 0;) {
             if (c->block->parameter[p].proportional && c->smallest_value[p] != 0.0) {
                 unseen.parameter = p;
-                unseen.value = c->smallest_value[p];
+                unseen.value = larger * c->smallest_value[p];
                 unseen.testable = unseen.testable && fabs(unseen.value) <= c->block->parameter[p].high;
             }
         }
