@@ -190,8 +190,10 @@ static void find_planted(const block_t *block, const double *value) {
     }
 }
 
-static const double creep_truth[] = {0.02, 0.05, 100.0, 0.0}, delay_truth[] = {0.7e-3}, hum_truth[] = {50.0, 0.02, 0.5},
-                    saturation_truth[] = {-10.0, 92.0}, mode_truth[] = {180.0, 0.05};
+/* One number a parameter; those that a block does not have are 0. */
+typedef double numbers_t[BLOCK_MAX_PARAMETERS];
+static const numbers_t creep_truth = {0.02, 0.05, 100.0, 0.0}, delay_truth = {0.7e-3}, hum_truth = {50.0, 0.02, 0.5},
+                       saturation_truth = {-10.0, 92.0}, mode_truth = {180.0, 0.05};
 
 static void test_creep_is_named(void) {
     find_planted(&block_creep, creep_truth);
