@@ -56,6 +56,23 @@ void normal_equations_finish(normal_equations_t *equations) {
     }
 }
 
+void normal_equations_of_columns(normal_equations_t *equations, const double *columns, const double *values,
+                                 size_t rows) {
+    const size_t n = equations->unknowns;
+    const int unknowns = (int)n, length = (int)rows;
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, unknowns, length, 1.0, columns, length, 0.0, equations->gram,
+                unknowns);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < i; j++) { /* the other triangle */
+            equations->gram[j * n + i] = equations->gram[i * n + j];
+        }
+    }
+    cblas_dgemv(CblasColMajor, CblasTrans, length, unknowns, 1.0, columns, length, values, 1, 0.0, equations->moment,
+                1);
+    equations->power = cblas_ddot(length, values, 1, values, 1);
+    equations->rows = rows;
+}
+
 void normal_equations_penalise(normal_equations_t *equations, const double *row, double weight) {
     const size_t n = equations->unknowns;
     for (size_t i = 0; i < n; i++) {

@@ -165,22 +165,17 @@ static void add_rows(void *context, const double *column, nuisance_layer_t layer
  * numbers of the hysteresis, which stand behind the offsets. */
 static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers, double *change) {
     const size_t n = rows->columns - 1;
-    const int fitted = (int)rows->samples->fitted, held = (int)rows->samples->held;
+    const int held = (int)rows->samples->held;
     double *x = allocate(n, sizeof(double)), *lower = allocate(n, sizeof(double)), *unit = allocate(n, sizeof(double));
     double *left = rows->held + n * rows->samples->held, power = HUGE_VAL, mean = 0.0;
     normal_equations_t equations;
     failure_t singular;
     normal_equations_create(&equations, n);
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, fitted, 1.0, rows->fitted, fitted, 0.0, equations.gram,
-                (int)n);
+    normal_equations_of_columns(&equations, rows->fitted, rows->fitted + n * rows->samples->fitted,
+                                rows->samples->fitted);
     for (size_t i = 0; i < n; i++) {
-        for (size_t j = 0; j < i; j++) {
-            equations.gram[j * n + i] = equations.gram[i * n + j];
-        }
         lower[i] = -HUGE_VAL;
     }
-    cblas_dgemv(CblasColMajor, CblasTrans, fitted, (int)n, 1.0, rows->fitted, fitted,
-                rows->fitted + n * rows->samples->fitted, 1, 0.0, equations.moment, 1);
     for (size_t i = offsets; i < offsets + numbers; i++) {
         mean += equations.gram[i * n + i] / (double)numbers;
     }

@@ -121,24 +121,15 @@ static void stay_near(const job_t *job, double variance, normal_equations_t *equ
 
 static bool solve(job_t *job, double *change) {
     const size_t n = job->unknowns;
-    const int rows = (int)job->samples->fitted;
     normal_equations_t equations;
     double *lower = allocate(n, sizeof(double));
     failure_t refusal;
     normal_equations_create(&equations, n);
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, rows, 1.0, job->matrix, rows, 0.0, equations.gram,
-                (int)n);
+    normal_equations_of_columns(&equations, job->matrix, job->residual, job->samples->fitted);
     for (size_t i = 0; i < n; i++) {
-        for (size_t j = 0; j < i; j++) { /* the other triangle */
-            equations.gram[j * n + i] = equations.gram[i * n + j];
-        }
         lower[i] = i < job->hysteresis.count ? job->hysteresis.lower[i] : -HUGE_VAL;
     }
-    cblas_dgemv(CblasColMajor, CblasTrans, rows, (int)n, 1.0, job->matrix, rows, job->residual, 1, 0.0,
-                equations.moment, 1);
-    equations.power = cblas_ddot(rows, job->residual, 1, job->residual, 1);
-    equations.rows = (size_t)rows;
-    stay_near(job, equations.power / (double)rows, &equations);
+    stay_near(job, equations.power / (double)job->samples->fitted, &equations);
     const bool good = solve_bounded(&equations, lower, change, NULL, &refusal);
     normal_equations_free(&equations);
     free(lower);

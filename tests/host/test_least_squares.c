@@ -95,6 +95,36 @@ static void test_inverse_of_a_known_matrix(void) {
     normal_equations_free(&equations);
 }
 
+/* Sums of 300 products in another order: a few roundings apart. */
+static void test_columns_make_the_same_equations_as_rows(void) {
+    enum { COLUMNS = 5 };
+    static double columns[COLUMNS * ROWS], values[ROWS];
+    random_t random = {seed};
+    normal_equations_t by_rows, by_columns;
+    normal_equations_create(&by_rows, COLUMNS);
+    normal_equations_create(&by_columns, COLUMNS);
+    for (size_t r = 0; r < ROWS; r++) {
+        double row[COLUMNS];
+        values[r] = random_normal(&random);
+        for (size_t i = 0; i < COLUMNS; i++) {
+            columns[i * ROWS + r] = row[i] = random_normal(&random);
+        }
+        normal_equations_add(&by_rows, row, values[r]);
+    }
+    normal_equations_finish(&by_rows);
+    normal_equations_of_columns(&by_columns, columns, values, ROWS);
+    for (size_t i = 0; i < COLUMNS; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-10, by_rows.moment[i], by_columns.moment[i]);
+        for (size_t j = 0; j < COLUMNS; j++) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-10, by_rows.gram[i * COLUMNS + j], by_columns.gram[i * COLUMNS + j]);
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-10, by_rows.power, by_columns.power);
+    TEST_ASSERT_EQUAL(by_rows.rows, by_columns.rows);
+    normal_equations_free(&by_rows);
+    normal_equations_free(&by_columns);
+}
+
 /* A column that never moves must not spoil the others. */
 static void test_a_column_of_zeros_is_harmless(void) {
     const double lower[2] = {0.0, 0.0};
@@ -116,6 +146,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_random_problems_meet_the_optimality_conditions);
     RUN_TEST(test_inverse_of_a_known_matrix);
+    RUN_TEST(test_columns_make_the_same_equations_as_rows);
     RUN_TEST(test_a_column_of_zeros_is_harmless);
     return UNITY_END();
 }
