@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Pure delay. Between samples the drive is the cubic through the four around the delayed instant: a straight line would
- * also take amplitude from fast drives, and a delay of a part of a sample would pass for a low pass. */
+/* Pure delay. Between samples the drive is the cubic through the four around the delayed instant where it is smooth,
+ * and a straight line where it has a corner. (Lines alone would take amplitude from fast drives, and a part of a sample
+ * would pass for a low pass; cubics alone would swing about corners.) */
 #include "catalogue.h"
 #include "compile_job.h"
 #include <math.h>
+
+/* Least ratio of second differences at which a drive counts as smooth. */
+static const double smooth = 0.25;
 
 static const parameter_info_t parameters[] = {{.name = "delay_s",
                                                .proportional = true,
@@ -14,8 +18,10 @@ static const parameter_info_t parameters[] = {{.name = "delay_s",
 
 typedef struct {
     size_t length, newest; /* of the ring */
-    size_t first;          /* samples from the newest to the newest of the four */
-    double weight[4];      /* of them */
+    size_t first;          /* of the four samples that count, from the newest on */
+    size_t before;         /* of the four, the first of the two that the delayed instant lies between */
+    double fraction;       /* of a sample, from that one on, 0 to 1 */
+    double weight[4];      /* of the cubic */
     double ring[];
 } state_t;
 
@@ -32,7 +38,9 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     const size_t whole = whole_samples(parameter, setup);
     state->length = whole + 4;
     state->first = whole > 0 ? whole - 1 : 0; /* nobody knows the sample after the newest */
-    const double at = parameter[0].value[0] * setup->sample_rate_hz - (double)state->first; /* 0 to 2 */
+    state->before = whole - state->first;
+    state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)whole;
+    const double at = state->fraction + (double)state->before;
     for (int i = 0; i < 4; i++) {
         state->weight[i] = 1.0;
         for (int j = 0; j < 4; j++) {
@@ -50,13 +58,21 @@ static void settle(void *memory, signal_t *signal) {
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    double sum = 0.0;
+    double x[4];
     state->newest = (state->newest + 1) % state->length;
     state->ring[state->newest] = signal->value;
     for (size_t i = 0; i < 4; i++) {
-        sum += state->weight[i] * state->ring[(state->newest + state->length - state->first - i) % state->length];
+        x[i] = state->ring[(state->newest + state->length - state->first - i) % state->length];
     }
-    signal->value = sum;
+    /* Second differences at its two inner samples: nearly the same where the drive is smooth. */
+    const double one = x[0] - 2.0 * x[1] + x[2], other = x[1] - 2.0 * x[2] + x[3];
+    const double smaller = fmin(fabs(one), fabs(other)), larger = fmax(fabs(one), fabs(other));
+    if (one * other > 0.0 && smaller > smooth * larger) {
+        signal->value =
+            state->weight[0] * x[0] + state->weight[1] * x[1] + state->weight[2] * x[2] + state->weight[3] * x[3];
+    } else {
+        signal->value = x[state->before] + state->fraction * (x[state->before + 1] - x[state->before]);
+    }
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {

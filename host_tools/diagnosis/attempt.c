@@ -63,15 +63,19 @@ static unsigned blocks_found(const diagnosis_t *d, const model_t *model) {
     return blocks;
 }
 
-/* Significant by both standard errors, corrected for the number of signatures tried, and large enough. */
-static bool significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
+/* Significant by both standard errors, corrected for the number of signatures tried. */
+static bool significant(const candidate_t *candidate, size_t tested) {
     const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
     const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
     const evidence_test_t *test = &candidate->test;
+    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0;
+}
+
+/* Beyond J. */
+static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
     const double least_size = job->coarse ? least_part_of_steps : search_least_size;
-    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0 &&
-           test->amplitude * test->own_um >
-               fmax(least_size * job->diagnosis->noise.sigma_um, least_part_of_found * job->found_um);
+    return candidate->test.amplitude * candidate->test.own_um >
+           fmax(least_size * job->diagnosis->noise.sigma_um, least_part_of_found * job->found_um);
 }
 
 static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
@@ -194,8 +198,9 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     search(evidence, &d->noise, &d->model, &job->setting, &found);
     attempt_advance(job);
     d->tested += found.tested;
-    const bool significant_one = found.count > 0 && significant(job, &found.candidate[0], found.tested) &&
-                                 (question != ASK_ANYTHING || explains_most(job, &found.candidate[0]));
+    const bool significant_one =
+        found.count > 0 && significant(&found.candidate[0], found.tested) &&
+        (question == ASK_ANYTHING ? explains_most(job, &found.candidate[0]) : large_enough(job, &found.candidate[0]));
     if (significant_one) {
         name(evidence, &found, &finding);
         finding.shape = question != ASK_EFFECTS;

@@ -77,23 +77,39 @@ static void test_delay_is_exact_in_whole_samples(void) {
     }
 }
 
-/* Between samples the cubic through four of them: it follows any drive that is itself a cubic. From the fourth sample
- * behind the delay on, when nothing of the settled past is among the four. */
-static void test_delay_between_samples_follows_cubics(void) {
+/* What a block that delays by quarters of a sample makes of a drive, against the drive at the delayed instant. From the
+ * fourth sample behind the delay on, when nothing of the settled past is among the four that it looks at. */
+static void expect_delayed(double (*drive)(double sample)) {
     const double rate = 1000.0;
     for (int quarters = 1; quarters < 16; quarters++) {
         const double delay = 0.25 * quarters / rate;
         chain_t *chain = open_block(&block_transport_delay, &delay, rate, 1);
         chain_settle(chain, 0.0);
         for (int k = 0; k < 40; k++) {
-            const double x = k / 20.0, late = (k - 0.25 * quarters) / 20.0;
-            const double y = chain_step(chain, 1.0 + 2.0 * x - 3.0 * x * x + x * x * x);
+            const double y = chain_step(chain, drive(k));
             if (k >= quarters / 4 + 4) {
-                TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0 + 2.0 * late - 3.0 * late * late + late * late * late, y);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-12, drive(k - 0.25 * quarters), y);
             }
         }
         chain_close(chain);
     }
+}
+
+/* Its curvature doubles from one end to the other: smooth. */
+static double smooth_cubic(double sample) {
+    const double x = sample / 20.0;
+    return 1.0 - 2.0 * x + 3.0 * x * x + 0.5 * x * x * x;
+}
+
+/* Corners on samples. */
+static double polygon(double sample) {
+    const double in_period = fmod(sample + 40.0, 10.0);
+    return in_period < 3.0 ? 2.0 * in_period : in_period < 6.0 ? 6.0 : 6.0 - 1.5 * (in_period - 6.0);
+}
+
+static void test_delay_between_samples_follows_cubics_and_polygons(void) {
+    expect_delayed(smooth_cubic);
+    expect_delayed(polygon);
 }
 
 /* A step: the sum of the cells' exponentials, and over log time a straight line of slope gamma. */
@@ -254,7 +270,7 @@ int main(void) {
     RUN_TEST(test_lags_answer_a_ramp_exactly);
     RUN_TEST(test_a_lag_has_its_cutoff_where_it_says);
     RUN_TEST(test_delay_is_exact_in_whole_samples);
-    RUN_TEST(test_delay_between_samples_follows_cubics);
+    RUN_TEST(test_delay_between_samples_follows_cubics_and_polygons);
     RUN_TEST(test_settled_means_at_rest);
     RUN_TEST(test_noise_has_its_size_and_repeats_with_its_seed);
     RUN_TEST(test_quantisation_rounds_to_the_nearest_step);
