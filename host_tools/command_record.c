@@ -48,19 +48,11 @@ static bool set_scales(hyst_parameters_t *image, const settings_t *settings, fai
            parameters_check(image, "--drive-range, --position-range", failure);
 }
 
-static void extremes(const double *values, size_t count, double range[2]) {
-    range[0] = range[1] = values[0];
-    for (size_t i = 1; i < count; i++) {
-        range[0] = fmin(range[0], values[i]);
-        range[1] = fmax(range[1], values[i]);
-    }
-}
-
 static bool report(const recording_t *recording, const settings_t *settings, failure_t *failure) {
     double drive[2];
     double position[2];
-    extremes(recording->column[COLUMN_DRIVE], recording->samples, drive);
-    extremes(recording->column[COLUMN_DISPLACEMENT], recording->samples, position);
+    values_range(recording->column[COLUMN_DRIVE], recording->samples, drive);
+    values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, position);
     if (settings->json) {
         return json_print(json_pack("{s:s, s:s, s:I, s:f, s:[ff], s:[ff]}", "format", "hyst-record-1", "recording",
                                     settings->output, "samples", (json_int_t)recording->samples, "sample_rate_hz",

@@ -292,6 +292,5 @@ double evidence_refine(const evidence_t *e, model_t *altered, size_t at) {
         left = take_step(&r, step, left);
     }
     free(r.room);
-    searched_close(&r.searched);
     return isfinite(left) ? left / e->power : HUGE_VAL;
 }

@@ -35,11 +35,6 @@ typedef struct {
     double *residual, *held; /* whitened, the samples of either part */
 } job_t;
 
-static void take_rows(job_t *job, const double *column, samples_part_t part, double *rows) {
-    noise_whiten(job->noise, job->samples, column, job->white);
-    samples_pick(job->samples, part, job->white, rows);
-}
-
 static void take_residual(job_t *job, const double *simulated, joint_power_t *power) {
     samples_residual(job->samples, simulated, job->column);
     noise_whiten(job->noise, job->samples, job->column, job->white);
@@ -59,39 +54,35 @@ static bool take_power(job_t *job, joint_power_t *power, failure_t *failure) {
     return good && isfinite(power->fitted);
 }
 
-/* A column of the matrix: the model as it now is, less the one of the signals, per unit of the number. false, and 0:
- * there is no such model. */
-static bool take_derivative(job_t *job, const signals_t *signals, size_t stage, double difference, size_t column) {
+/* The matrix's next column: the derivative that job->column holds, or 0 where there is no model beside this one. */
+static void take_column(job_t *job, bool derived, size_t column) {
     double *rows = job->matrix + column * job->samples->fitted;
-    if (!signals_altered(signals, job->model, stage, job->column)) {
+    if (derived) {
+        noise_whiten(job->noise, job->samples, job->column, job->white);
+        samples_pick(job->samples, SAMPLE_FITTED, job->white, rows);
+    } else {
         memset(rows, 0, job->samples->fitted * sizeof(double));
-        return false;
     }
+}
+
+/* Derivative by a searched parameter. */
+static bool derive_searched(job_t *job, const signals_t *signals, size_t block, size_t i) {
+    const double difference = searched_nudge(&job->searched[block], i);
+    const bool simulated = signals_altered(signals, job->model, stage_of(job->model, job->block[block]), job->column);
+    searched_restore(&job->searched[block], i);
     cblas_daxpy((int)job->samples->all, -1.0, signals->simulated, 1, job->column, 1);
     cblas_dscal((int)job->samples->all, 1.0 / difference, job->column, 1);
-    take_rows(job, job->column, SAMPLE_FITTED, rows);
-    return true;
+    return simulated;
 }
 
 static void take_matrix(job_t *job, const signals_t *signals) {
-    const size_t stage = hysteresis_stage(job->model);
     size_t column = 0;
     for (size_t i = 0; i < job->hysteresis.count; i++) {
-        const double kept = *job->hysteresis.number[i], step = job->hysteresis.step[i];
-        *job->hysteresis.number[i] = kept + step;
-        if (!take_derivative(job, signals, stage, step,
-                             column)) { /* at the end of what the shape allows: the other way */
-            *job->hysteresis.number[i] = kept - step;
-            take_derivative(job, signals, stage, -step, column);
-        }
-        column++;
-        *job->hysteresis.number[i] = kept;
+        take_column(job, signals_derivative(signals, job->model, &job->hysteresis, i, job->column), column++);
     }
     for (size_t b = 0; b < job->blocks; b++) {
         for (size_t i = 0; i < job->searched[b].count; i++) {
-            const double difference = searched_nudge(&job->searched[b], i);
-            take_derivative(job, signals, stage_of(job->model, job->block[b]), difference, column++);
-            searched_restore(&job->searched[b], i);
+            take_column(job, derive_searched(job, signals, b, i), column++);
         }
     }
 }
@@ -209,9 +200,6 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
 }
 
 static void close_job(job_t *job) {
-    for (size_t b = 0; b < job->blocks; b++) {
-        searched_close(&job->searched[b]);
-    }
     hysteresis_numbers_free(&job->hysteresis);
     free(job->beginning);
     free(job->mean_size);

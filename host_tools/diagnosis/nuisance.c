@@ -118,27 +118,14 @@ static void take_offsets(job_t *job) {
 
 static bool take_derivatives(job_t *job, failure_t *failure) {
     const signals_t *signals = job->signals;
-    const size_t stage = hysteresis_stage(signals->model);
     hysteresis_numbers_t numbers;
     model_t altered;
     bool good = true;
     model_copy(&altered, signals->model);
     hysteresis_numbers(&altered, &numbers);
     for (size_t n = 0; good && n < numbers.count; n++) {
-        const double kept = *numbers.number[n];
-        double step = numbers.step[n];
-        *numbers.number[n] = kept + step;
-        good = signals_altered(signals, &altered, stage, job->column);
-        if (!good) { /* at the end of what the shape allows: the other way */
-            step = -step;
-            *numbers.number[n] = kept + step;
-            good = signals_altered(signals, &altered, stage, job->column) ||
-                   fail(failure, "the hysteresis runs away at the numbers that were found for it");
-        }
-        *numbers.number[n] = kept;
-        for (size_t k = 0; good && k < job->samples->all; k++) {
-            job->column[k] = (job->column[k] - signals->simulated[k]) / step;
-        }
+        good = signals_derivative(signals, &altered, &numbers, n, job->column) ||
+               fail(failure, "the hysteresis runs away at the numbers that were found for it");
         if (good) {
             job->take(job->context, job->column, NUISANCE_OWN);
         }

@@ -8,7 +8,7 @@
 /* What is left counts when it is larger than this part of the noise: below it, a model that is not quite right is as
  * likely a reason. */
 static const double worth_mentioning = 0.4;
-/* What is right of what was found, in parts of it. */
+/* By how much the simulation of what was found may be off, in parts of it: altogether, and at one sample. */
 static const double part_of_effect = 0.05, part_of_sample = 0.2;
 static const double outlier = 7.0;
 static const size_t few_outliers = 4;

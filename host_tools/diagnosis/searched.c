@@ -25,10 +25,6 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
     }
 }
 
-void searched_close(searched_t *searched) {
-    *searched = (searched_t){0};
-}
-
 static void change(searched_t *searched, size_t i, double by) {
     double *number = searched->number[i];
     const double value = searched->logarithmic[i] ? *number * exp(by) : *number + by * searched->scale[i];

@@ -17,7 +17,6 @@ typedef struct {
 } searched_t;
 
 void searched_open(searched_t *searched, model_t *model, size_t at);
-void searched_close(searched_t *searched);
 /** Changes one a little, for a difference. Returns by how much, in its unknown's unit. */
 double searched_nudge(searched_t *searched, size_t i);
 void searched_restore(searched_t *searched, size_t i);

@@ -134,3 +134,22 @@ void hysteresis_numbers_free(hysteresis_numbers_t *numbers) {
     free(numbers->lower);
     *numbers = (hysteresis_numbers_t){0};
 }
+
+bool signals_derivative(const signals_t *signals, const model_t *model, const hysteresis_numbers_t *numbers,
+                        size_t number, double *column) {
+    const size_t stage = hysteresis_stage(model);
+    const double kept = *numbers->number[number];
+    double step = numbers->step[number];
+    *numbers->number[number] = kept + step;
+    bool good = signals_altered(signals, model, stage, column);
+    if (!good) {
+        step = -step;
+        *numbers->number[number] = kept + step;
+        good = signals_altered(signals, model, stage, column);
+    }
+    *numbers->number[number] = kept;
+    for (size_t k = 0; good && k < signals->samples->all; k++) {
+        column[k] = (column[k] - signals->simulated[k]) / step;
+    }
+    return good;
+}

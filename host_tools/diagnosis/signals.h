@@ -12,7 +12,7 @@ typedef struct {
     const samples_t *samples;
     const model_t *model;
     size_t stages;
-    signal_t **before; /**< [stage][recording * all + ..]: chain_run's signal, recordings one after the other */
+    signal_t **before; /**< [stage]: chain_run's signal, recordings one after the other */
     double *simulated; /**< position, a column */
 } signals_t;
 
@@ -37,10 +37,18 @@ typedef struct {
     double **number;   /**< in the model */
     double *step;      /**< for a difference */
     double *mean_size; /**< of the elements of the parameter it belongs to; 1 where all are 0 */
-    double *lower;     /**< bound of its change, -HUGE_VAL for none */
+    double *lower;     /**< least change, 0 or below; -HUGE_VAL for none */
 } hysteresis_numbers_t;
 
 void hysteresis_numbers(const model_t *model, hysteresis_numbers_t *numbers);
 void hysteresis_numbers_free(hysteresis_numbers_t *numbers);
+
+/**
+ * Derivative of the position by one of the numbers, a column. They belong to `model`, which is otherwise the signals'
+ * own and afterwards as it was. At the end of what the shape allows the step goes the other way; false, and undefined,
+ * if it has no such model either.
+ */
+bool signals_derivative(const signals_t *signals, const model_t *model, const hysteresis_numbers_t *numbers,
+                        size_t number, double *column);
 
 #endif
