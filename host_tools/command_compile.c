@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static int compile(int argc, char **argv);
 
@@ -30,7 +31,8 @@ const command_t command_compile = {
 static bool print_json(const hyst_parameters_t *p, const compile_report_t *report, failure_t *failure) {
     json_t *notes = json_array(), *uncorrected = json_array();
     json_t *json = json_pack(
-        "{s:I, s:f, s:[f,f], s:[f,f], s:[f,f], s:f, s:s, s:I, s:I, s:f, s:f, s:f, s:I, s:f, s:I, s:I, s:I, s:I, s:I}",
+        "{s:I, s:f, s:[f,f], s:[f,f], s:[f,f], s:f, s:s, s:I, s:I, s:f, s:f, s:f, s:I, s:f, s:I, s:I, s:I, s:I, s:I, "
+        "s:I}",
         "model_id", (json_int_t)p->model_id, "sample_rate_hz", 1e-3 * p->sample_rate_mhz, "drive_range_v",
         drive_to_volts(p, HYST_Q31_MIN), drive_to_volts(p, HYST_Q31_MAX), "drive_limits_v",
         drive_to_volts(p, p->drive_low), drive_to_volts(p, p->drive_high), "position_range_um",
@@ -41,7 +43,7 @@ static bool print_json(const hyst_parameters_t *p, const compile_report_t *repor
         (json_int_t)p->lookahead_samples, "lookahead_remainder_s", report->lookahead_remainder_s, "shape_sections",
         (json_int_t)p->shape_sections, "inertia_sections", (json_int_t)p->inertia_sections, "equalise_sections",
         (json_int_t)p->equalise_sections, "creep_cells", (json_int_t)p->creep_cells, "drive_curves",
-        (json_int_t)p->drive_curves);
+        (json_int_t)p->drive_curves, "reference_curves", (json_int_t)p->reference_curves);
     for (size_t i = 0; i < report->notes; i++) {
         json_array_append_new(notes, json_string(report->note[i]));
     }
@@ -78,9 +80,10 @@ static void print_text(const hyst_parameters_t *p, const compile_report_t *repor
     }
     printf("lookahead          %u samples, %.4g us of delay remain\n", (unsigned)p->lookahead_samples,
            1e6 * report->lookahead_remainder_s);
-    printf("filter sections    %u before the inverse hysteresis, %u beside it, %u behind it; %u creep cells%s\n",
+    printf("filter sections    %u before the inverse hysteresis, %u beside it, %u behind it; %u creep cells%s%s\n",
            (unsigned)p->shape_sections, (unsigned)p->inertia_sections, (unsigned)p->equalise_sections,
-           (unsigned)p->creep_cells, p->drive_curves > 0 ? "; a drive curve" : "");
+           (unsigned)p->creep_cells, p->drive_curves > 0 ? "; a drive curve" : "",
+           p->reference_curves > 0 ? "; a reference curve" : "");
     for (size_t i = 0; i < report->notes; i++) {
         printf("note: %s\n", report->note[i]);
     }
@@ -92,6 +95,7 @@ static void print_text(const hyst_parameters_t *p, const compile_report_t *repor
 static int compile(int argc, char **argv) {
     compile_options_t settings = {0};
     const char *output = NULL;
+    const char *follow = "reading";
     bool as_json = false, good;
     const option_t options[] = {
         {"--output", "-o", OPTION_TEXT, "IMAGE", "write the image (32-bit words, least significant byte first)",
@@ -107,6 +111,8 @@ static int compile(int argc, char **argv) {
          &settings.frequency_hz},
         {"--preload", NULL, OPTION_NUMBER, "N", "force on the actuator, for a model with preload (default 0)",
          &settings.preload_n},
+        {"--follow", NULL, OPTION_TEXT, "WHAT",
+         "what follows the reference behind a curved sensor: its reading (default), or the position", &follow},
         {"--no-filters", NULL, OPTION_FLAG, NULL, "do not invert lags and modes, only look ahead over their delay",
          &settings.no_filters},
         {"--json", NULL, OPTION_FLAG, NULL, "print JSON", &as_json}};
@@ -125,6 +131,10 @@ static int compile(int argc, char **argv) {
     }
     if (settings.preload_n < 0.0) {
         return usage_error(&command_compile, "--preload must not be negative");
+    }
+    settings.follow_position = strcmp(follow, "position") == 0;
+    if (!settings.follow_position && strcmp(follow, "reading") != 0) {
+        return usage_error(&command_compile, "--follow %s: not reading or position", follow);
     }
     if (!model_read(&model, argv[1], &failure)) {
         return failure_print(&failure);

@@ -64,9 +64,9 @@ static void print_image(const hyst_parameters_t *image) {
     hysteresis_text(image, hysteresis);
     printf("            %s\n", hysteresis);
     printf("            filters: %" PRIu32 " shape, %" PRIu32 " inertia, %" PRIu32 " equalise sections; %" PRIu32
-           " creep cells%s\n",
+           " creep cells%s%s\n",
            image->shape_sections, image->inertia_sections, image->equalise_sections, image->creep_cells,
-           image->drive_curves > 0 ? "; a drive curve" : "");
+           image->drive_curves > 0 ? "; a drive curve" : "", image->reference_curves > 0 ? "; a reference curve" : "");
     printf("drive       converter %g..%g V, limits %g..%g V, parks at %g V\n", drive_to_volts(image, HYST_Q31_MIN),
            drive_to_volts(image, HYST_Q31_MAX), drive_to_volts(image, image->drive_low),
            drive_to_volts(image, image->drive_high), drive_to_volts(image, image->drive_park));
@@ -133,15 +133,16 @@ static json_t *to_json(const info_t *info) {
                   (json_int_t)device_identity(device, INDEX_drive_bits), "capture_frames",
                   (json_int_t)device_identity(device, INDEX_capture_capacity));
     json_t *in_force = json_pack(
-        "{s:I, s:i, s:I, s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:[ff], s:[ff], s:f, s:[ff]}", "model_id",
+        "{s:I, s:i, s:I, s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:[ff], s:[ff], s:f, s:[ff]}", "model_id",
         (json_int_t)image->model_id, "format", (int)HYST_IMAGE_VERSION, "lookahead_samples",
         (json_int_t)image->lookahead_samples, "hysteresis", hysteresis_name(image), "operators",
-        (json_int_t)hysteresis_size(image), "drive_curves", (json_int_t)image->drive_curves, "shape_sections",
-        (json_int_t)image->shape_sections, "inertia_sections", (json_int_t)image->inertia_sections, "equalise_sections",
-        (json_int_t)image->equalise_sections, "creep_cells", (json_int_t)image->creep_cells, "drive_range_v",
-        drive_to_volts(image, HYST_Q31_MIN), drive_to_volts(image, HYST_Q31_MAX), "drive_limits_v",
-        drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high), "drive_park_v",
-        drive_to_volts(image, image->drive_park), "position_range_um", position_to_micrometres(image, HYST_Q31_MIN),
+        (json_int_t)hysteresis_size(image), "drive_curves", (json_int_t)image->drive_curves, "reference_curves",
+        (json_int_t)image->reference_curves, "shape_sections", (json_int_t)image->shape_sections, "inertia_sections",
+        (json_int_t)image->inertia_sections, "equalise_sections", (json_int_t)image->equalise_sections, "creep_cells",
+        (json_int_t)image->creep_cells, "drive_range_v", drive_to_volts(image, HYST_Q31_MIN),
+        drive_to_volts(image, HYST_Q31_MAX), "drive_limits_v", drive_to_volts(image, image->drive_low),
+        drive_to_volts(image, image->drive_high), "drive_park_v", drive_to_volts(image, image->drive_park),
+        "position_range_um", position_to_micrometres(image, HYST_Q31_MIN),
         position_to_micrometres(image, HYST_Q31_MAX));
     json_t *state =
         json_pack("{s:s, s:s, s:f, s:s, s:f, s:f, s:f, s:f}", "mode", mode_name(now[INDEX_active_mode]), "state",

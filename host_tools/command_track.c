@@ -38,9 +38,12 @@ static bool reach(const hyst_parameters_t *image, double range_um[2], failure_t 
     }
     const hyst_q31_t ends[2] = {compensator.drive_low, compensator.drive_high};
     for (int i = 0; i < 2; i++) {
-        hyst_hysteresis_state_t state;
-        hyst_hysteresis_reset(&compensator.hysteresis, &state, ends[i]);
-        range_um[i] = position_to_micrometres(image, hyst_hysteresis_output(&compensator.hysteresis, &state));
+        hyst_compensator_state_t state;
+        compensator.drive_park = ends[i];
+        hyst_compensator_reset(&compensator, &state);
+        const double position = 0x1p-31 * hyst_hysteresis_output(&compensator.hysteresis, &state.hysteresis);
+        range_um[i] =
+            1e-6 * (image->position_center_pm + image->position_half_range_pm * reference_for(image, position));
     }
     return true;
 }

@@ -78,7 +78,7 @@ static bool set_linear(compile_job_t *job) {
     for (int k = 0; k < 2 * POINTS; k++) {
         const double u = 1.0 - 2.0 * fabs(1.0 - 2.0 * (double)(k % POINTS) / POINTS);
         const double position = chain_step(chain, 1e-6 * (p->drive_center_uv + p->drive_half_range_uv * u));
-        const double y = (position - job->elastic_center_um) / job->elastic_half_um;
+        const double y = reference_for(p, (position - job->elastic_center_um) / job->elastic_half_um);
         if (k >= POINTS) {
             sum_y += y;
             sum_uy += u * y;

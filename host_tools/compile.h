@@ -29,7 +29,11 @@ typedef struct {
     double delay_s;
     double frequency_hz; /**< of the sine that block ellipse is undone for; 0: its table's, if it has only one */
     double preload_n;    /**< force on the actuator, 0 or more: for a block preload without one of its own */
-    bool no_filters;     /**< leave shape and equalise empty; the lookahead then covers the delay of lags and modes */
+    /** What the reference means behind a sensor with a curve (static_nonlinearity): the reading, which is what the
+     * model was fitted to and `hyst track` measures, so that the curve is undone; or the position, and the curve stays.
+     */
+    bool follow_position;
+    bool no_filters; /**< leave shape and equalise empty; the lookahead then covers the delay of lags and modes */
 } compile_options_t;
 
 #define COMPILE_MAX_NOTES 16
@@ -76,5 +80,9 @@ double drive_to_volts(const hyst_parameters_t *parameters, hyst_q31_t drive);
 double position_to_micrometres(const hyst_parameters_t *parameters, hyst_q31_t position);
 hyst_q31_t drive_from_volts(const hyst_parameters_t *parameters, double volts);
 hyst_q31_t position_from_micrometres(const hyst_parameters_t *parameters, double micrometres);
+
+/** The reference that asks for a position, both in fractions of full scale: the position itself without a reference
+ * curve. With one it stays within the range, as what the sensor's converter reads does. */
+double reference_for(const hyst_parameters_t *parameters, double position);
 
 #endif

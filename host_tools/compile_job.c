@@ -61,6 +61,35 @@ bool compile_shape(compile_job_t *job, inverse_filter_t filter) {
     return add_filter(job, filter, &job->parameters->shape_sections, job->parameters->shape);
 }
 
+static bool add_curve(compile_job_t *job, compile_function_t function, const void *state, const char *what,
+                      uint32_t *curves, hyst_curve_t *curve, double *center, double *half) {
+    const double low = *center - *half, step = 2.0 * *half / HYST_CURVE_INTERVALS;
+    const double from = function(state, low), to = function(state, low + HYST_CURVE_INTERVALS * step);
+    if (*curves > 0) {
+        return fail(job->failure, "the amplifier has no second %s", what);
+    }
+    *curves = 1;
+    *center = 0.5 * (from + to);
+    *half = 0.5 * (to - from);
+    for (int i = 0; i < HYST_CURVE_NODES; i++) {
+        const double node = (function(state, low + i * step) - *center) / *half;
+        if (!compile_to_fixed(job, fmin(node, 1.0 - 0x1p-31), 31, what, &curve->node[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool compile_drive_curve(compile_job_t *job, compile_function_t function, const void *state) {
+    return add_curve(job, function, state, "drive curve", &job->parameters->drive_curves, job->parameters->drive_curve,
+                     &job->drive_center_v, &job->drive_half_v);
+}
+
+bool compile_reference_curve(compile_job_t *job, compile_function_t function, const void *state) {
+    return add_curve(job, function, state, "reference curve", &job->parameters->reference_curves,
+                     job->parameters->reference_curve, &job->elastic_center_um, &job->elastic_half_um);
+}
+
 static double weight_sum(const play_bank_t *bank) {
     double sum = 0.0;
     for (size_t i = 0; i <= bank->operators; i++) {

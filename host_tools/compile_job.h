@@ -27,6 +27,9 @@ typedef struct compile_job {
     double elastic_center_um, elastic_half_um;
 } compile_job_t;
 
+/** A function of a signal, with what it needs besides. It rises. */
+typedef double (*compile_function_t)(const void *state, double x);
+
 /** A line for the user: how it was inverted, and up to where. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 2, 3)))
@@ -47,6 +50,14 @@ bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *wh
  * undoes mechanics and sensor), or only the delay of a filter that has no section. */
 bool compile_equalise(compile_job_t *job, inverse_filter_t filter);
 bool compile_shape(compile_job_t *job, inverse_filter_t filter);
+
+/** The operators see this function of the drive, in V: puts it into the drive curve, and what it makes of the drive's
+ * range into drive_center_v +- drive_half_v. A second drive curve is refused. */
+bool compile_drive_curve(compile_job_t *job, compile_function_t function, const void *state);
+
+/** What stands before the sensor's curve has to deliver this function of the reading, in um: puts it into the reference
+ * curve, and what it makes of the readings' range into elastic_center_um +- elastic_half_um. Likewise only once. */
+bool compile_reference_curve(compile_job_t *job, compile_function_t function, const void *state);
 
 /** The hysteresis is this play bank, y = offset_um + weight[0] u + sum weight[i] play_i(u): thinned to what the
  * amplifier holds, scaled, rounded. weight has operators + 1 elements. */

@@ -95,3 +95,11 @@ hyst_q31_t drive_from_volts(const hyst_parameters_t *parameters, double volts) {
 hyst_q31_t position_from_micrometres(const hyst_parameters_t *parameters, double micrometres) {
     return to_q31(micrometres, parameters->position_center_pm, parameters->position_half_range_pm);
 }
+
+double reference_for(const hyst_parameters_t *parameters, double position) {
+    bool saturated;
+    return parameters->reference_curves == 0
+               ? position
+               : 0x1p-31 * hyst_curve_solve(parameters->reference_curve, hyst_saturate(llround(position * 0x1p31)),
+                                            &saturated);
+}

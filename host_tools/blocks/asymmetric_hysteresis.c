@@ -45,7 +45,8 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
         (state_t){parameter[ASYMMETRY].value[0], parameter[CENTER].value[0], parameter[HALF_RANGE].value[0]};
 }
 
-static double curve(const state_t *state, double drive_v) {
+static double curve(const void *memory, double drive_v) {
+    const state_t *state = memory;
     const double s = (drive_v - state->center_v) / state->half_range_v;
     const double bend = fabs(s) < 1.0 ? s * s - 1.0 : 2.0 * (fabs(s) - 1.0);
     return drive_v + state->asymmetry * state->half_range_v * bend;
@@ -55,25 +56,12 @@ static void step(void *memory, signal_t *signal) {
     signal->value = curve(memory, signal->value);
 }
 
-/*
- * The amplifier holds the curve as straight lines between 33 nodes. Behind it, full scale is what the curve makes of
- * the converter's range. The largest error is that of the chord of a parabola.
- */
+/* The largest error is that of the chord of a parabola. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    hyst_parameters_t *p = job->parameters;
     const state_t state = {parameter[ASYMMETRY].value[0], parameter[CENTER].value[0], parameter[HALF_RANGE].value[0]};
-    const double low_v = job->drive_center_v - job->drive_half_v,
-                 step_v = 2.0 * job->drive_half_v / HYST_CURVE_INTERVALS;
-    const double from_v = curve(&state, low_v), to_v = curve(&state, low_v + HYST_CURVE_INTERVALS * step_v);
-    const double chord = 0.5 * step_v / state.half_range_v;
-    p->drive_curves = 1;
-    job->drive_center_v = 0.5 * (from_v + to_v);
-    job->drive_half_v = 0.5 * (to_v - from_v);
-    for (int i = 0; i < HYST_CURVE_NODES; i++) {
-        const double node = (curve(&state, low_v + i * step_v) - job->drive_center_v) / job->drive_half_v;
-        if (!compile_to_fixed(job, fmin(node, 1.0 - 0x1p-31), 31, "the drive curve", &p->drive_curve[0].node[i])) {
-            return false;
-        }
+    const double chord = job->drive_half_v / HYST_CURVE_INTERVALS / state.half_range_v;
+    if (!compile_drive_curve(job, curve, &state)) {
+        return false;
     }
     compile_note(job, "%s: undone in front of the operators, to %.2g V", job->block,
                  fabs(state.asymmetry) * chord * chord * state.half_range_v);

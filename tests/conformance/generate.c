@@ -187,6 +187,15 @@ hyst_iir_section_t generate_section(generator_t *generator) {
     return section;
 }
 
+/* From -1 on, slopes between 1/4 and 1. */
+static void generate_curve(generator_t *generator, uint32_t *curves, hyst_curve_t *curve) {
+    *curves = generate_below(generator, 2);
+    for (uint32_t i = 0; i < HYST_CURVE_NODES; i++) {
+        const hyst_q31_t before = i > 0 ? curve->node[i - 1U] : HYST_Q31_MIN;
+        curve->node[i] = before + (1 << 25) + (hyst_q31_t)generate_below(generator, 3U << 25);
+    }
+}
+
 void generate_parameters(generator_t *generator, hyst_parameters_t *p) {
     static const uint32_t operators[] = {0, 1, 10, HYST_PI_MAX_OPERATORS};
     hyst_parameters_default(p);
@@ -202,11 +211,8 @@ void generate_parameters(generator_t *generator, hyst_parameters_t *p) {
     const uint32_t n = operators[generate_below(generator, 4)];
     const bool rate_dependent = generate_below(generator, 2) != 0;
     generate_hysteresis(generator, p, n, rate_dependent);
-    p->drive_curves = generate_below(generator, 2);
-    for (uint32_t i = 0; i < HYST_CURVE_NODES; i++) { /* from -1 on, slopes between 1/4 and 1 */
-        const hyst_q31_t before = i > 0 ? p->drive_curve[0].node[i - 1U] : HYST_Q31_MIN;
-        p->drive_curve[0].node[i] = before + (1 << 25) + (hyst_q31_t)generate_below(generator, 3U << 25);
-    }
+    generate_curve(generator, &p->drive_curves, p->drive_curve);
+    generate_curve(generator, &p->reference_curves, p->reference_curve);
     p->inertia_sections = generate_below(generator, HYST_INERTIA_MAX_SECTIONS + 1U);
     p->inertia[0] = generate_section(generator);
     p->shape_sections = generate_below(generator, HYST_IIR_MAX_SECTIONS + 1U);

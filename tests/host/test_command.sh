@@ -108,6 +108,17 @@ expect 0 '' compile drift.json -o image
 stdout_has 'not corrected: gain_drift: '
 expect 0 '' compile drift.json --json
 stdout_has '"block": "gain_drift"'
+sed 's/^ \],$/, {"block": "static_nonlinearity", "parameters": {"quadratic": {"value": 0.02}, "cubic": {"value": 0}}}],/' model.json >curved.json
+expect 0 '' compile curved.json -o image
+stdout_has 'a reference curve'
+stdout_has 'note: static_nonlinearity: the reading follows the reference'
+expect 0 '' compile curved.json --follow=reading --json
+stdout_has '"reference_curves": 1'
+stdout_has '"not_corrected": []'
+expect 0 '' compile curved.json --follow position --json
+stdout_has '"reference_curves": 0'
+stdout_has '"block": "static_nonlinearity"'
+expect 2 '--follow sensor: not reading or position' compile curved.json --follow sensor
 expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
 stdout_has '20000 Hz'
 

@@ -25,7 +25,9 @@ static model_t compiled_model(const block_t *block) {
     return model;
 }
 
-static const compile_options_t ranges = {.drive_range_v = {0.0, 100.0}, .position_range_um = {0.0, 10.0}};
+/* A sensor's curve is left alone only where the position shall follow. */
+static const compile_options_t ranges = {
+    .drive_range_v = {0.0, 100.0}, .position_range_um = {0.0, 10.0}, .follow_position = true};
 
 /* The drive never asks for what the rails do not give. */
 static void test_compiled_rails_limit_the_drive(void) {

@@ -152,6 +152,21 @@ static void test_static_nonlinearity_is_its_polynomial(void) {
     chain_close(chain);
 }
 
+/* Beyond the ends of the range it goes on with the slope that it has there, however flat that is. */
+static void test_static_nonlinearity_rises_beyond_its_range(void) {
+    const double q = 0.4, c = -0.05, center = 30.0, half = 20.0;
+    chain_t *chain = open_block(&block_static_nonlinearity, (const double[]){q, c, center, half}, 1000.0, 1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 50.0 + half * (q + c) + 5.0 * (1.0 + 2.0 * q + 3.0 * c), chain_step(chain, 55.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 10.0 + half * (q - c) - 5.0 * (1.0 - 2.0 * q + 3.0 * c), chain_step(chain, 5.0));
+    double previous = -HUGE_VAL;
+    for (int k = -2000; k <= 2000; k++) { /* it has an inverse */
+        const double reading = chain_step(chain, 0.5 * k);
+        TEST_ASSERT_TRUE(reading > previous);
+        previous = reading;
+    }
+    chain_close(chain);
+}
+
 /* Refused exactly where the slope, looked at on a fine grid, is not positive somewhere in the range. */
 static void test_static_nonlinearity_that_falls_is_refused(void) {
     const double one = 1.0;
@@ -325,6 +340,7 @@ int main(void) {
     RUN_TEST(test_leakage_begins_where_it_is_told);
     RUN_TEST(test_drifts_and_hum_are_functions_of_time);
     RUN_TEST(test_static_nonlinearity_is_its_polynomial);
+    RUN_TEST(test_static_nonlinearity_rises_beyond_its_range);
     RUN_TEST(test_static_nonlinearity_that_falls_is_refused);
     RUN_TEST(test_asymmetry_bends_the_drive_between_the_ends);
     RUN_TEST(test_asymmetric_branches_are_no_mirror_images);

@@ -69,7 +69,7 @@ static void test_round_trip(void) {
 static void test_largest_image_fits_exactly(void) {
     hyst_parameters_t p = sample_parameters(HYST_PI_MAX_OPERATORS);
     p.shape_sections = HYST_IIR_MAX_SECTIONS;
-    p.drive_curves = 1;
+    p.drive_curves = p.reference_curves = 1;
     p.inertia_sections = HYST_INERTIA_MAX_SECTIONS;
     p.equalise_sections = HYST_IIR_MAX_SECTIONS;
     p.creep_cells = HYST_CREEP_MAX_CELLS;
@@ -141,24 +141,26 @@ static void test_validator_names_the_field(void) {
     expect(forged(16, HYST_FAMILY_PREISACH), clash, HYST_FIELD_PI_OPERATORS, 0);
     expect(forged(19, UINT32_MAX), range, HYST_FIELD_PI_BETA, 0);
     expect(forged(20, 0), range, HYST_FIELD_PI_RATE_GAIN, 0);
-    expect(forged(26, 5), range, HYST_FIELD_SHAPE_SECTIONS, 0);
+    expect(forged(27, 5), range, HYST_FIELD_SHAPE_SECTIONS, 0);
     expect(forged(21, HYST_PREISACH_MAX_INTERVALS + 1), range, HYST_FIELD_PREISACH_INTERVALS, 0);
     expect(forged(22, HYST_BOUC_WEN_MAX_CELLS + 1), range, HYST_FIELD_BOUC_WEN_CELLS, 0);
     expect(forged(24, 2), range, HYST_FIELD_MODIFIED_PLAYS, 0);
     expect(forged(25, 2), range, HYST_FIELD_DRIVE_CURVES, 0);
-    expect(forged(27, 2), range, HYST_FIELD_INERTIA_SECTIONS, 0);
-    expect(forged(28, UINT32_MAX), range, HYST_FIELD_EQUALISE_SECTIONS, 0);
-    expect(forged(30, 0), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, 0);
-    expect(forged(30 + 4, 0x7FFFFFFF), range, HYST_FIELD_PI_WEIGHT, 4);
-    expect(forged(41, 0), range, HYST_FIELD_PI_THRESHOLD, 0);
-    expect(forged(41 + 9, 1), clash, HYST_FIELD_PI_THRESHOLD, 9);
-    expect(forged(51 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 0);
-    expect(forged(51 + 9, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 1);
-    expect(forged(61, 0x80000000U), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
-    expect(forged(61 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_EQUALISE, 0);
-    expect(forged(29, HYST_CREEP_MAX_CELLS + 1), range, HYST_FIELD_CREEP_CELLS, 0);
-    expect(forged(66, 0x7FFFFFFF), range, HYST_FIELD_CREEP, 1);
-    expect(forged(66 + 3, 0), range, HYST_FIELD_CREEP, 1);
+    expect(forged(26, 2), range, HYST_FIELD_REFERENCE_CURVES, 0);
+    expect(forged(26, 1), HYST_PARAMETERS_BAD_LENGTH, HYST_FIELD_WORDS, 0);
+    expect(forged(28, 2), range, HYST_FIELD_INERTIA_SECTIONS, 0);
+    expect(forged(29, UINT32_MAX), range, HYST_FIELD_EQUALISE_SECTIONS, 0);
+    expect(forged(31, 0), HYST_PARAMETERS_NOT_INVERTIBLE, HYST_FIELD_PI_WEIGHT, 0);
+    expect(forged(31 + 4, 0x7FFFFFFF), range, HYST_FIELD_PI_WEIGHT, 4);
+    expect(forged(42, 0), range, HYST_FIELD_PI_THRESHOLD, 0);
+    expect(forged(42 + 9, 1), clash, HYST_FIELD_PI_THRESHOLD, 9);
+    expect(forged(52 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 0);
+    expect(forged(52 + 9, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_SHAPE, 1);
+    expect(forged(62, 0x80000000U), HYST_PARAMETERS_OK, HYST_FIELD_NONE, 0);
+    expect(forged(62 + 4, (uint32_t)HYST_Q28_ONE), HYST_PARAMETERS_UNSTABLE, HYST_FIELD_EQUALISE, 0);
+    expect(forged(30, HYST_CREEP_MAX_CELLS + 1), range, HYST_FIELD_CREEP_CELLS, 0);
+    expect(forged(67, 0x7FFFFFFF), range, HYST_FIELD_CREEP, 1);
+    expect(forged(67 + 3, 0), range, HYST_FIELD_CREEP, 1);
 }
 
 static hyst_parameters_t preisach_parameters(uint32_t intervals) {

@@ -34,12 +34,13 @@ static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_st
                                 unsigned *events) {
     bool filter_saturated = false;
     bool unreachable = false;
+    const hyst_q31_t position = c->reference_curved ? hyst_curve_apply(&c->reference_curve, reference) : reference;
     if (!state->settled) {
-        hyst_iir_settle(&c->shape, &state->shape, reference);
+        hyst_iir_settle(&c->shape, &state->shape, position);
     }
-    const hyst_q31_t position = hyst_iir_step(&c->shape, &state->shape, reference, &filter_saturated);
-    /* |position - offset| < 2^32. Saturating makes it the farthest the hysteresis could be asked for. */
-    const hyst_q31_t elastic = hyst_saturate(position - hyst_creep_offset(&c->creep, &state->creep));
+    const hyst_q31_t shaped = hyst_iir_step(&c->shape, &state->shape, position, &filter_saturated);
+    /* |shaped - offset| < 2^32. Saturating makes it the farthest the hysteresis could be asked for. */
+    const hyst_q31_t elastic = hyst_saturate(shaped - hyst_creep_offset(&c->creep, &state->creep));
     stage_drive_t drive;
     drive.hysteresis = hyst_hysteresis_solve(&c->hysteresis, &state->hysteresis, elastic, &unreachable);
     if (c->curved) {
@@ -125,9 +126,9 @@ void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensat
     if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
         hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, &state->hysteresis));
     }
-    if (from->shape.sections != to->shape.sections || from->inertia.sections != to->inertia.sections ||
-        from->equalise.sections != to->equalise.sections) {
-        state->settled = false; /* another cascade: its state starts settled at the next reference */
+    if (from->reference_curved || to->reference_curved || from->shape.sections != to->shape.sections ||
+        from->inertia.sections != to->inertia.sections || from->equalise.sections != to->equalise.sections) {
+        state->settled = false; /* another input or cascade: its state starts settled at the next reference */
     }
     state->adopted = true;
 }

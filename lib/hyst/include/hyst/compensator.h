@@ -2,12 +2,14 @@
 /**
  * The per-sample pipeline from reference to drive: the signal chain inverted, right to left.
  *
- *     position reference -> shape (IIR: inverse of mechanics and sensor) -> inverse creep -> inverse hysteresis ->
- *     inverse drive curve -> + inertia -> equalise (IIR: inverse of the electronics) -> transition offset -> limits ->
- *     drive
+ *     reference -> reference curve -> shape (IIR: inverse of mechanics and sensor) -> inverse creep ->
+ *     inverse hysteresis -> inverse drive curve -> + inertia -> equalise (IIR: inverse of the electronics) ->
+ *     transition offset -> limits -> drive
  *
- * The drive curve stands in front of the hysteresis' operators (asymmetry). Inertia is the share of the drive that
- * moves the mass and the damper, a filter of the same position that the hysteresis gets (docs/MODELS.md, section 11).
+ * The reference is a position. With a reference curve it is a reading of the sensor, and the curve holds the position
+ * that is read so. The drive curve stands in front of the hysteresis' operators (asymmetry). Inertia is the share of
+ * the drive that moves the mass and the damper, a filter of the same position that the hysteresis gets (docs/MODELS.md,
+ * section 11).
  *
  * Modes
  *   park        the drive is the parking drive; the reference is ignored
@@ -42,6 +44,8 @@ typedef struct {
     hyst_hysteresis_t hysteresis;
     bool curved; /**< the hysteresis sees drive_curve(drive) */
     hyst_curve_t drive_curve;
+    bool reference_curved; /**< the position is reference_curve(reference) */
+    hyst_curve_t reference_curve;
     hyst_creep_t creep;
     hyst_iir_t shape;
     hyst_iir_t inertia;
@@ -78,17 +82,17 @@ enum {
 void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state);
 
 /**
- * One sample. `reference` is a position (linear, compensate) or a drive (direct). Returns the drive, within the limits.
- * *events receives the HYST_STEP_ bits of this sample (overwritten).
+ * One sample. `reference` is a position or a reading (linear, compensate) or a drive (direct). Returns the drive,
+ * within the limits. *events receives the HYST_STEP_ bits of this sample (overwritten).
  */
 hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
                                  hyst_mode_t mode, hyst_q31_t reference, unsigned *events);
 
 /**
  * Call once between two steps when `to` replaces `from`. The memory of the hysteresis is carried over
- * (hyst_hysteresis_carry). Filter state is kept with equally many sections in each cascade, creep with equally many
- * cells and the same family; with others they start settled. The next step turns the jump of the drive into a
- * transition. Needs some 6 KB of stack.
+ * (hyst_hysteresis_carry). Filter state is kept with equally many sections in each cascade and without reference
+ * curves (another curve is another input), creep with equally many cells and the same family; else they start settled.
+ * The next step turns the jump of the drive into a transition. Needs some 6 KB of stack.
  */
 void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state);

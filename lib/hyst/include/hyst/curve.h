@@ -5,10 +5,10 @@
  *     node i stands at x = -1 + i / 16, i = 0..32, and holds the value there
  *
  * Use: what is curved but has no memory. In front of the hysteresis the curve from drive to effective drive
- * (asymmetry), behind it the curve from position to sensor reading. The compensator needs both directions of the same
- * curve: hyst_curve_solve to undo it, hyst_curve_apply to keep a memory in step with what was really applied. Both read
- * one table, so apply after solve is the identity up to the rounding of x (half a unit, times the slope) and of the
- * result (half a unit); tests/unit/test_curve.c.
+ * (asymmetry). The compensator needs both directions of it: hyst_curve_solve to undo it, hyst_curve_apply to keep a
+ * memory in step with what was really applied. Both read one table, so apply after solve is the identity up to the
+ * rounding of x (half a unit, times the slope) and of the result (half a unit); tests/unit/test_curve.c. At the other
+ * end the curve from a sensor's reading to the position (the inverse of the sensor's), which is only applied.
  *
  * A smooth curve is met to h^2 / 8 times its curvature between nodes, h = 1/16: a quadratic part of 1 % of the half
  * range (y = x + 0.01 x^2) to 1e-5.

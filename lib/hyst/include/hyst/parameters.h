@@ -18,15 +18,17 @@
  *     18 pi_operators n   19 pi_beta Q20 (samples)       20 pi_rate_gain Q30
  *     21 preisach_intervals N, 0 but for its family
  *     22 bouc_wen_cells n, 0 but for its family          23 bouc_wen_direct Q28
- *     24 modified_plays   1 for its family, else 0       25 drive_curves, 0 or 1
- *     26 shape_sections   27 inertia_sections   28 equalise_sections   29 creep_cells
- *     30 ...
+ *     24 modified_plays   1 for its family, else 0
+ *     25 drive_curves, 0 or 1               26 reference_curves, 0 or 1
+ *     27 shape_sections   28 inertia_sections   29 equalise_sections   30 creep_cells
+ *     31 ...
  *        w_0..w_n            Q28            (w_0 stands in every image; it is used by its family only)
  *        a_1..a_n            Q31
  *        E(i,j)              Q28, N (N + 1) / 2 elements, see preisach.h
  *        length_1..length_n  Q31, then slope_1..slope_n Q28, see bouc_wen.h
  *        a hyst_modified_play_parameters_t, word by word
- *        nodes of the drive curve   Q31, HYST_CURVE_NODES
+ *        nodes of the drive curve       Q31, HYST_CURVE_NODES: what the operators see of a drive
+ *        nodes of the reference curve   likewise: the position where the sensor reads the reference
  *        b0 b1 b2 a1 a2      Q28, per shape section, then per inertia section, then per equalise section
  *        gain rate           Q31, per creep cell
  *     last word: CRC-32 (IEEE 802.3, reflected, initial and final 0xFFFFFFFF) of all earlier words, each taken least
@@ -42,12 +44,12 @@
 #include <stddef.h>
 
 #define HYST_IMAGE_MAGIC        0x48595354U
-#define HYST_IMAGE_VERSION      2U
-#define HYST_IMAGE_HEADER_WORDS 30U
+#define HYST_IMAGE_VERSION      3U
+#define HYST_IMAGE_HEADER_WORDS 31U
 #define HYST_IMAGE_MIN_WORDS    (HYST_IMAGE_HEADER_WORDS + 1U + 1U) /* w_0 and the CRC */
 /* The largest play bank with everything that can stand around it. No other family needs as much. */
 #define HYST_IMAGE_MAX_WORDS                                                                                           \
-    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + HYST_CURVE_NODES +                                    \
+    (HYST_IMAGE_HEADER_WORDS + 1U + 2U * HYST_PI_MAX_OPERATORS + 2U * HYST_CURVE_NODES +                               \
      (2U * HYST_IIR_MAX_SECTIONS + 1U) * 5U + 2U * HYST_CREEP_MAX_CELLS + 1U)
 /** Sections of the inertia filter: one, which holds the mass' and the damper's share of the drive. */
 #define HYST_INERTIA_MAX_SECTIONS 1U
@@ -83,6 +85,8 @@ typedef struct {
     hyst_modified_play_parameters_t modified_play[1];
     uint32_t drive_curves;
     hyst_curve_t drive_curve[1];
+    uint32_t reference_curves;
+    hyst_curve_t reference_curve[1];
     uint32_t shape_sections;
     hyst_iir_section_t shape[HYST_IIR_MAX_SECTIONS];
     uint32_t inertia_sections;
@@ -146,6 +150,8 @@ typedef enum {
     HYST_FIELD_DRIVE_CURVE,
     HYST_FIELD_INERTIA_SECTIONS,
     HYST_FIELD_INERTIA,
+    HYST_FIELD_REFERENCE_CURVES,
+    HYST_FIELD_REFERENCE_CURVE,
     HYST_FIELD_COUNT
 } hyst_field_t;
 
