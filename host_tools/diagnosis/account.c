@@ -98,13 +98,20 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
                chain_simulate(&diagnosis->model, &recordings[i], 0, account->after[i], failure);
     }
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
-        account->confidence[f] = finding_confidence(&diagnosis->finding[f]);
         good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], failure);
     }
     if (good && something_remains(diagnosis)) {
         locate_remaining(&job, &account->remaining);
     }
     recordings_room_free(job.difference, count);
+    good = good && measured_columns(diagnosis, &account->measured, failure);
+    for (size_t f = 0; good && f < diagnosis->findings; f++) {
+        finding_t *finding = &diagnosis->finding[f];
+        if (finding_contradicted(finding, &account->measured.finding[f])) {
+            finding->certainty = DETECTED;
+        }
+        account->confidence[f] = finding_confidence(finding);
+    }
     if (good) {
         describe_fit(&job);
     } else {

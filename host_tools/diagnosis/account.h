@@ -5,6 +5,7 @@
 
 #include "findings.h"
 #include "locate.h"
+#include "measured_columns.h"
 
 typedef struct {
     /**
@@ -19,7 +20,8 @@ typedef struct {
     double **before, **after;
     size_t *from;
     size_t recordings;
-    location_t remaining; /**< of the residual above the noise floor; nowhere when it is not structured */
+    measured_columns_t measured; /**< what was measured beside drive and displacement */
+    location_t remaining;        /**< of the residual above the noise floor; nowhere when it is not structured */
 } account_t;
 
 /**
@@ -38,8 +40,9 @@ double finding_confidence(const finding_t *finding);
 bool something_remains(const diagnosis_t *diagnosis);
 
 /**
- * Besides filling *account, completes diagnosis->model, so that it can be written and compiled:
+ * Besides filling *account, completes the diagnosis, so that it can be told, and its model written and compiled:
  *
+ * - findings that the measured columns contradict (measured_columns.h) are no more than detected;
  * - "fit": the ranges and names of these recordings, the errors, and what was found. Of what the baseline's own fit
  *   said, the family stays.
  *

@@ -78,6 +78,11 @@ static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
            fmax(least_size * job->diagnosis->noise.sigma_um, least_part_of_found * job->found_um);
 }
 
+/* By the measured voltage or current, as surely as it takes to make a name. */
+static bool contradicted(const candidate_t *candidate) {
+    return candidate->electrical < -naming_margin;
+}
+
 static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
     const candidate_t *best = &found->candidate[0];
     *finding = (finding_t){.block = best->block,
@@ -150,7 +155,9 @@ static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
                                .likelihood = c->likelihood,
                                .t = c->test.t,
                                .t_blocks = c->test.t_blocks,
-                               .outcome = i == 0 || best == NOT_SIGNIFICANT ? best : LESS_LIKELY};
+                               .outcome = contradicted(c)                     ? CONTRADICTED
+                                          : i == 0 || best == NOT_SIGNIFICANT ? best
+                                                                              : LESS_LIKELY};
         }
     }
 }
@@ -199,7 +206,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     attempt_advance(job);
     d->tested += found.tested;
     const bool significant_one =
-        found.count > 0 && significant(&found.candidate[0], found.tested) &&
+        found.count > 0 && significant(&found.candidate[0], found.tested) && !contradicted(&found.candidate[0]) &&
         (question == ASK_ANYTHING ? explains_most(job, &found.candidate[0]) : large_enough(job, &found.candidate[0]));
     if (significant_one) {
         name(evidence, &found, &finding);

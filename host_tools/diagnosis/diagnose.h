@@ -34,7 +34,15 @@ typedef struct {
 } finding_t;
 
 /** What became of a block that was looked at in a round of the search. Appended for the outputs. */
-typedef enum { TAKEN, LESS_LIKELY, NOT_SUPPORTED /* by held-out samples */, NOT_SIGNIFICANT, SUPERFLUOUS } outcome_t;
+typedef enum {
+    TAKEN,
+    LESS_LIKELY,
+    NOT_SUPPORTED /* by held-out samples */,
+    NOT_SIGNIFICANT,
+    SUPERFLUOUS,
+    CONTRADICTED /* by the
+measured voltage or current */
+} outcome_t;
 
 enum { DIAGNOSIS_MOST_CONSIDERED = 64, DIAGNOSIS_MOST_UNSEEN = 32 };
 

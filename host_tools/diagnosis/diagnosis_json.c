@@ -3,6 +3,7 @@
 #include "catalogue.h"
 #include "diagnosis_text.h"
 #include "json_output.h"
+#include "measured_columns_text.h"
 #include <math.h>
 
 static json_t *ranges_to_json(const ranges_t *ranges) {
@@ -56,13 +57,19 @@ static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *ac
     for (size_t i = 0; i < finding->rivals; i++) {
         json_array_append_new(confusable, json_string(finding->rival[i]->name));
     }
-    return json_pack("{s:s, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:s, s:o, s:s}", "block", finding->block->name, "place",
-                     place_name(finding->block->place), "certainty", certainty_name(finding->certainty), "confidence",
-                     account->confidence[index], "parameters", parameters_to_json(diagnosis, finding),
-                     "held_out_nrmse_percent_before", json_number_or_null(finding->held_out_before_percent),
-                     "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
-                     location_to_json(&account->where[index], recordings), "explanation", explanation,
-                     "confusable_with", confusable, "separating_excitation", finding->block->probe->excitation);
+    json_t *json =
+        json_pack("{s:s, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:s, s:o, s:s}", "block", finding->block->name, "place",
+                  place_name(finding->block->place), "certainty", certainty_name(finding->certainty), "confidence",
+                  account->confidence[index], "parameters", parameters_to_json(diagnosis, finding),
+                  "held_out_nrmse_percent_before", json_number_or_null(finding->held_out_before_percent),
+                  "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
+                  location_to_json(&account->where[index], recordings), "explanation", explanation, "confusable_with",
+                  confusable, "separating_excitation", finding->block->probe->excitation);
+    json_t *measured = finding_columns_to_json(&account->measured.finding[index]);
+    if (measured != NULL) {
+        json_object_set_new(json, "measured", measured);
+    }
+    return json;
 }
 
 /* Errors on the samples that are fitted and on those that are held out. */
@@ -124,11 +131,15 @@ json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account
     for (size_t f = 0; f < diagnosis->findings; f++) {
         json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
     }
-    return json_pack(
+    json_t *json = json_pack(
         "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "format", "hyst-diagnosis-1", "recordings", names, "given",
         was_given ? errors_to_json(diagnosis->given_nrmse_percent, diagnosis->given_held_out_percent) : json_null(),
         "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(diagnosis), "remaining",
         remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict));
+    if (account->measured.count > 0) {
+        json_object_set_new(json, "measured_columns", measured_columns_to_json(&account->measured));
+    }
+    return json;
 }
 
 bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,

@@ -15,6 +15,7 @@
  *                    "band_hz": [from, to] | null, "outliers":, "where": {..}},
  *      "verdict":}
  *
+ * With measured columns also "measured_columns" and, in findings, "measured" (measured_columns_text.h).
  * where: {"recording": name (of time_s and harmonics), "time_s": [[from, to], ..], "frequency_hz": [..], "drive": [..],
  * "loop":, "harmonics": {"fundamental_hz":, "numbers": [..]} (only of a periodic drive)}. Nowhere: lists are empty.
  * sigma is null where the recordings do not determine the number; given, where no model was given.

@@ -4,6 +4,7 @@
 #include "diagnosis_pictures.h"
 #include "diagnosis_text.h"
 #include "html_page.h"
+#include "measured_columns_text.h"
 #include "svg_plot.h"
 #include <math.h>
 #include <string.h>
@@ -187,7 +188,27 @@ static void write_finding(const page_t *page, size_t index) {
     if (finding->certainty != NAMED) {
         write_probe(page->file, finding->block->name);
     }
-    fprintf(page->file, "</dd>\n</dl>\n");
+    fprintf(page->file, "</dd>\n");
+    if (finding_columns_text(finding, &page->account->measured.finding[index], text)) {
+        write_row(page->file, "Measured beside it", text);
+    }
+    fprintf(page->file, "</dl>\n");
+}
+
+/* What was measured beside drive and displacement, and is in no model. */
+static void write_measured(const page_t *page) {
+    const measured_columns_t *measured = &page->account->measured;
+    const int level = page->diagnosis->findings > 0 ? 3 : 2;
+    if (measured->count > 0) {
+        fprintf(page->file, "<h%d>What else was measured</h%d>\n", level, level);
+    }
+    for (size_t c = 0; c < measured->count; c++) {
+        char text[DIAGNOSIS_LINE];
+        measured_column_text(page->diagnosis, &measured->column[c], text);
+        fprintf(page->file, "<p>");
+        write_prose(page->file, text);
+        fprintf(page->file, "</p>\n");
+    }
 }
 
 static void write_findings(const page_t *page) {
@@ -312,6 +333,7 @@ bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *accou
     write_recordings(&page);
     write_chain(&page);
     write_findings(&page);
+    write_measured(&page);
     write_before_and_after(&page);
     write_unseen(&page);
     write_considered(&page);

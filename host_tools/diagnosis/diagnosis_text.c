@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis_text.h"
 #include "catalogue.h"
+#include "measured_columns_text.h"
 #include <math.h>
-#include <stdarg.h>
 #include <string.h>
 
 enum { INDENT = 11, WIDTH = 110 };
@@ -36,9 +36,12 @@ static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
 }
 
 const char *outcome_text(const diagnosis_t *d, size_t index) {
-    static const char *const texts[] = {"taken", "explains less than the best",
-                                        "the held-out samples do not support it", "could be chance",
-                                        "superfluous beside the others, or none of its numbers determined"};
+    static const char *const texts[] = {"taken",
+                                        "explains less than the best",
+                                        "the held-out samples do not support it",
+                                        "could be chance",
+                                        "superfluous beside the others, or none of its numbers determined",
+                                        "the measured voltage or current contradicts it"};
     const considered_t *considered = &d->consideration[index];
     return considered->outcome == LESS_LIKELY && is_rival(d, considered) ? "cannot be told from the best"
                                                                          : texts[considered->outcome];
@@ -50,73 +53,57 @@ static const char *in_place(place_t place) {
     return phrases[place];
 }
 
-/* Appends to a text of DIAGNOSIS_LINE characters; what does not fit is cut. */
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
-static void
-append(char *text, const char *format, ...) {
-    const size_t length = strlen(text);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text + length, DIAGNOSIS_LINE - length, format, arguments);
-    va_end(arguments);
-}
-
-/* "a", "a and b", "a, b and c" */
-static const char *between(size_t index, size_t count) {
-    return index == 0 ? "" : index + 1 < count ? ", " : " and ";
-}
-
 void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     text[0] = '\0';
     switch (d->verdict) {
     case NOTHING_MISSING:
-        append(text, "Nothing is missing that these recordings could show: what the model leaves is noise.");
+        text_append(text, "Nothing is missing that these recordings could show: what the model leaves is noise.");
         return;
     case UNKNOWN_PHYSICS:
-        append(text, "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.");
+        text_append(text,
+                    "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.");
         return;
     case EXPLAINED:
-        append(text, "Explained by ");
+        text_append(text, "Explained by ");
         break;
     case PARTLY_EXPLAINED:
-        append(text, "Partly explained by ");
+        text_append(text, "Partly explained by ");
         break;
     }
     for (size_t f = 0; f < d->findings; f++) {
         const finding_t *finding = &d->finding[f];
-        append(text, "%s%s", between(f, d->findings), finding->block->name);
+        text_append(text, "%s%s", text_between(f, d->findings), finding->block->name);
         for (size_t r = 0; r < finding->rivals; r++) {
-            append(text, "%s%s", r == 0 ? " (or " : ", ", finding->rival[r]->name);
+            text_append(text, "%s%s", r == 0 ? " (or " : ", ", finding->rival[r]->name);
         }
-        append(text, "%s", finding->rivals > 0 ? ")" : "");
+        text_append(text, "%s", finding->rivals > 0 ? ")" : "");
     }
-    append(text, ": the held-out error falls from %.3g %% to %.3g %%, the noise is %.3g %%.%s",
-           d->baseline_held_out_percent, d->held_out_percent, d->noise_percent,
-           d->verdict == PARTLY_EXPLAINED ? " What remains is more than noise, and in no block of the catalogue." : "");
+    text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, the noise is %.3g %%.%s",
+                d->baseline_held_out_percent, d->held_out_percent, d->noise_percent,
+                d->verdict == PARTLY_EXPLAINED ? " What remains is more than noise, and in no block of the catalogue."
+                                               : "");
 }
 
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
     text[0] = '\0';
     if (finding->certainty != NAMED && finding->rivals > 0) {
         const size_t all = finding->rivals + 1;
-        append(text, "One of %s", finding->block->name);
+        text_append(text, "One of %s", finding->block->name);
         for (size_t r = 0; r < finding->rivals; r++) {
-            append(text, "%s%s", between(r + 1, all), finding->rival[r]->name);
+            text_append(text, "%s%s", text_between(r + 1, all), finding->rival[r]->name);
         }
-        append(text, "; these recordings cannot tell which%s. The numbers are those of %s: ",
-               finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
+        text_append(text, "; these recordings cannot tell which%s. The numbers are those of %s: ",
+                    finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
     }
-    append(text, "%s", finding->block->probe->explanation);
+    text_append(text, "%s", finding->block->probe->explanation);
 }
 
 /* "12 .. 14 and 30 .. 31 s" */
 static void append_ranges(char *text, const ranges_t *ranges, const char *unit) {
     for (size_t i = 0; i < ranges->count; i++) {
-        append(text, "%s%.4g .. %.4g", between(i, ranges->count), ranges->range[i].from, ranges->range[i].to);
+        text_append(text, "%s%.4g .. %.4g", text_between(i, ranges->count), ranges->range[i].from, ranges->range[i].to);
     }
-    append(text, " %s", unit);
+    text_append(text, " %s", unit);
 }
 
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]) {
@@ -124,36 +111,31 @@ void location_text(const location_t *location, const recording_t *recordings, si
     const char *slash = strrchr(recording->name, '/');
     text[0] = '\0';
     if (!location->somewhere) {
-        append(text, "nowhere above the noise");
+        text_append(text, "nowhere above the noise");
         return;
     }
-    append(text, "%s%s; ", location->loop == LOOP_EVERYWHERE ? "in all parts of the loop" : "mostly ",
-           location->loop == LOOP_TURNING_POINTS ? "around turning points"
-           : location->loop == LOOP_MID_BRANCH   ? "in mid branch"
-           : location->loop == LOOP_HOLDS        ? "during holds"
-                                                 : "");
+    text_append(text, "%s%s; ", location->loop == LOOP_EVERYWHERE ? "in all parts of the loop" : "mostly ",
+                location->loop == LOOP_TURNING_POINTS ? "around turning points"
+                : location->loop == LOOP_MID_BRANCH   ? "in mid branch"
+                : location->loop == LOOP_HOLDS        ? "during holds"
+                                                      : "");
     append_ranges(text, &location->drive_v, "V; ");
     append_ranges(text, &location->frequency_hz, "Hz");
     for (size_t i = 0; i < location->harmonics; i++) {
-        append(text, "%s%u", i == 0 ? " (harmonics " : between(i, location->harmonics), location->harmonic[i]);
+        text_append(text, "%s%u", i == 0 ? " (harmonics " : text_between(i, location->harmonics),
+                    location->harmonic[i]);
     }
-    append(text, "%s; ", location->harmonics > 0 ? ")" : "");
+    text_append(text, "%s; ", location->harmonics > 0 ? ")" : "");
     append_ranges(text, &location->time_s, "s");
     if (count > 1) {
-        append(text, " of %s", slash == NULL ? recording->name : slash + 1);
+        text_append(text, " of %s", slash == NULL ? recording->name : slash + 1);
     }
-}
-
-/* Digits of a value behind the point of %.*g that its error allows: two of the error's. */
-static int digits_of(double value, double sigma) {
-    const int digits = 2 + (int)floor(log10(fabs(value))) - (int)floor(log10(sigma));
-    return digits < 2 ? 2 : digits > 9 ? 9 : digits;
 }
 
 /* " Hz"; nothing for a number without a unit. */
 static void append_unit(char *text, const parameter_info_t *info) {
     if (strcmp(info->unit, "1") != 0) {
-        append(text, " %s", info->unit);
+        text_append(text, " %s", info->unit);
     }
 }
 
@@ -163,12 +145,13 @@ void parameter_text(const model_block_t *block, size_t parameter, char text[DIAG
     const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
     text[0] = '\0';
     if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
-        append(text, "%s = %.*g +- %.2g", info->name, digits_of(value, sigma), value, sigma);
+        text_append(text, "%s = ", info->name);
+        text_append_value(text, value, sigma);
         append_unit(text, info);
     } else {
-        append(text, "%s = %.4g", info->name, value);
+        text_append(text, "%s = %.4g", info->name, value);
         append_unit(text, info);
-        append(text, " (%s)", sigma == 0.0 ? "at its bound" : "not determined");
+        text_append(text, " (%s)", sigma == 0.0 ? "at its bound" : "not determined");
     }
 }
 
@@ -176,17 +159,17 @@ void remainder_text(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     const remainder_t *remainder = &d->remainder;
     text[0] = '\0';
     if (remainder->rms_um > 0.0) {
-        append(text, "%.2g um rms beside the noise, most of it at %.3g .. %.3g Hz", remainder->rms_um,
-               remainder->low_hz, remainder->high_hz);
+        text_append(text, "%.2g um rms beside the noise, most of it at %.3g .. %.3g Hz", remainder->rms_um,
+                    remainder->low_hz, remainder->high_hz);
     } else {
-        append(text, "noise at all frequencies");
+        text_append(text, "noise at all frequencies");
     }
     if (remainder->outliers > 0) {
-        append(text, "; %zu single sample%s far outside the noise", remainder->outliers,
-               remainder->outliers == 1 ? "" : "s");
+        text_append(text, "; %zu single sample%s far outside the noise", remainder->outliers,
+                    remainder->outliers == 1 ? "" : "s");
     }
     if (!remainder->structured && (remainder->rms_um > 0.0 || remainder->outliers > 0)) {
-        append(text, ": too little to ask for a reason");
+        text_append(text, ": too little to ask for a reason");
     }
 }
 
@@ -226,12 +209,12 @@ bool unseen_has_parameter(const unseen_t *unseen) {
 
 void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
     text[0] = '\0';
-    append(text, "%.2g um rms", unseen->smallest_um);
+    text_append(text, "%.2g um rms", unseen->smallest_um);
     if (unseen_has_parameter(unseen)) {
         const parameter_info_t *info = &unseen->block->parameter[unseen->parameter];
-        append(text, " (%s = %.2g", info->name, fabs(unseen->value));
+        text_append(text, " (%s = %.2g", info->name, fabs(unseen->value));
         append_unit(text, info);
-        append(text, ")");
+        text_append(text, ")");
     }
 }
 
@@ -289,7 +272,7 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     for (size_t p = 0; p < block->block->parameters; p++) {
         if (finding_searched(finding, p)) {
             parameter_text(block, p, number);
-            append(text, "%s%s", first ? "" : ", ", number);
+            text_append(text, "%s%s", first ? "" : ", ", number);
             first = false;
         }
     }
@@ -297,11 +280,15 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     location_text(&account->where[index], recordings, count, text);
     print_wrapped("   where", text);
     text[0] = '\0';
-    append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent, finding->held_out_after_percent);
+    text_append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent, finding->held_out_after_percent);
     print_wrapped("   error", text);
+    if (finding_columns_text(finding, &account->measured.finding[index], text)) {
+        print_wrapped("   beside", text);
+    }
     if (finding->certainty != NAMED) {
         text[0] = '\0';
-        append(text, "%s: hyst record --port DEV --probe %s", finding->block->probe->excitation, finding->block->name);
+        text_append(text, "%s: hyst record --port DEV --probe %s", finding->block->probe->excitation,
+                    finding->block->name);
         print_wrapped("   record", text);
     }
 }
@@ -314,7 +301,7 @@ static void print_chain(const diagnosis_t *d) {
     for (size_t i = 0; i < blocks; i++) {
         const block_t *block = d->model.block[order[i]].block;
         const bool found = finding_of(d, block) != NULL;
-        append(text, "%s%s%s%s", i > 0 ? " -> " : "", found ? "[" : "", block->name, found ? "]" : "");
+        text_append(text, "%s%s%s%s", i > 0 ? " -> " : "", found ? "[" : "", block->name, found ? "]" : "");
     }
     print_wrapped("chain", text);
 }
@@ -322,26 +309,26 @@ static void print_chain(const diagnosis_t *d) {
 /* "0.9000 % -> 0.5000 % -> 0.1000 %": as it came in, fitted again, with what was found. */
 static void append_steps(char *text, const diagnosis_t *d, double given, double baseline, double found) {
     if (d->family == NULL) {
-        append(text, "%.4f %% -> ", given);
+        text_append(text, "%.4f %% -> ", given);
     }
-    append(text, "%.4f %%", baseline);
+    text_append(text, "%.4f %%", baseline);
     if (d->findings > 0) {
-        append(text, " -> %.4f %%", found);
+        text_append(text, " -> %.4f %%", found);
     }
 }
 
 static void print_errors(const diagnosis_t *d) {
     char text[DIAGNOSIS_LINE] = "NRMSE ";
     append_steps(text, d, d->given_nrmse_percent, d->baseline_nrmse_percent, d->nrmse_percent);
-    append(text, ", held out ");
+    text_append(text, ", held out ");
     append_steps(text, d, d->given_held_out_percent, d->baseline_held_out_percent, d->held_out_percent);
-    append(text, "; noise %.4f %%", d->noise_percent);
+    text_append(text, "; noise %.4f %%", d->noise_percent);
     putchar('\n');
     print_wrapped("error", text);
     if (d->family == NULL) {
         text[0] = '\0';
-        append(text, "(the chain as it came in -> its hysteresis fitted again%s)",
-               d->findings > 0 ? " -> with what was found" : "");
+        text_append(text, "(the chain as it came in -> its hysteresis fitted again%s)",
+                    d->findings > 0 ? " -> with what was found" : "");
         print_wrapped("", text);
     }
 }
@@ -383,6 +370,10 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
     if (something_remains(d) && account->remaining.somewhere) {
         location_text(&account->remaining, recordings, count, text);
         print_wrapped("   where", text);
+    }
+    for (size_t c = 0; c < account->measured.count; c++) {
+        measured_column_text(d, &account->measured.column[c], text);
+        print_wrapped("measured", text);
     }
     printf("tested     %zu signatures\n", d->tested);
     print_unseen(d);

@@ -4,9 +4,8 @@
 #define DIAGNOSIS_TEXT_H
 
 #include "account.h"
+#include "text_line.h"
 #include <stdio.h>
-
-enum { DIAGNOSIS_LINE = 1000 };
 
 /** "nothing missing", "explained", "partly explained", "unknown physics". */
 const char *verdict_name(verdict_t verdict);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "search.h"
 #include "catalogue.h"
+#include "electrical.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,7 +76,7 @@ static double merit(const candidate_t *candidate, size_t fitted) {
     for (unsigned bits = candidate->block->probe->searched; bits != 0; bits >>= 1) {
         numbers += bits & 1U;
     }
-    const double paid = number_price * (double)numbers;
+    const double paid = number_price * (double)numbers - candidate->electrical;
     /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
      * middle. */
     return candidate->joint ? 0.5 * (candidate->likelihood - (double)fitted * log(candidate->power.fitted)) - paid
@@ -191,6 +192,7 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
         candidate_t *candidate = &found->candidate[i];
         if (candidate->likelihood > fmax(least_likelihood, worth_refining * found->candidate[0].likelihood)) {
             refine_candidate(evidence, candidate);
+            candidate->electrical = electrical_likelihood(samples, baseline, &candidate->model, candidate->block);
         }
     }
     sort(found);
@@ -210,7 +212,8 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
 
 double search_margin(const search_t *found, size_t other) {
     const candidate_t *one = &found->candidate[0], *two = &found->candidate[other];
-    return one->joint == two->joint ? one->merit - two->merit : one->likelihood - two->likelihood;
+    return one->joint == two->joint ? one->merit - two->merit
+                                    : one->likelihood + one->electrical - two->likelihood - two->electrical;
 }
 
 void search_free(search_t *found) {

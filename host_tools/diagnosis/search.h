@@ -17,6 +17,7 @@ typedef struct {
     double likelihood;    /**< 2 log of the likelihood ratio to the baseline, beyond J */
     bool joint;           /**< the model was fitted again together with its hysteresis */
     joint_power_t power;  /**< what is left then */
+    double electrical;    /**< 2 log likelihood by the measured voltage and current (electrical.h) */
     double merit;         /**< what candidates are ordered by: 2 log likelihood less a price for each searched number */
     double
         smallest_um; /**< of all its probes: least root mean square of the change of the position that would be seen */

@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "column_test.h"
+#include "attempt.h"
+#include "basis.h"
+#include "nuisance.h"
+#include "signals.h"
+#include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double least_support = 12.0;
+static const double least_part_of_found = 0.1;
+/* Fewer rows than this for each column of J are explained by anything. */
+static const size_t rows_per_column = 2;
+
+/* The rows of fitted or of held-out samples. */
+typedef struct {
+    samples_part_t part;
+    size_t rows;
+    basis_t basis;        /* J, and the half waves behind it */
+    size_t drive_columns; /* of J */
+    double *residual;     /* whitened */
+} rows_t;
+
+struct column_test {
+    const diagnosis_t *diagnosis;
+    model_t model;
+    signals_t signals;
+    rows_t fitted, held;
+    double *white;   /* a column */
+    double found_um; /* what the findings change, whitened, beyond J */
+    double chance;
+};
+
+static void add_to_rows(rows_t *rows, const samples_t *samples, const double *white, nuisance_layer_t layer) {
+    double *x = allocate(rows->rows, sizeof(double));
+    samples_pick(samples, rows->part, white, x);
+    basis_add(&rows->basis, x);
+    rows->drive_columns = layer == NUISANCE_TRENDS ? rows->drive_columns : rows->basis.columns;
+    free(x);
+}
+
+static void add_column(void *context, const double *column, nuisance_layer_t layer) {
+    column_test_t *test = context;
+    const diagnosis_t *d = test->diagnosis;
+    noise_whiten(&d->noise, &d->samples, column, test->white);
+    add_to_rows(&test->fitted, &d->samples, test->white, layer);
+    add_to_rows(&test->held, &d->samples, test->white, layer);
+}
+
+static void open_rows(rows_t *rows, const signals_t *signals, samples_part_t part, size_t count,
+                      const nuisance_options_t *options) {
+    *rows = (rows_t){.part = part, .rows = count, .residual = allocate(count, sizeof(double))};
+    basis_open(&rows->basis, count, nuisance_most(signals, options));
+}
+
+/* Takes out of rows what J explains, or J and the half waves. Returns the rows. */
+static double *take_out(rows_t *rows, double *x, column_speed_t speed) {
+    const size_t all = rows->basis.columns;
+    rows->basis.columns = speed == TEST_FAST ? all : rows->drive_columns;
+    basis_project(&rows->basis, x);
+    rows->basis.columns = all;
+    return x;
+}
+
+static double *residual_beyond(rows_t *rows, column_speed_t speed) {
+    double *y = allocate(rows->rows, sizeof(double));
+    memcpy(y, rows->residual, rows->rows * sizeof(double));
+    return take_out(rows, y, speed);
+}
+
+static double *column_beyond(column_test_t *test, rows_t *rows, const double *column, column_speed_t speed) {
+    const diagnosis_t *d = test->diagnosis;
+    double *x = allocate(rows->rows, sizeof(double));
+    noise_whiten(&d->noise, &d->samples, column, test->white);
+    samples_pick(&d->samples, rows->part, test->white, x);
+    return take_out(rows, x, speed);
+}
+
+static double square_of(const rows_t *rows, const double *x) {
+    return cblas_ddot((int)rows->rows, x, 1, x, 1);
+}
+
+static void take_residual(column_test_t *test) {
+    const diagnosis_t *d = test->diagnosis;
+    double *residual = samples_column(&d->samples);
+    samples_residual(&d->samples, test->signals.simulated, residual);
+    noise_whiten(&d->noise, &d->samples, residual, test->white);
+    samples_pick(&d->samples, SAMPLE_FITTED, test->white, test->fitted.residual);
+    samples_pick(&d->samples, SAMPLE_HELD_OUT, test->white, test->held.residual);
+    free(residual);
+}
+
+static bool measure_found(column_test_t *test, failure_t *failure) {
+    const diagnosis_t *d = test->diagnosis;
+    double *change = samples_column(&d->samples);
+    const bool good = samples_simulate(&d->samples, &d->baseline, change, failure);
+    if (good) {
+        cblas_daxpy((int)d->samples.all, -1.0, test->signals.simulated, 1, change, 1);
+        double *left = column_beyond(test, &test->fitted, change, TEST_SLOW_TOO);
+        test->found_um = sqrt(square_of(&test->fitted, left) / (double)test->fitted.rows);
+        free(left);
+    }
+    free(change);
+    return good;
+}
+
+column_test_t *column_test_open(const diagnosis_t *d, const model_t *model, double chance, failure_t *failure) {
+    const nuisance_options_t options = {.plays = true, .shapes = true, .trends = true};
+    const samples_t *samples = &d->samples;
+    column_test_t *test = allocate(1, sizeof *test);
+    *test = (column_test_t){.diagnosis = d, .chance = chance};
+    model_copy(&test->model, model);
+    attempt_without_noise(&test->model);
+    test->white = samples_column(samples);
+    bool good = signals_open(&test->signals, samples, &test->model, failure);
+    if (good) {
+        open_rows(&test->fitted, &test->signals, SAMPLE_FITTED, samples->fitted, &options);
+        open_rows(&test->held, &test->signals, SAMPLE_HELD_OUT, samples->held, &options);
+        good = nuisance(&test->signals, &options, add_column, test, failure) && measure_found(test, failure);
+    }
+    if (!good) {
+        column_test_close(test);
+        return NULL;
+    }
+    take_residual(test);
+    return test;
+}
+
+void column_test_close(column_test_t *test) {
+    if (test != NULL) {
+        signals_close(&test->signals);
+        model_free(&test->model);
+        basis_close(&test->fitted.basis);
+        basis_close(&test->held.basis);
+        free(test->fitted.residual);
+        free(test->held.residual);
+        free(test->white);
+        free(test);
+    }
+}
+
+const model_t *column_test_model(const column_test_t *test) {
+    return &test->model;
+}
+
+const double *column_test_simulated(const column_test_t *test) {
+    return test->signals.simulated;
+}
+
+bool column_test_enough(const column_test_t *test) {
+    return test->held.rows > rows_per_column * test->held.basis.columns;
+}
+
+column_trial_t column_try(column_test_t *test, const double *column, column_speed_t speed) {
+    const double sigma_um = test->diagnosis->noise.sigma_um;
+    rows_t *held = &test->held;
+    double *x = column_beyond(test, &test->fitted, column, speed), *y = residual_beyond(&test->fitted, speed);
+    const regression_t found = regression_of(x, y, test->fitted.rows);
+    free(x);
+    free(y);
+    x = column_beyond(test, held, column, speed);
+    y = residual_beyond(held, speed);
+    const double before = square_of(held, y);
+    cblas_daxpy((int)held->rows, -found.amplitude, x, 1, y, 1);
+    const double after = square_of(held, y);
+    free(x);
+    free(y);
+    column_trial_t trial = {.coefficient = found.amplitude, .sigma = found.sigma, .least = HUGE_VAL};
+    if (column_test_enough(test) && found.square > 0.0 && after > 0.0) {
+        const double size = sqrt(found.square / (double)test->fitted.rows);
+        const double least_um = fmax(search_least_size * sigma_um, least_part_of_found * test->found_um);
+        trial.least = fmax(found.sigma * regression_quantile(&found, test->chance), least_um / size);
+        trial.likelihood = gsl_pow_2(found.amplitude / sigma_um) * found.square;
+        trial.share = 1.0 - after / before;
+        trial.passed = fabs(found.amplitude) > trial.least && (double)held->rows * log(before / after) > least_support;
+    }
+    return trial;
+}
+
+double column_drift_share(column_test_t *test, const double *column) {
+    rows_t *rows = &test->fitted;
+    double *x = column_beyond(test, rows, column, TEST_SLOW_TOO), *y = residual_beyond(rows, TEST_SLOW_TOO);
+    double *fast = residual_beyond(rows, TEST_FAST);
+    const regression_t found = regression_of(x, y, rows->rows);
+    const double drift = square_of(rows, y) - square_of(rows, fast);
+    free(x);
+    free(y);
+    free(fast);
+    return drift > 0.0 ? gsl_pow_2(found.amplitude) * found.square / drift : 0.0;
+}
+
+regression_t column_beside(column_test_t *test, const double *signature, const double *column) {
+    rows_t *rows = &test->fitted;
+    double *s = column_beyond(test, rows, signature, TEST_SLOW_TOO);
+    double *x = column_beyond(test, rows, column, TEST_SLOW_TOO);
+    double *y = residual_beyond(rows, TEST_SLOW_TOO);
+    basis_t beside;
+    basis_open(&beside, rows->rows, 1);
+    basis_add(&beside, x);
+    cblas_daxpy((int)rows->rows, 1.0, s, 1, y, 1);
+    basis_project(&beside, s);
+    basis_project(&beside, y);
+    const regression_t found = regression_of(s, y, rows->rows);
+    basis_close(&beside);
+    free(s);
+    free(x);
+    free(y);
+    return found;
+}

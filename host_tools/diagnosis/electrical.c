@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "electrical.h"
+#include "catalogue.h"
+#include "least_squares.h"
+#include "regression.h"
+#include <gsl/gsl_cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Standard error below which a share of a predicted change means nothing: the prediction is not better than that. */
+static const double least_sigma = 1e-3;
+/* Of the simulated signal: a change that is smaller is none. */
+static const double no_change = 1e-9;
+static const double deviations = 3.0;
+
+bool column_measured(const samples_t *samples, column_t column) {
+    for (size_t i = 0; i < samples->count; i++) {
+        if (samples->recordings[i].column[column] != NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The drive behind the model's electronics: a column. */
+static void simulate_voltage(const samples_t *samples, const model_t *model, double *voltage) {
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+        double *v = voltage + samples->begin[i];
+        memcpy(v, recording->column[COLUMN_DRIVE], recording->samples * sizeof(double));
+        for (size_t b = 0; b < model->blocks; b++) {
+            if (model->block[b].block->place == PLACE_ELECTRONICS) {
+                chain_stage_t stage = chain_stage_open(model, b, &setup);
+                signal_t signal = {.value = v[0]};
+                chain_stage_settle(&stage, &signal);
+                for (size_t k = 0; k < recording->samples; k++) {
+                    signal = (signal_t){.value = v[k]};
+                    chain_stage_step(&stage, &signal);
+                    v[k] = signal.value;
+                }
+                chain_stage_close(&stage);
+            }
+        }
+    }
+}
+
+/* First differences over the two samples about each, so that they are not late, and second ones; by the time between
+ * two samples. */
+static void differ(const samples_t *samples, const double *voltage, double *first, double *second) {
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        const double *v = voltage + samples->begin[i];
+        for (size_t k = 0; k < recording->samples; k++) {
+            const double before = k > 0 ? v[k] - v[k - 1] : 0.0;
+            const double after = k + 1 < recording->samples ? v[k + 1] - v[k] : 0.0;
+            first[samples->begin[i] + k] = 0.5 * (after + before) * recording->sample_rate_hz;
+            second[samples->begin[i] + k] = (after - before) * recording->sample_rate_hz;
+        }
+    }
+}
+
+/* What the electronics predict of a column: offsets and predictors, the one with the factor that is asked for last;
+ * 0 in samples that do not speak, of recordings without the column or left out. */
+typedef struct {
+    size_t unknowns;
+    double *column; /* one after the other */
+    double *main;   /* the last one */
+} prediction_t;
+
+static void silence(const samples_t *samples, column_t column, double *x) {
+    for (size_t i = 0; i < samples->count; i++) {
+        for (size_t k = samples->begin[i]; k < samples->begin[i + 1]; k++) {
+            if (samples->part[k] == SAMPLE_LEFT_OUT || samples->recordings[i].column[column] == NULL) {
+                x[k] = 0.0;
+            }
+        }
+    }
+}
+
+static void predict(const samples_t *samples, column_t column, const model_t *model, prediction_t *p) {
+    const size_t predictors = column == COLUMN_CURRENT ? 4 : 1;
+    p->unknowns = samples->count + predictors;
+    p->column = allocate(p->unknowns * samples->all, sizeof(double));
+    p->main = p->column + (p->unknowns - 1) * samples->all;
+    double *voltage = p->column + samples->count * samples->all;
+    for (size_t i = 0; i < samples->count; i++) {
+        for (size_t k = samples->begin[i]; k < samples->begin[i + 1]; k++) {
+            p->column[i * samples->all + k] = 1.0;
+        }
+    }
+    simulate_voltage(samples, model, voltage);
+    if (column == COLUMN_CURRENT) {
+        double *product = voltage + samples->all, *second = product + samples->all, range[2];
+        recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range);
+        differ(samples, voltage, p->main, second);
+        for (size_t k = 0; k < samples->all; k++) { /* about the middle, so that C belongs to it */
+            product[k] = (voltage[k] - 0.5 * (range[0] + range[1])) * p->main[k];
+        }
+    }
+    for (size_t u = 0; u < p->unknowns; u++) {
+        silence(samples, column, p->column + u * samples->all);
+    }
+}
+
+/* Takes out of y what the prediction explains. Returns the factor of the main predictor; 0, and y as it was, if there
+ * is none. */
+static double take_out(const samples_t *samples, const prediction_t *p, double *y, double *factor) {
+    normal_equations_t equations;
+    double *lower = allocate(p->unknowns, sizeof(double));
+    failure_t ignored;
+    normal_equations_create(&equations, p->unknowns);
+    normal_equations_of_columns(&equations, p->column, y, samples->all);
+    for (size_t u = 0; u < p->unknowns; u++) {
+        lower[u] = -HUGE_VAL;
+    }
+    const bool good = solve_bounded(&equations, lower, factor, NULL, &ignored);
+    for (size_t u = 0; u < p->unknowns; u++) {
+        factor[u] = good ? factor[u] : 0.0;
+        cblas_daxpy((int)samples->all, -factor[u], p->column + u * samples->all, 1, y, 1);
+    }
+    normal_equations_free(&equations);
+    free(lower);
+    return factor[p->unknowns - 1];
+}
+
+/* What was measured, 0 in samples that do not speak. */
+static double *measured_in(const samples_t *samples, column_t column) {
+    double *y = samples_column(samples);
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        if (recording->column[column] != NULL) {
+            memcpy(y + samples->begin[i], recording->column[column], recording->samples * sizeof(double));
+        }
+    }
+    silence(samples, column, y);
+    return y;
+}
+
+/* Moves the samples that speak to the front. Returns how many. */
+static size_t pick(const samples_t *samples, column_t column, double *x) {
+    size_t rows = 0;
+    for (size_t i = 0; i < samples->count; i++) {
+        for (size_t k = samples->begin[i]; k < samples->begin[i + 1]; k++) {
+            if (samples->part[k] != SAMPLE_LEFT_OUT && samples->recordings[i].column[column] != NULL) {
+                x[rows++] = x[k];
+            }
+        }
+    }
+    return rows;
+}
+
+electrical_change_t electrical_change(const samples_t *samples, column_t column, const model_t *without,
+                                      const model_t *with) {
+    electrical_change_t change = {0};
+    prediction_t one, other;
+    if (!column_measured(samples, column)) {
+        return change;
+    }
+    predict(samples, column, without, &one);
+    predict(samples, column, with, &other);
+    double *x = other.main, *y = measured_in(samples, column), *factor = allocate(one.unknowns, sizeof(double));
+    const double whole = cblas_dnrm2((int)samples->all, x, 1);
+    cblas_daxpy((int)samples->all, -1.0, one.main, 1, x, 1);
+    if (cblas_dnrm2((int)samples->all, x, 1) > no_change * whole) {
+        /* x and y less what the rest explains of both (Frisch, Waugh and Lovell) */
+        const double of_x = take_out(samples, &one, x, factor), of_y = take_out(samples, &one, y, factor);
+        pick(samples, column, x);
+        const regression_t found = regression_of(x, y, pick(samples, column, y));
+        const double scale = of_y - found.amplitude * of_x;
+        change = (electrical_change_t){.measured = isfinite(found.sigma) && scale != 0.0,
+                                       .part = found.amplitude / scale,
+                                       .sigma = found.sigma / fabs(scale)};
+    }
+    free(factor);
+    free(y);
+    free(one.column);
+    free(other.column);
+    return change;
+}
+
+change_verdict_t electrical_verdict(const electrical_change_t *change) {
+    const double sigma = fmax(change->sigma, least_sigma);
+    return !change->measured                         ? CHANGE_NOT_SEEN
+           : change->part - 0.5 > deviations * sigma ? CHANGE_PRESENT
+           : 0.5 - change->part > deviations * sigma ? CHANGE_ABSENT
+                                                     : CHANGE_UNDECIDED;
+}
+
+/* Squares of (part - 0) less (part - 1), in standard errors. */
+static double likelihood_of(const electrical_change_t *change) {
+    const double sigma = fmax(change->sigma, least_sigma);
+    return change->measured ? (2.0 * change->part - 1.0) / (sigma * sigma) : 0.0;
+}
+
+double electrical_likelihood(const samples_t *samples, const model_t *without, const model_t *with,
+                             const block_t *block) {
+    if (block->place != PLACE_ELECTRONICS) {
+        return 0.0;
+    }
+    const electrical_change_t voltage = electrical_change(samples, COLUMN_VOLTAGE, without, with),
+                              current = electrical_change(samples, COLUMN_CURRENT, without, with);
+    const double likelihood = likelihood_of(&voltage) + likelihood_of(&current);
+    return block == &block_transport_delay ? fmax(0.0, likelihood) : likelihood;
+}
+
+void electrical_measured_voltage(const samples_t *samples, const model_t *model, double *voltage) {
+    prediction_t p;
+    predict(samples, COLUMN_VOLTAGE, model, &p);
+    double *rest = measured_in(samples, COLUMN_VOLTAGE), *factor = allocate(p.unknowns, sizeof(double));
+    const double gain = take_out(samples, &p, rest, factor);
+    simulate_voltage(samples, model, voltage);
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        for (size_t k = 0; recording->column[COLUMN_VOLTAGE] != NULL && gain != 0.0 && k < recording->samples; k++) {
+            voltage[samples->begin[i] + k] = (recording->column[COLUMN_VOLTAGE][k] - factor[i]) / gain;
+        }
+    }
+    free(factor);
+    free(rest);
+    free(p.column);
+}
+
+void electrical_unexplained_current(const samples_t *samples, const model_t *model, double *current) {
+    prediction_t p;
+    predict(samples, COLUMN_CURRENT, model, &p);
+    double *rest = measured_in(samples, COLUMN_CURRENT), *factor = allocate(p.unknowns, sizeof(double));
+    take_out(samples, &p, rest, factor);
+    memcpy(current, rest, samples->all * sizeof(double));
+    free(factor);
+    free(rest);
+    free(p.column);
+}

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "measured_columns.h"
+#include "blocks/first_order_lag.h"
+#include "catalogue.h"
+#include "column_test.h"
+#include "findings.h"
+#include "golden_section.h"
+#include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Chance of one false relation in a diagnosis, over all columns, lags and models. */
+static const double false_alarm = 0.01;
+/* 2 log likelihood that a lag has to be worth, as a number of a block is (search.c), and its search besides. */
+static const double lag_price = 20.0;
+/* Time constants in parts of the longest recording. */
+static const double lags[] = {0.003, 0.01, 0.03, 0.1, 0.3};
+enum { LAGS = sizeof lags / sizeof lags[0], LAG_STEPS = 10 };
+static const double most_of_a_drift = 0.8;
+/* Coefficients of the voltage between which the position follows it. */
+static const double least_following = 0.5, most_following = 2.0;
+
+static const column_t looked_at[MEASURED_MOST] = {COLUMN_TEMPERATURE, COLUMN_VOLTAGE, COLUMN_CURRENT};
+
+static column_relation_t relation_of(relation_t relation, const column_trial_t *trial, double lag_s) {
+    return (column_relation_t){.relation = relation,
+                               .coefficient = trial->coefficient,
+                               .sigma = trial->sigma,
+                               .lag_s = lag_s,
+                               .share = trial->share,
+                               .least = trial->least};
+}
+
+static column_relation_t relate(column_test_t *test, const double *column, double lag_s) {
+    const column_trial_t fast = column_try(test, column, TEST_FAST), slow = column_try(test, column, TEST_SLOW_TOO);
+    column_relation_t relation = relation_of(GOES_WITH_NOTHING, &fast, lag_s);
+    if (fast.passed) {
+        relation.relation = GOES_WITH_IT;
+        relation.share = slow.share;
+    } else if (slow.passed && column_drift_share(test, column) > most_of_a_drift) {
+        relation = relation_of(LOOKS_LIKE_IT, &slow, lag_s);
+    }
+    return relation;
+}
+
+/* The temperature less that at the beginning of its recording, behind a lag. */
+static void temperature(const samples_t *samples, double lag_s, double *column) {
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        const double *measured = recording->column[COLUMN_TEMPERATURE];
+        first_order_lag_t lag = {.present = 1.0};
+        if (lag_s > 0.0) {
+            first_order_lag_set(&lag, 1.0 / (2.0 * M_PI * lag_s), recording->sample_rate_hz);
+        }
+        for (size_t k = 0; k < recording->samples; k++) {
+            signal_t signal = {.value = measured == NULL ? 0.0 : measured[k] - measured[0]};
+            first_order_lag_step(&lag, &signal);
+            column[samples->begin[i] + k] = signal.value;
+        }
+    }
+}
+
+typedef struct {
+    column_test_t *test;
+    const samples_t *samples;
+    double *column;
+} lag_search_t;
+
+static double likelihood_at(const lag_search_t *search, double lag_s) {
+    temperature(search->samples, lag_s, search->column);
+    return column_try(search->test, search->column, TEST_FAST).likelihood;
+}
+
+static bool minus_likelihood(void *context, double log_lag_s, double *value) {
+    *value = -likelihood_at(context, exp(log_lag_s));
+    return true;
+}
+
+/* The lag with which the temperature explains most, 0 if none is worth its price. */
+static double best_lag(const lag_search_t *search) {
+    const samples_t *samples = search->samples;
+    const double without = likelihood_at(search, 0.0);
+    double longest_s = 0.0, best = without + lag_price;
+    size_t at = LAGS;
+    for (size_t i = 0; i < samples->count; i++) {
+        longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
+    }
+    for (size_t i = 0; i < LAGS; i++) {
+        const double likelihood = likelihood_at(search, lags[i] * longest_s);
+        if (likelihood > best) {
+            best = likelihood;
+            at = i;
+        }
+    }
+    if (at == LAGS) {
+        return 0.0;
+    }
+    lag_search_t context = *search;
+    double lag = log(lags[at] * longest_s);
+    golden_section(minus_likelihood, &context, log(lags[at > 0 ? at - 1 : 0] * longest_s),
+                   log(lags[at + 1 < LAGS ? at + 1 : at] * longest_s), LAG_STEPS, &lag);
+    return exp(lag);
+}
+
+/* What the position would change by if the hysteresis saw the measured voltage. */
+static bool follow_voltage(const column_test_t *test, const samples_t *samples, double *column, failure_t *failure) {
+    const model_t *model = column_test_model(test);
+    const double *simulated = column_test_simulated(test);
+    size_t order[MODEL_MAX_BLOCKS], electronics = 0;
+    const size_t stages = chain_order(model, order);
+    bool good = true;
+    while (model->block[order[electronics]].block->place == PLACE_ELECTRONICS) {
+        electronics++;
+    }
+    electrical_measured_voltage(samples, model, column);
+    for (size_t i = 0; good && i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        double *x = column + samples->begin[i];
+        signal_t *signal = allocate(recording->samples + 1, sizeof *signal);
+        signal[0].value = x[0];
+        for (size_t k = 0; k < recording->samples; k++) {
+            signal[1 + k].value = x[k];
+        }
+        good = chain_run(model, recording, 0, electronics, stages, signal, failure);
+        for (size_t k = 0; good && k < recording->samples; k++) {
+            x[k] = signal[1 + k].value - simulated[samples->begin[i] + k];
+            good = isfinite(x[k]) || fail(failure, "%s: the model runs away at the measured voltage", recording->name);
+        }
+        free(signal);
+    }
+    return good;
+}
+
+static bool relate_column(column_test_t *test, const samples_t *samples, column_t which, column_relation_t *relation,
+                          failure_t *failure) {
+    double *column = samples_column(samples), lag_s = 0.0;
+    bool good = true;
+    if (which == COLUMN_TEMPERATURE) {
+        const lag_search_t search = {test, samples, column};
+        lag_s = best_lag(&search);
+        temperature(samples, lag_s, column);
+    } else if (which == COLUMN_VOLTAGE) {
+        good = follow_voltage(test, samples, column, failure);
+    } else {
+        electrical_unexplained_current(samples, column_test_model(test), column);
+    }
+    if (good) {
+        *relation = relate(test, column, lag_s);
+    }
+    if (which == COLUMN_VOLTAGE &&
+        (relation->coefficient < least_following || relation->coefficient > most_following)) {
+        relation->relation = GOES_WITH_NOTHING;
+    }
+    free(column);
+    return good;
+}
+
+/* How much of a finding stands beside the temperature. */
+static bool set_beside(column_test_t *test, const diagnosis_t *d, const finding_t *finding, double lag_s,
+                       electrical_change_t *beside, failure_t *failure) {
+    double *signature = samples_column(&d->samples), *column = samples_column(&d->samples);
+    model_t without;
+    model_copy(&without, column_test_model(test));
+    model_remove(&without, finding_index(d, finding));
+    const bool good = samples_simulate(&d->samples, &without, signature, failure);
+    if (good) {
+        for (size_t k = 0; k < d->samples.all; k++) {
+            signature[k] = column_test_simulated(test)[k] - signature[k];
+        }
+        temperature(&d->samples, lag_s, column);
+        const regression_t stands = column_beside(test, signature, column);
+        *beside =
+            (electrical_change_t){.measured = isfinite(stands.sigma), .part = stands.amplitude, .sigma = stands.sigma};
+    }
+    model_free(&without);
+    free(signature);
+    free(column);
+    return good;
+}
+
+/* The slow findings beside the temperature, where what the baseline leaves goes with it. */
+static bool set_all_beside(column_test_t *test, const diagnosis_t *d, measured_columns_t *measured,
+                           failure_t *failure) {
+    const column_relation_t *relation = &measured->column[0].before;
+    bool good = true;
+    if (measured->column[0].column != COLUMN_TEMPERATURE || relation->relation != GOES_WITH_IT) {
+        return true;
+    }
+    for (size_t f = 0; good && f < d->findings; f++) {
+        const probe_t *probe = d->finding[f].block->probe;
+        good = strcmp(probe->group, block_thermal_drift.probe->group) != 0 ||
+               set_beside(test, d, &d->finding[f], relation->lag_s, &measured->finding[f].beside_temperature, failure);
+    }
+    return good;
+}
+
+/* All columns against what one model leaves. */
+static bool relate_all(const diagnosis_t *d, bool found, measured_columns_t *measured, failure_t *failure) {
+    const double chance = false_alarm / (2.0 * (LAGS + 1.0 + MEASURED_MOST - 1.0));
+    column_test_t *test = column_test_open(d, found ? &d->model : &d->baseline, chance, failure);
+    bool good = test != NULL;
+    for (size_t c = 0; good && c < measured->count; c++) {
+        measured_column_t *column = &measured->column[c];
+        good = relate_column(test, &d->samples, column->column, &column->after, failure);
+        column->before = found ? column->before : column->after;
+    }
+    good = good && (!found || set_all_beside(test, d, measured, failure));
+    column_test_close(test);
+    return good;
+}
+
+/* The chain without a finding, and with it; or, of a sensor's low pass, with that in the amplifier. */
+static void find_change(const diagnosis_t *d, const finding_t *finding, finding_columns_t *columns) {
+    const bool sensor = finding->block == &block_sensor_bandwidth;
+    model_t without, with;
+    if (finding->block->place != PLACE_ELECTRONICS && !sensor) {
+        return;
+    }
+    columns->block = sensor ? &block_amplifier_bandwidth : finding->block;
+    model_copy(&without, &d->model);
+    model_remove(&without, finding_index(d, finding));
+    model_copy(&with, sensor ? &without : &d->model);
+    if (sensor) {
+        const model_block_t *low_pass = &d->model.block[finding_index(d, finding)];
+        model_set(model_append(&with, &block_amplifier_bandwidth), "cutoff_hz",
+                  model_parameter(low_pass, "cutoff_hz")->value[0]);
+    }
+    columns->voltage = electrical_change(&d->samples, COLUMN_VOLTAGE, &without, &with);
+    columns->current = electrical_change(&d->samples, COLUMN_CURRENT, &without, &with);
+    model_free(&without);
+    model_free(&with);
+}
+
+bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failure_t *failure) {
+    *measured = (measured_columns_t){0};
+    for (size_t c = 0; c < MEASURED_MOST; c++) {
+        if (column_measured(&d->samples, looked_at[c])) {
+            measured->column[measured->count++].column = looked_at[c];
+        }
+    }
+    for (size_t f = 0; f < d->findings && measured->count > 0; f++) {
+        find_change(d, &d->finding[f], &measured->finding[f]);
+    }
+    return measured->count == 0 ||
+           (relate_all(d, false, measured, failure) && (d->findings == 0 || relate_all(d, true, measured, failure)));
+}
+
+bool finding_contradicted(const finding_t *finding, const finding_columns_t *columns) {
+    const bool anywhere = finding->block == &block_transport_delay || columns->block != finding->block;
+    const change_verdict_t voltage = electrical_verdict(&columns->voltage),
+                           current = electrical_verdict(&columns->current);
+    const bool not_there = voltage == CHANGE_ABSENT || (voltage == CHANGE_NOT_SEEN && current == CHANGE_ABSENT);
+    return (!anywhere && not_there) || (finding->block != &block_thermal_drift &&
+                                        electrical_verdict(&columns->beside_temperature) == CHANGE_ABSENT);
+}
