@@ -43,6 +43,9 @@ static size_t valid_image(uint8_t operators, uint32_t words[HYST_IMAGE_MAX_WORDS
     for (uint32_t i = 0; i < p.shape_sections; i++) {
         p.shape[i] = p.equalise[i] = (hyst_iir_section_t){.b0 = HYST_Q28_ONE};
     }
+    p.drive_curves = p.reference_curves = operators / 5U % 2U;
+    hyst_curve_identity(p.drive_curve);
+    hyst_curve_identity(p.reference_curve);
     return hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS);
 }
 

@@ -183,8 +183,28 @@ static void test_through_a_preload(void) {
     model_free(&model);
 }
 
+/* What track takes its range from: the reference for a position, within the converter's range. */
+static void test_the_reference_for_a_position(void) {
+    const sensor_t sensor = {0.05, 0.02};
+    hyst_parameters_t parameters;
+    model_t model;
+    make_model(&model, &sensor);
+    compile_good(&model, &ranges, &parameters, NULL);
+    for (int i = -99; i <= 99; i++) {
+        const hyst_q31_t reference = (hyst_q31_t)lround(0x1p31 * reference_for(&parameters, i / 100.0));
+        /* Half a unit of the reference, times the curve's slope, which is below 2, and half one of the position. */
+        TEST_ASSERT_DOUBLE_WITHIN(1.5, i / 100.0 * 0x1p31, hyst_curve_apply(parameters.reference_curve, reference));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(-1.0, reference_for(&parameters, -1.5));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0 - 0x1p-31, reference_for(&parameters, 1.5));
+    parameters.reference_curves = 0;
+    TEST_ASSERT_EQUAL_DOUBLE(1.5, reference_for(&parameters, 1.5));
+    model_free(&model);
+}
+
 static void test_one_curve_at_each_end(void) {
     const sensor_t sensor = {0.05, 0.02};
+    const double one = 0.5;
     hyst_parameters_t parameters;
     failure_t failure = {{0}};
     model_t model;
@@ -196,6 +216,14 @@ static void test_one_curve_at_each_end(void) {
     TEST_ASSERT_FALSE(compile_model(&model, &ranges, &parameters, NULL, &failure));
     expect_line(&failure, "the reading falls within the range");
     model_free(&model);
+    model_create(&model, rate_hz);
+    for (int i = 0; i < 2; i++) {
+        model_set(model_append(&model, &block_asymmetric_hysteresis), "half_range_v", 100.0);
+    }
+    model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, &one, NULL);
+    TEST_ASSERT_FALSE(compile_model(&model, &ranges, &parameters, NULL, &failure));
+    expect_line(&failure, "block asymmetric_hysteresis: the amplifier has no second drive curve");
+    model_free(&model);
 }
 
 int main(void) {
@@ -204,6 +232,7 @@ int main(void) {
     RUN_TEST(test_or_the_position_does);
     RUN_TEST(test_the_straight_line_is_drawn_through_readings);
     RUN_TEST(test_through_a_preload);
+    RUN_TEST(test_the_reference_for_a_position);
     RUN_TEST(test_one_curve_at_each_end);
     return UNITY_END();
 }
