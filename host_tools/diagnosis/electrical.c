@@ -169,9 +169,9 @@ electrical_change_t electrical_change(const samples_t *samples, column_t column,
         pick(samples, column, x);
         const regression_t found = regression_of(x, y, pick(samples, column, y));
         const double scale = of_y - found.amplitude * of_x;
-        change = (electrical_change_t){.measured = isfinite(found.sigma) && scale != 0.0,
-                                       .part = found.amplitude / scale,
-                                       .sigma = found.sigma / fabs(scale)};
+        if (isfinite(found.sigma) && scale != 0.0) {
+            change = (electrical_change_t){true, found.amplitude / scale, found.sigma / fabs(scale)};
+        }
     }
     free(factor);
     free(y);

@@ -8,30 +8,23 @@ static const struct {
     const char *name;
     actuator_t actuator;
 } cases[] = {
-    {"null", {.climate = WANDERING_TEMPERATURE, .voltage = true, .current = true, .temperature = true}},
-    {"amplifier", {.amplifier_hz = 150.0, .voltage = true}},
-    {"amplifier_alone", {.amplifier_hz = 150.0}},
-    {"sensor", {.sensor_hz = 150.0, .voltage = true}},
-    {"sensor_alone", {.sensor_hz = 150.0}},
+    {"nothing", {.climate = WANDERING_TEMPERATURE, .voltage = true, .current = true, .temperature = true}},
+    {"amplifier_alone", {.amplifier_hz = 600.0}},
+    {"amplifier_voltage", {.amplifier_hz = 600.0, .voltage = true}},
+    {"amplifier_current", {.amplifier_hz = 600.0, .current = true}},
+    {"sensor_voltage", {.sensor_hz = 600.0, .voltage = true}},
     {"delay_before", {.amplifier_delay_s = 0.75e-3, .voltage = true}},
     {"delay_behind", {.sensor_delay_s = 0.75e-3, .voltage = true}},
-    {"slew", {.slew_v_per_s = 3000.0, .voltage = true, .current = true}},
     {"slew_current", {.slew_v_per_s = 3000.0, .current = true}},
-    {"rail", {.rail_v = 92.0, .voltage = true}},
-    {"ripple", {.ripple_v = 0.4, .voltage = true}},
-    {"cycle", {.climate = CYCLING_TEMPERATURE, .um_per_kelvin = 0.05, .temperature = true}},
-    {"cycle_lag", {.climate = CYCLING_TEMPERATURE, .um_per_kelvin = 0.3, .actuator_warms_s = 0.2, .temperature = true}},
+    {"cycling", {.climate = CYCLING_TEMPERATURE, .um_per_kelvin = 0.05, .temperature = true}},
     {"warming", {.climate = WARMING_UP, .um_per_kelvin = 0.05, .temperature = true}},
-    {"walk", {.climate = WANDERING_TEMPERATURE, .um_per_kelvin = 0.05, .temperature = true}},
-    {"walk_drift", {.climate = WANDERING_TEMPERATURE, .drift_um = 0.1, .temperature = true}},
-    {"warming_drift", {.climate = WARMING_UP, .drift_um = 0.1, .temperature = true}},
-    {"monitor", {.sensor_hz = 150.0, .monitor_hz = 1500.0, .monitor_gain = 0.05, .voltage = true}},
+    {"wandering", {.climate = WANDERING_TEMPERATURE, .um_per_kelvin = 0.05, .temperature = true}},
 };
 
 int main(int argc, char **argv) {
     for (size_t i = 0; argc == 3 && i < sizeof cases / sizeof cases[0]; i++) {
         if (strcmp(cases[i].name, argv[1]) == 0) {
-            random_t rng = random_start("write_measured", 20261121 + i);
+            random_t rng = random_start("write_measured", 20261121);
             actuator_t actuator = cases[i].actuator;
             recording_t recording;
             failure_t failure;
