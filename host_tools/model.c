@@ -49,7 +49,7 @@ void model_remove(model_t *model, size_t index) {
 model_block_t *model_append(model_t *model, const block_t *block) {
     model_block_t *const appended = &model->block[model->blocks++];
     assert(model->blocks <= MODEL_MAX_BLOCKS && block->parameters <= BLOCK_MAX_PARAMETERS);
-    appended->block = block;
+    *appended = (model_block_t){.block = block}; /* what stood there may be a block that was removed or moved */
     for (size_t p = 0; p < block->parameters; p++) {
         const parameter_info_t *info = &block->parameter[p];
         const double value = info->optional ? info->default_value : 0.0;

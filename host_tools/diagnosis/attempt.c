@@ -4,6 +4,7 @@
 #include "catalogue.h"
 #include "findings.h"
 #include "lattice.h"
+#include "sides.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
@@ -24,9 +25,7 @@ static const double support_at_least = 12.0, support_enough = 100.0;
 static const double least_part_of_steps = 0.25;
 /* Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
 static const double least_steps = 0.1;
-/* Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be
- * their error. */
-static const double least_part_of_found = 0.1;
+const double attempt_least_part_of_found = 0.1;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
  * hysteresis could imitate; and the part of it that the block has to explain. */
 static const double worth_explaining = 0.2, most_of_it = 0.6;
@@ -40,8 +39,7 @@ void attempt_advance(attempt_t *job) {
     progress_update(&job->progress, 1.0 - job->left);
 }
 
-/* NRMSE of a model over the samples that are fitted, and held out. */
-static bool measure(const attempt_t *job, const model_t *model, double *percent, double *held_out_percent) {
+bool attempt_measure(const attempt_t *job, const model_t *model, double *percent, double *held_out_percent) {
     const samples_t *samples = &job->diagnosis->samples;
     double *simulated = samples_column(samples);
     const bool good = samples_simulate(samples, model, simulated, job->failure);
@@ -53,8 +51,7 @@ static bool measure(const attempt_t *job, const model_t *model, double *percent,
     return good;
 }
 
-/* The blocks of the model that the baseline does not have, as bits. */
-static unsigned blocks_found(const diagnosis_t *d, const model_t *model) {
+unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model) {
     unsigned blocks = 0;
     for (size_t b = 0; b < model->blocks; b++) {
         const block_t *block = model->block[b].block;
@@ -75,7 +72,7 @@ static bool significant(const candidate_t *candidate, size_t tested) {
 static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
     const double least_size = job->coarse ? least_part_of_steps : search_least_size;
     return candidate->test.amplitude * candidate->test.own_um >
-           fmax(least_size * job->diagnosis->noise.sigma_um, least_part_of_found * job->found_um);
+           fmax(least_size * job->diagnosis->noise.sigma_um, attempt_least_part_of_found * job->found_um);
 }
 
 /* By the measured voltage or current, as surely as it takes to make a name. */
@@ -119,10 +116,10 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
     model_t augmented;
     model_copy(&augmented, &candidate->model);
     *accepted = false;
-    if (!joint_fit(&d->samples, &d->noise, &augmented, blocks_found(d, &augmented), SETTLE_ITERATIONS, &power,
+    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_found(d, &augmented), SETTLE_ITERATIONS, &power,
                    job->failure) ||
-        !measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
-        !measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
+        !attempt_measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
+        !attempt_measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
         model_free(&augmented);
         return false;
     }
@@ -246,7 +243,8 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
     model_copy(without, &d->model);
     model_remove(without, finding_index(d, finding));
     attempt_advance(job);
-    if (!joint_fit(&d->samples, &d->noise, without, blocks_found(d, without), SETTLE_ITERATIONS, power, job->failure)) {
+    if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_found(d, without), SETTLE_ITERATIONS, power,
+                   job->failure)) {
         model_free(without);
         return false;
     }
@@ -269,13 +267,15 @@ static void drop(attempt_t *job, size_t finding, model_t *without, const joint_p
     job->power = *power;
 }
 
-/* Takes out the findings, the latest first, that the others make superfluous. */
-static bool reconsider(attempt_t *job) {
+bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared) {
     diagnosis_t *d = job->diagnosis;
-    const double least = search_least_size * search_least_size * (double)d->samples.fitted;
+    const double least = least_size * least_size * (double)d->samples.fitted;
     for (size_t f = d->findings; f-- > 0 && d->findings > 1;) {
         model_t without;
         joint_power_t power;
+        if ((spared >> f & 1U) != 0) {
+            continue;
+        }
         if (!fit_without(job, &d->finding[f], &without, &power)) {
             return false;
         }
@@ -378,13 +378,13 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     model_copy(&d->model, given);
     good = joint_fit(&d->samples, &d->noise, &d->model, 0, BASELINE_ITERATIONS, &job->power, job->failure);
     model_copy(&d->baseline, &d->model);
-    good = good && measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
-           measure(job, &d->baseline, &d->baseline_nrmse_percent, &d->baseline_held_out_percent);
+    good = good && attempt_measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
+           attempt_measure(job, &d->baseline, &d->baseline_nrmse_percent, &d->baseline_held_out_percent);
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = find_one(job, &found);
     }
-    good =
-        good && reconsider(job) && find_errors(job) && measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
+    good = good && attempt_reconsider(job, search_least_size, 0) && sides_settle(job) && find_errors(job) &&
+           attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
         d->noise_percent =
             100.0 * d->noise.rms_um / (job->setting.displacement_high_um - job->setting.displacement_low_um);

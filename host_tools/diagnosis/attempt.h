@@ -29,6 +29,21 @@ void attempt_advance(attempt_t *job);
  */
 bool attempt_from(attempt_t *job, const model_t *given);
 
+/** NRMSE of a model over the samples that are fitted, and held out. */
+bool attempt_measure(const attempt_t *job, const model_t *model, double *percent, double *held_out_percent);
+
+/** The blocks of the model that the baseline does not have, as bits. */
+unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model);
+
+/** Takes out the findings, the latest first, that the others make superfluous: without them the fit is worse by less
+ * than this size (root mean square, in parts of the noise), or the held-out samples do not miss them. spared: bits,
+ * those that stay, by index. */
+bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared);
+
+/** Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be
+ * their error. */
+extern const double attempt_least_part_of_found;
+
 /** What is left of the held-out samples (a sum of squares) beyond the noise, in parts of it. */
 double attempt_excess(const diagnosis_t *d, double held);
 

@@ -37,11 +37,10 @@ typedef struct {
 typedef enum {
     TAKEN,
     LESS_LIKELY,
-    NOT_SUPPORTED /* by held-out samples */,
+    NOT_SUPPORTED, /**< by the held-out samples */
     NOT_SIGNIFICANT,
     SUPERFLUOUS,
-    CONTRADICTED /* by the
-measured voltage or current */
+    CONTRADICTED /**< by the measured voltage or current */
 } outcome_t;
 
 enum { DIAGNOSIS_MOST_CONSIDERED = 64, DIAGNOSIS_MOST_UNSEEN = 32 };

@@ -328,6 +328,7 @@ bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *accou
     }
     fprintf(page.file, "%s<h1>What the model leaves out</h1>\n<p class=\"verdict\">", style);
     verdict_sentence(diagnosis, text);
+    measured_columns_verdict(diagnosis, &account->measured, text);
     write_prose(page.file, text);
     fprintf(page.file, "</p>\n");
     write_recordings(&page);

@@ -359,6 +359,7 @@ static void print_unseen(const diagnosis_t *d) {
 void diagnosis_print(const diagnosis_t *d, const account_t *account, const recording_t *recordings, size_t count) {
     char text[DIAGNOSIS_LINE];
     verdict_sentence(d, text);
+    measured_columns_verdict(d, &account->measured, text);
     print_wrapped("verdict", text);
     print_chain(d);
     for (size_t f = 0; f < d->findings; f++) {

@@ -13,6 +13,7 @@ static const double least_sigma = 1e-3;
 /* Of the simulated signal: a change that is smaller is none. */
 static const double no_change = 1e-9;
 static const double deviations = 3.0;
+enum { VOLTAGE_PREDICTORS = 1, CURRENT_PREDICTORS = 4, MOST_PREDICTORS = CURRENT_PREDICTORS };
 
 bool column_measured(const samples_t *samples, column_t column) {
     for (size_t i = 0; i < samples->count; i++) {
@@ -23,24 +24,36 @@ bool column_measured(const samples_t *samples, column_t column) {
     return false;
 }
 
+/* Where a chain's pure delay is: nobody knows whether it is before the voltage or behind it. */
+typedef enum { DELAY_BEFORE, DELAY_BEHIND } side_t;
+
+static bool has_delay(const model_t *model) {
+    return model_find(model, block_transport_delay.name) != NULL;
+}
+
+static void pass(const model_t *model, size_t block, const recording_t *recording, double *v) {
+    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+    chain_stage_t stage = chain_stage_open(model, block, &setup);
+    signal_t signal = {.value = v[0]};
+    chain_stage_settle(&stage, &signal);
+    for (size_t k = 0; k < recording->samples; k++) {
+        signal = (signal_t){.value = v[k]};
+        chain_stage_step(&stage, &signal);
+        v[k] = signal.value;
+    }
+    chain_stage_close(&stage);
+}
+
 /* The drive behind the model's electronics: a column. */
-static void simulate_voltage(const samples_t *samples, const model_t *model, double *voltage) {
+static void simulate_voltage(const samples_t *samples, const model_t *model, side_t delay, double *voltage) {
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *recording = &samples->recordings[i];
-        const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
         double *v = voltage + samples->begin[i];
         memcpy(v, recording->column[COLUMN_DRIVE], recording->samples * sizeof(double));
         for (size_t b = 0; b < model->blocks; b++) {
-            if (model->block[b].block->place == PLACE_ELECTRONICS) {
-                chain_stage_t stage = chain_stage_open(model, b, &setup);
-                signal_t signal = {.value = v[0]};
-                chain_stage_settle(&stage, &signal);
-                for (size_t k = 0; k < recording->samples; k++) {
-                    signal = (signal_t){.value = v[k]};
-                    chain_stage_step(&stage, &signal);
-                    v[k] = signal.value;
-                }
-                chain_stage_close(&stage);
+            const block_t *block = model->block[b].block;
+            if (block->place == PLACE_ELECTRONICS && (delay == DELAY_BEFORE || block != &block_transport_delay)) {
+                pass(model, b, recording, v);
             }
         }
     }
@@ -79,8 +92,8 @@ static void silence(const samples_t *samples, column_t column, double *x) {
     }
 }
 
-static void predict(const samples_t *samples, column_t column, const model_t *model, prediction_t *p) {
-    const size_t predictors = column == COLUMN_CURRENT ? 4 : 1;
+static void predict(const samples_t *samples, column_t column, const model_t *model, side_t delay, prediction_t *p) {
+    const size_t predictors = column == COLUMN_CURRENT ? CURRENT_PREDICTORS : VOLTAGE_PREDICTORS;
     p->unknowns = samples->count + predictors;
     p->column = allocate(p->unknowns * samples->all, sizeof(double));
     p->main = p->column + (p->unknowns - 1) * samples->all;
@@ -90,7 +103,7 @@ static void predict(const samples_t *samples, column_t column, const model_t *mo
             p->column[i * samples->all + k] = 1.0;
         }
     }
-    simulate_voltage(samples, model, voltage);
+    simulate_voltage(samples, model, delay, voltage);
     if (column == COLUMN_CURRENT) {
         double *product = voltage + samples->all, *second = product + samples->all, range[2];
         recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range);
@@ -151,15 +164,13 @@ static size_t pick(const samples_t *samples, column_t column, double *x) {
     return rows;
 }
 
-electrical_change_t electrical_change(const samples_t *samples, column_t column, const model_t *without,
-                                      const model_t *with) {
-    electrical_change_t change = {0};
+/* Returns what is left of the column's square; HUGE_VAL, and no change, where the chains do not differ in it. */
+static double change_at(const samples_t *samples, column_t column, const model_t *without, const model_t *with,
+                        side_t delay, electrical_change_t *change) {
     prediction_t one, other;
-    if (!column_measured(samples, column)) {
-        return change;
-    }
-    predict(samples, column, without, &one);
-    predict(samples, column, with, &other);
+    double left = HUGE_VAL;
+    predict(samples, column, without, delay, &one);
+    predict(samples, column, with, delay, &other);
     double *x = other.main, *y = measured_in(samples, column), *factor = allocate(one.unknowns, sizeof(double));
     const double whole = cblas_dnrm2((int)samples->all, x, 1);
     cblas_daxpy((int)samples->all, -1.0, one.main, 1, x, 1);
@@ -167,16 +178,30 @@ electrical_change_t electrical_change(const samples_t *samples, column_t column,
         /* x and y less what the rest explains of both (Frisch, Waugh and Lovell) */
         const double of_x = take_out(samples, &one, x, factor), of_y = take_out(samples, &one, y, factor);
         pick(samples, column, x);
-        const regression_t found = regression_of(x, y, pick(samples, column, y));
+        const size_t rows = pick(samples, column, y);
+        const regression_t found = regression_of(x, y, rows);
         const double scale = of_y - found.amplitude * of_x;
         if (isfinite(found.sigma) && scale != 0.0) {
-            change = (electrical_change_t){true, found.amplitude / scale, found.sigma / fabs(scale)};
+            *change = (electrical_change_t){true, found.amplitude / scale, found.sigma / fabs(scale)};
+            left = cblas_ddot((int)rows, y, 1, y, 1) - found.amplitude * found.amplitude * found.square;
         }
     }
     free(factor);
     free(y);
     free(one.column);
     free(other.column);
+    return left;
+}
+
+electrical_change_t electrical_change(const samples_t *samples, column_t column, const model_t *without,
+                                      const model_t *with) {
+    electrical_change_t change = {0}, other = {0};
+    if (column_measured(samples, column)) {
+        const double left = change_at(samples, column, without, with, DELAY_BEFORE, &change);
+        if (has_delay(without) && change_at(samples, column, without, with, DELAY_BEHIND, &other) < left) {
+            change = other;
+        }
+    }
     return change;
 }
 
@@ -205,30 +230,65 @@ double electrical_likelihood(const samples_t *samples, const model_t *without, c
     return block == &block_transport_delay ? fmax(0.0, likelihood) : likelihood;
 }
 
-void electrical_measured_voltage(const samples_t *samples, const model_t *model, double *voltage) {
+/* The factors of the equation; what they leave, a column. */
+static double *explain(const samples_t *samples, column_t column, const model_t *model, side_t delay, double *factor) {
     prediction_t p;
-    predict(samples, COLUMN_VOLTAGE, model, &p);
-    double *rest = measured_in(samples, COLUMN_VOLTAGE), *factor = allocate(p.unknowns, sizeof(double));
-    const double gain = take_out(samples, &p, rest, factor);
-    simulate_voltage(samples, model, voltage);
+    predict(samples, column, model, delay, &p);
+    double *rest = measured_in(samples, column);
+    take_out(samples, &p, rest, factor);
+    free(p.column);
+    return rest;
+}
+
+/* The same: the square of what they leave. */
+static double left_at(const samples_t *samples, column_t column, const model_t *model, side_t delay, double *factor) {
+    double *rest = explain(samples, column, model, delay, factor);
+    const double left = cblas_ddot((int)samples->all, rest, 1, rest, 1);
+    free(rest);
+    return left;
+}
+
+static double *room_for_factors(const samples_t *samples) {
+    return allocate(samples->count + MOST_PREDICTORS, sizeof(double));
+}
+
+double electrical_left(const samples_t *samples, column_t column, const model_t *model) {
+    double *factor = room_for_factors(samples);
+    double left = left_at(samples, column, model, DELAY_BEFORE, factor);
+    if (has_delay(model)) {
+        left = fmin(left, left_at(samples, column, model, DELAY_BEHIND, factor));
+    }
+    free(factor);
+    return left;
+}
+
+void electrical_measured_voltage(const samples_t *samples, const model_t *model, double *voltage) {
+    double *factor = room_for_factors(samples), *other = room_for_factors(samples);
+    const double before = left_at(samples, COLUMN_VOLTAGE, model, DELAY_BEFORE, factor);
+    const bool behind = has_delay(model) && left_at(samples, COLUMN_VOLTAGE, model, DELAY_BEHIND, other) < before;
+    const double *used = behind ? other : factor, gain = used[samples->count];
+    simulate_voltage(samples, model, DELAY_BEFORE, voltage);
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *recording = &samples->recordings[i];
-        for (size_t k = 0; recording->column[COLUMN_VOLTAGE] != NULL && gain != 0.0 && k < recording->samples; k++) {
-            voltage[samples->begin[i] + k] = (recording->column[COLUMN_VOLTAGE][k] - factor[i]) / gain;
+        const bool measured = recording->column[COLUMN_VOLTAGE] != NULL && gain != 0.0;
+        double *v = voltage + samples->begin[i];
+        for (size_t k = 0; measured && k < recording->samples; k++) {
+            v[k] = (recording->column[COLUMN_VOLTAGE][k] - used[i]) / gain;
+        }
+        for (size_t b = 0; behind && measured && b < model->blocks; b++) {
+            if (model->block[b].block == &block_transport_delay) {
+                pass(model, b, recording, v);
+            }
         }
     }
     free(factor);
-    free(rest);
-    free(p.column);
+    free(other);
 }
 
 void electrical_unexplained_current(const samples_t *samples, const model_t *model, double *current) {
-    prediction_t p;
-    predict(samples, COLUMN_CURRENT, model, &p);
-    double *rest = measured_in(samples, COLUMN_CURRENT), *factor = allocate(p.unknowns, sizeof(double));
-    take_out(samples, &p, rest, factor);
+    double *factor = room_for_factors(samples);
+    double *rest = explain(samples, COLUMN_CURRENT, model, DELAY_BEFORE, factor);
     memcpy(current, rest, samples->all * sizeof(double));
     free(factor);
     free(rest);
-    free(p.column);
 }

@@ -11,7 +11,8 @@
  * v: the drive behind the model's electronics; one offset a recording. The factors are fitted, so a monitor output of
  * another scale will do; one with a lag of its own only if that is well below what it is asked about. The voltage has
  * to be sampled together with the position. When within a sample the current was, nobody knows: S allows for half of
- * one either way, and so the current says nothing of a lag that is as short.
+ * one either way, and so the current says nothing of a lag that is as short. The chain's pure delay may be before the
+ * point where they are measured or behind it, and is taken to be where that fits better.
  */
 #ifndef ELECTRICAL_H
 #define ELECTRICAL_H
@@ -43,8 +44,11 @@ change_verdict_t electrical_verdict(const electrical_change_t *change);
 double electrical_likelihood(const samples_t *samples, const model_t *without, const model_t *with,
                              const block_t *block);
 
-/** The measured voltage less offset and over gain, on the scale of the simulated one; that one itself in recordings
- * without. A column. */
+/** What the model's electronics leave of a measured column: its square. For finding their numbers. */
+double electrical_left(const samples_t *samples, column_t column, const model_t *model);
+
+/** The measured voltage less offset and over gain, on the scale of the simulated one, and behind the model's pure
+ * delay if that is behind it; the simulated one in recordings without. A column. */
 void electrical_measured_voltage(const samples_t *samples, const model_t *model, double *voltage);
 /** The measured current less what the equation explains of it, in A; 0 in samples that do not take part and in
  * recordings without. A column. */

@@ -5,6 +5,7 @@
 #include "column_test.h"
 #include "findings.h"
 #include "golden_section.h"
+#include "sides.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -210,28 +211,6 @@ static bool relate_all(const diagnosis_t *d, bool found, measured_columns_t *mea
     return good;
 }
 
-/* The chain without a finding, and with it; or, of a sensor's low pass, with that in the amplifier. */
-static void find_change(const diagnosis_t *d, const finding_t *finding, finding_columns_t *columns) {
-    const bool sensor = finding->block == &block_sensor_bandwidth;
-    model_t without, with;
-    if (finding->block->place != PLACE_ELECTRONICS && !sensor) {
-        return;
-    }
-    columns->block = sensor ? &block_amplifier_bandwidth : finding->block;
-    model_copy(&without, &d->model);
-    model_remove(&without, finding_index(d, finding));
-    model_copy(&with, sensor ? &without : &d->model);
-    if (sensor) {
-        const model_block_t *low_pass = &d->model.block[finding_index(d, finding)];
-        model_set(model_append(&with, &block_amplifier_bandwidth), "cutoff_hz",
-                  model_parameter(low_pass, "cutoff_hz")->value[0]);
-    }
-    columns->voltage = electrical_change(&d->samples, COLUMN_VOLTAGE, &without, &with);
-    columns->current = electrical_change(&d->samples, COLUMN_CURRENT, &without, &with);
-    model_free(&without);
-    model_free(&with);
-}
-
 bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failure_t *failure) {
     *measured = (measured_columns_t){0};
     for (size_t c = 0; c < MEASURED_MOST; c++) {
@@ -240,7 +219,11 @@ bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failur
         }
     }
     for (size_t f = 0; f < d->findings && measured->count > 0; f++) {
-        find_change(d, &d->finding[f], &measured->finding[f]);
+        const finding_t *finding = &d->finding[f];
+        finding_columns_t *columns = &measured->finding[f];
+        columns->block = sides_block(finding->block);
+        columns->voltage = sides_change(d, finding, COLUMN_VOLTAGE);
+        columns->current = sides_change(d, finding, COLUMN_CURRENT);
     }
     return measured->count == 0 ||
            (relate_all(d, false, measured, failure) && (d->findings == 0 || relate_all(d, true, measured, failure)));

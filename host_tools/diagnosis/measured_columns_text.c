@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "measured_columns_text.h"
+#include "account.h"
 #include "json_output.h"
+#include "sides.h"
 #include <math.h>
 
 static const char *unit_of(column_t column) {
@@ -89,7 +91,11 @@ static void append_change(char *text, const finding_t *finding, const finding_co
     case CHANGE_PRESENT:
         text_append(text, "%sThe measured %s shows it", space, name);
         append_part(text, seen, of);
-        text_append(text, other ? ": the amplifier lags as well." : ": it is in the amplifier.");
+        text_append(text, "%s",
+                    other ? ": the amplifier lags as well."
+                    : sides_only_part(seen)
+                        ? ": only that part of it is in the amplifier, something behind it acts alike."
+                        : ": it is in the amplifier.");
         break;
     case CHANGE_ABSENT:
         text_append(text, "%sThe measured %s does not show it", space, name);
@@ -144,6 +150,19 @@ static void add_change(json_t *json, const char *name, const electrical_change_t
             json, name,
             json_pack("{s:f, s:f, s:s}", "part", change->part, "sigma", change->sigma, "verdict", names[verdict]));
     }
+}
+
+void measured_columns_verdict(const diagnosis_t *diagnosis, const measured_columns_t *measured,
+                              char text[DIAGNOSIS_LINE]) {
+    bool first = true;
+    for (size_t c = 0; c < measured->count; c++) {
+        if (something_remains(diagnosis) && measured->column[c].after.relation == GOES_WITH_IT) {
+            text_append(text, "%s the %s", first ? " But it goes with" : " and",
+                        column_name(measured->column[c].column));
+            first = false;
+        }
+    }
+    text_append(text, "%s", first ? "" : ".");
 }
 
 json_t *finding_columns_to_json(const finding_columns_t *columns) {

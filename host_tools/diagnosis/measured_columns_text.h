@@ -13,6 +13,10 @@ void measured_column_text(const diagnosis_t *diagnosis, const measured_column_t 
  * it. false: the columns do not say. */
 bool finding_columns_text(const finding_t *finding, const finding_columns_t *columns, char text[DIAGNOSIS_LINE]);
 
+/** Adds to the verdict, which says that no block explains what remains, the columns that it goes with. */
+void measured_columns_verdict(const diagnosis_t *diagnosis, const measured_columns_t *measured,
+                              char text[DIAGNOSIS_LINE]);
+
 /** docs/FORMATS.md: "measured_columns" of a diagnosis. A new reference. */
 json_t *measured_columns_to_json(const measured_columns_t *measured);
 /** "measured" of a finding; NULL: the columns do not say. */

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 8000, SEEDS = 40 };
+enum { SAMPLES = 8000, SEEDS = 24 };
 static const double noise_um = 0.005;
 static random_t rng;
 static recording_t recording;
@@ -82,7 +82,7 @@ static void test_no_column_no_word(void) {
     TEST_ASSERT_FALSE(finding_columns_text(&diagnosis.finding[0], &measured.finding[0], text));
 }
 
-/* Of 40 diagnoses with three columns that say nothing, 0.4 may say something; 4 come once in 1300 tests. A drift that
+/* Of 24 diagnoses with three columns that say nothing, 0.24 may say something; 3 come once in 500 tests. A drift that
  * no model has, beside a temperature that moves by itself, may at most be taken for something slow. */
 static void expect_silence(double drift_um, relation_t most) {
     int alarms = 0;
@@ -99,7 +99,7 @@ static void expect_silence(double drift_um, relation_t most) {
         }
     }
     printf("%d of %d\n", alarms, SEEDS);
-    TEST_ASSERT_LESS_THAN_INT(4, alarms);
+    TEST_ASSERT_LESS_THAN_INT(3, alarms);
 }
 
 static void test_columns_that_say_nothing_are_silent(void) {
@@ -126,7 +126,7 @@ static void test_coloured_noise_is_no_relation(void) {
         alarms += measured.column[0].before.relation == GOES_WITH_IT ? 1 : 0;
     }
     printf("%d of %d\n", alarms, SEEDS);
-    TEST_ASSERT_LESS_THAN_INT(4, alarms);
+    TEST_ASSERT_LESS_THAN_INT(3, alarms);
 }
 
 static void test_what_follows_the_thermometer_goes_with_it(void) {

@@ -70,6 +70,24 @@ has '"block": "transport_delay"'
 has '"certainty": "named"'
 says 'it is behind the amplifier'
 
+# Two lags: each on its side, and within 3 % of 300 and 500 Hz. (The position alone makes one of 190 Hz of them.)
+near() {
+    awk -v name="$1" -v truth="$2" '
+        index($0, "\"block\": \"" name "\"") { here = 1 }
+        here && /"value":/ { sub(/.*: /, ""); exit !($0 > 0.97 * truth && $0 < 1.03 * truth) }' findings ||
+        complain "$name: $1 is not $2"
+}
+diagnose low_passes
+sed -n '/"findings"/,/"not_found"/p' f.json >findings
+near amplifier_bandwidth 300
+near sensor_bandwidth 500
+has '"verdict": "explained"'
+diagnose delay_and_sensor
+sed -n '/"findings"/,/"not_found"/p' f.json >findings
+near transport_delay 0.0005
+near sensor_bandwidth 300
+has '"verdict": "explained"'
+
 diagnose slew_current
 has '"block": "amplifier_slew_limit"'
 says 'The measured current shows it'

@@ -187,6 +187,21 @@ static void test_a_missing_file_is_named(void) {
 }
 
 /* The catalogue's own promises, on which the model reader relies. */
+/* The numbers of a block that has moved up into a gap are its own. */
+static void test_a_block_appended_after_another_went_has_its_own_numbers(void) {
+    model_t model;
+    model_create(&model, 1000.0);
+    model_append(&model, &block_transport_delay);
+    model_set(model_append(&model, &block_amplifier_bandwidth), "cutoff_hz", 50.0);
+    model_remove(&model, 0);
+    model_set(model_append(&model, &block_sensor_bandwidth), "cutoff_hz", 70.0);
+    TEST_ASSERT_EQUAL_UINT64(2, model.blocks);
+    TEST_ASSERT_TRUE(model.block[0].parameter[0].value != model.block[1].parameter[0].value);
+    TEST_ASSERT_EQUAL_DOUBLE(50.0, model.block[0].parameter[0].value[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(70.0, model.block[1].parameter[0].value[0]);
+    model_free(&model);
+}
+
 static void test_every_block_of_the_catalogue_is_complete(void) {
     TEST_ASSERT_NULL(catalogue_find("magic"));
     for (size_t i = 0; i < catalogue_count; i++) {
@@ -210,6 +225,7 @@ int main(void) {
     RUN_TEST(test_refuses_broken_models);
     RUN_TEST(test_refuses_too_many_blocks);
     RUN_TEST(test_a_missing_file_is_named);
+    RUN_TEST(test_a_block_appended_after_another_went_has_its_own_numbers);
     RUN_TEST(test_every_block_of_the_catalogue_is_complete);
     return UNITY_END();
 }

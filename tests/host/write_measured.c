@@ -15,6 +15,8 @@ static const struct {
     {"sensor_voltage", {.sensor_hz = 600.0, .voltage = true}},
     {"delay_before", {.amplifier_delay_s = 0.75e-3, .voltage = true}},
     {"delay_behind", {.sensor_delay_s = 0.75e-3, .voltage = true}},
+    {"low_passes", {.amplifier_hz = 300.0, .sensor_hz = 500.0, .voltage = true}},
+    {"delay_and_sensor", {.amplifier_delay_s = 0.5e-3, .sensor_hz = 300.0, .voltage = true}},
     {"slew_current", {.slew_v_per_s = 3000.0, .current = true}},
     {"cycling", {.climate = CYCLING_TEMPERATURE, .um_per_kelvin = 0.05, .temperature = true}},
     {"warming", {.climate = WARMING_UP, .um_per_kelvin = 0.05, .temperature = true}},
