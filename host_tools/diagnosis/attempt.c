@@ -4,6 +4,7 @@
 #include "catalogue.h"
 #include "findings.h"
 #include "lattice.h"
+#include "measured_columns.h"
 #include "sides.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
@@ -252,12 +253,12 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
 }
 
 /* The finding goes, and its model with it. */
-static void drop(attempt_t *job, size_t finding, model_t *without, const joint_power_t *power) {
+static void drop(attempt_t *job, size_t finding, outcome_t why, model_t *without, const joint_power_t *power) {
     diagnosis_t *d = job->diagnosis;
     for (size_t c = 0; c < d->considered; c++) {
         considered_t *considered = &d->consideration[c];
         if (considered->block == d->finding[finding].block && considered->outcome == TAKEN) {
-            considered->outcome = SUPERFLUOUS;
+            considered->outcome = why;
         }
     }
     memmove(&d->finding[finding], &d->finding[finding + 1], (d->findings - finding - 1) * sizeof d->finding[0]);
@@ -265,6 +266,16 @@ static void drop(attempt_t *job, size_t finding, model_t *without, const joint_p
     model_free(&d->model);
     d->model = *without;
     job->power = *power;
+}
+
+bool attempt_take_out(attempt_t *job, size_t finding, outcome_t why) {
+    model_t without;
+    joint_power_t power;
+    const bool good = fit_without(job, &job->diagnosis->finding[finding], &without, &power);
+    if (good) {
+        drop(job, finding, why, &without, &power);
+    }
+    return good;
 }
 
 bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared) {
@@ -281,7 +292,7 @@ bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared) {
         }
         if ((double)d->samples.fitted * log(power.fitted / job->power.fitted) < least ||
             (double)d->samples.held * log(power.held / job->power.held) < support_at_least) {
-            drop(job, f, &without, &power);
+            drop(job, f, SUPERFLUOUS, &without, &power);
         } else {
             model_free(&without);
         }
@@ -303,12 +314,9 @@ static bool find_errors(attempt_t *job) {
         }
         settled = f == 0;
         if (!settled) {
-            model_t without;
-            joint_power_t power;
-            if (!fit_without(job, &d->finding[f - 1], &without, &power)) {
+            if (!attempt_take_out(job, f - 1, SUPERFLUOUS)) {
                 return false;
             }
-            drop(job, f - 1, &without, &power);
         }
     }
     return true;
@@ -384,7 +392,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
         good = find_one(job, &found);
     }
     good = good && attempt_reconsider(job, search_least_size, 0) && sides_settle(job) && find_errors(job) &&
-           attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
+           temperature_settle(job) && attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
         d->noise_percent =
             100.0 * d->noise.rms_um / (job->setting.displacement_high_um - job->setting.displacement_low_um);

@@ -40,6 +40,9 @@ unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model);
  * those that stay, by index. */
 bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared);
 
+/** Takes a finding out, and fits the rest again. */
+bool attempt_take_out(attempt_t *job, size_t finding, outcome_t why);
+
 /** Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be
  * their error. */
 extern const double attempt_least_part_of_found;

@@ -40,7 +40,7 @@ typedef enum {
     NOT_SUPPORTED, /**< by the held-out samples */
     NOT_SIGNIFICANT,
     SUPERFLUOUS,
-    CONTRADICTED /**< by the measured voltage or current */
+    CONTRADICTED /**< by measured voltage, current or temperature */
 } outcome_t;
 
 enum { DIAGNOSIS_MOST_CONSIDERED = 64, DIAGNOSIS_MOST_UNSEEN = 32 };

@@ -41,7 +41,7 @@ const char *outcome_text(const diagnosis_t *d, size_t index) {
                                         "the held-out samples do not support it",
                                         "could be chance",
                                         "superfluous beside the others, or none of its numbers determined",
-                                        "the measured voltage or current contradicts it"};
+                                        "what was measured beside the position contradicts it"};
     const considered_t *considered = &d->consideration[index];
     return considered->outcome == LESS_LIKELY && is_rival(d, considered) ? "cannot be told from the best"
                                                                          : texts[considered->outcome];

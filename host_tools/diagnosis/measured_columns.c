@@ -19,6 +19,7 @@ static const double lag_price = 20.0;
 static const double lags[] = {0.003, 0.01, 0.03, 0.1, 0.3};
 enum { LAGS = sizeof lags / sizeof lags[0], LAG_STEPS = 10 };
 static const double most_of_a_drift = 0.8;
+static const double least_deviations = 3.0;
 /* Coefficients of the voltage between which the position follows it. */
 static const double least_following = 0.5, most_following = 2.0;
 
@@ -180,7 +181,7 @@ static bool set_beside(column_test_t *test, const diagnosis_t *d, const finding_
     return good;
 }
 
-/* The slow findings beside the temperature, where what the baseline leaves goes with it. */
+/* The findings beside the temperature, where what the baseline leaves goes with it. */
 static bool set_all_beside(column_test_t *test, const diagnosis_t *d, measured_columns_t *measured,
                            failure_t *failure) {
     const column_relation_t *relation = &measured->column[0].before;
@@ -189,8 +190,7 @@ static bool set_all_beside(column_test_t *test, const diagnosis_t *d, measured_c
         return true;
     }
     for (size_t f = 0; good && f < d->findings; f++) {
-        const probe_t *probe = d->finding[f].block->probe;
-        good = strcmp(probe->group, block_thermal_drift.probe->group) != 0 ||
+        good = d->finding[f].in_readings ||
                set_beside(test, d, &d->finding[f], relation->lag_s, &measured->finding[f].beside_temperature, failure);
     }
     return good;
@@ -229,11 +229,35 @@ bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failur
            (relate_all(d, false, measured, failure) && (d->findings == 0 || relate_all(d, true, measured, failure)));
 }
 
+/* What the temperature leaves of a block must be more than nothing, and more than half. */
+static bool explained_by_temperature(const finding_t *finding, const finding_columns_t *columns) {
+    const electrical_change_t *beside = &columns->beside_temperature;
+    return finding->block != &block_thermal_drift && beside->measured &&
+           (beside->part < least_deviations * beside->sigma || electrical_verdict(beside) == CHANGE_ABSENT);
+}
+
 bool finding_contradicted(const finding_t *finding, const finding_columns_t *columns) {
     const bool anywhere = finding->block == &block_transport_delay || columns->block != finding->block;
     const change_verdict_t voltage = electrical_verdict(&columns->voltage),
                            current = electrical_verdict(&columns->current);
     const bool not_there = voltage == CHANGE_ABSENT || (voltage == CHANGE_NOT_SEEN && current == CHANGE_ABSENT);
-    return (!anywhere && not_there) || (finding->block != &block_thermal_drift &&
-                                        electrical_verdict(&columns->beside_temperature) == CHANGE_ABSENT);
+    return (!anywhere && not_there) || explained_by_temperature(finding, columns);
+}
+
+bool temperature_settle(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    bool good = true, settled = !column_measured(&d->samples, COLUMN_TEMPERATURE);
+    while (good && !settled && d->findings > 0) {
+        measured_columns_t measured;
+        size_t f = d->findings;
+        good = measured_columns(d, &measured, job->failure);
+        while (good && f > 0 && !explained_by_temperature(&d->finding[f - 1], &measured.finding[f - 1])) {
+            f--;
+        }
+        settled = f == 0;
+        if (good && !settled) {
+            good = attempt_take_out(job, f - 1, CONTRADICTED) && findings_errors(d, job->failure);
+        }
+    }
+    return good;
 }

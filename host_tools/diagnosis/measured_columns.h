@@ -20,6 +20,7 @@
 #ifndef MEASURED_COLUMNS_H
 #define MEASURED_COLUMNS_H
 
+#include "attempt.h"
 #include "diagnose.h"
 #include "electrical.h"
 
@@ -47,7 +48,7 @@ typedef struct {
      * of sensor_bandwidth; NULL: no block's. */
     const block_t *block;
     electrical_change_t voltage, current;
-    /** Of a slow effect, where the residual goes with the temperature: how much of it stands beside the temperature. */
+    /** Where what the baseline leaves goes with the temperature: how much of the finding stands beside that. */
     electrical_change_t beside_temperature;
 } finding_columns_t;
 
@@ -61,9 +62,13 @@ typedef struct {
 bool measured_columns(const diagnosis_t *diagnosis, measured_columns_t *measured, failure_t *failure);
 
 /** Whether the columns contradict a finding: a block of the electronics whose change neither voltage nor current shows
- * (but a delay may be behind them), or a slow effect that the temperature explains (but thermal_drift may be just
+ * (but a delay may be behind them), or a block that the temperature explains (but thermal_drift may be just
  * that).
  */
 bool finding_contradicted(const finding_t *finding, const finding_columns_t *columns);
+
+/** Takes out of an attempt the findings, the latest first, that the temperature explains. Without that column nothing
+ * happens. */
+bool temperature_settle(attempt_t *job);
 
 #endif

@@ -13,7 +13,7 @@ static const char *unit_of(column_t column) {
 static void append_coefficient(char *text, column_t column, const column_relation_t *relation) {
     text_append_value(text, relation->coefficient, relation->sigma);
     if (column == COLUMN_VOLTAGE) {
-        text_append(text, " of what that does in the model");
+        text_append(text, " of what the model makes of the difference");
     } else {
         text_append(text, " %s", unit_of(column));
     }
@@ -24,13 +24,13 @@ static void append_coefficient(char *text, column_t column, const column_relatio
 
 /* "the temperature", as what is left goes with it. */
 static const char *subject_of(column_t column) {
-    return column == COLUMN_VOLTAGE   ? "the measured voltage where that is not the simulated one"
+    return column == COLUMN_VOLTAGE   ? "the measured voltage where it differs from the simulated one"
            : column == COLUMN_CURRENT ? "what capacitance and conductance do not explain of the current"
                                       : "the temperature";
 }
 
 static void append_share(char *text, const column_relation_t *relation) {
-    text_append(text, "; that is %.0f %% of its square on the held-out samples.", 100.0 * relation->share);
+    text_append(text, ", which explains %.0f %% of its square on the held-out samples.", 100.0 * relation->share);
 }
 
 static void append_before(char *text, const char *leaves, column_t column, const column_relation_t *before) {
