@@ -4,15 +4,15 @@
 #include "least_squares.h"
 #include "regression.h"
 #include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Standard error below which a share of a predicted change means nothing: the prediction is not better than that. */
-static const double least_sigma = 1e-3;
+const double electrical_least_sigma = 1e-3;
 /* Of the simulated signal: a change that is smaller is none. */
 static const double no_change = 1e-9;
-static const double deviations = 3.0;
+static const double deviations = 3.0, half_of_it = 0.5, too_much = 1.5;
 enum { VOLTAGE_PREDICTORS = 1, CURRENT_PREDICTORS = 4, MOST_PREDICTORS = CURRENT_PREDICTORS };
 
 bool column_measured(const samples_t *samples, column_t column) {
@@ -205,18 +205,25 @@ electrical_change_t electrical_change(const samples_t *samples, column_t column,
     return change;
 }
 
+static double sigma_of(const electrical_change_t *change) {
+    return fmax(change->sigma, electrical_least_sigma);
+}
+
 change_verdict_t electrical_verdict(const electrical_change_t *change) {
-    const double sigma = fmax(change->sigma, least_sigma);
-    return !change->measured                         ? CHANGE_NOT_SEEN
-           : change->part - 0.5 > deviations * sigma ? CHANGE_PRESENT
-           : 0.5 - change->part > deviations * sigma ? CHANGE_ABSENT
-                                                     : CHANGE_UNDECIDED;
+    const double margin = deviations * sigma_of(change);
+    return !change->measured                    ? CHANGE_NOT_SEEN
+           : change->part - margin > too_much   ? CHANGE_TOO_LARGE
+           : change->part - margin > half_of_it ? CHANGE_PRESENT
+           : change->part + margin < half_of_it ? CHANGE_ABSENT
+                                                : CHANGE_UNDECIDED;
 }
 
 /* Squares of (part - 0) less (part - 1), in standard errors. */
 static double likelihood_of(const electrical_change_t *change) {
-    const double sigma = fmax(change->sigma, least_sigma);
-    return change->measured ? (2.0 * change->part - 1.0) / (sigma * sigma) : 0.0;
+    const change_verdict_t verdict = electrical_verdict(change);
+    return verdict == CHANGE_NOT_SEEN || verdict == CHANGE_TOO_LARGE
+               ? 0.0
+               : (2.0 * change->part - 1.0) / gsl_pow_2(sigma_of(change));
 }
 
 double electrical_likelihood(const samples_t *samples, const model_t *without, const model_t *with,

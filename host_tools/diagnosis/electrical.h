@@ -32,8 +32,18 @@ typedef struct {
 electrical_change_t electrical_change(const samples_t *samples, column_t column, const model_t *without,
                                       const model_t *with);
 
-typedef enum { CHANGE_NOT_SEEN, CHANGE_UNDECIDED, CHANGE_PRESENT, CHANGE_ABSENT } change_verdict_t;
-/** Present: more than half of it, by three standard errors; absent: less than half. Not seen: not measured. */
+/** Standard error below which a share of a predicted change means nothing: the prediction is not better than that. */
+extern const double electrical_least_sigma;
+
+/** By three standard errors. */
+typedef enum {
+    CHANGE_NOT_SEEN, /**< not measured */
+    CHANGE_UNDECIDED,
+    CHANGE_PRESENT,  /**< more than half of it */
+    CHANGE_ABSENT,   /**< less than half */
+    CHANGE_TOO_LARGE /**< more than 1.5 of it: the measurement has a lag of its own, because the position lags at least
+                        as much as the voltage. It decides nothing. */
+} change_verdict_t;
 change_verdict_t electrical_verdict(const electrical_change_t *change);
 
 /**

@@ -75,9 +75,7 @@ void measured_column_text(const diagnosis_t *diagnosis, const measured_column_t 
 
 /* "(0.99 +- 0.01 of it)" */
 static void append_part(char *text, const electrical_change_t *change, const char *of) {
-    text_append(text, " (");
-    text_append_value(text, change->part, change->sigma);
-    text_append(text, " of %s)", of);
+    text_append(text, " (%.3f +- %.2g of %s)", change->part, fmax(change->sigma, electrical_least_sigma), of);
 }
 
 static void append_change(char *text, const finding_t *finding, const finding_columns_t *columns, column_t column) {
@@ -101,6 +99,12 @@ static void append_change(char *text, const finding_t *finding, const finding_co
         text_append(text, "%sThe measured %s does not show it", space, name);
         append_part(text, seen, of);
         text_append(text, ": it is behind the amplifier.");
+        break;
+    case CHANGE_TOO_LARGE:
+        text_append(text, "%sThe measured %s decides nothing: it changes by more than the position allows", space,
+                    name);
+        append_part(text, seen, of);
+        text_append(text, ", so its measurement has a lag of its own.");
         break;
     case CHANGE_UNDECIDED:
         text_append(text, "%sThe measured %s does not decide whether it is in the amplifier", space, name);
@@ -143,7 +147,7 @@ json_t *measured_columns_to_json(const measured_columns_t *measured) {
 }
 
 static void add_change(json_t *json, const char *name, const electrical_change_t *change) {
-    static const char *const names[] = {"", "undecided", "present", "absent"};
+    static const char *const names[] = {"", "undecided", "present", "absent", "too large"};
     const change_verdict_t verdict = electrical_verdict(change);
     if (verdict != CHANGE_NOT_SEEN) {
         json_object_set_new(

@@ -105,6 +105,14 @@ static void test_a_monitor_need_not_be_calibrated(void) {
     TEST_ASSERT_EQUAL_INT(CHANGE_PRESENT, verdict_of(COLUMN_VOLTAGE));
 }
 
+/* One that lags behind the position lags on its own account. */
+static void test_a_slow_monitor_decides_nothing(void) {
+    measure((actuator_t){.sensor_hz = 600.0, .monitor_hz = 150.0, .voltage = true}, 1);
+    suppose(&block_amplifier_bandwidth, 600.0);
+    TEST_ASSERT_EQUAL_INT(CHANGE_TOO_LARGE, verdict_of(COLUMN_VOLTAGE));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, likelihood_of(&block_amplifier_bandwidth));
+}
+
 /* A low pass and a delay of the same time differ where the drive is fast. */
 static void test_the_voltage_tells_a_delay_from_a_low_pass(void) {
     const double seconds = 1.0 / (2.0 * M_PI * 400.0);
@@ -172,6 +180,7 @@ int main(void) {
     RUN_TEST(test_what_is_before_the_voltage_is_in_it);
     RUN_TEST(test_what_is_behind_the_voltage_is_not);
     RUN_TEST(test_a_monitor_need_not_be_calibrated);
+    RUN_TEST(test_a_slow_monitor_decides_nothing);
     RUN_TEST(test_the_voltage_tells_a_delay_from_a_low_pass);
     RUN_TEST(test_without_a_column_nothing_is_said);
     RUN_TEST(test_a_dead_monitor_decides_nothing);
