@@ -61,9 +61,9 @@ typedef struct {
 /** Empty when no recording has such a column. */
 bool measured_columns(const diagnosis_t *diagnosis, measured_columns_t *measured, failure_t *failure);
 
-/** Whether the columns contradict a finding: a block of the electronics whose change neither voltage nor current shows
- * (but a delay may be behind them), or a block that the temperature explains (but thermal_drift may be just
- * that).
+/**
+ * Whether the columns contradict a finding: a block of the electronics whose change neither voltage nor current shows
+ * (but a delay may be behind them), or a block that the temperature explains (but thermal_drift may be just that).
  */
 bool finding_contradicted(const finding_t *finding, const finding_columns_t *columns);
 

@@ -9,9 +9,7 @@
 
 /* Parts of a change. Numbers from the position are right to some percent: more is all, less is nothing. */
 static const double nearly_all = 0.85, hardly_any = 0.08, deviations = 3.0;
-/* As in the search: 2 log likelihood that makes a name, that pays for a number, and that the held-out samples must
- * give.
- */
+/* As in the search: 2 log likelihood that makes a name, pays for a number, and has to come from held-out samples. */
 static const double margin_of_a_name = 20.0, number_price = 10.0, support_at_least = 12.0;
 enum { ITERATIONS = 16, CUTOFF_STEPS = 24 };
 /* How far from its cutoff in the position the one in the column may be. */
