@@ -3,6 +3,7 @@
 #include "catalogue.h"
 #include "findings.h"
 #include "golden_section.h"
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,9 +12,9 @@
 static const double nearly_all = 0.85, hardly_any = 0.08, deviations = 3.0;
 /* As in the search: 2 log likelihood that makes a name, pays for a number, and has to come from held-out samples. */
 static const double margin_of_a_name = 20.0, number_price = 10.0, support_at_least = 12.0;
-enum { ITERATIONS = 16, CUTOFF_STEPS = 24 };
-/* How far from its cutoff in the position the one in the column may be. */
-static const double cutoff_range = 8.0;
+enum { ITERATIONS = 16, LAG_STEPS = 24 };
+/* How far from where it begins a lag in the voltage may be. */
+static const double lag_range = 8.0;
 
 const block_t *sides_block(const block_t *block) {
     return block == &block_sensor_bandwidth    ? &block_amplifier_bandwidth
@@ -21,18 +22,26 @@ const block_t *sides_block(const block_t *block) {
                                                : NULL;
 }
 
-/* A low pass at its place: the amplifier's first, the sensor's last. */
-static void add_low_pass(model_t *model, const block_t *block, double cutoff_hz) {
-    model_set(model_append(model, block), "cutoff_hz", cutoff_hz);
-    if (block == &block_amplifier_bandwidth) {
-        const model_block_t added = model->block[model->blocks - 1];
+/* The one parameter of a low pass, its cutoff in Hz, or of a delay, in s. */
+static double number_of_lag(const block_t *block, double seconds) {
+    return block == &block_transport_delay ? seconds : 1.0 / (2.0 * M_PI * seconds);
+}
+
+/* A low pass or a delay, by the time that it takes: in front of the others in the electronics, behind them in the
+ * sensor. */
+static void add_lag(model_t *model, const block_t *block, double seconds) {
+    model_block_t *added = model_append(model, block);
+    *added->parameter[0].value = number_of_lag(block, seconds);
+    if (block->place == PLACE_ELECTRONICS) {
+        const model_block_t first = *added;
         memmove(&model->block[1], &model->block[0], (model->blocks - 1) * sizeof model->block[0]);
-        model->block[0] = added;
+        model->block[0] = first;
     }
 }
 
-static double cutoff_of(const diagnosis_t *d, const finding_t *finding) {
-    return model_parameter(&d->model.block[finding_index(d, finding)], "cutoff_hz")->value[0];
+static double lag_of(const diagnosis_t *d, const finding_t *finding) {
+    const double number = d->model.block[finding_index(d, finding)].parameter[0].value[0];
+    return finding->block == &block_transport_delay ? number : 1.0 / (2.0 * M_PI * number);
 }
 
 static void without_finding(const diagnosis_t *d, const finding_t *finding, model_t *without) {
@@ -48,7 +57,7 @@ electrical_change_t sides_change(const diagnosis_t *d, const finding_t *finding,
         without_finding(d, finding, &without);
         model_copy(&with, block == finding->block ? &d->model : &without);
         if (block != finding->block) {
-            add_low_pass(&with, block, cutoff_of(d, finding));
+            add_lag(&with, block, lag_of(d, finding));
         }
         change = electrical_change(&d->samples, column, &without, &with);
         model_free(&without);
@@ -59,12 +68,6 @@ electrical_change_t sides_change(const diagnosis_t *d, const finding_t *finding,
 
 bool sides_only_part(const electrical_change_t *change) {
     return change->part + deviations * change->sigma < nearly_all;
-}
-
-/* By the voltage, or by the current without it. */
-static electrical_change_t change_of(const diagnosis_t *d, const finding_t *finding) {
-    const electrical_change_t voltage = sides_change(d, finding, COLUMN_VOLTAGE);
-    return voltage.measured ? voltage : sides_change(d, finding, COLUMN_CURRENT);
 }
 
 static const block_t *other_side(const block_t *block) {
@@ -137,7 +140,7 @@ static bool swap(attempt_t *job, finding_t *finding) {
     joint_power_t power;
     preference_t preference;
     without_finding(d, finding, &proposal);
-    add_low_pass(&proposal, block, cutoff_of(d, finding));
+    add_lag(&proposal, block, lag_of(d, finding));
     const bool good = weigh(job, &proposal, 0, &power, &preference);
     if (good && preference.position + preference.columns > margin_of_a_name) {
         rename_finding(d, finding, block, preference.position + preference.columns);
@@ -148,7 +151,7 @@ static bool swap(attempt_t *job, finding_t *finding) {
     return good;
 }
 
-/* The finding that stands for the second low pass: what it explains of what the chain leaves without it. */
+/* The finding that stands for the second lag: what it explains of what the chain leaves without it. */
 static bool describe(attempt_t *job, const model_t *proposal, finding_t *added) {
     const diagnosis_t *d = job->diagnosis;
     double ignored;
@@ -176,40 +179,41 @@ static bool describe(attempt_t *job, const model_t *proposal, finding_t *added) 
 typedef struct {
     const samples_t *samples;
     model_t *model;
-    size_t at; /* of the amplifier's low pass */
-} cutoff_search_t;
+    size_t at; /* of the lag before the voltage */
+} lag_search_t;
 
-static bool left_by_cutoff(void *context, double log_hz, double *left) {
-    const cutoff_search_t *search = context;
-    model_set(&search->model->block[search->at], "cutoff_hz", exp(log_hz));
+static bool left_by_lag(void *context, double log_number, double *left) {
+    const lag_search_t *search = context;
+    *search->model->block[search->at].parameter[0].value = exp(log_number);
     *left = electrical_left(search->samples, COLUMN_VOLTAGE, search->model);
     return true;
 }
 
-/* The amplifier's cutoff as the voltage has it. Returns the block, as a bit. */
-static unsigned set_by_voltage(const diagnosis_t *d, model_t *model) {
-    cutoff_search_t search = {&d->samples, model, 0};
-    while (model->block[search.at].block != &block_amplifier_bandwidth) {
+/* The lag before the voltage as the voltage has it. Returns the block, as a bit. */
+static unsigned set_by_voltage(const diagnosis_t *d, model_t *model, const block_t *before) {
+    lag_search_t search = {&d->samples, model, 0};
+    while (model->block[search.at].block != before) {
         search.at++;
     }
-    const double now = log(model_parameter(&model->block[search.at], "cutoff_hz")->value[0]);
-    double log_hz = now;
-    golden_section(left_by_cutoff, &search, now - log(cutoff_range), now + log(cutoff_range), CUTOFF_STEPS, &log_hz);
-    model_set(&model->block[search.at], "cutoff_hz", exp(log_hz));
+    double *number = model->block[search.at].parameter[0].value;
+    double log_number = log(*number);
+    golden_section(left_by_lag, &search, log_number - log(lag_range), log_number + log(lag_range), LAG_STEPS,
+                   &log_number);
+    *number = exp(log_number);
     return 1U << search.at;
 }
 
-/* Takes out what stood in for the second low pass, and now would not be large enough beside the two. */
-static bool tidy(attempt_t *job, unsigned low_passes) {
+/* Takes out what stood in for the second lag, and now would not be large enough beside the two. */
+static bool tidy(attempt_t *job, const block_t *before, unsigned spared) {
     diagnosis_t *d = job->diagnosis;
     model_t again;
     joint_power_t power;
     preference_t ignored;
-    if (!attempt_reconsider(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, low_passes)) {
+    if (!attempt_reconsider(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
         return false;
     }
     model_copy(&again, &d->model);
-    const bool good = weigh(job, &again, set_by_voltage(d, &again), &power, &ignored);
+    const bool good = weigh(job, &again, set_by_voltage(d, &again, before), &power, &ignored);
     if (good) {
         keep(job, &again, &power);
     } else {
@@ -218,64 +222,111 @@ static bool tidy(attempt_t *job, unsigned low_passes) {
     return good;
 }
 
-/* A lag on either side. That of the amplifier is what the voltage says and stays so: from the position the two can
- * hardly be told apart. The sensor's begins with the rest of the lag. */
-static bool split(attempt_t *job, finding_t *finding, double part_before) {
-    diagnosis_t *d = job->diagnosis;
-    const double cutoff_hz = cutoff_of(d, finding);
-    finding_t added = {.block = other_side(finding->block), .certainty = NAMED};
-    model_t proposal;
+/* Two lags, one before the voltage and one behind it. */
+typedef struct {
+    const block_t *before, *behind;
+} pair_t;
+
+static const pair_t pairs[] = {{&block_amplifier_bandwidth, &block_sensor_bandwidth},
+                               {&block_transport_delay, &block_sensor_bandwidth},
+                               {&block_amplifier_bandwidth, &block_transport_delay}};
+
+typedef struct {
+    const pair_t *pair; /* NULL: none is preferred */
+    model_t model;
     joint_power_t power;
     preference_t preference;
-    without_finding(d, finding, &proposal);
-    add_low_pass(&proposal, &block_amplifier_bandwidth, cutoff_hz);
-    add_low_pass(&proposal, &block_sensor_bandwidth, cutoff_hz / (1.0 - part_before));
-    bool good = weigh(job, &proposal, set_by_voltage(d, &proposal), &power, &preference);
-    if (good && preference.held_out > support_at_least && preference.position > margin_of_a_name + number_price &&
-        preference.columns > 0.0) {
-        const unsigned low_passes = 1U << (finding - d->finding) | 1U << d->findings;
-        added.support = preference.held_out;
-        added.margin = preference.position + preference.columns;
-        good = describe(job, &proposal, &added);
-        keep(job, &proposal, &power);
-        d->finding[d->findings++] = added;
-        note_taken(d, added.block);
-        good = good && tidy(job, low_passes);
+} proposal_t;
+
+/* The finding as a pair of lags, if that is preferred to the best so far. That before the voltage is what the voltage
+ * says and stays so: from the position the two can hardly be told apart. The other one begins with the rest of it. */
+static bool propose(attempt_t *job, const finding_t *finding, double part, const pair_t *pair, proposal_t *best) {
+    const diagnosis_t *d = job->diagnosis;
+    const double seconds = lag_of(d, finding);
+    proposal_t proposal = {.pair = pair};
+    without_finding(d, finding, &proposal.model);
+    if (model_find(&proposal.model, pair->before->name) != NULL ||
+        model_find(&proposal.model, pair->behind->name) != NULL) {
+        model_free(&proposal.model);
+        return true;
+    }
+    add_lag(&proposal.model, pair->behind, seconds * (1.0 - part));
+    add_lag(&proposal.model, pair->before, seconds * part);
+    const unsigned held_fast = set_by_voltage(d, &proposal.model, pair->before);
+    const bool good = weigh(job, &proposal.model, held_fast, &proposal.power, &proposal.preference);
+    const preference_t *p = &proposal.preference;
+    if (good && p->held_out > support_at_least && p->position > margin_of_a_name + number_price && p->columns > 0.0 &&
+        (best->pair == NULL || p->position + p->columns > best->preference.position + best->preference.columns)) {
+        if (best->pair != NULL) {
+            model_free(&best->model);
+        }
+        *best = proposal;
     } else {
-        model_free(&proposal);
+        model_free(&proposal.model);
     }
     return good;
 }
 
-/* Whether the voltage shows some of a low pass, but not all. */
+static bool split(attempt_t *job, finding_t *finding, double part) {
+    diagnosis_t *d = job->diagnosis;
+    proposal_t best = {0};
+    bool good = true;
+    for (size_t i = 0; good && i < sizeof pairs / sizeof pairs[0]; i++) {
+        good = propose(job, finding, part, &pairs[i], &best);
+    }
+    if (best.pair == NULL) {
+        return good;
+    }
+    const double margin = best.preference.position + best.preference.columns;
+    const block_t *before = best.pair->before, *behind = best.pair->behind;
+    finding_t added = {.block = finding->block == before ? behind : before,
+                       .certainty = NAMED,
+                       .margin = margin,
+                       .support = best.preference.held_out};
+    if (!good || !describe(job, &best.model, &added)) {
+        model_free(&best.model);
+        return false;
+    }
+    if (finding->block != before && finding->block != behind) {
+        rename_finding(d, finding, behind, margin);
+    }
+    const unsigned spared = 1U << (finding - d->finding) | 1U << d->findings;
+    keep(job, &best.model, &best.power);
+    d->finding[d->findings++] = added;
+    note_taken(d, added.block);
+    return tidy(job, before, spared);
+}
+
+/* Whether the voltage shows some of a lag, but not all. */
 static bool shows_a_part(const electrical_change_t *change) {
     return change->measured && change->part - deviations * change->sigma > hardly_any && sides_only_part(change);
 }
 
 static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
-    const bool before = finding->block == &block_amplifier_bandwidth;
-    const electrical_change_t change = change_of(d, finding), voltage = sides_change(d, finding, COLUMN_VOLTAGE);
-    const change_verdict_t verdict = electrical_verdict(&change);
-    if (shows_a_part(&voltage) && d->findings < DIAGNOSIS_MOST_FINDINGS) {
-        const size_t findings = d->findings;
-        if (!split(job, finding, voltage.part)) {
-            return false;
-        }
-        if (d->findings > findings) {
-            return true;
-        }
+    const size_t findings = d->findings;
+    const electrical_change_t voltage = sides_change(d, finding, COLUMN_VOLTAGE);
+    if (shows_a_part(&voltage) && findings < DIAGNOSIS_MOST_FINDINGS && !split(job, finding, voltage.part)) {
+        return false;
     }
-    return verdict != (before ? CHANGE_ABSENT : CHANGE_PRESENT) || (!before && sides_only_part(&change)) ||
-           swap(job, finding);
+    const block_t *other = other_side(finding->block);
+    if (d->findings > findings || other == NULL || model_find(&d->model, other->name) != NULL) {
+        return true;
+    }
+    const electrical_change_t change = voltage.measured ? voltage : sides_change(d, finding, COLUMN_CURRENT);
+    const change_verdict_t verdict = electrical_verdict(&change);
+    const bool contradicted = finding->block == &block_amplifier_bandwidth
+                                  ? verdict == CHANGE_ABSENT
+                                  : verdict == CHANGE_PRESENT && !sides_only_part(&change);
+    return !contradicted || swap(job, finding);
 }
 
 bool sides_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool good = true;
     for (size_t f = 0; good && f < d->findings; f++) {
-        const block_t *other = other_side(d->finding[f].block);
-        if (other != NULL && model_find(&d->model, other->name) == NULL) {
+        const block_t *block = d->finding[f].block;
+        if (other_side(block) != NULL || block == &block_transport_delay) {
             good = settle(job, &d->finding[f]);
         }
     }

@@ -2,8 +2,9 @@
 /**
  * On which side of the actuator's voltage a found block is, where voltage or current were measured (electrical.h).
  *
- * The search asks the columns about one block at a time. When all are found and fitted together it is asked again about
- * the two low passes, of which the position alone says hardly more than that they are there.
+ * The search asks the columns about one block at a time. When all are found and fitted together they are asked again
+ * about the lags (the two low passes and the delay), of which the position alone says hardly more than how long they
+ * take together.
  */
 #ifndef SIDES_H
 #define SIDES_H
@@ -21,10 +22,11 @@ electrical_change_t sides_change(const diagnosis_t *diagnosis, const finding_t *
 bool sides_only_part(const electrical_change_t *change);
 
 /**
- * A low pass that the columns contradict goes to the other side. One that the voltage shows in part is split into one
- * on either side, the amplifier's with the cutoff that the voltage says; all other numbers are then fitted again. It
- * stays so when position and columns together prefer it by what makes a name; a second low pass when the position alone
- * does, held-out samples included. Nothing happens without these columns.
+ * A lag that the voltage shows in part becomes two: a low pass or a delay before it, with the number that the voltage
+ * says, and one behind it; all other numbers are fitted again, and other findings that were too small beside the two
+ * go. It stays so when the position prefers it by what makes a name, held-out samples included, and the voltage does,
+ * too; of the pairs that do the most preferred. Otherwise a low pass that the columns contradict goes to the other
+ * side, if position and columns together prefer it. Nothing happens without these columns.
  */
 bool sides_settle(attempt_t *job);
 
