@@ -238,13 +238,47 @@ typedef struct {
     preference_t preference;
 } proposal_t;
 
-/* The finding as a pair of lags, if that is preferred to the best so far. That before the voltage is what the voltage
- * says and stays so: from the position the two can hardly be told apart. The other one begins with the rest of it. */
-static bool propose(attempt_t *job, const finding_t *finding, double part, const pair_t *pair, proposal_t *best) {
+/* The findings that are lags. */
+typedef struct {
+    size_t count;
+    finding_t *finding[3];
+} lags_t;
+
+static bool is_lag(const block_t *block) {
+    return other_side(block) != NULL || block == &block_transport_delay;
+}
+
+static void find_lags(diagnosis_t *d, lags_t *lags) {
+    *lags = (lags_t){0};
+    for (size_t f = 0; f < d->findings; f++) {
+        if (is_lag(d->finding[f].block)) {
+            lags->finding[lags->count++] = &d->finding[f];
+        }
+    }
+}
+
+static void without_lags(const diagnosis_t *d, const lags_t *lags, model_t *without) {
+    model_copy(without, &d->model);
+    for (size_t b = without->blocks; b-- > 0;) {
+        for (size_t l = 0; l < lags->count; l++) {
+            if (without->block[b].block == lags->finding[l]->block) {
+                model_remove(without, b);
+                break;
+            }
+        }
+    }
+}
+
+/* The lags as a pair, if that is preferred to the best so far. That before the voltage is what the voltage says and
+ * stays so: from the position the two can hardly be told apart. The other one begins with the rest of it. */
+static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_t *pair, proposal_t *best) {
     const diagnosis_t *d = job->diagnosis;
-    const double seconds = lag_of(d, finding);
+    double seconds = 0.0;
     proposal_t proposal = {.pair = pair};
-    without_finding(d, finding, &proposal.model);
+    for (size_t l = 0; l < lags->count; l++) {
+        seconds += lag_of(d, lags->finding[l]);
+    }
+    without_lags(d, lags, &proposal.model);
     if (model_find(&proposal.model, pair->before->name) != NULL ||
         model_find(&proposal.model, pair->behind->name) != NULL) {
         model_free(&proposal.model);
@@ -267,34 +301,47 @@ static bool propose(attempt_t *job, const finding_t *finding, double part, const
     return good;
 }
 
-static bool split(attempt_t *job, finding_t *finding, double part) {
+/* One finding, or two, become the pair. */
+static bool take_pair(attempt_t *job, const lags_t *lags, proposal_t *best) {
     diagnosis_t *d = job->diagnosis;
+    const double margin = best->preference.position + best->preference.columns;
+    const block_t *before = best->pair->before, *behind = best->pair->behind;
+    finding_t *first = lags->finding[0];
+    const block_t *one =
+        first->block == before || (lags->count == 2 && lags->finding[1]->block == behind) ? before : behind;
+    const block_t *other = one == before ? behind : before;
+    unsigned spared = 1U << (first - d->finding);
+    if (lags->count == 1) {
+        finding_t added = {.block = other, .certainty = NAMED, .margin = margin, .support = best->preference.held_out};
+        if (!describe(job, &best->model, &added)) {
+            return false;
+        }
+        spared |= 1U << d->findings;
+        d->finding[d->findings++] = added;
+        note_taken(d, other);
+    } else {
+        spared |= 1U << (lags->finding[1] - d->finding);
+        if (lags->finding[1]->block != other) {
+            rename_finding(d, lags->finding[1], other, margin);
+        }
+    }
+    if (first->block != one) {
+        rename_finding(d, first, one, margin);
+    }
+    keep(job, &best->model, &best->power);
+    return tidy(job, before, spared);
+}
+
+static bool split(attempt_t *job, const lags_t *lags, double part) {
     proposal_t best = {0};
     bool good = true;
     for (size_t i = 0; good && i < sizeof pairs / sizeof pairs[0]; i++) {
-        good = propose(job, finding, part, &pairs[i], &best);
+        good = propose(job, lags, part, &pairs[i], &best);
     }
-    if (best.pair == NULL) {
-        return good;
+    if (best.pair != NULL && !(good && take_pair(job, lags, &best))) {
+        good = false;
     }
-    const double margin = best.preference.position + best.preference.columns;
-    const block_t *before = best.pair->before, *behind = best.pair->behind;
-    finding_t added = {.block = finding->block == before ? behind : before,
-                       .certainty = NAMED,
-                       .margin = margin,
-                       .support = best.preference.held_out};
-    if (!good || !describe(job, &best.model, &added)) {
-        model_free(&best.model);
-        return false;
-    }
-    if (finding->block != before && finding->block != behind) {
-        rename_finding(d, finding, behind, margin);
-    }
-    const unsigned spared = 1U << (finding - d->finding) | 1U << d->findings;
-    keep(job, &best.model, &best.power);
-    d->finding[d->findings++] = added;
-    note_taken(d, added.block);
-    return tidy(job, before, spared);
+    return good;
 }
 
 /* Whether the voltage shows some of a lag, but not all. */
@@ -306,7 +353,8 @@ static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
     const size_t findings = d->findings;
     const electrical_change_t voltage = sides_change(d, finding, COLUMN_VOLTAGE);
-    if (shows_a_part(&voltage) && findings < DIAGNOSIS_MOST_FINDINGS && !split(job, finding, voltage.part)) {
+    const lags_t alone = {1, {finding}};
+    if (shows_a_part(&voltage) && findings < DIAGNOSIS_MOST_FINDINGS && !split(job, &alone, voltage.part)) {
         return false;
     }
     const block_t *other = other_side(finding->block);
@@ -323,12 +371,14 @@ static bool settle(attempt_t *job, finding_t *finding) {
 
 bool sides_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
+    lags_t lags;
     bool good = true;
-    for (size_t f = 0; good && f < d->findings; f++) {
-        const block_t *block = d->finding[f].block;
-        if (other_side(block) != NULL || block == &block_transport_delay) {
-            good = settle(job, &d->finding[f]);
-        }
+    find_lags(d, &lags);
+    if (lags.count == 2 && column_measured(&d->samples, COLUMN_VOLTAGE)) {
+        return split(job, &lags, 0.5);
+    }
+    for (size_t l = 0; good && l < lags.count; l++) {
+        good = settle(job, lags.finding[l]);
     }
     return good;
 }
