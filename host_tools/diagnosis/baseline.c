@@ -5,8 +5,11 @@
 #include "fit.h"
 #include "least_squares.h"
 #include "lines.h"
+#include "smooth_bank.h"
+#include "smooth_plane.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +18,7 @@
 static const struct {
     const char *family;
     size_t operators;
-    bool many_numbers;
+    bool smooth;
 } shapes[] = {{"prandtl_ishlinskii", 24, false}, {"bouc_wen", 0, false}, {"preisach", 14, true}};
 enum { SHAPES = sizeof shapes / sizeof shapes[0], FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
@@ -36,13 +39,19 @@ static bool fit_shape(size_t shape, const recording_t *recordings, size_t count,
                       failure_t *failure) {
     const fit_options_t options = {.operators = shapes[shape].operators};
     fit_report_t report;
-    baseline->many_numbers = shapes[shape].many_numbers;
+    baseline->many_numbers = shapes[shape].smooth;
     baseline->family = family_find(shapes[shape].family);
     if (!fit_recordings(baseline->family, recordings, count, &options, &baseline->model, &report, failure)) {
         return false;
     }
     fit_report_free(&report);
-    return true;
+    model_block_t *hysteresis = &baseline->model.block[hysteresis_index(&baseline->model)];
+    if (hysteresis->block == &block_preisach) {
+        double drive_range_v[2];
+        recordings_range(recordings, count, COLUMN_DRIVE, drive_range_v);
+        return smooth_plane_from(hysteresis, drive_range_v, failure);
+    }
+    return hysteresis->block != &block_prandtl_ishlinskii || getenv("NB") || smooth_bank_from(hysteresis, failure);
 }
 
 bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure) {
@@ -116,7 +125,7 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
     if (good) {
         const size_t signatures = best_signatures(samples, &white, setting, model, signature, failure);
         basis_open(&rich.basis, samples->all, nuisance_most(&signals, &options) + signatures);
-        good = nuisance(&signals, &options, add_rich, &rich, failure);
+        nuisance(&signals, &options, add_rich, &rich);
         for (size_t i = 0; i < signatures; i++) {
             add_rich(&rich, signature[i], NUISANCE_TRENDS);
             free(signature[i]);
@@ -183,7 +192,7 @@ static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers,
         const bool of_a_table = numbers >= table_numbers && i >= offsets && i < offsets + numbers;
         unit[i] = 1.0;
         normal_equations_penalise(&equations, unit,
-                                  of_a_table ? table_weight * mean : small_weight * equations.gram[i * n + i] + 1e-300);
+                                  of_a_table ? table_weight * mean : small_weight * equations.gram[i * n + i] + (equations.gram[i * n + i] > 0.0 ? 0.0 : 1.0));
         unit[i] = 0.0;
     }
     if (solve_bounded(&equations, lower, x, NULL, &singular)) {
@@ -211,16 +220,15 @@ static double judge_once(const samples_t *samples, const noise_t *noise, const m
         rows.most = nuisance_most(&signals, &options) + signatures + 1;
         rows.fitted = allocate(rows.most * samples->fitted, sizeof(double));
         rows.held = allocate(rows.most * samples->held, sizeof(double));
-        if (nuisance(&signals, &options, add_rows, &rows, &refusal)) {
-            double *residual = samples_column(samples);
-            for (size_t i = 0; i < signatures; i++) {
-                add_rows(&rows, signature[i], NUISANCE_TRENDS);
-            }
-            samples_residual(samples, signals.simulated, residual);
-            add_rows(&rows, residual, NUISANCE_TRENDS);
-            power = held_out_power(&rows, samples->count, numbers, change);
-            free(residual);
+        nuisance(&signals, &options, add_rows, &rows);
+        double *residual = samples_column(samples);
+        for (size_t i = 0; i < signatures; i++) {
+            add_rows(&rows, signature[i], NUISANCE_TRENDS);
         }
+        samples_residual(samples, signals.simulated, residual);
+        add_rows(&rows, residual, NUISANCE_TRENDS);
+        power = held_out_power(&rows, samples->count, numbers, change);
+        free(residual);
         signals_close(&signals);
     }
     free(rows.white);
@@ -235,33 +243,64 @@ static double judge(const samples_t *samples, const noise_t *noise, model_t *mod
                     size_t signatures) {
     enum { STEPS = 4 };
     hysteresis_numbers_t numbers;
-    hysteresis_numbers(model, &numbers);
-    double *change = allocate(numbers.count, sizeof(double)), *kept = allocate(numbers.count, sizeof(double));
+    hysteresis_numbers_open(model, &numbers);
+    double *change = allocate(numbers.count, sizeof(double));
     double *ignored = allocate(numbers.count, sizeof(double));
     double least = judge_once(samples, noise, model, signature, signatures, numbers.count, change);
     for (int step = 0; step < STEPS && numbers.count < few_numbers && isfinite(least); step++) {
         failure_t refusal;
+        hysteresis_numbers_keep(&numbers);
         for (size_t i = 0; i < numbers.count; i++) {
-            kept[i] = *numbers.number[i];
-            *numbers.number[i] += change[i];
+            hysteresis_number_add(&numbers.number[i], change[i]);
         }
         const double power = model_check(model, "model", &refusal)
                                  ? judge_once(samples, noise, model, signature, signatures, numbers.count, ignored)
                                  : HUGE_VAL;
         if (!(power < settled * least)) {
-            for (size_t i = 0; i < numbers.count; i++) {
-                *numbers.number[i] = kept[i];
-            }
+            hysteresis_numbers_restore(&numbers);
             break;
         }
         least = power;
         memcpy(change, ignored, numbers.count * sizeof(double));
     }
-    hysteresis_numbers_free(&numbers);
+    hysteresis_numbers_close(&numbers);
     free(change);
-    free(kept);
     free(ignored);
     return least;
+}
+
+static bool memory_unknown(const samples_t *samples) {
+    for (size_t i = 0; i < samples->count; i++) {
+        if (samples->from[i] == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Where the recordings do not determine the memory they begin with: the past of the plane, as it was estimated, or a
+ * sweep that came to the first level from above or from below, whichever leaves least. */
+static void choose_past(const samples_t *samples, const noise_t *noise, model_t *model) {
+    double range_v[2];
+    joint_power_t least;
+    failure_t refusal;
+    recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range_v);
+    if (!joint_fit(samples, noise, model, 0, FIT_ITERATIONS, &least, &refusal)) {
+        least.fitted = HUGE_VAL;
+    }
+    for (size_t end = 0; end < 2; end++) {
+        joint_power_t power;
+        model_t other;
+        model_copy(&other, model);
+        model_set_array(&other.block[hysteresis_index(&other)], "past_v", 1, &range_v[end], NULL);
+        if (joint_fit(samples, noise, &other, 0, FIT_ITERATIONS, &power, &refusal) && power.fitted < least.fitted) {
+            model_free(model);
+            *model = other;
+            least = power;
+        } else {
+            model_free(&other);
+        }
+    }
 }
 
 /* Few numbers first: a table imitates much. Then the better one. */
@@ -302,11 +341,16 @@ bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe
         joint_power_t ignored;
         baseline_t *other = &baseline[*count];
         if (fit_shape(shape, samples->recordings, samples->count, other, &refusal)) {
-            joint_fit(samples, noise, &other->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+            if (shapes[shape].smooth && memory_unknown(samples)) {
+                choose_past(samples, noise, &other->model);
+            } else {
+                joint_fit(samples, noise, &other->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+            }
             other->held = judge(samples, noise, &other->model, signature, signatures);
             ++*count;
         }
     }
+    if(getenv("HD"))for(size_t i=0;i<*count;i++)fprintf(stderr,"\njudged %s %.5f\n",baseline[i].family->name,baseline[i].held/((double)samples->held*noise->sigma_um*noise->sigma_um));
     qsort(baseline, *count, sizeof(baseline_t), by_promise);
     leave_out_hopeless(baseline, count);
     for (size_t i = 0; i < signatures; i++) {

@@ -64,10 +64,7 @@ evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, con
     e->residual = allocate(e->rows, sizeof(double));
     e->rows_scratch = allocate(e->rows, sizeof(double));
     basis_open(&e->basis, e->rows, nuisance_most(&e->signals, &options));
-    if (!nuisance(&e->signals, &options, add_to_basis, e, failure)) {
-        evidence_close(e);
-        return NULL;
-    }
+    nuisance(&e->signals, &options, add_to_basis, e);
     samples_residual(samples, e->signals.simulated, e->raw);
     evidence_ask(e, ASK_EFFECTS);
     return e;

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "joint_fit.h"
+#include "autocorrelation.h"
 #include "least_squares.h"
 #include "searched.h"
 #include "signals.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,6 +21,9 @@ static const size_t many = 65;
 static const size_t few = 12, few_iterations = 6;
 /* Of the sum of squares, times the number of samples: the search ends when it falls by less. */
 static const double settled_likelihood = 0.3;
+/* Of what the samples give a searched number, added to it: for a step that does not run away, and for an error that
+ * grows where two numbers take each other's place. */
+static const double step_part = 1e-6, error_part = 1e-12;
 enum { MOST_HALVINGS = 6 };
 
 typedef struct {
@@ -28,7 +33,7 @@ typedef struct {
     size_t blocks, block[MODEL_MAX_BLOCKS];
     searched_t searched[MODEL_MAX_BLOCKS];
     hysteresis_numbers_t hysteresis;
-    double *beginning, *mean_size; /* of the hysteresis' numbers */
+    double *moved; /* of the hysteresis' numbers, since the beginning */
     size_t unknowns;
     double *white, *column;  /* scratch columns */
     double *matrix;          /* unknowns columns of whitened derivatives, fitted samples each */
@@ -88,7 +93,7 @@ static void take_matrix(job_t *job, const signals_t *signals) {
 }
 
 /* What the samples say nothing about stays, of a table where it is, of a bank where it was in the beginning. */
-static void stay_near(const job_t *job, double variance, normal_equations_t *equations) {
+static void stay_near(const job_t *job, double variance, double searched_part, normal_equations_t *equations) {
     const size_t n = job->unknowns, plays = job->hysteresis.count;
     double *row = allocate(n, sizeof(double)), mean = 0.0;
     for (size_t j = 0; j < plays; j++) {
@@ -96,10 +101,10 @@ static void stay_near(const job_t *job, double variance, normal_equations_t *equ
     }
     for (size_t j = 0; j < n; j++) {
         const double own = equations->gram[j * n + j];
-        double weight = 1e-6 * own + (own > 0.0 ? 0.0 : 1.0);
+        double weight = searched_part * own + (own > 0.0 ? 0.0 : 1.0);
         if (j < plays && plays < many) {
-            weight = variance / gsl_pow_2(expected_change * job->mean_size[j]);
-            equations->moment[j] += weight * (job->beginning[j] - *job->hysteresis.number[j]);
+            weight = variance / gsl_pow_2(expected_change * job->hysteresis.number[j].mean_size);
+            equations->moment[j] += -weight * job->moved[j];
         } else if (j < plays) {
             weight = stay_part_many * mean;
         }
@@ -110,17 +115,21 @@ static void stay_near(const job_t *job, double variance, normal_equations_t *equ
     free(row);
 }
 
-static bool solve(job_t *job, double *change) {
+static void take_equations(const job_t *job, double searched_part, normal_equations_t *equations, double *lower) {
     const size_t n = job->unknowns;
-    normal_equations_t equations;
-    double *lower = allocate(n, sizeof(double));
-    failure_t refusal;
-    normal_equations_create(&equations, n);
-    normal_equations_of_columns(&equations, job->matrix, job->residual, job->samples->fitted);
+    normal_equations_create(equations, n);
+    normal_equations_of_columns(equations, job->matrix, job->residual, job->samples->fitted);
     for (size_t i = 0; i < n; i++) {
-        lower[i] = i < job->hysteresis.count ? job->hysteresis.lower[i] : -HUGE_VAL;
+        lower[i] = i < job->hysteresis.count ? fmin(0.0, job->hysteresis.number[i].least - job->moved[i]) : -HUGE_VAL;
     }
-    stay_near(job, equations.power / (double)job->samples->fitted, &equations);
+    stay_near(job, equations->power / (double)job->samples->fitted, searched_part, equations);
+}
+
+static bool solve(job_t *job, double *change) {
+    normal_equations_t equations;
+    double *lower = allocate(job->unknowns, sizeof(double));
+    failure_t refusal;
+    take_equations(job, step_part, &equations, lower);
     const bool good = solve_bounded(&equations, lower, change, NULL, &refusal);
     normal_equations_free(&equations);
     free(lower);
@@ -129,8 +138,10 @@ static bool solve(job_t *job, double *change) {
 
 static void move(job_t *job, const double *change, double part) {
     size_t at = job->hysteresis.count;
+    hysteresis_numbers_keep(&job->hysteresis);
     for (size_t i = 0; i < job->hysteresis.count; i++) {
-        *job->hysteresis.number[i] += part * change[i];
+        hysteresis_number_add(&job->hysteresis.number[i], part * change[i]);
+        job->moved[i] += part * change[i];
     }
     for (size_t b = 0; b < job->blocks; b++) {
         searched_move(&job->searched[b], change + at, part);
@@ -139,8 +150,9 @@ static void move(job_t *job, const double *change, double part) {
 }
 
 static void move_back(job_t *job, const double *change, double part) {
+    hysteresis_numbers_restore(&job->hysteresis);
     for (size_t i = 0; i < job->hysteresis.count; i++) {
-        *job->hysteresis.number[i] -= part * change[i];
+        job->moved[i] -= part * change[i];
     }
     for (size_t b = 0; b < job->blocks; b++) {
         searched_back(&job->searched[b]);
@@ -159,10 +171,11 @@ static bool improve(job_t *job, joint_power_t *power) {
         signals_close(&signals);
         bool solved = solve(job, change);
         for (int halving = 0; solved && !improved && halving < MOST_HALVINGS; halving++) {
-            joint_power_t tried;
+            joint_power_t tried = {0};
             move(job, change, part);
             improved = model_check(job->model, "model", &refusal) && take_power(job, &tried, &refusal) &&
                        tried.fitted < power->fitted;
+            if(getenv("HD")&&job->hysteresis.number[0].elements>1)fprintf(stderr,"part %g fitted %g tried %g held %g\n",part,power->fitted,tried.fitted,tried.held);
             if (improved) {
                 *power = tried;
             } else {
@@ -177,7 +190,7 @@ static bool improve(job_t *job, joint_power_t *power) {
 
 static void open_job(job_t *job, const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks) {
     *job = (job_t){.samples = samples, .noise = noise, .model = model};
-    hysteresis_numbers(model, &job->hysteresis);
+    hysteresis_numbers_open(model, &job->hysteresis);
     job->unknowns = job->hysteresis.count;
     for (size_t b = 0; b < model->blocks; b++) {
         if ((blocks >> b & 1U) != 0) {
@@ -186,12 +199,7 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
             job->block[job->blocks++] = b;
         }
     }
-    job->beginning = allocate(job->hysteresis.count, sizeof(double));
-    job->mean_size = allocate(job->hysteresis.count, sizeof(double));
-    for (size_t i = 0; i < job->hysteresis.count; i++) {
-        job->beginning[i] = *job->hysteresis.number[i];
-        job->mean_size[i] = job->hysteresis.mean_size[i];
-    }
+    job->moved = allocate(job->hysteresis.count, sizeof(double));
     job->white = samples_column(samples);
     job->column = samples_column(samples);
     job->residual = allocate(samples->fitted, sizeof(double));
@@ -200,9 +208,8 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
 }
 
 static void close_job(job_t *job) {
-    hysteresis_numbers_free(&job->hysteresis);
-    free(job->beginning);
-    free(job->mean_size);
+    hysteresis_numbers_close(&job->hysteresis);
+    free(job->moved);
     free(job->white);
     free(job->column);
     free(job->residual);
@@ -215,6 +222,7 @@ bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, u
     job_t job;
     open_job(&job, samples, noise, model, blocks);
     const bool good = take_power(&job, power, failure);
+    if(getenv("HD")&&job.hysteresis.number[0].elements>1){FILE*f=fopen("/tmp/dump.txt","w");double*sim=samples_column(samples);failure_t x;samples_simulate(samples,model,sim,&x);for(size_t k=0;k<samples->all;k+=20)fprintf(f,"%g %g %g\n",samples->recordings[0].column[COLUMN_DRIVE][k],samples->recordings[0].column[COLUMN_DISPLACEMENT][k],sim[k]);fclose(f);failure_t y;model_write(model,"/tmp/dump.json",&y);}
     if (job.hysteresis.count < few) {
         iterations *= few_iterations;
     } else if (job.hysteresis.count >= many) {
@@ -226,8 +234,93 @@ bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, u
             (before - power->fitted) * (double)samples->fitted < settled_likelihood * power->fitted) {
             break;
         }
-        hysteresis_numbers_free(&job.hysteresis); /* their bounds move with them */
-        hysteresis_numbers(model, &job.hysteresis);
+    }
+    close_job(&job);
+    return good;
+}
+
+/* So many neighbours of the whitened residual count as one. */
+static double neighbours(const job_t *job) {
+    const samples_t *samples = job->samples;
+    residual_run_t *run = allocate(samples->all, sizeof *run);
+    size_t runs = 0;
+    double time;
+    for (size_t k = 0, fitted = 0; k < samples->all; k++) {
+        if (samples->part[k] == SAMPLE_FITTED) {
+            if (k == 0 || samples->part[k - 1] != SAMPLE_FITTED) {
+                run[runs++] = (residual_run_t){.value = job->residual + fitted};
+            }
+            run[runs - 1].samples++;
+            fitted++;
+        }
+    }
+    time = autocorrelation_time(run, runs);
+    free(run);
+    return time;
+}
+
+static void keep_error(parameter_t *parameter, size_t element, double sigma) {
+    if (parameter->sigma == NULL) {
+        parameter->sigma = allocate(parameter->count, sizeof(double));
+    }
+    parameter->sigma[element] = sigma;
+}
+
+static double error_of_searched(const searched_t *searched, size_t i, double sigma) {
+    const double value = *searched->number[i], low = searched->low[i], high = searched->high[i];
+    if (value <= low || value >= high) {
+        return 0.0;
+    }
+    if (searched->logarithmic[i]) {
+        return sigma < 1.0 ? sigma * value : HUGE_VAL;
+    }
+    return sigma * searched->scale[i] < 0.5 * (high - low) ? sigma * searched->scale[i] : HUGE_VAL;
+}
+
+static void keep_errors(job_t *job, const double *covariance, double neighbours_as_one) {
+    const size_t n = job->unknowns;
+    size_t at = job->hysteresis.count;
+    for (size_t i = 0; i < job->hysteresis.count; i++) {
+        const hysteresis_number_t *number = &job->hysteresis.number[i];
+        if (number->elements == 1) {
+            keep_error(number->parameter, number->first, sqrt(neighbours_as_one * covariance[i * (n + 1)]));
+        }
+    }
+    for (size_t b = 0; b < job->blocks; b++) {
+        for (size_t i = 0; i < job->searched[b].count; i++, at++) {
+            const double sigma = sqrt(neighbours_as_one * covariance[at * (n + 1)]);
+            keep_error(job->searched[b].parameter[i], 0, error_of_searched(&job->searched[b], i, sigma));
+        }
+    }
+}
+
+bool joint_errors(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, failure_t *failure) {
+    job_t job;
+    signals_t signals;
+    open_job(&job, samples, noise, model, blocks);
+    bool good = signals_open(&signals, samples, model, failure);
+    if (good) {
+        const size_t n = job.unknowns;
+        double *lower = allocate(n, sizeof(double)), *covariance = allocate(n * n, sizeof(double));
+        bool *bound = allocate(n, sizeof(bool));
+        normal_equations_t equations;
+        joint_power_t power;
+        take_residual(&job, signals.simulated, &power);
+        take_matrix(&job, &signals);
+        signals_close(&signals);
+        take_equations(&job, error_part, &equations, lower);
+        for (size_t i = 0; i < n; i++) {
+            bound[i] = lower[i] == 0.0;
+        }
+        good = inverse_matrix(&equations, bound, covariance, failure);
+        cblas_dscal((int)(n * n), power.fitted / (double)samples->fitted, covariance, 1);
+        if (good) {
+            keep_errors(&job, covariance, neighbours(&job));
+        }
+        normal_equations_free(&equations);
+        free(bound);
+        free(lower);
+        free(covariance);
     }
     close_job(&job);
     return good;

@@ -20,6 +20,13 @@ typedef struct {
 bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, size_t iterations,
                joint_power_t *power, failure_t *failure);
 
+/**
+ * Standard errors of these blocks' searched parameters, and of the hysteresis' single numbers, written into the model:
+ * as joint_fit determines them, widened by the autocorrelation of the whitened residual (autocorrelation.h). 0 at a
+ * bound, HUGE_VAL where it is larger than the number (of one searched by its logarithm) or than half its range.
+ */
+bool joint_errors(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, failure_t *failure);
+
 /** What a model leaves as it is. */
 bool joint_power(const samples_t *samples, const noise_t *noise, const model_t *model, joint_power_t *power,
                  failure_t *failure);

@@ -116,23 +116,20 @@ static void take_offsets(job_t *job) {
     }
 }
 
-static bool take_derivatives(job_t *job, failure_t *failure) {
+static void take_derivatives(job_t *job) {
     const signals_t *signals = job->signals;
     hysteresis_numbers_t numbers;
     model_t altered;
-    bool good = true;
     model_copy(&altered, signals->model);
-    hysteresis_numbers(&altered, &numbers);
-    for (size_t n = 0; good && n < numbers.count; n++) {
-        good = signals_derivative(signals, &altered, &numbers, n, job->column) ||
-               fail(failure, "the hysteresis runs away at the numbers that were found for it");
-        if (good) {
-            job->take(job->context, job->column, NUISANCE_OWN);
+    hysteresis_numbers_open(&altered, &numbers);
+    for (size_t n = 0; n < numbers.count; n++) {
+        if (!signals_derivative(signals, &altered, &numbers, n, job->column)) {
+            memset(job->column, 0, job->samples->all * sizeof(double));
         }
+        job->take(job->context, job->column, NUISANCE_OWN);
     }
-    hysteresis_numbers_free(&numbers);
+    hysteresis_numbers_close(&numbers);
     model_free(&altered);
-    return good;
 }
 
 /* cos(radians_per_sample (k + 1/2) - phase) in each recording; `waves` > 0: half waves over the part that counts. */
@@ -166,48 +163,45 @@ static double loop_hz(const samples_t *s) {
                : 0.0;
 }
 
-bool nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context,
-              failure_t *failure) {
+void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context) {
     const samples_t *samples = signals->samples;
     job_t job = {
         .signals = signals, .samples = samples, .take = take, .context = context, .column = samples_column(samples)};
     find_range(&job);
     find_operators(&job);
     take_offsets(&job);
-    const bool good = take_derivatives(&job, failure);
-    if (good) {
-        const double hz = options->plays ? loop_hz(samples) : 0.0;
-        for (int harmonic = 1;
-             harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz;
-             harmonic++) {
-            take_waves(&job, 0, harmonic * hz, 0.0, NUISANCE_OWN);
-            take_waves(&job, 0, harmonic * hz, 0.5 * M_PI, NUISANCE_OWN);
+    take_derivatives(&job);
+    const double hz = options->plays ? loop_hz(samples) : 0.0;
+    for (int harmonic = 1;
+         harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz;
+         harmonic++) {
+        take_waves(&job, 0, harmonic * hz, 0.0, NUISANCE_OWN);
+        take_waves(&job, 0, harmonic * hz, 0.5 * M_PI, NUISANCE_OWN);
+    }
+    if (options->plays) {
+        take_product(&job, job.drive, 0, 1, NUISANCE_PLAYS);
+        for (size_t j = 0; j < OPERATORS; j++) {
+            take_product(&job, job.play[j], 0, 1, NUISANCE_PLAYS);
         }
-        if (options->plays) {
-            take_product(&job, job.drive, 0, 1, NUISANCE_PLAYS);
-            for (size_t j = 0; j < OPERATORS; j++) {
-                take_product(&job, job.play[j], 0, 1, NUISANCE_PLAYS);
-            }
+    }
+    if (options->shapes) {
+        take_product(&job, job.drive, 0, 2, NUISANCE_SHAPES);
+        take_product(&job, job.drive, 0, 3, NUISANCE_SHAPES);
+        for (size_t j = 0; j < OPERATORS; j += OPERATORS / SHAPES) {
+            take_product(&job, job.play[j], 0, 2, NUISANCE_SHAPES);
+            take_product(&job, job.play[j], 0, 3, NUISANCE_SHAPES);
+            take_product(&job, job.play[j], 1, 1, NUISANCE_SHAPES);
         }
-        if (options->shapes) {
-            take_product(&job, job.drive, 0, 2, NUISANCE_SHAPES);
-            take_product(&job, job.drive, 0, 3, NUISANCE_SHAPES);
-            for (size_t j = 0; j < OPERATORS; j += OPERATORS / SHAPES) {
-                take_product(&job, job.play[j], 0, 2, NUISANCE_SHAPES);
-                take_product(&job, job.play[j], 0, 3, NUISANCE_SHAPES);
-                take_product(&job, job.play[j], 1, 1, NUISANCE_SHAPES);
-            }
-            for (int node = 0; node < BRANCH_NODES; node++) {
-                take_hat(&job, node, true);
-                take_hat(&job, node, false);
-            }
+        for (int node = 0; node < BRANCH_NODES; node++) {
+            take_hat(&job, node, true);
+            take_hat(&job, node, false);
         }
-        for (int waves = 1; options->trends && waves <= TRENDS; waves++) {
-            take_waves(&job, waves, 0.0, 0.0, NUISANCE_TRENDS);
-        }
-        for (size_t line = 0; line < 2 * options->lines; line++) {
-            take_waves(&job, 0, options->line_hz[line / 2], line % 2 == 0 ? 0.0 : 0.5 * M_PI, NUISANCE_TRENDS);
-        }
+    }
+    for (int waves = 1; options->trends && waves <= TRENDS; waves++) {
+        take_waves(&job, waves, 0.0, 0.0, NUISANCE_TRENDS);
+    }
+    for (size_t line = 0; line < 2 * options->lines; line++) {
+        take_waves(&job, 0, options->line_hz[line / 2], line % 2 == 0 ? 0.0 : 0.5 * M_PI, NUISANCE_TRENDS);
     }
     for (size_t j = 0; j < OPERATORS; j++) {
         recordings_room_free(job.play[j], samples->count);
@@ -215,15 +209,10 @@ bool nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
     free(job.play);
     recordings_room_free(job.drive, samples->count);
     free(job.column);
-    return good;
 }
 
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options) {
-    hysteresis_numbers_t numbers;
-    hysteresis_numbers(signals->model, &numbers);
-    const size_t derivatives = numbers.count;
-    hysteresis_numbers_free(&numbers);
-    return signals->samples->count + derivatives + (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
+    return signals->samples->count + hysteresis_numbers_count(signals->model) + (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
            (options->shapes ? 2 + 3 * SHAPES + 2 * BRANCH_NODES : 0) + (options->trends ? TRENDS : 0) +
            2 * options->lines;
 }

@@ -27,8 +27,8 @@ typedef enum { NUISANCE_OWN, NUISANCE_PLAYS, NUISANCE_SHAPES, NUISANCE_TRENDS } 
 /** Given one column after the other (samples.h). */
 typedef void nuisance_take_t(void *context, const double *column, nuisance_layer_t layer);
 
-bool nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context,
-              failure_t *failure);
+/** A number that can change in neither direction has a column of zeros. */
+void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context);
 /** No more columns than this. */
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options);
 

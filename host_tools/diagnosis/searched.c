@@ -13,6 +13,7 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
         if ((block->probe->searched >> p & 1U) != 0) {
             double *number = model->block[at].parameter[p].value;
             const size_t i = searched->count++;
+            searched->parameter[i] = &model->block[at].parameter[p];
             searched->number[i] = number;
             searched->low[i] = block->parameter[p].low;
             searched->high[i] = block->parameter[p].high;

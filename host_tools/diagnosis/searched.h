@@ -9,7 +9,8 @@
 
 typedef struct {
     size_t count;
-    double *number[BLOCK_MAX_PARAMETERS]; /**< in the model */
+    parameter_t *parameter[BLOCK_MAX_PARAMETERS]; /**< in the model */
+    double *number[BLOCK_MAX_PARAMETERS];         /**< its value */
     double low[BLOCK_MAX_PARAMETERS], high[BLOCK_MAX_PARAMETERS];
     bool logarithmic[BLOCK_MAX_PARAMETERS];
     double scale[BLOCK_MAX_PARAMETERS]; /**< of one that is searched as it is */

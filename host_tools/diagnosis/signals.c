@@ -4,10 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the mean size of a parameter's elements: small enough for what bends behind the hysteresis, large enough for
- * double precision. */
-static const double step_part = 1e-3;
-
 size_t stage_of(const model_t *model, size_t block) {
     size_t order[MODEL_MAX_BLOCKS], stage = 0;
     chain_order(model, order);
@@ -17,16 +13,8 @@ size_t stage_of(const model_t *model, size_t block) {
     return stage;
 }
 
-static size_t hysteresis_of(const model_t *model) {
-    size_t i = 0;
-    while (!block_is_hysteresis(model->block[i].block)) {
-        i++;
-    }
-    return i;
-}
-
 size_t hysteresis_stage(const model_t *model) {
-    return stage_of(model, hysteresis_of(model));
+    return stage_of(model, hysteresis_index(model));
 }
 
 /* Signals of a recording begin behind those of the ones before, each with one element more than samples. */
@@ -99,55 +87,20 @@ bool signals_altered(const signals_t *signals, const model_t *altered, size_t st
     return good;
 }
 
-void hysteresis_numbers(const model_t *model, hysteresis_numbers_t *numbers) {
-    const model_block_t *block = &model->block[hysteresis_of(model)];
-    size_t most = 0;
-    for (size_t p = 0; p < block->block->parameters; p++) {
-        most += block->parameter[p].count;
-    }
-    *numbers = (hysteresis_numbers_t){.number = allocate(most, sizeof(double *)),
-                                      .step = allocate(most, sizeof(double)),
-                                      .mean_size = allocate(most, sizeof(double)),
-                                      .lower = allocate(most, sizeof(double))};
-    for (size_t p = 0; p < block->block->parameters; p++) {
-        const parameter_t *parameter = &block->parameter[p];
-        const parameter_info_t *info = &block->block->parameter[p];
-        double mean = 0.0, least = HUGE_VAL;
-        for (size_t e = 0; e < parameter->count; e++) {
-            mean += fabs(parameter->value[e]) / (double)parameter->count;
-            least = fmin(least, parameter->value[e]);
-        }
-        for (size_t e = 0; e < parameter->count && !info->chosen; e++) {
-            const double low = info->array && strcmp(info->name, "weights") == 0 && least >= 0.0 ? 0.0 : info->low;
-            numbers->number[numbers->count] = &parameter->value[e];
-            numbers->mean_size[numbers->count] = mean > 0.0 ? mean : 1.0;
-            numbers->step[numbers->count] = step_part * numbers->mean_size[numbers->count];
-            numbers->lower[numbers->count++] = fmin(0.0, low - parameter->value[e]);
-        }
-    }
-}
-
-void hysteresis_numbers_free(hysteresis_numbers_t *numbers) {
-    free(numbers->number);
-    free(numbers->step);
-    free(numbers->mean_size);
-    free(numbers->lower);
-    *numbers = (hysteresis_numbers_t){0};
-}
-
 bool signals_derivative(const signals_t *signals, const model_t *model, const hysteresis_numbers_t *numbers,
                         size_t number, double *column) {
     const size_t stage = hysteresis_stage(model);
-    const double kept = *numbers->number[number];
-    double step = numbers->step[number];
-    *numbers->number[number] = kept + step;
+    double step = numbers->number[number].step;
+    hysteresis_numbers_keep(numbers);
+    hysteresis_number_add(&numbers->number[number], step);
     bool good = signals_altered(signals, model, stage, column);
+    hysteresis_numbers_restore(numbers);
     if (!good) {
         step = -step;
-        *numbers->number[number] = kept + step;
+        hysteresis_number_add(&numbers->number[number], step);
         good = signals_altered(signals, model, stage, column);
+        hysteresis_numbers_restore(numbers);
     }
-    *numbers->number[number] = kept;
     for (size_t k = 0; good && k < signals->samples->all; k++) {
         column[k] = (column[k] - signals->simulated[k]) / step;
     }

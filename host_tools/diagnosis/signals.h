@@ -6,6 +6,7 @@
 #ifndef SIGNALS_H
 #define SIGNALS_H
 
+#include "hysteresis_numbers.h"
 #include "samples.h"
 
 typedef struct {
@@ -30,18 +31,6 @@ size_t stage_of(const model_t *model, size_t block);
  * False if it cannot be simulated or is not finite.
  */
 bool signals_altered(const signals_t *signals, const model_t *altered, size_t stage, double *position);
-
-/** Where it may change: the numbers of the model's hysteresis that are fitted. */
-typedef struct {
-    size_t count;
-    double **number;   /**< in the model */
-    double *step;      /**< for a difference */
-    double *mean_size; /**< of the elements of the parameter it belongs to; 1 where all are 0 */
-    double *lower;     /**< least change, 0 or below; -HUGE_VAL for none */
-} hysteresis_numbers_t;
-
-void hysteresis_numbers(const model_t *model, hysteresis_numbers_t *numbers);
-void hysteresis_numbers_free(hysteresis_numbers_t *numbers);
 
 /**
  * Derivative of the position by one of the numbers, a column. They belong to `model`, which is otherwise the signals'

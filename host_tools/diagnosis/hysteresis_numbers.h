@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * What may change in a model's hysteresis while effects are looked for: the numbers of its block that are fitted. A
+ * Preisach table, whose elements are many, changes smoothly (smooth_plane.h): there a number is how much of one smooth
+ * function is added to all of it.
+ */
+#ifndef HYSTERESIS_NUMBERS_H
+#define HYSTERESIS_NUMBERS_H
+
+#include "model.h"
+
+typedef struct {
+    parameter_t *parameter;
+    size_t first, elements; /**< of the parameter, those that change with it */
+    double *factor;         /**< by how much each of them; NULL: by as much as the number */
+    double step;            /**< for a difference */
+    double mean_size;       /**< of such numbers; 1 where all are 0 */
+    double least;           /**< least change, 0 or below; -HUGE_VAL for none */
+} hysteresis_number_t;
+
+typedef struct {
+    size_t count;
+    hysteresis_number_t *number;
+    model_block_t *block;
+    double *kept; /**< all values of the block's parameters, as they were last kept */
+} hysteresis_numbers_t;
+
+/** The model must outlive them. */
+void hysteresis_numbers_open(model_t *model, hysteresis_numbers_t *numbers);
+void hysteresis_numbers_close(hysteresis_numbers_t *numbers);
+
+/** How many there are. */
+size_t hysteresis_numbers_count(const model_t *model);
+
+/** Changes the model. */
+void hysteresis_number_add(const hysteresis_number_t *number, double change);
+
+/** Notes the numbers as they are; and takes them back, to the last bit. */
+void hysteresis_numbers_keep(const hysteresis_numbers_t *numbers);
+void hysteresis_numbers_restore(const hysteresis_numbers_t *numbers);
+
+/** Index of the model's hysteresis. */
+size_t hysteresis_index(const model_t *model);
+
+#endif

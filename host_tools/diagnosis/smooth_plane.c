@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "smooth_plane.h"
+#include "least_squares.h"
+#include "splines.h"
+#include <gsl/gsl_cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MIDDLE_INTERVALS = 3, WIDTH_INTERVALS = 6, DEGREE = 2, FINE_INTERVALS = 80 };
+enum { MIDDLES = MIDDLE_INTERVALS + DEGREE, WIDTHS = WIDTH_INTERVALS + DEGREE };
+
+size_t smooth_plane_functions(void) {
+    return (size_t)MIDDLES * WIDTHS;
+}
+
+double smooth_plane_function(const preisach_grid_t *grid, size_t function, double *value) {
+    const size_t last = grid->levels - 1;
+    const double center_v = 0.5 * (grid->level_v[0] + grid->level_v[last]);
+    const double half_v = 0.5 * (grid->level_v[last] - grid->level_v[0]);
+    double largest = 0.0;
+    for (size_t i = 1; i <= last; i++) {
+        for (size_t j = 0; j < i; j++) {
+            const double high = (grid->level_v[i] - center_v) / half_v, low = (grid->level_v[j] - center_v) / half_v;
+            const double middle = 0.5 * (high + low), width = 0.5 * (high - low);
+            const double here = width * spline(function % MIDDLES, 0.5 * (middle + 1.0) * MIDDLE_INTERVALS) *
+                                spline(function / MIDDLES, sqrt(width) * WIDTH_INTERVALS);
+            value[preisach_element(i, j)] = here;
+            largest = fmax(largest, here);
+        }
+    }
+    return largest;
+}
+
+/* Factors of the functions that come nearest to a table. */
+static bool nearest(const preisach_grid_t *grid, const double *table, double *factor, failure_t *failure) {
+    const size_t functions = smooth_plane_functions(), elements = preisach_elements(grid->levels);
+    double *columns = allocate(functions * elements, sizeof(double)), *lower = allocate(functions, sizeof(double));
+    normal_equations_t equations;
+    normal_equations_create(&equations, functions);
+    for (size_t f = 0; f < functions; f++) {
+        smooth_plane_function(grid, f, columns + f * elements);
+        lower[f] = -HUGE_VAL;
+    }
+    normal_equations_of_columns(&equations, columns, table, elements);
+    const bool good = solve_bounded(&equations, lower, factor, NULL, failure);
+    normal_equations_free(&equations);
+    free(columns);
+    free(lower);
+    return good;
+}
+
+/* The same table between its levels, which are too far apart to tell functions of small widths from each other. */
+static void divide(const model_block_t *preisach, const preisach_grid_t *fine, double *table) {
+    const parameter_t *levels = model_parameter(preisach, "levels_v");
+    const preisach_grid_t grid = {.levels = levels->count, .level_v = levels->value};
+    for (size_t i = 1; i < fine->levels; i++) {
+        for (size_t j = 0; j < i; j++) {
+            table[preisach_element(i, j)] = preisach_everett(&grid, model_parameter(preisach, "everett_um")->value,
+                                                             fine->level_v[i], fine->level_v[j]);
+        }
+    }
+}
+
+bool smooth_plane_from(model_block_t *preisach, const double drive_range_v[2], failure_t *failure) {
+    const double low_v = drive_range_v[0], high_v = drive_range_v[1];
+    const size_t functions = smooth_plane_functions(), elements = preisach_elements(FINE_INTERVALS + 1);
+    double level_v[FINE_INTERVALS + 1];
+    double *table = allocate(elements, sizeof(double)), *value = allocate(elements, sizeof(double));
+    double *factor = allocate(functions, sizeof(double));
+    const preisach_grid_t fine = {.levels = FINE_INTERVALS + 1, .level_v = level_v};
+    for (size_t i = 0; i < FINE_INTERVALS; i++) {
+        level_v[i] = low_v + (high_v - low_v) * (double)i / FINE_INTERVALS;
+    }
+    level_v[FINE_INTERVALS] = high_v;
+    divide(preisach, &fine, table);
+    const bool good = nearest(&fine, table, factor, failure);
+    if (good) {
+        memset(table, 0, elements * sizeof(double));
+        for (size_t f = 0; f < functions; f++) {
+            smooth_plane_function(&fine, f, value);
+            cblas_daxpy((int)elements, factor[f], value, 1, table, 1);
+        }
+        model_set_array(preisach, "levels_v", fine.levels, level_v, NULL);
+        model_set_array(preisach, "everett_um", elements, table, NULL);
+    }
+    free(table);
+    free(value);
+    free(factor);
+    return good;
+}
