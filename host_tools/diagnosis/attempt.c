@@ -29,7 +29,7 @@ static const double least_steps = 0.1;
 const double attempt_least_part_of_found = 0.1;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
  * hysteresis could imitate; and the part of it that the block has to explain. */
-static const double worth_explaining = 0.2, most_of_it = 0.6;
+static const double worth_explaining = 0.05, most_of_it = 0.6;
 /* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise. */
 static const double least_curve = 3.0;
 /* A fit that settles ends by itself; one that was stopped before leaves what is then taken for another effect. */

@@ -9,7 +9,6 @@
 #include "smooth_plane.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +17,11 @@
 static const struct {
     const char *family;
     size_t operators;
-    bool smooth;
-} shapes[] = {{"prandtl_ishlinskii", 24, false}, {"bouc_wen", 0, false}, {"preisach", 14, true}};
+    bool symmetric, many_numbers;
+} shapes[] = {{"prandtl_ishlinskii", 24, false, false},
+              {"bouc_wen", 0, false, false},
+              {"preisach", 14, true, false},
+              {"preisach", 14, false, true}};
 enum { SHAPES = sizeof shapes / sizeof shapes[0], FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
@@ -39,7 +41,7 @@ static bool fit_shape(size_t shape, const recording_t *recordings, size_t count,
                       failure_t *failure) {
     const fit_options_t options = {.operators = shapes[shape].operators};
     fit_report_t report;
-    baseline->many_numbers = shapes[shape].smooth;
+    baseline->many_numbers = shapes[shape].many_numbers;
     baseline->family = family_find(shapes[shape].family);
     if (!fit_recordings(baseline->family, recordings, count, &options, &baseline->model, &report, failure)) {
         return false;
@@ -49,9 +51,9 @@ static bool fit_shape(size_t shape, const recording_t *recordings, size_t count,
     if (hysteresis->block == &block_preisach) {
         double drive_range_v[2];
         recordings_range(recordings, count, COLUMN_DRIVE, drive_range_v);
-        return smooth_plane_from(hysteresis, drive_range_v, failure);
+        return smooth_plane_from(hysteresis, drive_range_v, shapes[shape].symmetric, failure);
     }
-    return hysteresis->block != &block_prandtl_ishlinskii || getenv("NB") || smooth_bank_from(hysteresis, failure);
+    return hysteresis->block != &block_prandtl_ishlinskii || smooth_bank_from(hysteresis, failure);
 }
 
 bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure) {
@@ -341,7 +343,7 @@ bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe
         joint_power_t ignored;
         baseline_t *other = &baseline[*count];
         if (fit_shape(shape, samples->recordings, samples->count, other, &refusal)) {
-            if (shapes[shape].smooth && memory_unknown(samples)) {
+            if (other->family == family_find("preisach") && memory_unknown(samples)) {
                 choose_past(samples, noise, &other->model);
             } else {
                 joint_fit(samples, noise, &other->model, 0, FIT_ITERATIONS, &ignored, &refusal);
@@ -350,7 +352,6 @@ bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe
             ++*count;
         }
     }
-    if(getenv("HD"))for(size_t i=0;i<*count;i++)fprintf(stderr,"\njudged %s %.5f\n",baseline[i].family->name,baseline[i].held/((double)samples->held*noise->sigma_um*noise->sigma_um));
     qsort(baseline, *count, sizeof(baseline_t), by_promise);
     leave_out_hopeless(baseline, count);
     for (size_t i = 0; i < signatures; i++) {

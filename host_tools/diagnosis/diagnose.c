@@ -4,13 +4,12 @@
 #include "baseline.h"
 #include "lattice.h"
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* 2 log likelihood of the held-out samples by which a diagnosis has to be better that contains a block which another
  * shape of hysteresis can imitate; and, in parts of their deviation, one that is not the whole answer. */
-static const double shape_price = 10.0, incomplete_handicap = 1.05;
+static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for. */
 static const double worth_another_shape = 0.04;
 
@@ -106,8 +105,8 @@ static bool shape_found(const diagnosis_t *d) {
 /* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
  * it is not the whole answer. */
 static double cost_of(const diagnosis_t *d, double held) {
-    const double shape = shape_found(d) ? exp(shape_price / (double)d->samples.held) : 1.0;
-    return held * shape * (d->remainder.structured ? incomplete_handicap * incomplete_handicap : 1.0);
+    const double price = (shape_found(d) ? shape_price : 0.0) + number_price * (double)hysteresis_numbers_count(&d->model);
+    return held * exp(price / (double)d->samples.held) * (d->remainder.structured ? incomplete_handicap * incomplete_handicap : 1.0);
 }
 
 static void free_models(diagnosis_t *diagnosis) {
@@ -155,7 +154,6 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
             continue;
         }
         job.left = attempt.left;
-        if(getenv("HD")){fprintf(stderr,"\nSHAPE %s judged %.5f held %.5f (noise %.5f) findings",baseline[shape].family->name,baseline[shape].held/((double)diagnosis->samples.held*diagnosis->noise.sigma_um*diagnosis->noise.sigma_um),attempt.power.held/((double)diagnosis->samples.held*diagnosis->noise.sigma_um*diagnosis->noise.sigma_um),diagnosis->noise.sigma_um); for(size_t i=0;i<other.findings;i++)fprintf(stderr," %s",other.finding[i].block->name); fprintf(stderr," structured %d\n",other.remainder.structured);}
         if (shape == 0) {
             *diagnosis = other;
             job.power = attempt.power;

@@ -29,10 +29,11 @@ static size_t list_smooth_plane(const model_block_t *block, parameter_t *table, 
     const preisach_grid_t grid = {.levels = levels->count, .level_v = levels->value};
     const double whole_um = fabs(table->value[preisach_element(grid.levels - 1, 0)]);
     const double scale_um = whole_um > 0.0 ? whole_um : 1.0;
+    const bool symmetric = smooth_plane_is_symmetric(grid.levels, table->value);
     double *value = allocate(table->count, sizeof(double));
     size_t count = 0;
     for (size_t f = 0; f < smooth_plane_functions(); f++) {
-        if (smooth_plane_function(&grid, f, value) > 0.0) {
+        if (smooth_plane_function(&grid, symmetric, f, value) > 0.0) {
             if (number != NULL) {
                 number[count] = (hysteresis_number_t){.parameter = table,
                                                       .elements = table->count,

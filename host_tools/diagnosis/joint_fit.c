@@ -7,7 +7,6 @@
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -171,11 +170,10 @@ static bool improve(job_t *job, joint_power_t *power) {
         signals_close(&signals);
         bool solved = solve(job, change);
         for (int halving = 0; solved && !improved && halving < MOST_HALVINGS; halving++) {
-            joint_power_t tried = {0};
+            joint_power_t tried;
             move(job, change, part);
             improved = model_check(job->model, "model", &refusal) && take_power(job, &tried, &refusal) &&
                        tried.fitted < power->fitted;
-            if(getenv("HD")&&job->hysteresis.number[0].elements>1)fprintf(stderr,"part %g fitted %g tried %g held %g\n",part,power->fitted,tried.fitted,tried.held);
             if (improved) {
                 *power = tried;
             } else {
@@ -222,7 +220,6 @@ bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, u
     job_t job;
     open_job(&job, samples, noise, model, blocks);
     const bool good = take_power(&job, power, failure);
-    if(getenv("HD")&&job.hysteresis.number[0].elements>1){FILE*f=fopen("/tmp/dump.txt","w");double*sim=samples_column(samples);failure_t x;samples_simulate(samples,model,sim,&x);for(size_t k=0;k<samples->all;k+=20)fprintf(f,"%g %g %g\n",samples->recordings[0].column[COLUMN_DRIVE][k],samples->recordings[0].column[COLUMN_DISPLACEMENT][k],sim[k]);fclose(f);failure_t y;model_write(model,"/tmp/dump.json",&y);}
     if (job.hysteresis.count < few) {
         iterations *= few_iterations;
     } else if (job.hysteresis.count >= many) {

@@ -71,16 +71,18 @@ static void refine_candidate(const evidence_t *evidence, candidate_t *candidate)
 }
 
 /* 2 log likelihood that is left when each searched number has been paid for: one more makes any block fit better. */
-static double merit(const candidate_t *candidate, size_t fitted) {
+static double merit(const candidate_t *candidate, size_t fitted, question_t question) {
     size_t numbers = 0;
     for (unsigned bits = candidate->block->probe->searched; bits != 0; bits >>= 1) {
         numbers += bits & 1U;
     }
     const double paid = number_price * (double)numbers - candidate->electrical;
+    const double joint = candidate->joint ? -(double)fitted * log(candidate->power.fitted) : 0.0;
     /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
-     * middle. */
-    return candidate->joint ? 0.5 * (candidate->likelihood - (double)fitted * log(candidate->power.fitted)) - paid
-                            : candidate->likelihood - paid;
+     * middle. What is itself a shape has to prove itself with its own. */
+    return !candidate->joint         ? candidate->likelihood - paid
+           : question == ASK_EFFECTS ? 0.5 * (candidate->likelihood + joint) - paid
+                                     : joint - paid;
 }
 
 static int by_merit(const void *one, const void *other) {
@@ -109,9 +111,9 @@ static void note_smallest(const evidence_t *evidence, const candidate_t *trial, 
     }
 }
 
-static void sort(search_t *found) {
+static void sort(search_t *found, question_t question) {
     for (size_t i = 0; i < found->count; i++) {
-        found->candidate[i].merit = merit(&found->candidate[i], found->fitted);
+        found->candidate[i].merit = merit(&found->candidate[i], found->fitted, question);
     }
     qsort(found->candidate, found->count, sizeof(candidate_t), by_merit);
 }
@@ -181,12 +183,13 @@ void search_probes(const evidence_t *evidence, const noise_t *noise, const model
             found->count++;
         }
     }
-    sort(found);
+    sort(found, question);
 }
 
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
             search_t *found) {
     const samples_t *samples = evidence_samples(evidence);
+    const question_t question = evidence_question(evidence);
     search_probes(evidence, noise, baseline, setting, found);
     for (size_t i = 0; i < found->count && i < MOST_REFINED; i++) {
         candidate_t *candidate = &found->candidate[i];
@@ -195,7 +198,7 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
             candidate->electrical = electrical_likelihood(samples, baseline, &candidate->model, candidate->block);
         }
     }
-    sort(found);
+    sort(found, question);
     const double best = found->count > 0 ? found->candidate[0].likelihood : 0.0;
     for (size_t i = 0; i < found->count && i < MOST_FITTED; i++) {
         candidate_t *candidate = &found->candidate[i];
@@ -207,7 +210,7 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
                                          &candidate->power, &refusal);
         }
     }
-    sort(found);
+    sort(found, question);
 }
 
 double search_margin(const search_t *found, size_t other) {

@@ -10,21 +10,33 @@
 enum { MIDDLE_INTERVALS = 3, WIDTH_INTERVALS = 6, DEGREE = 2, FINE_INTERVALS = 80 };
 enum { MIDDLES = MIDDLE_INTERVALS + DEGREE, WIDTHS = WIDTH_INTERVALS + DEGREE };
 
+/* Of the whole table: closer, two elements are the same but for rounding. */
+static const double same = 1e-9;
+
 size_t smooth_plane_functions(void) {
     return (size_t)MIDDLES * WIDTHS;
 }
 
-double smooth_plane_function(const preisach_grid_t *grid, size_t function, double *value) {
+/* Whether a function is there: of a pair that mirror each other, a symmetric plane has one. */
+static bool has_function(bool symmetric, size_t function) {
+    return !symmetric || 2 * (function % MIDDLES) < MIDDLES;
+}
+
+double smooth_plane_function(const preisach_grid_t *grid, bool symmetric, size_t function, double *value) {
     const size_t last = grid->levels - 1;
     const double center_v = 0.5 * (grid->level_v[0] + grid->level_v[last]);
     const double half_v = 0.5 * (grid->level_v[last] - grid->level_v[0]);
+    const size_t m = function % MIDDLES, mirrored = MIDDLES - 1 - m;
     double largest = 0.0;
+    if (!has_function(symmetric, function)) {
+        return 0.0;
+    }
     for (size_t i = 1; i <= last; i++) {
         for (size_t j = 0; j < i; j++) {
             const double high = (grid->level_v[i] - center_v) / half_v, low = (grid->level_v[j] - center_v) / half_v;
-            const double middle = 0.5 * (high + low), width = 0.5 * (high - low);
-            const double here = width * spline(function % MIDDLES, 0.5 * (middle + 1.0) * MIDDLE_INTERVALS) *
-                                spline(function / MIDDLES, sqrt(width) * WIDTH_INTERVALS);
+            const double width = 0.5 * (high - low), x = 0.5 * (0.5 * (high + low) + 1.0) * MIDDLE_INTERVALS;
+            const double along = symmetric ? spline(m, x) + spline(mirrored, x) : spline(m, x);
+            const double here = width * along * spline(function / MIDDLES, sqrt(width) * WIDTH_INTERVALS);
             value[preisach_element(i, j)] = here;
             largest = fmax(largest, here);
         }
@@ -33,13 +45,14 @@ double smooth_plane_function(const preisach_grid_t *grid, size_t function, doubl
 }
 
 /* Factors of the functions that come nearest to a table. */
-static bool nearest(const preisach_grid_t *grid, const double *table, double *factor, failure_t *failure) {
+static bool nearest(const preisach_grid_t *grid, const double *table, bool symmetric, double *factor,
+                    failure_t *failure) {
     const size_t functions = smooth_plane_functions(), elements = preisach_elements(grid->levels);
     double *columns = allocate(functions * elements, sizeof(double)), *lower = allocate(functions, sizeof(double));
     normal_equations_t equations;
     normal_equations_create(&equations, functions);
     for (size_t f = 0; f < functions; f++) {
-        smooth_plane_function(grid, f, columns + f * elements);
+        smooth_plane_function(grid, symmetric, f, columns + f * elements);
         lower[f] = -HUGE_VAL;
     }
     normal_equations_of_columns(&equations, columns, table, elements);
@@ -62,7 +75,23 @@ static void divide(const model_block_t *preisach, const preisach_grid_t *fine, d
     }
 }
 
-bool smooth_plane_from(model_block_t *preisach, const double drive_range_v[2], failure_t *failure) {
+/* E of a relay and of the one whose switching drives mirror its own. */
+static size_t mirror(size_t levels, size_t i, size_t j) {
+    return preisach_element(levels - 1 - j, levels - 1 - i);
+}
+
+bool smooth_plane_is_symmetric(size_t levels, const double *table) {
+    for (size_t i = 1; i < levels; i++) {
+        for (size_t j = 0; j < i; j++) {
+            if (fabs(table[preisach_element(i, j)] - table[mirror(levels, i, j)]) > same * fabs(table[preisach_element(levels - 1, 0)])) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+bool smooth_plane_from(model_block_t *preisach, const double drive_range_v[2], bool symmetric, failure_t *failure) {
     const double low_v = drive_range_v[0], high_v = drive_range_v[1];
     const size_t functions = smooth_plane_functions(), elements = preisach_elements(FINE_INTERVALS + 1);
     double level_v[FINE_INTERVALS + 1];
@@ -74,11 +103,11 @@ bool smooth_plane_from(model_block_t *preisach, const double drive_range_v[2], f
     }
     level_v[FINE_INTERVALS] = high_v;
     divide(preisach, &fine, table);
-    const bool good = nearest(&fine, table, factor, failure);
+    const bool good = nearest(&fine, table, symmetric, factor, failure);
     if (good) {
         memset(table, 0, elements * sizeof(double));
         for (size_t f = 0; f < functions; f++) {
-            smooth_plane_function(&fine, f, value);
+            smooth_plane_function(&fine, symmetric, f, value);
             cblas_daxpy((int)elements, factor[f], value, 1, table, 1);
         }
         model_set_array(preisach, "levels_v", fine.levels, level_v, NULL);

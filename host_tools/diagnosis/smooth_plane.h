@@ -22,9 +22,12 @@ size_t smooth_plane_functions(void);
 
 /** Values of a function at all elements of a table; the middle of the outermost levels is m = 0. Returns the largest.
  */
-double smooth_plane_function(const preisach_grid_t *grid, size_t function, double *value);
+double smooth_plane_function(const preisach_grid_t *grid, bool symmetric, size_t function, double *value);
+
+/** Whether relays that mirror each other about the middle have the same density: then E(a, b) = E(-b, -a). */
+bool smooth_plane_is_symmetric(size_t levels, const double *table);
 
 /** Turns a block `preisach` into the smooth one that is nearest to its table, on a fine grid over this range. */
-bool smooth_plane_from(model_block_t *preisach, const double drive_range_v[2], failure_t *failure);
+bool smooth_plane_from(model_block_t *preisach, const double drive_range_v[2], bool symmetric, failure_t *failure);
 
 #endif
