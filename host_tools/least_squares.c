@@ -57,19 +57,29 @@ void normal_equations_finish(normal_equations_t *equations) {
 }
 
 void normal_equations_of_columns(normal_equations_t *equations, const double *columns, const double *values,
-                                 size_t rows) {
-    const size_t n = equations->unknowns;
-    const int unknowns = (int)n, length = (int)rows;
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, unknowns, length, 1.0, columns, length, 0.0, equations->gram,
-                unknowns);
-    for (size_t i = 0; i < n; i++) {
-        for (size_t j = 0; j < i; j++) { /* the other triangle */
-            equations->gram[j * n + i] = equations->gram[i * n + j];
+                                 size_t rows, size_t known) {
+    enum { AT_ONCE = 512 }; /* rows that stay in the cache */
+    const size_t n = equations->unknowns, first = known < n ? known : n;
+    double *gram = equations->gram;
+    for (size_t row = 0; row < rows; row += AT_ONCE) {
+        const int some = (int)(rows - row < AT_ONCE ? rows - row : AT_ONCE);
+        const double kept = row == 0 ? 0.0 : 1.0;
+        if (first == 0) {
+            cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, some, 1.0, columns + row, (int)rows, kept, gram,
+                        (int)n);
+        } else if (first < n) {
+            cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)n, (int)(n - first), some, 1.0, columns + row,
+                        (int)rows, columns + first * rows + row, (int)rows, kept, gram + first * n, (int)n);
         }
     }
-    cblas_dgemv(CblasColMajor, CblasTrans, length, unknowns, 1.0, columns, length, values, 1, 0.0, equations->moment,
-                1);
-    equations->power = cblas_ddot(length, values, 1, values, 1);
+    for (size_t i = first; i < n; i++) {
+        for (size_t j = 0; j < i; j++) { /* the other triangle */
+            gram[j * n + i] = gram[i * n + j];
+        }
+    }
+    cblas_dgemv(CblasColMajor, CblasTrans, (int)rows, (int)n, 1.0, columns, (int)rows, values, 1, 0.0,
+                equations->moment, 1);
+    equations->power = cblas_ddot((int)rows, values, 1, values, 1);
     equations->rows = rows;
 }
 

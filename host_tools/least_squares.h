@@ -29,9 +29,10 @@ void normal_equations_free(normal_equations_t *equations);
 /** Adds one row: `row` has one element an unknown. */
 void normal_equations_add(normal_equations_t *equations, const double *row, double value);
 
-/** Instead of adding rows: all of them, as columns that stand one after the other. Nothing needs to be finished. */
+/** Instead of adding rows: all of them, as columns that stand one after the other. Nothing needs to be finished. Of the
+ * first `known` columns the gram is already there. */
 void normal_equations_of_columns(normal_equations_t *equations, const double *columns, const double *values,
-                                 size_t rows);
+                                 size_t rows, size_t known);
 
 /** Must be called after the last row, before solving. */
 void normal_equations_finish(normal_equations_t *equations);

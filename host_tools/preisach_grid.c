@@ -12,18 +12,20 @@ size_t preisach_element(size_t i, size_t j) {
     return i * (i - 1) / 2 + j;
 }
 
-/* The interval a drive within the levels lies in, and where in it, 0 to 1. */
+/* The interval a drive within the levels lies in, and where in it, 0 to 1. The guess is right where levels are evenly
+ * spaced. */
 static size_t interval_of(const preisach_grid_t *grid, double drive_v, double *part) {
-    size_t low = 0, high = grid->levels - 1;
-    while (low + 1 < high) {
-        const size_t middle = low + (high - low) / 2;
-        if (drive_v >= grid->level_v[middle]) {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    const double *level = grid->level_v;
+    const size_t last = grid->levels - 2;
+    const double guess = (drive_v - level[0]) / (level[last + 1] - level[0]) * (double)(last + 1);
+    size_t low = guess < (double)last ? (size_t)guess : last;
+    while (low > 0 && drive_v < level[low]) {
+        low--;
     }
-    *part = (drive_v - grid->level_v[low]) / (grid->level_v[low + 1] - grid->level_v[low]);
+    while (low < last && drive_v >= level[low + 1]) {
+        low++;
+    }
+    *part = (drive_v - level[low]) / (level[low + 1] - level[low]);
     return low;
 }
 

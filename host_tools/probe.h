@@ -56,8 +56,8 @@ typedef struct {
     /** Largest value at which a parameter is searched, by index; 0: as large as it may be. */
     double most[4];
     /** How far the numbers that are found may be from the actuator's because of the block's own approximations, in
-     * parts of them. Part of their standard errors. */
-    double accuracy;
+     * parts of them, by index; 0: as far as the first. Part of their standard errors. */
+    double accuracy[4];
 } probe_t;
 
 /** low * (high / low)^(index / (count - 1)), 0 <= index < count: false beyond. */

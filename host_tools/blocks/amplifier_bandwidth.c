@@ -20,7 +20,7 @@ static const probe_t looked_for = {.group = "lag",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
                                    .probe = probe,
                                    .searched = 1U,
-                                   .accuracy = 0.02};
+                                   .accuracy = {0.02}};
 
 const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .place = PLACE_ELECTRONICS,

@@ -62,7 +62,7 @@ static const probe_t looked_for = {
     .parts = PROBE_FAST_TRIANGLE | PROBE_LADDER,
     .probe = probe,
     .searched = 1U << LOW | 1U << HIGH,
-    .accuracy = 0.0005};
+    .accuracy = {0.0005}};
 
 const block_t block_amplifier_saturation = {.name = "amplifier_saturation",
                                             .place = PLACE_ELECTRONICS,

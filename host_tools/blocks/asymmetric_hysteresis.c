@@ -84,7 +84,7 @@ static const probe_t looked_for = {
     .shape = true,
     .probe = probe,
     .searched = 1U << ASYMMETRY,
-    .accuracy = 0.02};
+    .accuracy = {0.02}};
 
 const block_t block_asymmetric_hysteresis = {.name = "asymmetric_hysteresis",
                                              .place = PLACE_HYSTERESIS,

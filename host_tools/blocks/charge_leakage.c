@@ -69,7 +69,7 @@ static const probe_t looked_for = {
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_RETURN,
     .probe = probe,
     .searched = 3U,
-    .accuracy = 0.01};
+    .accuracy = {0.01}};
 
 const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .place = PLACE_SLOW,

@@ -107,7 +107,7 @@ static const probe_t looked_for = {
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 3U,
-    .accuracy = 0.03};
+    .accuracy = {0.03}};
 
 const block_t block_creep = {.name = "creep",
                              .place = PLACE_SLOW,

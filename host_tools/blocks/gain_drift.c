@@ -51,7 +51,7 @@ static const probe_t looked_for = {.group = "slow",
                                    .parts = PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
                                    .searched = 1U << GAIN,
-                                   .accuracy = 0.01};
+                                   .accuracy = {0.01}};
 
 const block_t block_gain_drift = {
     .name = "gain_drift",

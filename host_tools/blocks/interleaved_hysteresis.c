@@ -85,7 +85,7 @@ static const probe_t looked_for = {
     .parts = PROBE_LOOPS | PROBE_FAST_TRIANGLE,
     .probe = probe,
     .searched = 1U << GAIN,
-    .accuracy = 0.02};
+    .accuracy = {0.02}};
 
 const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
                                               .place = PLACE_HYSTERESIS,

@@ -65,7 +65,7 @@ static const probe_t looked_for = {
     .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
     .probe = probe,
     .searched = 7U,
-    .accuracy = 1e-05};
+    .accuracy = {1e-05}};
 
 const block_t block_mains_interference = {
     .name = "mains_interference",

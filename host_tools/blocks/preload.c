@@ -84,7 +84,7 @@ static const probe_t looked_for = {.group = "preload",
                                    .parts = PROBE_FAST_TRIANGLE,
                                    .probe = probe,
                                    .searched = 1U << COMPLIANCE,
-                                   .accuracy = 0.01};
+                                   .accuracy = {0.01}};
 
 const block_t block_preload = {.name = "preload",
                                .place = PLACE_MECHANICS,

@@ -80,7 +80,7 @@ static const probe_t looked_for = {.group = "rate",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
                                    .searched = 3U,
-                                   .accuracy = 0.1};
+                                   .accuracy = {0.1}};
 
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
                                                  .place = PLACE_HYSTERESIS,

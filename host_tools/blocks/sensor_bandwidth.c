@@ -18,7 +18,7 @@ static const probe_t looked_for = {.group = "lag",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
                                    .probe = probe,
                                    .searched = 1U,
-                                   .accuracy = 0.02};
+                                   .accuracy = {0.02}};
 
 const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .place = PLACE_SENSOR,

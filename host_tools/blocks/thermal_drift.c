@@ -47,7 +47,7 @@ static const probe_t looked_for = {.group = "slow",
                                    .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
                                    .searched = 1U << DRIFT | 1U << TIME_CONSTANT,
-                                   .accuracy = 0.01};
+                                   .accuracy = {0.01}};
 
 const block_t block_thermal_drift = {
     .name = "thermal_drift",

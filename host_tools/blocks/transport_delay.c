@@ -93,7 +93,7 @@ static const probe_t looked_for = {
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 1U,
-    .accuracy = 0.01};
+    .accuracy = {0.02}};
 
 const block_t block_transport_delay = {.name = "transport_delay",
                                        .place = PLACE_ELECTRONICS,

@@ -28,8 +28,8 @@ static const double least_part_of_steps = 0.25;
 static const double least_steps = 0.1;
 const double attempt_least_part_of_found = 0.1;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
- * hysteresis could imitate; and the part of it that the block has to explain. */
-static const double worth_explaining = 0.05, most_of_it = 0.6;
+ * hysteresis could imitate; and the part of it that the block has to explain, or to less than this. */
+static const double worth_explaining = 0.05, most_of_it = 0.6, little_left = 0.06;
 /* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise. */
 static const double least_curve = 3.0;
 /* A fit that settles ends by itself; one that was stopped before leaves what is then taken for another effect. */
@@ -189,8 +189,15 @@ double attempt_excess(const diagnosis_t *d, double held) {
  * it. */
 static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
     const double before = attempt_excess(job->diagnosis, job->power.held);
-    return candidate->joint && before > worth_explaining &&
-           attempt_excess(job->diagnosis, candidate->power.held) < (1.0 - most_of_it) * before;
+    return candidate->joint && attempt_excess(job->diagnosis, candidate->power.held) <
+                                   fmax((1.0 - most_of_it) * before, little_left);
+}
+
+/* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
+static bool worth_telling(const attempt_t *job, const candidate_t *candidate, question_t question) {
+    return question == ASK_EFFECTS  ? large_enough(job, candidate)
+           : question == ASK_SHAPES ? large_enough(job, candidate) && explains_most(job, candidate)
+                                    : explains_most(job, candidate) && (!job->coarse || large_enough(job, candidate));
 }
 
 /* One more block of those that the question is about, or none. */
@@ -205,7 +212,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     d->tested += found.tested;
     const bool significant_one =
         found.count > 0 && significant(&found.candidate[0], found.tested) && !contradicted(&found.candidate[0]) &&
-        (question == ASK_ANYTHING ? explains_most(job, &found.candidate[0]) : large_enough(job, &found.candidate[0]));
+        worth_telling(job, &found.candidate[0], question);
     if (significant_one) {
         name(evidence, &found, &finding);
         finding.shape = question != ASK_EFFECTS;

@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Play operators, and levels of a Preisach plane less one: enough for the shape, few enough to be fitted again often.
- */
+/* Fitted with so many operators, or intervals of a plane, and then turned into smooth ones (smooth_bank.h,
+ * smooth_plane.h) of few numbers: few enough to be fitted again often. */
 static const struct {
     const char *family;
     size_t operators;
@@ -33,9 +33,6 @@ static const size_t few_numbers = 12;
 static const double settled = 0.999;
 /* Keeps numbers finite that the samples say nothing about. */
 static const double small_weight = 1e-9;
-/* Of a table there are many such; each weighs this part of what the samples give the mean element. */
-static const double table_weight = 1e-3;
-static const size_t table_numbers = 65;
 
 static bool fit_shape(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
                       failure_t *failure) {
@@ -178,23 +175,19 @@ static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers,
     const size_t n = rows->columns - 1;
     const int held = (int)rows->samples->held;
     double *x = allocate(n, sizeof(double)), *lower = allocate(n, sizeof(double)), *unit = allocate(n, sizeof(double));
-    double *left = rows->held + n * rows->samples->held, power = HUGE_VAL, mean = 0.0;
+    double *left = rows->held + n * rows->samples->held, power = HUGE_VAL;
     normal_equations_t equations;
     failure_t singular;
     normal_equations_create(&equations, n);
     normal_equations_of_columns(&equations, rows->fitted, rows->fitted + n * rows->samples->fitted,
-                                rows->samples->fitted);
+                                rows->samples->fitted, 0);
     for (size_t i = 0; i < n; i++) {
         lower[i] = -HUGE_VAL;
     }
-    for (size_t i = offsets; i < offsets + numbers; i++) {
-        mean += equations.gram[i * n + i] / (double)numbers;
-    }
     for (size_t i = 0; i < n; i++) {
-        const bool of_a_table = numbers >= table_numbers && i >= offsets && i < offsets + numbers;
+        const double own = equations.gram[i * n + i];
         unit[i] = 1.0;
-        normal_equations_penalise(&equations, unit,
-                                  of_a_table ? table_weight * mean : small_weight * equations.gram[i * n + i] + (equations.gram[i * n + i] > 0.0 ? 0.0 : 1.0));
+        normal_equations_penalise(&equations, unit, own > 0.0 ? small_weight * own : 1.0);
         unit[i] = 0.0;
     }
     if (solve_bounded(&equations, lower, x, NULL, &singular)) {

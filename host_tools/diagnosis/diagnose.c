@@ -4,7 +4,6 @@
 #include "baseline.h"
 #include "lattice.h"
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* 2 log likelihood of the held-out samples by which a diagnosis has to be better that contains a block which another

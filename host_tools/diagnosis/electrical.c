@@ -124,7 +124,7 @@ static double take_out(const samples_t *samples, const prediction_t *p, double *
     double *lower = allocate(p->unknowns, sizeof(double));
     failure_t ignored;
     normal_equations_create(&equations, p->unknowns);
-    normal_equations_of_columns(&equations, p->column, y, samples->all);
+    normal_equations_of_columns(&equations, p->column, y, samples->all, 0);
     for (size_t u = 0; u < p->unknowns; u++) {
         lower[u] = -HUGE_VAL;
     }

@@ -41,6 +41,11 @@ static void forget_errors(model_t *model, const diagnosis_t *d) {
     }
 }
 
+static double accuracy_of(const probe_t *probe, size_t parameter) {
+    const bool own = parameter < sizeof probe->accuracy / sizeof(double) && probe->accuracy[parameter] > 0.0;
+    return probe->accuracy[own ? parameter : 0];
+}
+
 /* A block is an approximation: its numbers are not better than it is. */
 static void widen(diagnosis_t *d) {
     for (size_t f = 0; f < d->findings; f++) {
@@ -48,7 +53,7 @@ static void widen(diagnosis_t *d) {
         for (size_t p = 0; p < block->block->parameters; p++) {
             const parameter_t *parameter = &block->parameter[p];
             if (finding_searched(&d->finding[f], p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
-                parameter->sigma[0] = hypot(parameter->sigma[0], block->block->probe->accuracy * parameter->value[0]);
+                parameter->sigma[0] = hypot(parameter->sigma[0], accuracy_of(block->block->probe, p) * parameter->value[0]);
             }
         }
     }

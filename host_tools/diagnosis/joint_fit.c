@@ -18,6 +18,9 @@ static const size_t many = 65;
 /* A hysteresis of fewer numbers is not linear in them: it takes more iterations, and they cost little. A table takes
  * fewer. */
 static const size_t few = 12, few_iterations = 6;
+/* Derivatives by the numbers of a hysteresis that is linear in them change only with what other blocks make of it: they
+ * serve for so many iterations. */
+static const size_t most_uses = 3;
 /* Of the sum of squares, times the number of samples: the search ends when it falls by less. */
 static const double settled_likelihood = 0.3;
 /* Of what the samples give a searched number, added to it: for a step that does not run away, and for an error that
@@ -36,6 +39,8 @@ typedef struct {
     size_t unknowns;
     double *white, *column;  /* scratch columns */
     double *matrix;          /* unknowns columns of whitened derivatives, fitted samples each */
+    bool fresh;              /* the hysteresis' columns are those of the model as it is */
+    double *gram;            /* of the matrix */
     double *residual, *held; /* whitened, the samples of either part */
 } job_t;
 
@@ -80,9 +85,9 @@ static bool derive_searched(job_t *job, const signals_t *signals, size_t block, 
 }
 
 static void take_matrix(job_t *job, const signals_t *signals) {
-    size_t column = 0;
-    for (size_t i = 0; i < job->hysteresis.count; i++) {
-        take_column(job, signals_derivative(signals, job->model, &job->hysteresis, i, job->column), column++);
+    size_t column = job->hysteresis.count;
+    for (size_t i = 0; job->fresh && i < job->hysteresis.count; i++) {
+        take_column(job, signals_derivative(signals, job->model, &job->hysteresis, i, job->column), i);
     }
     for (size_t b = 0; b < job->blocks; b++) {
         for (size_t i = 0; i < job->searched[b].count; i++) {
@@ -114,10 +119,13 @@ static void stay_near(const job_t *job, double variance, double searched_part, n
     free(row);
 }
 
-static void take_equations(const job_t *job, double searched_part, normal_equations_t *equations, double *lower) {
+static void take_equations(job_t *job, double searched_part, normal_equations_t *equations, double *lower) {
     const size_t n = job->unknowns;
     normal_equations_create(equations, n);
-    normal_equations_of_columns(equations, job->matrix, job->residual, job->samples->fitted);
+    memcpy(equations->gram, job->gram, n * n * sizeof(double));
+    normal_equations_of_columns(equations, job->matrix, job->residual, job->samples->fitted,
+                                job->fresh ? 0 : job->hysteresis.count);
+    memcpy(job->gram, equations->gram, n * n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
         lower[i] = i < job->hysteresis.count ? fmin(0.0, job->hysteresis.number[i].least - job->moved[i]) : -HUGE_VAL;
     }
@@ -187,7 +195,7 @@ static bool improve(job_t *job, joint_power_t *power) {
 }
 
 static void open_job(job_t *job, const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks) {
-    *job = (job_t){.samples = samples, .noise = noise, .model = model};
+    *job = (job_t){.samples = samples, .noise = noise, .model = model, .fresh = true};
     hysteresis_numbers_open(model, &job->hysteresis);
     job->unknowns = job->hysteresis.count;
     for (size_t b = 0; b < model->blocks; b++) {
@@ -203,6 +211,7 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
     job->residual = allocate(samples->fitted, sizeof(double));
     job->held = allocate(samples->held, sizeof(double));
     job->matrix = allocate(job->unknowns * samples->fitted, sizeof(double));
+    job->gram = allocate(job->unknowns * job->unknowns, sizeof(double));
 }
 
 static void close_job(job_t *job) {
@@ -213,6 +222,7 @@ static void close_job(job_t *job) {
     free(job->residual);
     free(job->held);
     free(job->matrix);
+    free(job->gram);
 }
 
 bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, size_t iterations,
@@ -225,12 +235,16 @@ bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, u
     } else if (job.hysteresis.count >= many) {
         iterations = (iterations + 1) / 2;
     }
-    for (size_t i = 0; good && i < iterations; i++) {
+    const bool linear = job.hysteresis.count >= few;
+    for (size_t i = 0, uses = 0; good && i < iterations; i++) {
         const double before = power->fitted;
-        if (!improve(&job, power) ||
-            (before - power->fitted) * (double)samples->fitted < settled_likelihood * power->fitted) {
+        const bool ends = !improve(&job, power) ||
+                          (before - power->fitted) * (double)samples->fitted < settled_likelihood * power->fitted;
+        if (ends && job.fresh) {
             break;
         }
+        uses = job.fresh ? 1 : uses + 1;
+        job.fresh = !linear || ends || uses >= most_uses;
     }
     close_job(&job);
     return good;
@@ -274,18 +288,23 @@ static double error_of_searched(const searched_t *searched, size_t i, double sig
     return sigma * searched->scale[i] < 0.5 * (high - low) ? sigma * searched->scale[i] : HUGE_VAL;
 }
 
+/* A number that changes nothing has no error. */
+static double error_of(const job_t *job, const double *covariance, double neighbours_as_one, size_t i) {
+    const size_t diagonal = i * (job->unknowns + 1);
+    return job->gram[diagonal] > 0.0 ? sqrt(neighbours_as_one * covariance[diagonal]) : HUGE_VAL;
+}
+
 static void keep_errors(job_t *job, const double *covariance, double neighbours_as_one) {
-    const size_t n = job->unknowns;
     size_t at = job->hysteresis.count;
     for (size_t i = 0; i < job->hysteresis.count; i++) {
         const hysteresis_number_t *number = &job->hysteresis.number[i];
         if (number->elements == 1) {
-            keep_error(number->parameter, number->first, sqrt(neighbours_as_one * covariance[i * (n + 1)]));
+            keep_error(number->parameter, number->first, error_of(job, covariance, neighbours_as_one, i));
         }
     }
     for (size_t b = 0; b < job->blocks; b++) {
         for (size_t i = 0; i < job->searched[b].count; i++, at++) {
-            const double sigma = sqrt(neighbours_as_one * covariance[at * (n + 1)]);
+            const double sigma = error_of(job, covariance, neighbours_as_one, at);
             keep_error(job->searched[b].parameter[i], 0, error_of_searched(&job->searched[b], i, sigma));
         }
     }

@@ -12,8 +12,9 @@ static const double worth_mentioning = 0.4;
 static const double part_of_effect = 0.05, part_of_sample = 0.2;
 static const double outlier = 7.0;
 static const size_t few_outliers = 4;
-/* A band holds more than noise when chance explains it less often than this many deviations. */
-static const double beyond_chance = 6.0;
+/* A band, or all of them together, hold more than noise when chance explains it less often than this many deviations.
+ */
+static const double beyond_chance = 6.0, beyond_chance_altogether = 4.0;
 enum { BANDS = 64, LEVEL_BANDS = 64 };
 
 /* Power of the filter's inverse at a frequency, in parts of the sample rate: from the whitened residual to the
@@ -67,14 +68,32 @@ static void add_recording(const samples_t *samples, const noise_t *noise, size_t
     spectrum_free(&s);
 }
 
+/* Root mean square of a column over the held-out samples. */
+static double held_out_rms(const samples_t *samples, const double *column) {
+    double sum = 0.0;
+    for (size_t k = 0; k < samples->all; k++) {
+        sum += samples->part[k] == SAMPLE_HELD_OUT ? column[k] * column[k] : 0.0;
+    }
+    return sqrt(sum / (double)samples->held);
+}
+
+/* memory: of the noise in these columns, between neighbours. Its mean square is known to the fewer, the longer that is. */
+static bool is_more(const samples_t *samples, double noise_um, double memory, const double *left, const double *effect,
+                    double floor_um) {
+    const double neighbours = (1.0 + memory * memory) / (1.0 - memory * memory);
+    const double chance = beyond_chance_altogether * sqrt(2.0 * neighbours / (double)samples->held);
+    const double least_um = worth_mentioning * noise_um + floor_um + part_of_effect * held_out_rms(samples, effect);
+    return held_out_rms(samples, left) > hypot(noise_um * sqrt(1.0 + chance), least_um);
+}
+
 remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
                          double floor_um) {
     remainder_t found = {0};
     band_t band[BANDS] = {{0}};
-    double *white = samples_column(samples), *found_white = samples_column(samples), longest_s = 0.0, most = 0.0,
-           excess = 0.0, lowest_hz;
-    samples_residual(samples, simulated, found_white);
-    noise_whiten(noise, samples, found_white, white);
+    double *white = samples_column(samples), *found_white = samples_column(samples), *left = samples_column(samples);
+    double longest_s = 0.0, most = 0.0, excess = 0.0, lowest_hz;
+    samples_residual(samples, simulated, left);
+    noise_whiten(noise, samples, left, white);
     noise_whiten(noise, samples, effect, found_white);
     for (size_t i = 0; i < samples->count; i++) {
         longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
@@ -102,8 +121,12 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     found.rms_um = sqrt(fmax(0.0, excess) / (double)(samples->fitted + samples->held));
     found.structured =
         found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * samples_rms(samples, effect) ||
-        found.outliers > few_outliers;
+        found.outliers > few_outliers ||
+        /* Both: jumps stand out when whitened, a slow noise's own size is not well known. */
+        (is_more(samples, noise->sigma_um, 0.0, white, found_white, floor_um) &&
+         is_more(samples, noise->rms_um, noise->memory, left, effect, floor_um));
     free(found_white);
     free(white);
+    free(left);
     return found;
 }

@@ -4,7 +4,8 @@
  *
  * The whitened residual of a complete model is flat over frequency. Where a band of frequencies (half an octave) holds
  * more than the noise at rest accounts for, something is left: a drift in the lowest, a mode or a wandering tone in one
- * of them, jumps and jitter in all. Single samples far outside the noise count too.
+ * of them, jumps and jitter in all. Single samples far outside the noise count too; and so
+ * does what the held-out samples hold altogether.
  */
 #ifndef REMAINDER_H
 #define REMAINDER_H
@@ -15,7 +16,7 @@ typedef struct {
     double rms_um;          /**< of what is left beside the noise, all bands that hold more than noise together */
     double low_hz, high_hz; /**< the band that holds most of it; 0, 0: none */
     size_t outliers;        /**< samples of the whitened residual beyond 7 deviations */
-    bool structured;        /**< by either */
+    bool structured;        /**< by any of them */
 } remainder_t;
 
 /**

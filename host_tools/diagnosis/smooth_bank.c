@@ -54,7 +54,7 @@ static bool nearest(const model_block_t *bank, const double *threshold_v, double
         }
     }
     normal_equations_create(&equations, UNKNOWNS);
-    normal_equations_of_columns(&equations, columns, curve, CURVE_POINTS);
+    normal_equations_of_columns(&equations, columns, curve, CURVE_POINTS, 0);
     const bool good = solve_bounded(&equations, lower, factor, NULL, failure);
     if (good) {
         weight[0] = factor[0];

@@ -55,7 +55,7 @@ static bool nearest(const preisach_grid_t *grid, const double *table, bool symme
         smooth_plane_function(grid, symmetric, f, columns + f * elements);
         lower[f] = -HUGE_VAL;
     }
-    normal_equations_of_columns(&equations, columns, table, elements);
+    normal_equations_of_columns(&equations, columns, table, elements, 0);
     const bool good = solve_bounded(&equations, lower, factor, NULL, failure);
     normal_equations_free(&equations);
     free(columns);

@@ -85,7 +85,7 @@ static void test_standard_errors_are_those_of_the_noise(void) {
     work_out();
     const model_block_t *block = model_find(&diagnosis.model, "resonance");
     const double told = model_parameter(block, "frequency_hz")->sigma[0], step = 0.01;
-    const double sigma = sqrt(told * told - pow(block_resonance.probe->accuracy * 180.0, 2.0));
+    const double sigma = sqrt(told * told - pow(block_resonance.probe->accuracy[0] * 180.0, 2.0));
     double squares = 0.0;
     for (size_t i = 0; i < RECORDINGS; i++) {
         static double low[SAMPLES], high[SAMPLES];

@@ -112,7 +112,7 @@ static void test_columns_make_the_same_equations_as_rows(void) {
         normal_equations_add(&by_rows, row, values[r]);
     }
     normal_equations_finish(&by_rows);
-    normal_equations_of_columns(&by_columns, columns, values, ROWS);
+    normal_equations_of_columns(&by_columns, columns, values, ROWS, 0);
     for (size_t i = 0; i < COLUMNS; i++) {
         TEST_ASSERT_DOUBLE_WITHIN(1e-10, by_rows.moment[i], by_columns.moment[i]);
         for (size_t j = 0; j < COLUMNS; j++) {
