@@ -7,7 +7,8 @@
 static const double longest_step = 0.05;
 
 void bouc_wen_open(bouc_wen_t *model, double beta, double gamma, double exponent) {
-    *model = (bouc_wen_t){.beta = beta, .gamma = gamma, .exponent = exponent};
+    *model = (bouc_wen_t){
+        .beta = beta, .gamma = gamma, .exponent = exponent, .bend = exponent * pow(2.0 * beta, 1.0 / exponent)};
 }
 
 /* dh/du while the drive goes in this direction. */
@@ -35,8 +36,10 @@ static double advance(const bouc_wen_t *model, double direction, double h, doubl
 
 double bouc_wen_step(bouc_wen_t *model, double u) {
     const double way = u - model->input, direction = way < 0.0 ? -1.0 : 1.0;
-    const double bend = model->exponent * pow(2.0 * model->beta, 1.0 / model->exponent);
-    const int steps = 1 + (int)fmin(fabs(way) * bend / longest_step, 1e4);
+    if (way == 0.0) {
+        return model->h;
+    }
+    const int steps = 1 + (int)fmin(fabs(way) * model->bend / longest_step, 1e4);
     for (int i = 0; i < steps; i++) {
         model->h = advance(model, direction, model->h, way / steps);
     }

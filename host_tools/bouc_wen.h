@@ -12,6 +12,7 @@
 
 typedef struct {
     double beta, gamma, exponent; /**< |gamma| <= beta, exponent >= 1 */
+    double bend;                  /**< how much the curve bends, at most, in a way of 1 */
     double input, h;              /**< of the last sample */
 } bouc_wen_t;
 

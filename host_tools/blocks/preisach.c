@@ -42,6 +42,8 @@ typedef struct {
     double offset_um;
     preisach_memory_t memory;
     preisach_sums_t sums;
+    bool moved; /* since it was opened: then this is the position at the memory's drive */
+    double position_um;
     double array[]; /* levels, table, past */
 } state_t;
 
@@ -84,8 +86,13 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    preisach_memory_move(&state->memory, &state->grid, signal->value);
-    signal->value = preisach_output_next(&state->grid, state->table, state->offset_um, &state->memory, &state->sums);
+    if (!state->moved || signal->value != state->memory.drive_v) {
+        preisach_memory_move(&state->memory, &state->grid, signal->value);
+        state->position_um =
+            preisach_output_next(&state->grid, state->table, state->offset_um, &state->memory, &state->sums);
+        state->moved = true;
+    }
+    signal->value = state->position_um;
 }
 
 static void settle(void *memory, signal_t *signal) {
