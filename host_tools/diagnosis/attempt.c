@@ -189,8 +189,8 @@ double attempt_excess(const diagnosis_t *d, double held) {
  * it. */
 static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
     const double before = attempt_excess(job->diagnosis, job->power.held);
-    return candidate->joint && attempt_excess(job->diagnosis, candidate->power.held) <
-                                   fmax((1.0 - most_of_it) * before, little_left);
+    return candidate->joint &&
+           attempt_excess(job->diagnosis, candidate->power.held) < fmax((1.0 - most_of_it) * before, little_left);
 }
 
 /* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
@@ -210,9 +210,9 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     search(evidence, &d->noise, &d->model, &job->setting, &found);
     attempt_advance(job);
     d->tested += found.tested;
-    const bool significant_one =
-        found.count > 0 && significant(&found.candidate[0], found.tested) && !contradicted(&found.candidate[0]) &&
-        worth_telling(job, &found.candidate[0], question);
+    const bool significant_one = found.count > 0 && significant(&found.candidate[0], found.tested) &&
+                                 !contradicted(&found.candidate[0]) &&
+                                 worth_telling(job, &found.candidate[0], question);
     if (significant_one) {
         name(evidence, &found, &finding);
         finding.shape = question != ASK_EFFECTS;

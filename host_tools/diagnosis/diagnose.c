@@ -104,8 +104,10 @@ static bool shape_found(const diagnosis_t *d) {
 /* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
  * it is not the whole answer. */
 static double cost_of(const diagnosis_t *d, double held) {
-    const double price = (shape_found(d) ? shape_price : 0.0) + number_price * (double)hysteresis_numbers_count(&d->model);
-    return held * exp(price / (double)d->samples.held) * (d->remainder.structured ? incomplete_handicap * incomplete_handicap : 1.0);
+    const double price =
+        (shape_found(d) ? shape_price : 0.0) + number_price * (double)hysteresis_numbers_count(&d->model);
+    return held * exp(price / (double)d->samples.held) *
+           (d->remainder.structured ? incomplete_handicap * incomplete_handicap : 1.0);
 }
 
 static void free_models(diagnosis_t *diagnosis) {

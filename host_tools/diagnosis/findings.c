@@ -53,7 +53,8 @@ static void widen(diagnosis_t *d) {
         for (size_t p = 0; p < block->block->parameters; p++) {
             const parameter_t *parameter = &block->parameter[p];
             if (finding_searched(&d->finding[f], p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
-                parameter->sigma[0] = hypot(parameter->sigma[0], accuracy_of(block->block->probe, p) * parameter->value[0]);
+                parameter->sigma[0] =
+                    hypot(parameter->sigma[0], accuracy_of(block->block->probe, p) * parameter->value[0]);
             }
         }
     }

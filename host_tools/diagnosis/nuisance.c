@@ -173,8 +173,7 @@ void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
     take_derivatives(&job);
     const double hz = options->plays ? loop_hz(samples) : 0.0;
     for (int harmonic = 1;
-         harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz;
-         harmonic++) {
+         harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz; harmonic++) {
         take_waves(&job, 0, harmonic * hz, 0.0, NUISANCE_OWN);
         take_waves(&job, 0, harmonic * hz, 0.5 * M_PI, NUISANCE_OWN);
     }
@@ -212,7 +211,8 @@ void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
 }
 
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options) {
-    return signals->samples->count + hysteresis_numbers_count(signals->model) + (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
+    return signals->samples->count + hysteresis_numbers_count(signals->model) +
+           (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
            (options->shapes ? 2 + 3 * SHAPES + 2 * BRANCH_NODES : 0) + (options->trends ? TRENDS : 0) +
            2 * options->lines;
 }

@@ -77,7 +77,8 @@ static double held_out_rms(const samples_t *samples, const double *column) {
     return sqrt(sum / (double)samples->held);
 }
 
-/* memory: of the noise in these columns, between neighbours. Its mean square is known to the fewer, the longer that is. */
+/* memory: of the noise in these columns, between neighbours. Its mean square is known to the fewer, the longer that is.
+ */
 static bool is_more(const samples_t *samples, double noise_um, double memory, const double *left, const double *effect,
                     double floor_um) {
     const double neighbours = (1.0 + memory * memory) / (1.0 - memory * memory);

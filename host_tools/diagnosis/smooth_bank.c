@@ -42,8 +42,7 @@ static bool nearest(const model_block_t *bank, const double *threshold_v, double
     normal_equations_t equations;
     for (size_t k = 0; k < CURVE_POINTS; k++) {
         const double drive_v = 1.2 * threshold_v[OPERATORS - 1] * (double)(k + 1) / CURVE_POINTS;
-        curve[k] =
-            weights->value[0] * drive_v + initial_curve(own->value, weights->value + 1, own->count, drive_v);
+        curve[k] = weights->value[0] * drive_v + initial_curve(own->value, weights->value + 1, own->count, drive_v);
         columns[k] = drive_v;
     }
     for (size_t f = 0; f < SMOOTH_BANK_FUNCTIONS; f++) {

@@ -83,7 +83,8 @@ static size_t mirror(size_t levels, size_t i, size_t j) {
 bool smooth_plane_is_symmetric(size_t levels, const double *table) {
     for (size_t i = 1; i < levels; i++) {
         for (size_t j = 0; j < i; j++) {
-            if (fabs(table[preisach_element(i, j)] - table[mirror(levels, i, j)]) > same * fabs(table[preisach_element(levels - 1, 0)])) {
+            if (fabs(table[preisach_element(i, j)] - table[mirror(levels, i, j)]) >
+                same * fabs(table[preisach_element(levels - 1, 0)])) {
                 return false;
             }
         }

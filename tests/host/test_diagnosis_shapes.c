@@ -88,8 +88,8 @@ static double largest_difference(const model_t *one, const model_t *other) {
 }
 
 /* A plane that is one of theirs comes back, but for its own coarseness: E's curvature of 0.6 at most over intervals of
- * 2/60, bilinear, leaves 0.6 / 8 / 900 < 1e-4 a branch, with up to a dozen nested ones. The other mirrored functions are
- * missing in a symmetric plane: a skew of 0.2 is then off by a percent of the stroke or more. */
+ * 2/60, bilinear, leaves 0.6 / 8 / 900 < 1e-4 a branch, with up to a dozen nested ones. The other mirrored functions
+ * are missing in a symmetric plane: a skew of 0.2 is then off by a percent of the stroke or more. */
 static void test_a_smooth_plane_comes_back(void) {
     for (int skewed = 0; skewed < 2; skewed++) {
         for (int symmetric = 0; symmetric < 2; symmetric++) {
@@ -154,8 +154,8 @@ static void test_symmetric_planes_stay_symmetric(void) {
     model_free(&skewed);
 }
 
-/* A staircase of 24 thresholds 3 V apart, each a kink of 1/24 of the loop, becomes a curve between: a few thousandths of
- * the stroke. Memory of before the recording is carried over. */
+/* A staircase of 24 thresholds 3 V apart, each a kink of 1/24 of the loop, becomes a curve between: a few thousandths
+ * of the stroke. Memory of before the recording is carried over. */
 static void test_a_smooth_bank_is_near_the_bank(void) {
     enum { OPERATORS = 24 };
     double weights[OPERATORS + 1] = {0.06}, thresholds_v[OPERATORS], memory_v[OPERATORS];
@@ -208,7 +208,8 @@ static void test_numbers_are_restored_to_the_last_bit(void) {
     }
 }
 
-/* Standard errors are what fits to many noises scatter by: 40 of them know it to a ninth, three of which are allowed. */
+/* Standard errors are what fits to many noises scatter by: 40 of them know it to a ninth, three of which are allowed.
+ */
 static void test_errors_are_the_scatter(void) {
     enum { NOISES = 40 };
     const double noise_um = 0.02;
