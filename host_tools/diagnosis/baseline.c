@@ -21,29 +21,38 @@ static const struct {
               {"bouc_wen", 0, false, false},
               {"preisach", 14, true, false},
               {"preisach", 14, false, true}};
+/* Of the held-out samples' sum of squares: a bank whose operators are not spread smoothly has to be so much better. */
+static const double rough_at_most = 0.97;
 enum { SHAPES = sizeof shapes / sizeof shapes[0], FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
  * candidate. */
 static const double worth_trying = 1.3;
 
-static bool fit_shape(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
-                      failure_t *failure) {
+static bool fit_family(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
+                       failure_t *failure) {
     const fit_options_t options = {.operators = shapes[shape].operators};
     fit_report_t report;
-    baseline->many_numbers = shapes[shape].many_numbers;
-    baseline->family = family_find(shapes[shape].family);
+    *baseline = (baseline_t){.many_numbers = shapes[shape].many_numbers, .family = family_find(shapes[shape].family)};
     if (!fit_recordings(baseline->family, recordings, count, &options, &baseline->model, &report, failure)) {
         return false;
     }
     fit_report_free(&report);
-    model_block_t *hysteresis = &baseline->model.block[hysteresis_index(&baseline->model)];
-    if (hysteresis->block == &block_preisach) {
-        double drive_range_v[2];
-        recordings_range(recordings, count, COLUMN_DRIVE, drive_range_v);
-        return smooth_plane_from(hysteresis, drive_range_v, shapes[shape].symmetric, failure);
+    return true;
+}
+
+static bool fit_shape(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
+                      failure_t *failure) {
+    double drive_range_v[2];
+    if (!fit_family(shape, recordings, count, baseline, failure)) {
+        return false;
     }
-    return hysteresis->block != &block_prandtl_ishlinskii || smooth_bank_from(hysteresis, failure);
+    model_block_t *hysteresis = &baseline->model.block[hysteresis_index(&baseline->model)];
+    recordings_range(recordings, count, COLUMN_DRIVE, drive_range_v);
+    return hysteresis->block == &block_preisach
+               ? smooth_plane_from(hysteresis, drive_range_v, shapes[shape].symmetric, failure)
+           : hysteresis->block == &block_prandtl_ishlinskii ? smooth_bank_from(hysteresis, failure)
+                                                            : true;
 }
 
 bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure) {
@@ -204,11 +213,31 @@ static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
     *count = kept;
 }
 
+/* A few operators with gaps between them are no smooth bank. */
+static void choose_bank(const samples_t *samples, const noise_t *noise, double **signature, size_t signatures,
+                        baseline_t *bank) {
+    baseline_t rough;
+    joint_power_t ignored;
+    failure_t refusal;
+    bank->held = shape_judgement(samples, noise, &bank->model, signature, signatures);
+    if (!fit_family(0, samples->recordings, samples->count, &rough, &refusal)) {
+        return;
+    }
+    joint_fit(samples, noise, &rough.model, 0, FIT_ITERATIONS, &ignored, &refusal);
+    rough.held = shape_judgement(samples, noise, &rough.model, signature, signatures);
+    if (rough.held < rough_at_most * bank->held) {
+        model_free(&bank->model);
+        *bank = rough;
+    } else {
+        model_free(&rough.model);
+    }
+}
+
 bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
                      baseline_t baseline[BASELINE_SHAPES], size_t *count, failure_t *failure) {
     double **signature = allocate(catalogue_count, sizeof *signature);
     const size_t signatures = best_signatures(samples, noise, setting, &baseline[0].model, signature, failure);
-    baseline[0].held = shape_judgement(samples, noise, &baseline[0].model, signature, signatures);
+    choose_bank(samples, noise, signature, signatures, &baseline[0]);
     *count = 1;
     for (size_t shape = 1; shape < SHAPES; shape++) {
         failure_t refusal;
