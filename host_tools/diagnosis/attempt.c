@@ -69,11 +69,16 @@ static bool significant(const candidate_t *candidate, size_t tested) {
     return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0;
 }
 
+/* Large enough not to be the error of what was found. */
+static bool beside_found(const attempt_t *job, const candidate_t *candidate) {
+    return candidate->test.amplitude * candidate->test.own_um > attempt_least_part_of_found * job->found_um;
+}
+
 /* Beyond J. */
 static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
     const double least_size = job->coarse ? least_part_of_steps : search_least_size;
-    return candidate->test.amplitude * candidate->test.own_um >
-           fmax(least_size * job->diagnosis->noise.sigma_um, attempt_least_part_of_found * job->found_um);
+    return candidate->test.amplitude * candidate->test.own_um > least_size * job->diagnosis->noise.sigma_um &&
+           beside_found(job, candidate);
 }
 
 /* By the measured voltage or current, as surely as it takes to make a name. */
@@ -197,7 +202,8 @@ static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
 static bool worth_telling(const attempt_t *job, const candidate_t *candidate, question_t question) {
     return question == ASK_EFFECTS  ? large_enough(job, candidate)
            : question == ASK_SHAPES ? large_enough(job, candidate) && explains_most(job, candidate)
-                                    : explains_most(job, candidate) && (!job->coarse || large_enough(job, candidate));
+           : job->coarse            ? large_enough(job, candidate) && explains_most(job, candidate)
+                                    : beside_found(job, candidate) && explains_most(job, candidate);
 }
 
 /* One more block of those that the question is about, or none. */
