@@ -122,7 +122,7 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
     rich_t rich = {.samples = samples, .scratch = samples_column(samples)};
     double **signature = allocate(catalogue_count, sizeof *signature), *left = samples_column(samples);
     signals_t signals;
-    bool good = signals_open(&signals, samples, model, failure);
+    const bool good = signals_open(&signals, samples, model, failure);
     if (good) {
         const size_t signatures = best_signatures(samples, &white, setting, model, signature, failure);
         basis_open(&rich.basis, samples->all, nuisance_most(&signals, &options) + signatures);
@@ -131,12 +131,10 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
             add_rich(&rich, signature[i], NUISANCE_TRENDS);
             free(signature[i]);
         }
-        if (good) {
-            samples_residual(samples, signals.simulated, rich.scratch);
-            blank(samples, rich.scratch, left);
-            basis_project(&rich.basis, left);
-            noise_of(samples, left, noise);
-        }
+        samples_residual(samples, signals.simulated, rich.scratch);
+        blank(samples, rich.scratch, left);
+        basis_project(&rich.basis, left);
+        noise_of(samples, left, noise);
         basis_close(&rich.basis);
         signals_close(&signals);
     }

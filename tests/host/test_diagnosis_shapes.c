@@ -36,7 +36,8 @@ void tearDown(void) {
 
 static void test_splines_are_one_together(void) {
     for (size_t intervals = 1; intervals <= 8; intervals++) {
-        for (double x = 0.0; x <= (double)intervals; x += 0.0625) {
+        for (size_t k = 0; k <= 16 * intervals; k++) {
+            const double x = (double)k / 16.0;
             double sum = 0.0;
             for (size_t i = 0; i < intervals + 2; i++) {
                 const double here = spline(i, x);
