@@ -92,6 +92,21 @@ void normal_equations_penalise(normal_equations_t *equations, const double *row,
     }
 }
 
+bool fit_columns(const double *columns, const double *values, size_t rows, size_t unknowns, const double *lower,
+                 double *x, failure_t *failure) {
+    double *unbounded = allocate(unknowns, sizeof(double));
+    normal_equations_t equations;
+    for (size_t i = 0; i < unknowns; i++) {
+        unbounded[i] = -HUGE_VAL;
+    }
+    normal_equations_create(&equations, unknowns);
+    normal_equations_of_columns(&equations, columns, values, rows, 0);
+    const bool good = solve_bounded(&equations, lower != NULL ? lower : unbounded, x, NULL, failure);
+    normal_equations_free(&equations);
+    free(unbounded);
+    return good;
+}
+
 double squared_error(const normal_equations_t *equations, const double *x) {
     const size_t n = equations->unknowns;
     double error = equations->power;

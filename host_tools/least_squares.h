@@ -47,6 +47,10 @@ void normal_equations_penalise(normal_equations_t *equations, const double *row,
 bool solve_bounded(const normal_equations_t *equations, const double *lower, double *x, bool *bound,
                    failure_t *failure);
 
+/** The same from columns that stand one after the other, one an unknown. lower NULL: no bounds. */
+bool fit_columns(const double *columns, const double *values, size_t rows, size_t unknowns, const double *lower,
+                 double *x, failure_t *failure);
+
 /** Sum of squared residuals of x, from the equations. Not negative. */
 double squared_error(const normal_equations_t *equations, const double *x);
 

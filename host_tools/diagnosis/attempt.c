@@ -16,11 +16,12 @@ static const double false_alarm = 1e-3;
 /* The same for the standard error from the scatter over blocks, of which there are few. */
 static const double block_false_alarm = 0.05;
 /* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
-static const double naming_margin = 20.0;
+const double attempt_naming_margin = 20.0;
 static const double same_signature = 0.95;
 /* What the held-out samples have to say for it, in parts of what the others say, sample by sample. */
 static const double least_support = 0.3;
-static const double support_at_least = 12.0, support_enough = 100.0;
+const double attempt_least_support = 12.0;
+static const double support_enough = 100.0;
 /* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not
  * average out as noise does. */
 static const double least_part_of_steps = 0.25;
@@ -83,7 +84,7 @@ static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
 
 /* By the measured voltage or current, as surely as it takes to make a name. */
 static bool contradicted(const candidate_t *candidate) {
-    return candidate->electrical < -naming_margin;
+    return candidate->electrical < -attempt_naming_margin;
 }
 
 static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
@@ -100,7 +101,7 @@ static void name(const evidence_t *evidence, const search_t *found, finding_t *f
         }
         const double margin = search_margin(found, i);
         finding->margin = fmin(finding->margin, margin);
-        if (margin < naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
+        if (margin < attempt_naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
             finding->rival[finding->rivals++] = rival->block;
             if (finding->certainty == NAMED) {
                 finding->certainty = ISOLATED;
@@ -130,9 +131,9 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
         return false;
     }
     finding->support = (double)d->samples.held * log(job->power.held / power.held);
-    *accepted =
-        finding->held_out_after_percent < finding->held_out_before_percent &&
-        finding->support > fmax(support_at_least, fmin(least_support * share * candidate->likelihood, support_enough));
+    *accepted = finding->held_out_after_percent < finding->held_out_before_percent &&
+                finding->support >
+                    fmax(attempt_least_support, fmin(least_support * share * candidate->likelihood, support_enough));
     if (*accepted) {
         model_free(&d->model);
         d->model = augmented;
@@ -304,7 +305,7 @@ bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared) {
             return false;
         }
         if ((double)d->samples.fitted * log(power.fitted / job->power.fitted) < least ||
-            (double)d->samples.held * log(power.held / job->power.held) < support_at_least) {
+            (double)d->samples.held * log(power.held / job->power.held) < attempt_least_support) {
             drop(job, f, SUPERFLUOUS, &without, &power);
         } else {
             model_free(&without);

@@ -47,6 +47,9 @@ bool attempt_take_out(attempt_t *job, size_t finding, outcome_t why);
  * their error. */
 extern const double attempt_least_part_of_found;
 
+/** 2 log likelihood by which a name has to win; and the least that the held-out samples have to say for a finding. */
+extern const double attempt_naming_margin, attempt_least_support;
+
 /** What is left of the held-out samples (a sum of squares) beyond the noise, in parts of it. */
 double attempt_excess(const diagnosis_t *d, double held);
 

@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double least_support = 12.0;
 /* Fewer rows than this for each column of J are explained by anything. */
 static const size_t rows_per_column = 2;
 
@@ -174,7 +173,8 @@ column_trial_t column_try(column_test_t *test, const double *column, column_spee
         trial.least = fmax(found.sigma * regression_quantile(&found, test->chance), least_um / size);
         trial.likelihood = gsl_pow_2(found.amplitude / sigma_um) * found.square;
         trial.share = 1.0 - after / before;
-        trial.passed = fabs(found.amplitude) > trial.least && (double)held->rows * log(before / after) > least_support;
+        trial.passed =
+            fabs(found.amplitude) > trial.least && (double)held->rows * log(before / after) > attempt_least_support;
     }
     return trial;
 }

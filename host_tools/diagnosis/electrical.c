@@ -120,21 +120,12 @@ static void predict(const samples_t *samples, column_t column, const model_t *mo
 /* Takes out of y what the prediction explains. Returns the factor of the main predictor; 0, and y as it was, if there
  * is none. */
 static double take_out(const samples_t *samples, const prediction_t *p, double *y, double *factor) {
-    normal_equations_t equations;
-    double *lower = allocate(p->unknowns, sizeof(double));
     failure_t ignored;
-    normal_equations_create(&equations, p->unknowns);
-    normal_equations_of_columns(&equations, p->column, y, samples->all, 0);
-    for (size_t u = 0; u < p->unknowns; u++) {
-        lower[u] = -HUGE_VAL;
-    }
-    const bool good = solve_bounded(&equations, lower, factor, NULL, &ignored);
+    const bool good = fit_columns(p->column, y, samples->all, p->unknowns, NULL, factor, &ignored);
     for (size_t u = 0; u < p->unknowns; u++) {
         factor[u] = good ? factor[u] : 0.0;
         cblas_daxpy((int)samples->all, -factor[u], p->column + u * samples->all, 1, y, 1);
     }
-    normal_equations_free(&equations);
-    free(lower);
     return factor[p->unknowns - 1];
 }
 

@@ -131,9 +131,9 @@ void hysteresis_numbers_open(model_t *model, hysteresis_numbers_t *numbers) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         values += block->parameter[p].count;
     }
-    *numbers = (hysteresis_numbers_t){.number = allocate(list(block, NULL), sizeof *numbers->number),
-                                      .block = block,
-                                      .kept = allocate(values, sizeof(double))};
+    const size_t most = values + smooth_plane_functions(); /* a small table has fewer elements than functions */
+    *numbers = (hysteresis_numbers_t){
+        .number = allocate(most, sizeof *numbers->number), .block = block, .kept = allocate(values, sizeof(double))};
     numbers->count = list(block, numbers->number);
     hysteresis_numbers_keep(numbers);
 }

@@ -16,7 +16,7 @@ const double search_least_size = 0.08;
 /* What J leaves less than this part of is imitated: its size would be a matter of the model's last digits. */
 static const double least_own_part = 1e-3;
 /* Of a number, in 2 log likelihood: about the logarithm of the number of samples. */
-static const double number_price = 10.0;
+const double search_number_price = 10.0;
 
 /* Where a block goes in a chain: behind the last block of its place or an earlier one. */
 static size_t place_in_chain(const model_t *model, const block_t *block) {
@@ -76,7 +76,7 @@ static double merit(const candidate_t *candidate, size_t fitted, question_t ques
     for (unsigned bits = candidate->block->probe->searched; bits != 0; bits >>= 1) {
         numbers += bits & 1U;
     }
-    const double paid = number_price * (double)numbers - candidate->electrical;
+    const double paid = search_number_price * (double)numbers - candidate->electrical;
     const double joint = candidate->joint ? -(double)fitted * log(candidate->power.fitted) : 0.0;
     /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
      * middle. What is itself a shape has to prove itself with its own. */

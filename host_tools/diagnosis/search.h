@@ -52,4 +52,7 @@ double search_margin(const search_t *found, size_t other);
  */
 extern const double search_least_size;
 
+/** What a searched number has to be worth, in 2 log likelihood. */
+extern const double search_number_price;
+
 #endif

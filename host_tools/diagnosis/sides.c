@@ -10,8 +10,6 @@
 
 /* Parts of a change. Numbers from the position are right to some percent: more is all, less is nothing. */
 static const double nearly_all = 0.85, hardly_any = 0.08, deviations = 3.0;
-/* As in the search: 2 log likelihood that makes a name, pays for a number, and has to come from held-out samples. */
-static const double margin_of_a_name = 20.0, number_price = 10.0, support_at_least = 12.0;
 enum { ITERATIONS = 16, LAG_STEPS = 24 };
 /* How far from where it begins a lag in the voltage may be. */
 static const double lag_range = 8.0;
@@ -142,7 +140,7 @@ static bool swap(attempt_t *job, finding_t *finding) {
     without_finding(d, finding, &proposal);
     add_lag(&proposal, block, lag_of(d, finding));
     const bool good = weigh(job, &proposal, 0, &power, &preference);
-    if (good && preference.position + preference.columns > margin_of_a_name) {
+    if (good && preference.position + preference.columns > attempt_naming_margin) {
         rename_finding(d, finding, block, preference.position + preference.columns);
         keep(job, &proposal, &power);
     } else {
@@ -289,7 +287,8 @@ static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_
     const unsigned held_fast = set_by_voltage(d, &proposal.model, pair->before);
     const bool good = weigh(job, &proposal.model, held_fast, &proposal.power, &proposal.preference);
     const preference_t *p = &proposal.preference;
-    if (good && p->held_out > support_at_least && p->position > margin_of_a_name + number_price && p->columns > 0.0 &&
+    if (good && p->held_out > attempt_least_support && p->position > attempt_naming_margin + search_number_price &&
+        p->columns > 0.0 &&
         (best->pair == NULL || p->position + p->columns > best->preference.position + best->preference.columns)) {
         if (best->pair != NULL) {
             model_free(&best->model);

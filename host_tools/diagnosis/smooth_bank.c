@@ -39,7 +39,6 @@ static bool nearest(const model_block_t *bank, const double *threshold_v, double
     double *columns = allocate((size_t)UNKNOWNS * CURVE_POINTS, sizeof(double)), curve[CURVE_POINTS];
     double *function = allocate((size_t)SMOOTH_BANK_FUNCTIONS * OPERATORS, sizeof(double));
     double lower[UNKNOWNS] = {0.0}, factor[UNKNOWNS];
-    normal_equations_t equations;
     for (size_t k = 0; k < CURVE_POINTS; k++) {
         const double drive_v = 1.2 * threshold_v[OPERATORS - 1] * (double)(k + 1) / CURVE_POINTS;
         curve[k] = weights->value[0] * drive_v + initial_curve(own->value, weights->value + 1, own->count, drive_v);
@@ -52,9 +51,7 @@ static bool nearest(const model_block_t *bank, const double *threshold_v, double
                 initial_curve(threshold_v, function + f * OPERATORS, OPERATORS, columns[k]);
         }
     }
-    normal_equations_create(&equations, UNKNOWNS);
-    normal_equations_of_columns(&equations, columns, curve, CURVE_POINTS, 0);
-    const bool good = solve_bounded(&equations, lower, factor, NULL, failure);
+    const bool good = fit_columns(columns, curve, CURVE_POINTS, UNKNOWNS, lower, factor, failure);
     if (good) {
         weight[0] = factor[0];
         for (size_t i = 0; i < OPERATORS; i++) {
@@ -64,7 +61,6 @@ static bool nearest(const model_block_t *bank, const double *threshold_v, double
             }
         }
     }
-    normal_equations_free(&equations);
     free(columns);
     free(function);
     return good;

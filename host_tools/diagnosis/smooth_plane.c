@@ -48,18 +48,12 @@ double smooth_plane_function(const preisach_grid_t *grid, bool symmetric, size_t
 static bool nearest(const preisach_grid_t *grid, const double *table, bool symmetric, double *factor,
                     failure_t *failure) {
     const size_t functions = smooth_plane_functions(), elements = preisach_elements(grid->levels);
-    double *columns = allocate(functions * elements, sizeof(double)), *lower = allocate(functions, sizeof(double));
-    normal_equations_t equations;
-    normal_equations_create(&equations, functions);
+    double *columns = allocate(functions * elements, sizeof(double));
     for (size_t f = 0; f < functions; f++) {
         smooth_plane_function(grid, symmetric, f, columns + f * elements);
-        lower[f] = -HUGE_VAL;
     }
-    normal_equations_of_columns(&equations, columns, table, elements, 0);
-    const bool good = solve_bounded(&equations, lower, factor, NULL, failure);
-    normal_equations_free(&equations);
+    const bool good = fit_columns(columns, table, elements, functions, NULL, factor, failure);
     free(columns);
-    free(lower);
     return good;
 }
 
