@@ -56,6 +56,7 @@ void recursion_open(recursion_t *recursion, const parameter_t *parameter, const 
     if (parameter[RECURSION_HARMONIC_TERMS].count > 0) {
         memcpy(recursion->harmonic, parameter[RECURSION_HARMONIC_TERMS].value, sizeof recursion->harmonic);
     }
+    recursion->harmonics = any(&parameter[RECURSION_HARMONIC_TERMS]);
     recursion->angle_step = 2.0 * M_PI * parameter[RECURSION_FREQUENCY].value[0] / setup->sample_rate_hz;
     recursion->angle = parameter[RECURSION_PHASE].value[0] - recursion->angle_step;
 }
@@ -81,17 +82,20 @@ double recursion_settle(recursion_t *recursion, double x, double u) {
 }
 
 double recursion_step(recursion_t *recursion, double x, double u) {
-    double product[RECURSION_HARMONICS], *const past = recursion->output;
+    double *const past = recursion->output;
     double y = x + (recursion->feedback[0] + recursion->bilinear * recursion->input) * past[0] +
                recursion->feedback[1] * past[1] + recursion->feedback[2] * past[2];
-    recursion_harmonics(recursion->input, recursion->angle, product);
-    for (size_t i = 0; i < RECURSION_HARMONICS; i++) {
-        y += recursion->harmonic[i] * product[i];
+    if (recursion->harmonics) {
+        double product[RECURSION_HARMONICS];
+        recursion_harmonics(recursion->input, recursion->angle, product);
+        for (size_t i = 0; i < RECURSION_HARMONICS; i++) {
+            y += recursion->harmonic[i] * product[i];
+        }
+        recursion->angle = remainder(recursion->angle + recursion->angle_step, 2.0 * M_PI);
     }
     past[2] = past[1];
     past[1] = past[0];
     past[0] = y;
     recursion->input = u;
-    recursion->angle = remainder(recursion->angle + recursion->angle_step, 2.0 * M_PI);
     return y;
 }

@@ -21,6 +21,7 @@ typedef struct {
     double feedback[RECURSION_FEEDBACK];  /**< c1, c2, c3 */
     double bilinear;                      /**< g */
     double harmonic[RECURSION_HARMONICS]; /**< A11, A31, A51, A12, A32, A52 */
+    bool harmonics;                       /**< any of them */
     double angle, angle_step;             /**< of the last sample; per sample */
     double input;                         /**< u of the last sample */
     double output[RECURSION_FEEDBACK];    /**< y of the last samples, newest first */
