@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "ellipse_fit.h"
+#include "gsl_errors.h"
 #include <gsl/gsl_eigen.h>
 #include <gsl/gsl_linalg.h>
 #include <gsl/gsl_math.h>
@@ -177,10 +178,9 @@ static bool standard_errors(const double *x, const double *y, size_t count, cons
             }
         }
     }
-    gsl_error_handler_t *handler = gsl_set_error_handler_off();
+    gsl_returns_errors();
     const bool good = gsl_linalg_cholesky_decomp1(&view.matrix) == GSL_SUCCESS &&
                       gsl_linalg_cholesky_invert(&view.matrix) == GSL_SUCCESS;
-    gsl_set_error_handler(handler);
     for (size_t i = 0; good && i < UNKNOWNS; i++) {
         double variance = 0.0;
         for (size_t j = 0; j < UNKNOWNS; j++) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "least_squares.h"
+#include "gsl_errors.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_linalg.h>
@@ -134,8 +135,6 @@ static void free_part_free(free_part_t *part) {
 
 static bool factorise(const normal_equations_t *equations, const bool *bound, free_part_t *part, failure_t *failure) {
     const size_t n = equations->unknowns;
-    gsl_error_handler_t *handler;
-    int status;
     *part = (free_part_t){.index = allocate(n, sizeof(size_t)), .scale = allocate(n, sizeof(double))};
     for (size_t i = 0; i < n; i++) {
         if (!bound[i]) {
@@ -155,10 +154,8 @@ static bool factorise(const normal_equations_t *equations, const bool *bound, fr
             gsl_matrix_set(part->factor, i, j, element + (i == j ? ridge : 0.0));
         }
     }
-    handler = gsl_set_error_handler_off();
-    status = gsl_linalg_cholesky_decomp1(part->factor);
-    gsl_set_error_handler(handler);
-    if (status != GSL_SUCCESS) {
+    gsl_returns_errors();
+    if (gsl_linalg_cholesky_decomp1(part->factor) != GSL_SUCCESS) {
         free_part_free(part);
         fail(failure, "the least squares problem is singular: the recording does not determine the parameters");
         return false;

@@ -111,7 +111,7 @@ static void add_rich(void *context, const double *column, nuisance_layer_t layer
     (void)layer;
     rich_t *rich = context;
     blank(rich->samples, column, rich->scratch);
-    basis_add(&rich->basis, rich->scratch);
+    basis_add(&rich->basis, rich->scratch, 1);
 }
 
 static bool noise_of_rich_model(const samples_t *samples, const model_t *model, const probe_setting_t *setting,
@@ -133,7 +133,7 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
         }
         samples_residual(samples, signals.simulated, rich.scratch);
         blank(samples, rich.scratch, left);
-        basis_project(&rich.basis, left);
+        basis_project(&rich.basis, left, 1);
         noise_of(samples, left, noise);
         basis_close(&rich.basis);
         signals_close(&signals);

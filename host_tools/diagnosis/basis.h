@@ -12,11 +12,14 @@ typedef struct {
 
 void basis_open(basis_t *basis, size_t rows, size_t most);
 void basis_close(basis_t *basis);
-/** Adds a vector (rows), unless the columns leave less than 1e-6 of it. It is changed. */
-void basis_add(basis_t *basis, double *x);
-/** share = what each column explains of x; room for all columns. */
-void basis_shares(const basis_t *basis, const double *x, double *share);
-/** Takes out of x what the columns explain. */
-void basis_project(const basis_t *basis, double *x);
+/* The columns pass through the memory once for all vectors x of a call: some at a time are much cheaper than one by
+ * one. They stand one after the other, `rows` each. */
+
+/** Adds vectors in their order, except those of which the columns before leave less than 1e-6. They are changed. */
+void basis_add(basis_t *basis, double *x, size_t count);
+/** share = what each column explains of the vectors: basis->columns for each, `stride` apart, as the vectors are. */
+void basis_shares(const basis_t *basis, const double *x, size_t count, size_t stride, double *share);
+/** Takes out of the vectors what the columns explain. */
+void basis_project(const basis_t *basis, double *x, size_t count);
 
 #endif

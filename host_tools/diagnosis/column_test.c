@@ -34,7 +34,7 @@ struct column_test {
 static void add_to_rows(rows_t *rows, const samples_t *samples, const double *white, nuisance_layer_t layer) {
     double *x = allocate(rows->rows, sizeof(double));
     samples_pick(samples, rows->part, white, x);
-    basis_add(&rows->basis, x);
+    basis_add(&rows->basis, x, 1);
     rows->drive_columns = layer == NUISANCE_TRENDS ? rows->drive_columns : rows->basis.columns;
     free(x);
 }
@@ -57,7 +57,7 @@ static void open_rows(rows_t *rows, const signals_t *signals, samples_part_t par
 static double *take_out(rows_t *rows, double *x, column_speed_t speed) {
     const size_t all = rows->basis.columns;
     rows->basis.columns = speed == TEST_FAST ? all : rows->drive_columns;
-    basis_project(&rows->basis, x);
+    basis_project(&rows->basis, x, 1);
     rows->basis.columns = all;
     return x;
 }
@@ -198,10 +198,10 @@ regression_t column_beside(column_test_t *test, const double *signature, const d
     double *y = residual_beyond(rows, TEST_SLOW_TOO);
     basis_t beside;
     basis_open(&beside, rows->rows, 1);
-    basis_add(&beside, x);
+    basis_add(&beside, x, 1);
     cblas_daxpy((int)rows->rows, 1.0, s, 1, y, 1);
-    basis_project(&beside, s);
-    basis_project(&beside, y);
+    basis_project(&beside, s, 1);
+    basis_project(&beside, y, 1);
     const regression_t found = regression_of(s, y, rows->rows);
     basis_close(&beside);
     free(s);

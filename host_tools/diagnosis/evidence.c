@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "evidence.h"
 #include "basis.h"
+#include "parallel.h"
 #include "searched.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
@@ -9,6 +10,8 @@
 
 /* A column of which J leaves less than this part is imitated. */
 static const double imitated = 1e-6;
+/* Columns that go through J together. */
+enum { AT_ONCE = 16 };
 
 struct evidence {
     const samples_t *samples;
@@ -21,50 +24,70 @@ struct evidence {
     question_t question;
     double *residual; /* whitened, beyond J */
     double power;     /* of the residual */
-    double *scratch, *rows_scratch;
 };
 
 /* Whitened, and only the samples that are fitted. */
 static void take_rows(const evidence_t *e, const double *column, double *rows) {
-    noise_whiten(&e->noise, e->samples, column, e->scratch);
-    samples_pick(e->samples, SAMPLE_FITTED, e->scratch, rows);
+    noise_whiten_fitted(&e->noise, e->samples, column, rows);
 }
 
 static double square_of(const evidence_t *e, const double *x) {
     return cblas_ddot((int)e->rows, x, 1, x, 1);
 }
 
-static void add_to_basis(void *context, const double *column, nuisance_layer_t layer) {
-    evidence_t *e = context;
-    take_rows(e, column, e->rows_scratch);
-    basis_add(&e->basis, e->rows_scratch);
+/* Columns of one layer that wait for their place in the basis. */
+typedef struct {
+    evidence_t *evidence;
+    nuisance_layer_t layer;
+    size_t count;
+    double *rows;
+} waiting_t;
+
+static void add_waiting(waiting_t *waiting) {
+    evidence_t *e = waiting->evidence;
+    basis_add(&e->basis, waiting->rows, waiting->count);
+    waiting->count = 0;
     e->columns_for[ASK_EFFECTS] = e->basis.columns;
-    e->columns_for[ASK_SHAPES] = layer <= NUISANCE_PLAYS ? e->basis.columns : e->columns_for[ASK_SHAPES];
-    e->columns_for[ASK_ANYTHING] = layer <= NUISANCE_OWN ? e->basis.columns : e->columns_for[ASK_ANYTHING];
+    e->columns_for[ASK_SHAPES] = waiting->layer <= NUISANCE_PLAYS ? e->basis.columns : e->columns_for[ASK_SHAPES];
+    e->columns_for[ASK_ANYTHING] = waiting->layer <= NUISANCE_OWN ? e->basis.columns : e->columns_for[ASK_ANYTHING];
+}
+
+static void add_to_basis(void *context, const double *column, nuisance_layer_t layer) {
+    waiting_t *waiting = context;
+    if (waiting->count == AT_ONCE || layer != waiting->layer) {
+        add_waiting(waiting);
+    }
+    waiting->layer = layer;
+    take_rows(waiting->evidence, column, waiting->rows + waiting->count++ * waiting->evidence->rows);
+}
+
+static void fill_basis(evidence_t *e) {
+    const nuisance_options_t options = {.plays = true, .shapes = true};
+    waiting_t waiting = {.evidence = e, .layer = NUISANCE_OWN, .rows = allocate(AT_ONCE * e->rows, sizeof(double))};
+    basis_open(&e->basis, e->rows, nuisance_most(&e->signals, &options));
+    nuisance(&e->signals, &options, add_to_basis, &waiting);
+    add_waiting(&waiting);
+    free(waiting.rows);
 }
 
 void evidence_ask(evidence_t *e, question_t question) {
     e->question = question;
     e->basis.columns = e->columns_for[question];
     take_rows(e, e->raw, e->residual);
-    basis_project(&e->basis, e->residual);
+    basis_project(&e->basis, e->residual, 1);
     e->power = square_of(e, e->residual);
 }
 
 evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise, failure_t *failure) {
-    const nuisance_options_t options = {.plays = true, .shapes = true};
     evidence_t *e = allocate(1, sizeof *e);
     *e = (evidence_t){.samples = samples, .noise = *noise, .rows = samples->fitted};
     if (!signals_open(&e->signals, samples, baseline, failure)) {
         free(e);
         return NULL;
     }
-    e->scratch = samples_column(samples);
     e->raw = samples_column(samples);
     e->residual = allocate(e->rows, sizeof(double));
-    e->rows_scratch = allocate(e->rows, sizeof(double));
-    basis_open(&e->basis, e->rows, nuisance_most(&e->signals, &options));
-    nuisance(&e->signals, &options, add_to_basis, e);
+    fill_basis(e);
     samples_residual(samples, e->signals.simulated, e->raw);
     evidence_ask(e, ASK_EFFECTS);
     return e;
@@ -75,9 +98,7 @@ void evidence_close(evidence_t *e) {
         signals_close(&e->signals);
         free(e->raw);
         basis_close(&e->basis);
-        free(e->rows_scratch);
         free(e->residual);
-        free(e->scratch);
         free(e);
     }
 }
@@ -127,55 +148,74 @@ static double scatter(const evidence_t *e, const double *x, double amplitude) {
     return sum;
 }
 
-static double held_square(const evidence_t *e) {
+static double held_square(const samples_t *samples, const double *white) {
     double sum = 0.0;
-    for (size_t k = 0; k < e->samples->all; k++) {
-        sum += e->samples->part[k] == SAMPLE_HELD_OUT ? e->scratch[k] * e->scratch[k] : 0.0;
+    for (size_t k = 0; k < samples->all; k++) {
+        sum += samples->part[k] == SAMPLE_HELD_OUT ? white[k] * white[k] : 0.0;
     }
     return sum;
 }
 
-evidence_test_t evidence_test(const evidence_t *e, const double *signature) {
-    evidence_test_t test = {0};
-    double *x = allocate(e->rows, sizeof(double));
-    take_rows(e, signature, x);
-    const double before = square_of(e, x);
-    test.held_share = before > 0.0 ? held_square(e) / before : 0.0; /* of the scratch column that take_rows has left */
-    basis_project(&e->basis, x);
+/* x: the signature's rows beyond J; before: their square with what J imitates. */
+static void test_beyond(const evidence_t *e, const double *x, double before, evidence_test_t *test) {
     const double square = square_of(e, x), product = cblas_ddot((int)e->rows, x, 1, e->residual, 1);
     if (square > imitated * imitated * before) {
         const double degrees = (double)(e->rows - e->basis.columns - 1), explained = product * product / square;
-        test.amplitude = product / square;
-        test.t = product / sqrt(square * (e->power - explained) / degrees);
-        test.t_blocks = product / sqrt(scatter(e, x, test.amplitude));
-        test.own_um = sqrt(square / (double)e->rows);
-        test.own_part = sqrt(square / before);
-        test.explained = explained / e->power;
+        test->amplitude = product / square;
+        test->t = product / sqrt(square * (e->power - explained) / degrees);
+        test->t_blocks = product / sqrt(scatter(e, x, test->amplitude));
+        test->own_um = sqrt(square / (double)e->rows);
+        test->own_part = sqrt(square / before);
+        test->explained = explained / e->power;
     }
+}
+
+static void test_some(const evidence_t *e, size_t count, double *const *signature, evidence_test_t *test) {
+    double *x = allocate(count * e->rows, sizeof(double)), before[AT_ONCE], *white = samples_column(e->samples);
+    for (size_t i = 0; i < count; i++) {
+        double *rows = x + i * e->rows;
+        noise_whiten(&e->noise, e->samples, signature[i], white);
+        samples_pick(e->samples, SAMPLE_FITTED, white, rows);
+        before[i] = square_of(e, rows);
+        test[i] = (evidence_test_t){.held_share = before[i] > 0.0 ? held_square(e->samples, white) / before[i] : 0.0};
+    }
+    basis_project(&e->basis, x, count);
+    for (size_t i = 0; i < count; i++) {
+        test_beyond(e, x + i * e->rows, before[i], &test[i]);
+    }
+    free(white);
     free(x);
+}
+
+void evidence_tests(const evidence_t *e, size_t count, double *const *signature, evidence_test_t *test) {
+    for (size_t i = 0; i < count; i += AT_ONCE) {
+        test_some(e, count - i < AT_ONCE ? count - i : AT_ONCE, signature + i, test + i);
+    }
+}
+
+evidence_test_t evidence_test(const evidence_t *e, double *signature) {
+    evidence_test_t test;
+    evidence_tests(e, 1, &signature, &test);
     return test;
 }
 
 double evidence_cosine(const evidence_t *e, const double *one, const double *other) {
-    double *x = allocate(e->rows, sizeof(double)), *y = allocate(e->rows, sizeof(double));
+    double *x = allocate(2 * e->rows, sizeof(double)), *y = x + e->rows;
     take_rows(e, one, x);
     take_rows(e, other, y);
-    basis_project(&e->basis, x);
-    basis_project(&e->basis, y);
+    basis_project(&e->basis, x, 2);
     const double cosine = cblas_ddot((int)e->rows, x, 1, y, 1) / sqrt(square_of(e, x) * square_of(e, y));
     free(x);
-    free(y);
     return isfinite(cosine) ? cosine : 0.0;
 }
 
-/* Rows of the signature, and its shares. False if it cannot be simulated. */
-static bool rows_of(const evidence_t *e, const model_t *altered, size_t at, double *rows, double *share) {
+/* Rows of the signature. False if it cannot be simulated. */
+static bool rows_of(const evidence_t *e, const model_t *altered, size_t at, double *rows) {
     double *signature = evidence_signature(e, altered, at);
     if (signature == NULL) {
         return false;
     }
     take_rows(e, signature, rows);
-    basis_shares(&e->basis, rows, share);
     free(signature);
     return true;
 }
@@ -200,16 +240,21 @@ typedef struct {
     signature_rows_t derivative[BLOCK_MAX_PARAMETERS]; /* by each unknown */
 } refinement_t;
 
+/* From one signature's rows to the next one's, and from its shares to the next one's. */
+static size_t room_of_one(const evidence_t *e) {
+    return e->rows + e->basis.columns + 1;
+}
+
 static signature_rows_t take_room(const evidence_t *e, double **room) {
     const signature_rows_t taken = {.rows = *room, .share = *room + e->rows};
-    *room += e->rows + e->basis.columns + 1;
+    *room += room_of_one(e);
     return taken;
 }
 
 static void open_refinement(refinement_t *r, const evidence_t *e, model_t *altered, size_t at) {
     *r = (refinement_t){.evidence = e, .altered = altered, .at = at};
     searched_open(&r->searched, altered, at);
-    double *next = r->room = allocate((r->searched.count + 2) * (e->rows + e->basis.columns + 1), sizeof(double));
+    double *next = r->room = allocate((r->searched.count + 2) * room_of_one(e), sizeof(double));
     r->now = take_room(e, &next);
     r->then = take_room(e, &next);
     for (size_t i = 0; i < r->searched.count; i++) {
@@ -220,33 +265,35 @@ static void open_refinement(refinement_t *r, const evidence_t *e, model_t *alter
 /* The signature as the model now is, and what it leaves: |residual - signature|^2 beyond J. */
 static double look(const refinement_t *r, const signature_rows_t *s) {
     const evidence_t *e = r->evidence;
-    if (!rows_of(e, r->altered, r->at, s->rows, s->share)) {
+    if (!rows_of(e, r->altered, r->at, s->rows)) {
         return HUGE_VAL;
     }
+    basis_shares(&e->basis, s->rows, 1, room_of_one(e), s->share);
     return e->power - 2.0 * cblas_ddot((int)e->rows, s->rows, 1, e->residual, 1) +
            beyond(e, s->rows, s->share, s->rows, s->share);
 }
 
 /* Derivative by one unknown; 0 where there is no model a little beside this one. */
-static void take_derivative(refinement_t *r, size_t i) {
+static void take_derivative(void *context, size_t i) {
+    const refinement_t *r = context;
     const evidence_t *e = r->evidence;
-    const signature_rows_t *d = &r->derivative[i];
-    const double difference = searched_nudge(&r->searched, i);
-    const bool simulated = rows_of(e, r->altered, r->at, d->rows, d->share);
-    searched_restore(&r->searched, i);
-    cblas_daxpy((int)e->rows, -1.0, r->now.rows, 1, d->rows, 1);
-    cblas_daxpy((int)e->basis.columns, -1.0, r->now.share, 1, d->share, 1);
-    cblas_dscal((int)e->rows, simulated ? 1.0 / difference : 0.0, d->rows, 1);
-    cblas_dscal((int)e->basis.columns, simulated ? 1.0 / difference : 0.0, d->share, 1);
+    double *rows = r->derivative[i].rows;
+    model_t nudged;
+    const double difference = searched_nudge(&r->searched, i, r->altered, r->at, &nudged);
+    const bool simulated = rows_of(e, &nudged, r->at, rows);
+    model_free(&nudged);
+    cblas_daxpy((int)e->rows, -1.0, r->now.rows, 1, rows, 1);
+    cblas_dscal((int)e->rows, simulated ? 1.0 / difference : 0.0, rows, 1);
 }
 
 static void find_step(refinement_t *r, double *step) {
     const evidence_t *e = r->evidence;
     const size_t n = r->searched.count;
     double gram[BLOCK_MAX_PARAMETERS * BLOCK_MAX_PARAMETERS] = {0.0}, moment[BLOCK_MAX_PARAMETERS] = {0.0};
+    parallel(n, take_derivative, r);
+    basis_shares(&e->basis, r->derivative[0].rows, n, room_of_one(e), r->derivative[0].share);
     for (size_t i = 0; i < n; i++) {
         const signature_rows_t *d = &r->derivative[i];
-        take_derivative(r, i);
         moment[i] = cblas_ddot((int)e->rows, d->rows, 1, e->residual, 1) -
                     beyond(e, d->rows, d->share, r->now.rows, r->now.share);
         for (size_t j = 0; j <= i; j++) {

@@ -16,6 +16,7 @@
 #include "noise.h"
 #include "nuisance.h"
 
+/** Once it is opened and asked, several threads may use it. */
 typedef struct evidence evidence_t;
 
 typedef struct {
@@ -52,7 +53,9 @@ double evidence_sigma_um(const evidence_t *evidence);
 double *evidence_signature(const evidence_t *evidence, const model_t *altered, size_t at);
 
 /** Tests a signature. All zero where J imitates all but 1e-6 of it. */
-evidence_test_t evidence_test(const evidence_t *evidence, const double *signature);
+evidence_test_t evidence_test(const evidence_t *evidence, double *signature);
+/** Some at a time are cheaper than one by one. */
+void evidence_tests(const evidence_t *evidence, size_t count, double *const *signature, evidence_test_t *test);
 
 /** Cosine between two signatures beyond J, whitened: 1 means that these recordings cannot tell them apart. */
 double evidence_cosine(const evidence_t *evidence, const double *one, const double *other);

@@ -165,9 +165,20 @@ void hysteresis_numbers_restore(const hysteresis_numbers_t *numbers) {
     }
 }
 
-void hysteresis_number_add(const hysteresis_number_t *number, double change) {
-    double *value = number->parameter->value + number->first;
+static void add(const hysteresis_number_t *number, double change, parameter_t *parameter) {
+    double *value = parameter->value + number->first;
     for (size_t e = 0; e < number->elements; e++) {
         value[e] += change * (number->factor != NULL ? number->factor[e] : 1.0);
     }
+}
+
+void hysteresis_number_add(const hysteresis_number_t *number, double change) {
+    add(number, change, number->parameter);
+}
+
+void hysteresis_number_changed(const hysteresis_numbers_t *numbers, size_t number, double change, const model_t *model,
+                               model_t *changed) {
+    const hysteresis_number_t *of = &numbers->number[number];
+    model_copy(changed, model);
+    add(of, change, &changed->block[hysteresis_index(changed)].parameter[of->parameter - numbers->block->parameter]);
 }

@@ -34,6 +34,9 @@ size_t hysteresis_numbers_count(const model_t *model);
 
 /** Changes the model. */
 void hysteresis_number_add(const hysteresis_number_t *number, double change);
+/** A copy of the model (to be freed) in which one of its numbers has changed. */
+void hysteresis_number_changed(const hysteresis_numbers_t *numbers, size_t number, double change, const model_t *model,
+                               model_t *changed);
 
 /** Notes the numbers as they are; and takes them back, to the last bit. */
 void hysteresis_numbers_keep(const hysteresis_numbers_t *numbers);

@@ -2,6 +2,7 @@
 #include "joint_fit.h"
 #include "autocorrelation.h"
 #include "least_squares.h"
+#include "parallel.h"
 #include "searched.h"
 #include "signals.h"
 #include <gsl/gsl_cblas.h>
@@ -63,37 +64,53 @@ static bool take_power(job_t *job, joint_power_t *power, failure_t *failure) {
     return good && isfinite(power->fitted);
 }
 
-/* The matrix's next column: the derivative that job->column holds, or 0 where there is no model beside this one. */
-static void take_column(job_t *job, bool derived, size_t column) {
-    double *rows = job->matrix + column * job->samples->fitted;
-    if (derived) {
-        noise_whiten(job->noise, job->samples, job->column, job->white);
-        samples_pick(job->samples, SAMPLE_FITTED, job->white, rows);
-    } else {
-        memset(rows, 0, job->samples->fitted * sizeof(double));
-    }
-}
-
 /* Derivative by a searched parameter. */
-static bool derive_searched(job_t *job, const signals_t *signals, size_t block, size_t i) {
-    const double difference = searched_nudge(&job->searched[block], i);
-    const bool simulated = signals_altered(signals, job->model, stage_of(job->model, job->block[block]), job->column);
-    searched_restore(&job->searched[block], i);
-    cblas_daxpy((int)job->samples->all, -1.0, signals->simulated, 1, job->column, 1);
-    cblas_dscal((int)job->samples->all, 1.0 / difference, job->column, 1);
+static bool derive_searched(const job_t *job, const signals_t *signals, size_t block, size_t i, double *column) {
+    const size_t at = job->block[block];
+    model_t nudged;
+    const double difference = searched_nudge(&job->searched[block], i, job->model, at, &nudged);
+    const bool simulated = signals_altered(signals, &nudged, stage_of(&nudged, at), column);
+    model_free(&nudged);
+    cblas_daxpy((int)job->samples->all, -1.0, signals->simulated, 1, column, 1);
+    cblas_dscal((int)job->samples->all, 1.0 / difference, column, 1);
     return simulated;
 }
 
+static bool derive(const job_t *job, const signals_t *signals, size_t unknown, double *column) {
+    size_t block = 0;
+    if (unknown < job->hysteresis.count) {
+        return signals_derivative(signals, &job->hysteresis, unknown, column);
+    }
+    unknown -= job->hysteresis.count;
+    while (unknown >= job->searched[block].count) {
+        unknown -= job->searched[block++].count;
+    }
+    return derive_searched(job, signals, block, unknown, column);
+}
+
+typedef struct {
+    const job_t *job;
+    const signals_t *signals;
+    size_t first; /* of the unknowns, the first whose column is wanted */
+} derivation_t;
+
+/* A column of the matrix: 0 where there is no model beside this one. */
+static void take_column(void *context, size_t index) {
+    const derivation_t *derivation = context;
+    const job_t *job = derivation->job;
+    const size_t unknown = derivation->first + index;
+    double *rows = job->matrix + unknown * job->samples->fitted, *column = samples_column(job->samples);
+    if (derive(job, derivation->signals, unknown, column)) {
+        noise_whiten_fitted(job->noise, job->samples, column, rows);
+    } else {
+        memset(rows, 0, job->samples->fitted * sizeof(double));
+    }
+    free(column);
+}
+
 static void take_matrix(job_t *job, const signals_t *signals) {
-    size_t column = job->hysteresis.count;
-    for (size_t i = 0; job->fresh && i < job->hysteresis.count; i++) {
-        take_column(job, signals_derivative(signals, job->model, &job->hysteresis, i, job->column), i);
-    }
-    for (size_t b = 0; b < job->blocks; b++) {
-        for (size_t i = 0; i < job->searched[b].count; i++) {
-            take_column(job, derive_searched(job, signals, b, i), column++);
-        }
-    }
+    derivation_t derivation = {.job = job, .signals = signals, .first = job->fresh ? 0 : job->hysteresis.count};
+    parallel(job->unknowns - derivation.first, take_column, &derivation);
 }
 
 /* What the samples say nothing about stays, of a table where it is, of a bank where it was in the beginning. */

@@ -219,3 +219,10 @@ void noise_whiten(const noise_t *noise, const samples_t *samples, const double *
         }
     }
 }
+
+void noise_whiten_fitted(const noise_t *noise, const samples_t *samples, const double *column, double *rows) {
+    double *white = samples_column(samples);
+    noise_whiten(noise, samples, column, white);
+    samples_pick(samples, SAMPLE_FITTED, white, rows);
+    free(white);
+}

@@ -31,5 +31,7 @@ void noise_of(const samples_t *samples, const double *left, noise_t *noise);
 
 /** e of a column: what the filter makes of it. From the first sample of each recording that takes part; 0 before. */
 void noise_whiten(const noise_t *noise, const samples_t *samples, const double *column, double *white);
+/** The same of the samples that are fitted, one after the other: samples->fitted of them. */
+void noise_whiten_fitted(const noise_t *noise, const samples_t *samples, const double *column, double *rows);
 
 #endif

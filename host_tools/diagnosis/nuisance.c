@@ -123,7 +123,7 @@ static void take_derivatives(job_t *job) {
     model_copy(&altered, signals->model);
     hysteresis_numbers_open(&altered, &numbers);
     for (size_t n = 0; n < numbers.count; n++) {
-        if (!signals_derivative(signals, &altered, &numbers, n, job->column)) {
+        if (!signals_derivative(signals, &numbers, n, job->column)) {
             memset(job->column, 0, job->samples->all * sizeof(double));
         }
         job->take(job->context, job->column, NUISANCE_OWN);

@@ -2,6 +2,7 @@
 #include "search.h"
 #include "catalogue.h"
 #include "electrical.h"
+#include "parallel.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,7 @@
 /* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at
  * least this part, or so close, are fitted together with the hysteresis. */
 static const double worth_refining = 0.2, worth_fitting = 0.6, close_likelihood = 60.0;
-enum { MOST_REFINED = 8, MOST_FITTED = 4, FIT_ITERATIONS = 3 };
+enum { MOST_REFINED = 8, MOST_FITTED = 4, FIT_ITERATIONS = 3, PROBES_AT_ONCE = 16 };
 /* And at least this much: nothing below it is significant. */
 static const double least_likelihood = 15.0;
 const double search_least_size = 0.08;
@@ -129,41 +130,97 @@ static bool never_negative(const block_t *block) {
     return false;
 }
 
-/* The best of a block's probes. false: none can be simulated. */
-static bool probe_block(const evidence_t *evidence, const model_t *baseline, const probe_setting_t *setting,
-                        const block_t *block, double sigma_um, candidate_t *best, size_t *tested) {
-    double value[BLOCK_MAX_PARAMETERS];
-    candidate_t smallest = {.smallest_um = HUGE_VAL};
-    memset(best, 0, sizeof *best);
-    for (size_t index = 0;; index++) {
-        candidate_t trial = {.block = block, .at = place_in_chain(baseline, block)};
+/* Looking for one block. */
+typedef struct {
+    const evidence_t *evidence;
+    const model_t *baseline;
+    const probe_setting_t *setting;
+    const block_t *block;
+    double sigma_um;
+    candidate_t best; /* block: NULL while no probe could be simulated */
+    size_t tested;
+    size_t first, some; /* of the block's probes, those that are tried together */
+    candidate_t *trial;
+    double (*value)[BLOCK_MAX_PARAMETERS];
+} block_search_t;
+
+/* Signature of a probe; NULL: it cannot be simulated. */
+static void simulate_probe(void *context, size_t index) {
+    const block_search_t *s = context;
+    candidate_t *trial = &s->trial[index];
+    *trial = (candidate_t){.block = s->block, .at = place_in_chain(s->baseline, s->block)};
+    insert_block(&trial->model, s->baseline, s->block, s->value[index]);
+    trial->signature = evidence_signature(s->evidence, &trial->model, trial->at);
+}
+
+/* The tests of those that could be simulated. */
+static void test_probes(block_search_t *s) {
+    double *signature[PROBES_AT_ONCE];
+    evidence_test_t test[PROBES_AT_ONCE];
+    size_t count = 0;
+    for (size_t i = 0; i < s->some; i++) {
+        if (s->trial[i].signature != NULL) {
+            signature[count++] = s->trial[i].signature;
+        }
+    }
+    evidence_tests(s->evidence, count, signature, test);
+    for (size_t i = s->some; i-- > 0;) {
+        candidate_t *trial = &s->trial[i];
+        if (trial->signature != NULL) {
+            trial->test = test[--count];
+            trial->likelihood = trial->test.amplitude < 0.0 && never_negative(s->block)
+                                    ? 0.0
+                                    : evidence_likelihood(s->evidence, 1.0 - trial->test.explained);
+        }
+    }
+}
+
+static void keep_best(block_search_t *s, candidate_t *trial, candidate_t *smallest) {
+    if (trial->signature != NULL) {
+        note_smallest(s->evidence, trial, s->sigma_um, smallest);
+        s->tested++;
+    }
+    if (trial->signature != NULL && (s->best.block == NULL || trial->likelihood > s->best.likelihood)) {
+        const candidate_t worse = s->best;
+        s->best = *trial;
+        *trial = worse;
+    }
+    free(trial->signature);
+    model_free(&trial->model);
+}
+
+/* The next ones of a block's probes: their values. */
+static void take_probes(block_search_t *s) {
+    const block_t *block = s->block;
+    for (s->some = 0; s->some < PROBES_AT_ONCE; s->some++) {
+        double *value = s->value[s->some];
         for (size_t p = 0; p < block->parameters; p++) {
             value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
         }
-        if (!block->probe->probe(setting, index, value)) {
-            best->smallest_um = smallest.smallest_um;
-            memcpy(best->smallest_value, smallest.smallest_value, sizeof best->smallest_value);
-            return best->block != NULL;
+        if (!block->probe->probe(s->setting, s->first + s->some, value)) {
+            return;
         }
-        insert_block(&trial.model, baseline, block, value);
-        trial.signature = evidence_signature(evidence, &trial.model, trial.at);
-        if (trial.signature != NULL) {
-            trial.test = evidence_test(evidence, trial.signature);
-            trial.likelihood = evidence_likelihood(evidence, 1.0 - trial.test.explained);
-            if (trial.test.amplitude < 0.0 && never_negative(block)) {
-                trial.likelihood = 0.0;
-            }
-            note_smallest(evidence, &trial, sigma_um, &smallest);
-            (*tested)++;
-        }
-        if (trial.signature != NULL && (best->block == NULL || trial.likelihood > best->likelihood)) {
-            candidate_t worse = *best;
-            *best = trial;
-            trial = worse;
-        }
-        free(trial.signature);
-        model_free(&trial.model);
     }
+}
+
+/* The best of a block's probes. */
+static void probe_block(void *context, size_t index) {
+    block_search_t *s = &((block_search_t *)context)[index];
+    candidate_t smallest = {.smallest_um = HUGE_VAL};
+    s->trial = allocate(PROBES_AT_ONCE, sizeof *s->trial);
+    s->value = allocate(PROBES_AT_ONCE, sizeof *s->value);
+    for (take_probes(s); s->some > 0; take_probes(s)) {
+        parallel(s->some, simulate_probe, s);
+        test_probes(s);
+        for (size_t i = 0; i < s->some; i++) {
+            keep_best(s, &s->trial[i], &smallest);
+        }
+        s->first += s->some;
+    }
+    s->best.smallest_um = smallest.smallest_um;
+    memcpy(s->best.smallest_value, smallest.smallest_value, sizeof s->best.smallest_value);
+    free(s->trial);
+    free(s->value);
 }
 
 static bool asked(const probe_t *probe, question_t question) {
@@ -173,43 +230,94 @@ static bool asked(const probe_t *probe, question_t question) {
 void search_probes(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
                    const probe_setting_t *setting, search_t *found) {
     const question_t question = evidence_question(evidence);
-    *found = (search_t){.candidate = allocate(catalogue_count, sizeof(candidate_t)),
-                        .fitted = evidence_samples(evidence)->fitted};
+    block_search_t *block = allocate(catalogue_count, sizeof *block);
+    size_t blocks = 0;
     for (size_t i = 0; i < catalogue_count; i++) {
-        const block_t *block = catalogue[i];
-        if (block->probe != NULL && asked(block->probe, question) && model_find(baseline, block->name) == NULL &&
-            probe_block(evidence, baseline, setting, block, noise->sigma_um, &found->candidate[found->count],
-                        &found->tested)) {
-            found->count++;
+        if (catalogue[i]->probe != NULL && asked(catalogue[i]->probe, question) &&
+            model_find(baseline, catalogue[i]->name) == NULL) {
+            block[blocks++] = (block_search_t){.evidence = evidence,
+                                               .baseline = baseline,
+                                               .setting = setting,
+                                               .block = catalogue[i],
+                                               .sigma_um = noise->sigma_um};
         }
     }
+    parallel(blocks, probe_block, block);
+    *found = (search_t){.candidate = allocate(catalogue_count, sizeof(candidate_t)),
+                        .fitted = evidence_samples(evidence)->fitted};
+    for (size_t i = 0; i < blocks; i++) {
+        found->tested += block[i].tested;
+        if (block[i].best.block != NULL) {
+            found->candidate[found->count++] = block[i].best;
+        }
+    }
+    free(block);
     sort(found, question);
+}
+
+/* What the refinement and the fit of a search's candidates take. */
+typedef struct {
+    const evidence_t *evidence;
+    const noise_t *noise;
+    const model_t *baseline;
+    search_t *found;
+    size_t chosen[MOST_REFINED]; /* of its candidates */
+} choice_t;
+
+static void refine_chosen(void *context, size_t index) {
+    const choice_t *choice = context;
+    candidate_t *candidate = &choice->found->candidate[choice->chosen[index]];
+    refine_candidate(choice->evidence, candidate);
+    candidate->electrical = electrical_likelihood(evidence_samples(choice->evidence), choice->baseline,
+                                                  &candidate->model, candidate->block);
+}
+
+static void fit_chosen(void *context, size_t index) {
+    const choice_t *choice = context;
+    candidate_t *candidate = &choice->found->candidate[choice->chosen[index]];
+    failure_t refusal;
+    candidate->joint = joint_fit(evidence_samples(choice->evidence), choice->noise, &candidate->model,
+                                 1U << candidate->at, FIT_ITERATIONS, &candidate->power, &refusal);
+}
+
+/* The best probe first: what it comes to says which others are worth it. */
+static void refine_best(choice_t *choice) {
+    const search_t *found = choice->found;
+    size_t count = 0;
+    for (size_t i = 0; i < found->count && i < MOST_REFINED; i++) {
+        const double likelihood = found->candidate[i].likelihood;
+        if (likelihood > fmax(least_likelihood, worth_refining * found->candidate[0].likelihood)) {
+            choice->chosen[i == 0 ? 0 : count++] = i;
+            if (i == 0) {
+                refine_chosen(choice, 0);
+            }
+        }
+    }
+    parallel(count, refine_chosen, choice);
+}
+
+static void fit_best(choice_t *choice) {
+    const search_t *found = choice->found;
+    const double best = found->count > 0 ? found->candidate[0].likelihood : 0.0;
+    size_t count = 0;
+    for (size_t i = 0; i < found->count && i < MOST_FITTED; i++) {
+        const double likelihood = found->candidate[i].likelihood;
+        if (likelihood > least_likelihood && (evidence_question(choice->evidence) == ASK_ANYTHING ||
+                                              likelihood > fmin(worth_fitting * best, best - close_likelihood))) {
+            choice->chosen[count++] = i;
+        }
+    }
+    parallel(count, fit_chosen, choice);
 }
 
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
             search_t *found) {
-    const samples_t *samples = evidence_samples(evidence);
     const question_t question = evidence_question(evidence);
+    choice_t choice = {.evidence = evidence, .noise = noise, .baseline = baseline, .found = found};
     search_probes(evidence, noise, baseline, setting, found);
-    for (size_t i = 0; i < found->count && i < MOST_REFINED; i++) {
-        candidate_t *candidate = &found->candidate[i];
-        if (candidate->likelihood > fmax(least_likelihood, worth_refining * found->candidate[0].likelihood)) {
-            refine_candidate(evidence, candidate);
-            candidate->electrical = electrical_likelihood(samples, baseline, &candidate->model, candidate->block);
-        }
-    }
+    refine_best(&choice);
     sort(found, question);
-    const double best = found->count > 0 ? found->candidate[0].likelihood : 0.0;
-    for (size_t i = 0; i < found->count && i < MOST_FITTED; i++) {
-        candidate_t *candidate = &found->candidate[i];
-        failure_t refusal;
-        if (candidate->likelihood > least_likelihood &&
-            (evidence_question(evidence) == ASK_ANYTHING ||
-             candidate->likelihood > fmin(worth_fitting * best, best - close_likelihood))) {
-            candidate->joint = joint_fit(samples, noise, &candidate->model, 1U << candidate->at, FIT_ITERATIONS,
-                                         &candidate->power, &refusal);
-        }
-    }
+    fit_best(&choice);
     sort(found, question);
 }
 

@@ -26,34 +26,31 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
     }
 }
 
-static void change(searched_t *searched, size_t i, double by) {
-    double *number = searched->number[i];
-    const double value = searched->logarithmic[i] ? *number * exp(by) : *number + by * searched->scale[i];
-    *number = fmax(searched->low[i], fmin(searched->high[i], value));
+static double changed(const searched_t *searched, size_t i, double by) {
+    const double number = *searched->number[i];
+    const double value = searched->logarithmic[i] ? number * exp(by) : number + by * searched->scale[i];
+    return fmax(searched->low[i], fmin(searched->high[i], value));
 }
 
-double searched_nudge(searched_t *searched, size_t i) {
+double searched_nudge(const searched_t *searched, size_t i, const model_t *model, size_t at, model_t *nudged) {
     const double by = *searched->number[i] < searched->high[i] ? nudge : -nudge;
-    searched->kept[i] = *searched->number[i];
-    change(searched, i, by);
+    const size_t p = (size_t)(searched->parameter[i] - model->block[at].parameter);
+    model_copy(nudged, model);
+    *nudged->block[at].parameter[p].value = changed(searched, i, by);
     return by;
-}
-
-void searched_restore(searched_t *searched, size_t i) {
-    *searched->number[i] = searched->kept[i];
 }
 
 void searched_move(searched_t *searched, const double *step, double part) {
     for (size_t i = 0; i < searched->count; i++) {
         const double most = searched->logarithmic[i] ? 1.0 : HUGE_VAL;
         searched->kept[i] = *searched->number[i];
-        change(searched, i, part * fmax(-most, fmin(most, step[i])));
+        *searched->number[i] = changed(searched, i, part * fmax(-most, fmin(most, step[i])));
     }
 }
 
 void searched_back(searched_t *searched) {
     for (size_t i = 0; i < searched->count; i++) {
-        searched_restore(searched, i);
+        *searched->number[i] = searched->kept[i];
     }
 }
 

@@ -18,9 +18,9 @@ typedef struct {
 } searched_t;
 
 void searched_open(searched_t *searched, model_t *model, size_t at);
-/** Changes one a little, for a difference. Returns by how much, in its unknown's unit. */
-double searched_nudge(searched_t *searched, size_t i);
-void searched_restore(searched_t *searched, size_t i);
+/** A copy of the model (to be freed) in which one of them is changed a little, for a difference. Returns by how much,
+ * in its unknown's unit. `model` and `at` are those of searched_open. */
+double searched_nudge(const searched_t *searched, size_t i, const model_t *model, size_t at, model_t *nudged);
 /** Takes a part of a step, not further than a factor of e and within the block's bounds. */
 void searched_move(searched_t *searched, const double *step, double part);
 /** Back to before the last move. */

@@ -87,19 +87,21 @@ bool signals_altered(const signals_t *signals, const model_t *altered, size_t st
     return good;
 }
 
-bool signals_derivative(const signals_t *signals, const model_t *model, const hysteresis_numbers_t *numbers,
-                        size_t number, double *column) {
-    const size_t stage = hysteresis_stage(model);
+static bool with_number(const signals_t *signals, const hysteresis_numbers_t *numbers, size_t number, double change,
+                        double *column) {
+    model_t changed;
+    hysteresis_number_changed(numbers, number, change, signals->model, &changed);
+    const bool good = signals_altered(signals, &changed, hysteresis_stage(&changed), column);
+    model_free(&changed);
+    return good;
+}
+
+bool signals_derivative(const signals_t *signals, const hysteresis_numbers_t *numbers, size_t number, double *column) {
     double step = numbers->number[number].step;
-    hysteresis_numbers_keep(numbers);
-    hysteresis_number_add(&numbers->number[number], step);
-    bool good = signals_altered(signals, model, stage, column);
-    hysteresis_numbers_restore(numbers);
+    bool good = with_number(signals, numbers, number, step, column);
     if (!good) {
         step = -step;
-        hysteresis_number_add(&numbers->number[number], step);
-        good = signals_altered(signals, model, stage, column);
-        hysteresis_numbers_restore(numbers);
+        good = with_number(signals, numbers, number, step, column);
     }
     for (size_t k = 0; good && k < signals->samples->all; k++) {
         column[k] = (column[k] - signals->simulated[k]) / step;

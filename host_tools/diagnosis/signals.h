@@ -33,11 +33,9 @@ size_t stage_of(const model_t *model, size_t block);
 bool signals_altered(const signals_t *signals, const model_t *altered, size_t stage, double *position);
 
 /**
- * Derivative of the position by one of the numbers, a column. They belong to `model`, which is otherwise the signals'
- * own and afterwards as it was. At the end of what the shape allows the step goes the other way; false, and undefined,
- * if it has no such model either.
+ * Derivative of the position by one of the numbers of the signals' model, a column. At the end of what the shape allows
+ * the step goes the other way; false, and undefined, if it has no such model either.
  */
-bool signals_derivative(const signals_t *signals, const model_t *model, const hysteresis_numbers_t *numbers,
-                        size_t number, double *column);
+bool signals_derivative(const signals_t *signals, const hysteresis_numbers_t *numbers, size_t number, double *column);
 
 #endif

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a diagnosis simulates, projects and fits with. */
-#include "diagnosis/basis.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/joint_fit.h"
 #include "support.h"
@@ -128,47 +127,6 @@ static void test_a_changed_block_is_simulated_from_there_on(void) {
     free(position);
     signals_close(&signals);
     model_free(&full);
-}
-
-/* Of a few of them, and of all that there is. */
-static void test_what_is_projected_is_orthogonal(void) {
-    enum { ROWS = 400, COLUMNS = 30 };
-    basis_t basis;
-    double x[ROWS], kept[ROWS], share[COLUMNS];
-    basis_open(&basis, ROWS, COLUMNS);
-    for (size_t j = 0; j < COLUMNS; j++) {
-        for (size_t k = 0; k < ROWS; k++) { /* nearly the same, which takes care */
-            x[k] = kept[k] = 1.0 + 1e-3 * random_normal(&rng) + (double)j;
-        }
-        basis_add(&basis, x);
-        TEST_ASSERT_EQUAL_UINT64(j + 1, basis.columns);
-        cblas_dscal(ROWS, -3.0, kept, 1); /* once more in another size: nothing new */
-        basis_add(&basis, kept);
-        TEST_ASSERT_EQUAL_UINT64(j + 1, basis.columns);
-    }
-    memset(x, 0, sizeof x);
-    basis_add(&basis, x);
-    TEST_ASSERT_EQUAL_UINT64(COLUMNS, basis.columns);
-    for (size_t k = 0; k < ROWS; k++) {
-        x[k] = 1e6 + random_normal(&rng);
-    }
-    const double before = cblas_dnrm2(ROWS, x, 1);
-    basis_project(&basis, x);
-    basis_shares(&basis, x, share);
-    for (size_t j = 0; j < COLUMNS; j++) {
-        const double *column = basis.column + j * ROWS;
-        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0, cblas_dnrm2(ROWS, column, 1));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-13 * before, 0.0, share[j]);
-        for (size_t i = 0; i < j; i++) {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, cblas_ddot(ROWS, column, 1, basis.column + i * ROWS, 1));
-        }
-    }
-    for (size_t k = 0; k < ROWS; k++) { /* full: nothing is written behind the end */
-        x[k] = random_normal(&rng);
-    }
-    basis_add(&basis, x);
-    TEST_ASSERT_EQUAL_UINT64(COLUMNS, basis.columns);
-    basis_close(&basis);
 }
 
 static double rms_between(const model_t *one, const model_t *other) {
@@ -418,7 +376,6 @@ int main(void) {
     rng = random_start("diagnosis_fit", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_a_changed_block_is_simulated_from_there_on);
-    RUN_TEST(test_what_is_projected_is_orthogonal);
     RUN_TEST(test_weights_and_a_mode_are_fitted_together);
     RUN_TEST(test_other_blocks_stay);
     RUN_TEST(test_weights_do_not_become_negative);

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Tasks on all processors: each done once, whatever their number, nested or not, and never more threads than asked for.
+ */
+#include "parallel.h"
+#include "unity.h"
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MOST = 1000, OUTER = 9, INNER = 50 };
+
+typedef struct {
+    atomic_int done[MOST];
+    atomic_int at_work, most_at_work;
+} count_t;
+
+void setUp(void) {
+}
+void tearDown(void) {
+    parallel_limit(0);
+}
+
+/* Long enough for another thread to come in between. */
+static void take_time(void) {
+    for (volatile int i = 0; i < 2000; i++) {
+    }
+}
+
+static void count_task(void *context, size_t index) {
+    count_t *count = context;
+    const int now = 1 + atomic_fetch_add(&count->at_work, 1);
+    int most = atomic_load(&count->most_at_work);
+    while (now > most && !atomic_compare_exchange_weak(&count->most_at_work, &most, now)) {
+    }
+    take_time();
+    atomic_fetch_add(&count->done[index], 1);
+    atomic_fetch_sub(&count->at_work, 1);
+}
+
+static void test_every_task_is_done_once(void) {
+    static const size_t limits[] = {1, 2, 3, 8, 100}, counts[] = {0, 1, 2, 3, 10, MOST};
+    for (size_t l = 0; l < sizeof limits / sizeof limits[0]; l++) {
+        parallel_limit(limits[l]);
+        for (size_t c = 0; c < sizeof counts / sizeof counts[0]; c++) {
+            static count_t count;
+            memset(&count, 0, sizeof count);
+            parallel(counts[c], count_task, &count);
+            for (size_t i = 0; i < MOST; i++) {
+                TEST_ASSERT_EQUAL_INT(i < counts[c] ? 1 : 0, atomic_load(&count.done[i]));
+            }
+            TEST_ASSERT_EQUAL_INT(0, atomic_load(&count.at_work)); /* all had returned */
+            TEST_ASSERT_TRUE(atomic_load(&count.most_at_work) <= (int)limits[l]);
+        }
+    }
+}
+
+static void outer_task(void *context, size_t index) {
+    count_t *count = context;
+    parallel(INNER, count_task, &count[index]);
+    for (size_t i = 0; i < INNER; i++) { /* before it returns */
+        TEST_ASSERT_EQUAL_INT(1, atomic_load(&count[index].done[i]));
+    }
+}
+
+/* Nested calls share the processors: no call waits for another one's, and there are never more threads. */
+static void test_tasks_may_have_tasks(void) {
+    static count_t count[OUTER];
+    for (size_t limit = 1; limit <= 4; limit++) {
+        memset(count, 0, sizeof count);
+        parallel_limit(limit);
+        parallel(OUTER, outer_task, count);
+        for (size_t o = 0; o < OUTER; o++) {
+            for (size_t i = 0; i < INNER; i++) {
+                TEST_ASSERT_EQUAL_INT(1, atomic_load(&count[o].done[i]));
+            }
+            TEST_ASSERT_TRUE(atomic_load(&count[o].most_at_work) <= (int)limit);
+        }
+    }
+}
+
+static void together_task(void *context, size_t index) {
+    atomic_int *arrived = context;
+    (void)index;
+    atomic_fetch_add(arrived, 1);
+    for (long i = 0; i < 2000000000L && atomic_load(arrived) < 2; i++) { /* each waits for the other one */
+    }
+}
+
+/* Two tasks that each wait for the other: they run at the same time, or after seconds one is seen alone. */
+static void test_two_tasks_run_at_the_same_time(void) {
+    atomic_int arrived = 0;
+    parallel_limit(2);
+    parallel(2, together_task, &arrived);
+    TEST_ASSERT_EQUAL_INT(2, atomic_load(&arrived));
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_every_task_is_done_once);
+    RUN_TEST(test_tasks_may_have_tasks);
+    RUN_TEST(test_two_tasks_run_at_the_same_time);
+    return UNITY_END();
+}
