@@ -1,26 +1,42 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "nuisance.h"
 #include "drive_period.h"
+#include "parallel.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { OPERATORS = 24, SHAPES = 6, BRANCH_NODES = 11, TRENDS = 12, HARMONICS = 40 };
+enum { OPERATORS = 24, SHAPES = 6, BRANCH_NODES = 11, TRENDS = 12, HARMONICS = 40, AT_ONCE = 16 };
 /* A period is one loop when the drive goes up once and down once in it: not further than this, in parts of twice its
  * range. */
 static const double one_loop = 1.02;
 
-typedef struct {
+typedef struct job job_t;
+
+/* A column that is wanted, and what its function makes it from. */
+typedef struct wanted {
+    void (*fill)(const job_t *job, const struct wanted *wanted, double *column);
+    nuisance_layer_t layer;
+    size_t index; /* of a recording, a number, a node */
+    double **z;   /* drive^drive_power z^power */
+    int drive_power, power;
+    double waves, hz, phase; /* half waves over the part that counts, or a line */
+    bool sided;
+} wanted_t;
+
+struct job {
     const signals_t *signals;
     const samples_t *samples;
-    nuisance_take_t *take;
-    void *context;
     double center_v, half_v;
     double **drive; /* behind the electronics, as a part of half the range; one a recording */
     double ***play; /* [operator][recording][sample], likewise */
-    double *column;
-} job_t;
+    hysteresis_numbers_t numbers;
+    size_t count;
+    wanted_t *wanted;
+    size_t first;    /* of those that are made together */
+    double **column; /* room for them */
+};
 
 static void find_range(job_t *job) {
     double range[2];
@@ -76,74 +92,59 @@ static void pass_through(const model_t *model, const recording_t *recording, dou
 }
 
 /* x^a z^b, z: the drive itself or one of the operators. */
-static void take_product(job_t *job, double **z, int drive_power, int power, nuisance_layer_t layer) {
+static void fill_product(const job_t *job, const wanted_t *wanted, double *column) {
     const samples_t *s = job->samples;
     for (size_t i = 0; i < s->count; i++) {
-        double *x = job->column + s->begin[i];
+        double *x = column + s->begin[i];
         for (size_t k = 0; k < s->recordings[i].samples; k++) {
-            x[k] = gsl_pow_int(job->drive[i][k], drive_power) * gsl_pow_int(z[i][k], power);
+            x[k] = gsl_pow_int(job->drive[i][k], wanted->drive_power) * gsl_pow_int(wanted->z[i][k], wanted->power);
         }
         pass_through(job->signals->model, &s->recordings[i], x);
     }
-    job->take(job->context, job->column, layer);
 }
 
 /* A function of the drive, a hat about one of evenly spread nodes, with the sign of its last motion: what tells the
  * branches of a loop apart, whatever its shape. Without the sign (`sided` false): what they have in common. */
-static void take_hat(job_t *job, int node, bool sided) {
+static void fill_hat(const job_t *job, const wanted_t *wanted, double *column) {
     const samples_t *s = job->samples;
     for (size_t i = 0; i < s->count; i++) {
-        double *x = job->column + s->begin[i], direction = 1.0;
+        double *x = column + s->begin[i], direction = 1.0;
         for (size_t k = 0; k < s->recordings[i].samples; k++) {
             const double u = job->drive[i][k], last = k > 0 ? job->drive[i][k - 1] : u;
-            const double away = fabs(u - (2.0 * node / (BRANCH_NODES - 1.0) - 1.0)) * 0.5 * (BRANCH_NODES - 1.0);
+            const double node = 2.0 * (double)wanted->index / (BRANCH_NODES - 1.0) - 1.0;
+            const double away = fabs(u - node) * 0.5 * (BRANCH_NODES - 1.0);
             direction = u > last ? 1.0 : u < last ? -1.0 : direction;
-            x[k] = (away < 1.0 ? 1.0 - away : 0.0) * (sided ? direction : 1.0);
+            x[k] = (away < 1.0 ? 1.0 - away : 0.0) * (wanted->sided ? direction : 1.0);
         }
         pass_through(job->signals->model, &s->recordings[i], x);
     }
-    job->take(job->context, job->column, NUISANCE_SHAPES);
 }
 
-static void take_offsets(job_t *job) {
+static void fill_offset(const job_t *job, const wanted_t *wanted, double *column) {
     const samples_t *s = job->samples;
-    for (size_t i = 0; i < s->count; i++) {
-        memset(job->column, 0, s->all * sizeof(double));
-        for (size_t k = s->begin[i]; k < s->begin[i + 1]; k++) {
-            job->column[k] = 1.0;
-        }
-        job->take(job->context, job->column, NUISANCE_OWN);
+    memset(column, 0, s->all * sizeof(double));
+    for (size_t k = s->begin[wanted->index]; k < s->begin[wanted->index + 1]; k++) {
+        column[k] = 1.0;
     }
 }
 
-static void take_derivatives(job_t *job) {
-    const signals_t *signals = job->signals;
-    hysteresis_numbers_t numbers;
-    model_t altered;
-    model_copy(&altered, signals->model);
-    hysteresis_numbers_open(&altered, &numbers);
-    for (size_t n = 0; n < numbers.count; n++) {
-        if (!signals_derivative(signals, &numbers, n, job->column)) {
-            memset(job->column, 0, job->samples->all * sizeof(double));
-        }
-        job->take(job->context, job->column, NUISANCE_OWN);
+static void fill_derivative(const job_t *job, const wanted_t *wanted, double *column) {
+    if (!signals_derivative(job->signals, &job->numbers, wanted->index, column)) {
+        memset(column, 0, job->samples->all * sizeof(double));
     }
-    hysteresis_numbers_close(&numbers);
-    model_free(&altered);
 }
 
-/* cos(radians_per_sample (k + 1/2) - phase) in each recording; `waves` > 0: half waves over the part that counts. */
-static void take_waves(job_t *job, int waves, double hz, double phase, nuisance_layer_t layer) {
+/* cos(radians_per_sample (k + 1/2) - phase) in each recording. */
+static void fill_wave(const job_t *job, const wanted_t *wanted, double *column) {
     const samples_t *s = job->samples;
     for (size_t i = 0; i < s->count; i++) {
         const size_t from = s->from[i], length = s->recordings[i].samples;
-        const double turn =
-            waves > 0 ? M_PI * waves / (double)(length - from) : 2.0 * M_PI * hz / s->recordings[i].sample_rate_hz;
+        const double turn = wanted->waves > 0.0 ? M_PI * wanted->waves / (double)(length - from)
+                                                : 2.0 * M_PI * wanted->hz / s->recordings[i].sample_rate_hz;
         for (size_t k = 0; k < length; k++) {
-            job->column[s->begin[i] + k] = cos(turn * ((double)k - (double)from + 0.5) - phase);
+            column[s->begin[i] + k] = cos(turn * ((double)k - (double)from + 0.5) - wanted->phase);
         }
     }
-    job->take(job->context, job->column, layer);
 }
 
 /* Hz of a drive that does nothing but one loop again and again, 0 otherwise: then a rate-independent hysteresis can
@@ -163,51 +164,111 @@ static double loop_hz(const samples_t *s) {
                : 0.0;
 }
 
-void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context) {
-    const samples_t *samples = signals->samples;
-    job_t job = {
-        .signals = signals, .samples = samples, .take = take, .context = context, .column = samples_column(samples)};
-    find_range(&job);
-    find_operators(&job);
-    take_offsets(&job);
-    take_derivatives(&job);
-    const double hz = options->plays ? loop_hz(samples) : 0.0;
+static void want(job_t *job, wanted_t wanted) {
+    job->wanted[job->count++] = wanted;
+}
+
+static void want_line(job_t *job, double hz, nuisance_layer_t layer) {
+    want(job, (wanted_t){.fill = fill_wave, .layer = layer, .hz = hz});
+    want(job, (wanted_t){.fill = fill_wave, .layer = layer, .hz = hz, .phase = 0.5 * M_PI});
+}
+
+static void want_product(job_t *job, double **z, int drive_power, int power, nuisance_layer_t layer) {
+    want(job, (wanted_t){.fill = fill_product, .layer = layer, .z = z, .drive_power = drive_power, .power = power});
+}
+
+static void want_own(job_t *job, bool plays) {
+    const samples_t *samples = job->samples;
+    for (size_t i = 0; i < samples->count; i++) {
+        want(job, (wanted_t){.fill = fill_offset, .layer = NUISANCE_OWN, .index = i});
+    }
+    for (size_t n = 0; n < job->numbers.count; n++) {
+        want(job, (wanted_t){.fill = fill_derivative, .layer = NUISANCE_OWN, .index = n});
+    }
+    const double hz = plays ? loop_hz(samples) : 0.0;
     for (int harmonic = 1;
          harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz; harmonic++) {
-        take_waves(&job, 0, harmonic * hz, 0.0, NUISANCE_OWN);
-        take_waves(&job, 0, harmonic * hz, 0.5 * M_PI, NUISANCE_OWN);
+        want_line(job, harmonic * hz, NUISANCE_OWN);
     }
+}
+
+static void want_shapes(job_t *job) {
+    want_product(job, job->drive, 0, 2, NUISANCE_SHAPES);
+    want_product(job, job->drive, 0, 3, NUISANCE_SHAPES);
+    for (size_t j = 0; j < OPERATORS; j += OPERATORS / SHAPES) {
+        want_product(job, job->play[j], 0, 2, NUISANCE_SHAPES);
+        want_product(job, job->play[j], 0, 3, NUISANCE_SHAPES);
+        want_product(job, job->play[j], 1, 1, NUISANCE_SHAPES);
+    }
+    for (size_t node = 0; node < BRANCH_NODES; node++) {
+        want(job, (wanted_t){.fill = fill_hat, .layer = NUISANCE_SHAPES, .index = node, .sided = true});
+        want(job, (wanted_t){.fill = fill_hat, .layer = NUISANCE_SHAPES, .index = node});
+    }
+}
+
+static void want_all(job_t *job, const nuisance_options_t *options) {
+    want_own(job, options->plays);
     if (options->plays) {
-        take_product(&job, job.drive, 0, 1, NUISANCE_PLAYS);
+        want_product(job, job->drive, 0, 1, NUISANCE_PLAYS);
         for (size_t j = 0; j < OPERATORS; j++) {
-            take_product(&job, job.play[j], 0, 1, NUISANCE_PLAYS);
+            want_product(job, job->play[j], 0, 1, NUISANCE_PLAYS);
         }
     }
     if (options->shapes) {
-        take_product(&job, job.drive, 0, 2, NUISANCE_SHAPES);
-        take_product(&job, job.drive, 0, 3, NUISANCE_SHAPES);
-        for (size_t j = 0; j < OPERATORS; j += OPERATORS / SHAPES) {
-            take_product(&job, job.play[j], 0, 2, NUISANCE_SHAPES);
-            take_product(&job, job.play[j], 0, 3, NUISANCE_SHAPES);
-            take_product(&job, job.play[j], 1, 1, NUISANCE_SHAPES);
-        }
-        for (int node = 0; node < BRANCH_NODES; node++) {
-            take_hat(&job, node, true);
-            take_hat(&job, node, false);
-        }
+        want_shapes(job);
     }
     for (int waves = 1; options->trends && waves <= TRENDS; waves++) {
-        take_waves(&job, waves, 0.0, 0.0, NUISANCE_TRENDS);
+        want(job, (wanted_t){.fill = fill_wave, .layer = NUISANCE_TRENDS, .waves = waves});
     }
-    for (size_t line = 0; line < 2 * options->lines; line++) {
-        take_waves(&job, 0, options->line_hz[line / 2], line % 2 == 0 ? 0.0 : 0.5 * M_PI, NUISANCE_TRENDS);
+    for (size_t line = 0; line < options->lines; line++) {
+        want_line(job, options->line_hz[line], NUISANCE_TRENDS);
     }
+}
+
+static void fill(void *context, size_t index) {
+    const job_t *job = context;
+    const wanted_t *wanted = &job->wanted[job->first + index];
+    wanted->fill(job, wanted, job->column[index]);
+}
+
+/* Some of the columns at a time on all processors. */
+static void take_all(job_t *job, nuisance_take_t *take, void *context) {
+    double *column[AT_ONCE];
+    for (size_t i = 0; i < AT_ONCE; i++) {
+        column[i] = samples_column(job->samples);
+    }
+    job->column = column;
+    for (job->first = 0; job->first < job->count; job->first += AT_ONCE) {
+        const size_t left = job->count - job->first, some = left < AT_ONCE ? left : AT_ONCE;
+        parallel(some, fill, job);
+        for (size_t i = 0; i < some; i++) {
+            take(context, column[i], job->wanted[job->first + i].layer);
+        }
+    }
+    for (size_t i = 0; i < AT_ONCE; i++) {
+        free(column[i]);
+    }
+}
+
+void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context) {
+    const samples_t *samples = signals->samples;
+    job_t job = {.signals = signals, .samples = samples};
+    model_t copy; /* the numbers point into it; it stays as it is */
+    model_copy(&copy, signals->model);
+    hysteresis_numbers_open(&copy, &job.numbers);
+    job.wanted = allocate(nuisance_most(signals, options), sizeof *job.wanted);
+    find_range(&job);
+    find_operators(&job);
+    want_all(&job, options);
+    take_all(&job, take, context);
     for (size_t j = 0; j < OPERATORS; j++) {
         recordings_room_free(job.play[j], samples->count);
     }
     free(job.play);
     recordings_room_free(job.drive, samples->count);
-    free(job.column);
+    free(job.wanted);
+    hysteresis_numbers_close(&job.numbers);
+    model_free(&copy);
 }
 
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options) {
