@@ -4,6 +4,7 @@
 #include "catalogue.h"
 #include "fit.h"
 #include "lines.h"
+#include "parallel.h"
 #include "shape_judgement.h"
 #include "smooth_bank.h"
 #include "smooth_plane.h"
@@ -13,17 +14,18 @@
 
 /* Fitted with so many operators, or intervals of a plane, and then turned into smooth ones (smooth_bank.h,
  * smooth_plane.h) of few numbers: few enough to be fitted again often. */
+enum { BANK, BOUC_WEN, SYMMETRIC_PLANE, PLANE, SHAPES };
 static const struct {
     const char *family;
     size_t operators;
-    bool symmetric, many_numbers;
-} shapes[] = {{"prandtl_ishlinskii", 24, false, false},
-              {"bouc_wen", 0, false, false},
-              {"preisach", 14, true, false},
-              {"preisach", 14, false, true}};
+    bool many_numbers;
+} shapes[SHAPES] = {[BANK] = {"prandtl_ishlinskii", 24, false},
+                    [BOUC_WEN] = {"bouc_wen", 0, false},
+                    [SYMMETRIC_PLANE] = {"preisach", 14, false},
+                    [PLANE] = {"preisach", 14, true}};
 /* Of the held-out samples' sum of squares: a bank whose operators are not spread smoothly has to be so much better. */
 static const double rough_at_most = 0.97;
-enum { SHAPES = sizeof shapes / sizeof shapes[0], FIT_ITERATIONS = 4 };
+enum { FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
  * candidate. */
@@ -41,22 +43,23 @@ static bool fit_family(size_t shape, const recording_t *recordings, size_t count
     return true;
 }
 
-static bool fit_shape(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
-                      failure_t *failure) {
-    double drive_range_v[2];
-    if (!fit_family(shape, recordings, count, baseline, failure)) {
-        return false;
-    }
-    model_block_t *hysteresis = &baseline->model.block[hysteresis_index(&baseline->model)];
-    recordings_range(recordings, count, COLUMN_DRIVE, drive_range_v);
-    return hysteresis->block == &block_preisach
-               ? smooth_plane_from(hysteresis, drive_range_v, shapes[shape].symmetric, failure)
-           : hysteresis->block == &block_prandtl_ishlinskii ? smooth_bank_from(hysteresis, failure)
-                                                            : true;
+static void copy_of(baseline_t *copy, const baseline_t *baseline) {
+    *copy = *baseline;
+    model_copy(&copy->model, &baseline->model);
 }
 
-bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure) {
-    return fit_shape(0, recordings, count, bank, failure);
+bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, baseline_t *rough,
+                   failure_t *failure) {
+    if (!fit_family(BANK, recordings, count, rough, failure)) {
+        return false;
+    }
+    copy_of(bank, rough);
+    if (!smooth_bank_from(&bank->model.block[hysteresis_index(&bank->model)], failure)) {
+        baseline_free(bank, 1);
+        baseline_free(rough, 1);
+        return false;
+    }
+    return true;
 }
 
 void baseline_free(baseline_t *baseline, size_t count) {
@@ -201,7 +204,7 @@ static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
         least = fmin(least, baseline[i].held);
     }
     for (size_t i = 0; i < *count; i++) {
-        const bool bank = baseline[i].family == family_find(shapes[0].family);
+        const bool bank = baseline[i].family == family_find(shapes[BANK].family);
         if (bank || baseline[i].held < worth_trying * least) {
             baseline[kept++] = baseline[i];
         } else {
@@ -211,51 +214,104 @@ static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
     *count = kept;
 }
 
-/* A few operators with gaps between them are no smooth bank. */
-static void choose_bank(const samples_t *samples, const noise_t *noise, double **signature, size_t signatures,
-                        baseline_t *bank) {
-    baseline_t rough;
+/* What all shapes are judged by, and what comes of each. */
+typedef struct {
+    const samples_t *samples;
+    const noise_t *noise;
+    double **signature;
+    size_t signatures;
+    baseline_t *rough, plane; /* fitted, and not smooth */
+    baseline_t shape[SHAPES];
+    bool good[SHAPES];
+} judgement_t;
+
+static void judge(const judgement_t *job, baseline_t *baseline) {
+    baseline->held = shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures);
+}
+
+static void fit_and_judge(const judgement_t *job, baseline_t *baseline) {
     joint_power_t ignored;
     failure_t refusal;
-    bank->held = shape_judgement(samples, noise, &bank->model, signature, signatures);
-    if (!fit_family(0, samples->recordings, samples->count, &rough, &refusal)) {
-        return;
-    }
-    joint_fit(samples, noise, &rough.model, 0, FIT_ITERATIONS, &ignored, &refusal);
-    rough.held = shape_judgement(samples, noise, &rough.model, signature, signatures);
-    if (rough.held < rough_at_most * bank->held) {
-        model_free(&bank->model);
-        *bank = rough;
-    } else {
-        model_free(&rough.model);
+    joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+    judge(job, baseline);
+}
+
+/* A few operators with gaps between them are no smooth bank. */
+static void choose_bank(judgement_t *job) {
+    baseline_t *bank = &job->shape[BANK];
+    judge(job, bank);
+    fit_and_judge(job, job->rough);
+    if (job->rough->held < rough_at_most * bank->held) {
+        const baseline_t smooth = *bank;
+        *bank = *job->rough;
+        *job->rough = smooth;
     }
 }
 
+static void find_bouc_wen(judgement_t *job) {
+    failure_t refusal;
+    job->good[BOUC_WEN] =
+        fit_family(BOUC_WEN, job->samples->recordings, job->samples->count, &job->shape[BOUC_WEN], &refusal);
+    if (job->good[BOUC_WEN]) {
+        fit_and_judge(job, &job->shape[BOUC_WEN]);
+    }
+}
+
+static void smooth_plane(void *context, size_t index) {
+    judgement_t *job = context;
+    const size_t shape = index == 0 ? SYMMETRIC_PLANE : PLANE;
+    baseline_t *plane = &job->shape[shape];
+    double drive_range_v[2];
+    failure_t refusal;
+    copy_of(plane, &job->plane);
+    plane->many_numbers = shapes[shape].many_numbers;
+    recordings_range(job->samples->recordings, job->samples->count, COLUMN_DRIVE, drive_range_v);
+    job->good[shape] = smooth_plane_from(&plane->model.block[hysteresis_index(&plane->model)], drive_range_v,
+                                         shape == SYMMETRIC_PLANE, &refusal);
+    if (!job->good[shape]) {
+        model_free(&plane->model);
+    } else if (memory_unknown(job->samples)) {
+        choose_past(job->samples, job->noise, &plane->model);
+        judge(job, plane);
+    } else {
+        fit_and_judge(job, plane);
+    }
+}
+
+static void find_planes(judgement_t *job) {
+    failure_t refusal;
+    if (fit_family(PLANE, job->samples->recordings, job->samples->count, &job->plane, &refusal)) {
+        parallel(2, smooth_plane, job);
+        baseline_free(&job->plane, 1);
+    }
+}
+
+static void find_shape(void *context, size_t index) {
+    static void (*const find[])(judgement_t *) = {find_planes, find_bouc_wen, choose_bank}; /* the longest first */
+    find[index](context);
+}
+
 bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
-                     baseline_t baseline[BASELINE_SHAPES], size_t *count, failure_t *failure) {
-    double **signature = allocate(catalogue_count, sizeof *signature);
-    const size_t signatures = best_signatures(samples, noise, setting, &baseline[0].model, signature, failure);
-    choose_bank(samples, noise, signature, signatures, &baseline[0]);
-    *count = 1;
-    for (size_t shape = 1; shape < SHAPES; shape++) {
-        failure_t refusal;
-        joint_power_t ignored;
-        baseline_t *other = &baseline[*count];
-        if (fit_shape(shape, samples->recordings, samples->count, other, &refusal)) {
-            if (other->family == family_find("preisach") && memory_unknown(samples)) {
-                choose_past(samples, noise, &other->model);
-            } else {
-                joint_fit(samples, noise, &other->model, 0, FIT_ITERATIONS, &ignored, &refusal);
-            }
-            other->held = shape_judgement(samples, noise, &other->model, signature, signatures);
-            ++*count;
+                     baseline_t baseline[BASELINE_SHAPES], baseline_t *rough, size_t *count, failure_t *failure) {
+    judgement_t job = {.samples = samples,
+                       .noise = noise,
+                       .signature = allocate(catalogue_count, sizeof(double *)),
+                       .rough = rough,
+                       .shape = {[BANK] = baseline[0]},
+                       .good = {[BANK] = true}};
+    job.signatures = best_signatures(samples, noise, setting, &baseline[0].model, job.signature, failure);
+    parallel(3, find_shape, &job);
+    *count = 0;
+    for (size_t shape = 0; shape < SHAPES; shape++) {
+        if (job.good[shape]) {
+            baseline[(*count)++] = job.shape[shape];
         }
     }
     qsort(baseline, *count, sizeof(baseline_t), by_promise);
     leave_out_hopeless(baseline, count);
-    for (size_t i = 0; i < signatures; i++) {
-        free(signature[i]);
+    for (size_t i = 0; i < job.signatures; i++) {
+        free(job.signature[i]);
     }
-    free(signature);
-    return signatures > 0 || fail(failure, "no block of the catalogue can be simulated in the model");
+    free(job.signature);
+    return job.signatures > 0 || fail(failure, "no block of the catalogue can be simulated in the model");
 }

@@ -15,8 +15,9 @@ typedef struct {
     double held;       /**< what it leaves of the held-out samples beside the signatures of all blocks */
 } baseline_t;
 
-/** The play bank that everything begins with. */
-bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, failure_t *failure);
+/** The play bank that everything begins with; and as it was fitted, before it was made smooth. */
+bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, baseline_t *rough,
+                   failure_t *failure);
 void baseline_free(baseline_t *baseline, size_t count);
 
 /** Narrow peaks of the residual (lines.h) in the longest recording. */
@@ -30,9 +31,9 @@ bool baseline_noise(const samples_t *samples, const model_t *model, const probe_
 /**
  * baseline[0] is the bank. Adds the other shapes of hysteresis (Bouc-Wen, Preisach), and sorts: the one whose
  * derivatives, together with the best probe of every block, leave least of the held-out samples first. Those far behind
- * it are left out.
+ * it are left out. baseline[0] and *rough change places where the smooth bank is the worse one.
  */
 bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
-                     baseline_t baseline[BASELINE_SHAPES], size_t *count, failure_t *failure);
+                     baseline_t baseline[BASELINE_SHAPES], baseline_t *rough, size_t *count, failure_t *failure);
 
 #endif

@@ -130,16 +130,16 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
 
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
     attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
-    baseline_t baseline[BASELINE_SHAPES];
+    baseline_t baseline[BASELINE_SHAPES], rough;
     size_t shapes = 1;
     bool good;
     memset(diagnosis, 0, sizeof *diagnosis);
-    if (!baseline_bank(recordings, count, &baseline[0], failure)) {
+    if (!baseline_bank(recordings, count, &baseline[0], &rough, failure)) {
         return false;
     }
     progress_begin(&job.progress, "diagnosing");
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
-           baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &shapes, failure) &&
+           baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &rough, &shapes, failure) &&
            (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
     for (size_t shape = 0; good && shape < shapes; shape++) {
         diagnosis_t other = {
@@ -167,6 +167,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         }
     }
     baseline_free(baseline, shapes);
+    baseline_free(&rough, 1);
     progress_end(&job.progress);
     if (!good) {
         diagnosis_free(diagnosis);
