@@ -3,7 +3,9 @@
 #include "attempt.h"
 #include "baseline.h"
 #include "lattice.h"
+#include "parallel.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* 2 log likelihood of the held-out samples by which a diagnosis has to be better that contains a block which another
@@ -128,6 +130,72 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
     free_models(&worse);
 }
 
+/* The search from one shape. */
+typedef struct {
+    const model_t *from;
+    attempt_t attempt;
+    diagnosis_t diagnosis;
+    failure_t refusal;
+    bool good;
+} trial_t;
+
+/* What they have in common is in `job`. */
+static void prepare(trial_t *trial, const attempt_t *job, const baseline_t *baseline) {
+    trial->from = &baseline->model;
+    trial->attempt = *job;
+    trial->attempt.diagnosis = &trial->diagnosis;
+    trial->attempt.failure = &trial->refusal;
+    trial->attempt.setting.line_hz = trial->attempt.line_hz;
+    trial->diagnosis =
+        (diagnosis_t){.samples = job->diagnosis->samples, .noise = job->diagnosis->noise, .family = baseline->family};
+}
+
+static void try_shape(void *context, size_t index) {
+    trial_t *trial = &((trial_t *)context)[index];
+    trial->good = attempt_from(&trial->attempt, trial->from);
+    if (!trial->good) {
+        free_models(&trial->diagnosis);
+    }
+}
+
+/* Whether the answer from the first shape leaves nothing for another one. */
+static bool answers_all(const trial_t *first, const baseline_t *baseline) {
+    const diagnosis_t *d = &first->diagnosis;
+    return !d->remainder.structured && !shape_found(d) && !baseline->many_numbers &&
+           attempt_excess(d, first->attempt.power.held) < worth_another_shape;
+}
+
+/* From the first shape, and where that is not the whole answer from the others at the same time. A shape among those
+ * may not apply. */
+static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes) {
+    trial_t *trial = allocate(shapes, sizeof *trial);
+    for (size_t shape = 0; shape < shapes; shape++) {
+        prepare(&trial[shape], job, &baseline[shape]);
+        trial[shape].attempt.progress.terminal = job->progress.terminal && shape < 2; /* one bar at a time */
+    }
+    try_shape(trial, 0);
+    const bool good = trial[0].good;
+    if (!good) {
+        *job->failure = trial[0].refusal;
+    } else {
+        *job->diagnosis = trial[0].diagnosis;
+        job->power = trial[0].attempt.power;
+    }
+    if (good && !answers_all(&trial[0], &baseline[0])) {
+        for (size_t shape = 1; shape < shapes; shape++) {
+            trial[shape].attempt.left = trial[0].attempt.left;
+        }
+        parallel(shapes - 1, try_shape, trial + 1);
+        for (size_t shape = 1; shape < shapes; shape++) {
+            if (trial[shape].good) {
+                keep_better(job, &trial[shape].diagnosis, &trial[shape].attempt.power);
+            }
+        }
+    }
+    free(trial);
+    return good;
+}
+
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
     attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
     baseline_t baseline[BASELINE_SHAPES], rough;
@@ -140,32 +208,8 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
     progress_begin(&job.progress, "diagnosing");
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
            baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &rough, &shapes, failure) &&
-           (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
-    for (size_t shape = 0; good && shape < shapes; shape++) {
-        diagnosis_t other = {
-            .samples = diagnosis->samples, .noise = diagnosis->noise, .family = baseline[shape].family};
-        attempt_t attempt = job;
-        failure_t refusal;
-        attempt.diagnosis = &other;
-        attempt.setting.line_hz = attempt.line_hz;
-        attempt.failure = shape == 0 ? failure : &refusal;
-        if (!attempt_from(&attempt, &baseline[shape].model)) {
-            free_models(&other);
-            good = shape > 0; /* another shape that does not apply */
-            continue;
-        }
-        job.left = attempt.left;
-        if (shape == 0) {
-            *diagnosis = other;
-            job.power = attempt.power;
-            if (!other.remainder.structured && !shape_found(&other) && !baseline[0].many_numbers &&
-                attempt_excess(&other, attempt.power.held) < worth_another_shape) {
-                break; /* nothing left for another shape */
-            }
-        } else {
-            keep_better(&job, &other, &attempt.power);
-        }
-    }
+           (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)) && /* with a better model, better */
+           try_shapes(&job, baseline, shapes);
     baseline_free(baseline, shapes);
     baseline_free(&rough, 1);
     progress_end(&job.progress);

@@ -28,11 +28,12 @@ void tearDown(void) {
 
 static void fit_bank(void) {
     const actuator_t actuator = {.samples = SAMPLES, .noise_um = noise_um};
-    baseline_t baseline;
+    baseline_t baseline, rough;
     measure_actuator(&actuator, "alone.csv", &rng, &recording);
-    TEST_ASSERT_TRUE_MESSAGE(baseline_bank(&recording, 1, &baseline, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(baseline_bank(&recording, 1, &baseline, &rough, &failure), failure.text);
     model_copy(&bank, &baseline.model);
     baseline_free(&baseline, 1);
+    baseline_free(&rough, 1);
 }
 
 /* A diagnosis that has found nothing. */
