@@ -80,7 +80,8 @@ def make_page(result):
     kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(result["kinds"].items()))
     return "\n".join((
         f"{sum(result['kinds'].values())} cases, seed {result['seed']}: {kinds}. SHA-256 of the sealed answers:",
-        f"`{result['answers_sha256']}`. The tool took {result['seconds']:.0f} s with {result['at_a_time']} cases at a "
+        f"`{result['answers_sha256']}`. The tool took {result['seconds']:.0f} s for all, one after another on "
+        f"{result['processors']} processors; {sum(case['processor_s'] for case in result['cases']):.0f} s of processor "
         "time. Intervals are Wilson's, 95 %.\n",
         "## Aims, worst first\n", aims(result),
         "## Against strength\n",
