@@ -2,6 +2,7 @@
 /* From recordings to an answer: physics that is planted is named with its numbers, and none where there is none. */
 #include "diagnosis/diagnosis_json.h"
 #include "diagnosis/findings.h"
+#include "parallel.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -274,10 +275,15 @@ static char *told(void) {
     return text;
 }
 
+/* To the last digit, on one processor and on several. Without a model: all that runs side by side. */
 static void test_the_same_recording_gives_the_same_answer(void) {
     plant(&block_transport_delay, delay_truth);
     measure(0.0);
-    char *one = told(), *two = told();
+    parallel_limit(1);
+    char *one = told();
+    parallel_limit(3);
+    char *two = told();
+    parallel_limit(0);
     TEST_ASSERT_NOT_NULL(strstr(one, "transport_delay"));
     TEST_ASSERT_EQUAL_STRING(one, two);
     free(one);
