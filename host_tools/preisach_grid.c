@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "preisach_grid.h"
 #include <math.h>
-#include <stdbool.h>
 #include <string.h>
 
 size_t preisach_elements(size_t levels) {
@@ -37,13 +36,20 @@ static void add_term(preisach_terms_t *terms, size_t i, size_t j, double factor)
     }
 }
 
-preisach_terms_t preisach_terms(const preisach_grid_t *grid, double to_v, double from_v) {
-    const size_t last = grid->levels - 1;
-    const double *level = grid->level_v, bottom = level[0], top = level[last];
-    const double to_in = fmax(bottom, fmin(top, to_v)), from_in = fmax(bottom, fmin(top, from_v));
-    preisach_terms_t terms = {0};
-    double p, q;
-    const size_t i = interval_of(grid, to_in, &p), j = interval_of(grid, from_in, &q);
+static preisach_place_t place_of(const preisach_grid_t *grid, double drive_v) {
+    const double bottom = grid->level_v[0], top = grid->level_v[grid->levels - 1];
+    preisach_place_t place = {.drive_v = drive_v};
+    place.interval = interval_of(grid, fmax(bottom, fmin(top, drive_v)), &place.part);
+    return place;
+}
+
+static preisach_terms_t terms_between(const preisach_grid_t *grid, const preisach_place_t *to,
+                                      const preisach_place_t *from) {
+    const size_t last = grid->levels - 1, i = to->interval, j = from->interval;
+    const double *level = grid->level_v, bottom = level[0], top = level[last], p = to->part, q = from->part;
+    const double to_v = to->drive_v, from_v = from->drive_v;
+    preisach_terms_t terms;
+    terms.count = 0;
     add_term(&terms, i, j, (1.0 - p) * (1.0 - q));
     add_term(&terms, i + 1, j, p * (1.0 - q));
     add_term(&terms, i, j + 1, (1.0 - p) * q);
@@ -51,6 +57,11 @@ preisach_terms_t preisach_terms(const preisach_grid_t *grid, double to_v, double
     add_term(&terms, last, last - 1, (fmax(top, to_v) - fmax(top, from_v)) / (top - level[last - 1]));
     add_term(&terms, 1, 0, (fmin(bottom, to_v) - fmin(bottom, from_v)) / (level[1] - bottom));
     return terms;
+}
+
+preisach_terms_t preisach_terms(const preisach_grid_t *grid, double to_v, double from_v) {
+    const preisach_place_t to = place_of(grid, to_v), from = place_of(grid, from_v);
+    return terms_between(grid, &to, &from);
 }
 
 static double value_of(const preisach_terms_t *terms, const double *table) {
@@ -170,7 +181,13 @@ double preisach_output_next(const preisach_grid_t *grid, const double *table, do
         sums->sum[known] = (known > 0 ? sums->sum[known - 1] : 0.0) + value_of(&terms, table);
     }
     sums->known = known;
-    const preisach_terms_t last = branch(grid, memory, known);
+    const double from_v = known > 0 ? memory->reversal_v[known - 1] : grid->level_v[0];
+    if (!sums->begun || from_v != sums->from.drive_v) { /* it stays for a whole branch */
+        sums->from = place_of(grid, from_v);
+        sums->begun = true;
+    }
+    const preisach_place_t to = place_of(grid, memory->drive_v);
+    const preisach_terms_t last = terms_between(grid, &to, &sums->from);
     return offset_um - 0.5 * table[preisach_element(grid->levels - 1, 0)] + (known > 0 ? sums->sum[known - 1] : 0.0) +
            value_of(&last, table);
 }

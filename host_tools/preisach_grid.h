@@ -11,6 +11,7 @@
 #ifndef PREISACH_GRID_H
 #define PREISACH_GRID_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 typedef struct {
@@ -55,9 +56,16 @@ void preisach_memory_move(preisach_memory_t *memory, const preisach_grid_t *grid
 /** Output at the present memory. offset_um: mean of the outputs at the two outermost levels. */
 double preisach_output(const preisach_grid_t *grid, const double *table, double offset_um,
                        const preisach_memory_t *memory);
-/** What the branches that have ended add up to: they stay while the drive moves on the last one. Zeroed: nothing known.
- */
+/** Where a drive lies among the levels: the interval, and how much of it is passed. */
 typedef struct {
+    double drive_v, part;
+    size_t interval;
+} preisach_place_t;
+/** What the branches that have ended add up to, and where the last one began: they stay while the drive moves on it.
+ * Zeroed: nothing known. */
+typedef struct {
+    bool begun;
+    preisach_place_t from;
     size_t known;
     double reversal_v[PREISACH_MAX_REVERSALS], sum[PREISACH_MAX_REVERSALS];
 } preisach_sums_t;

@@ -74,7 +74,7 @@ bool signals_altered(const signals_t *signals, const model_t *altered, size_t st
     bool good = true;
     for (size_t i = 0; good && i < samples->count; i++) {
         const recording_t *recording = &samples->recordings[i];
-        signal_t *signal = allocate(recording->samples + 1, sizeof *signal);
+        signal_t *signal = reallocate(NULL, recording->samples + 1, sizeof *signal); /* all of it is written */
         failure_t refusal;
         memcpy(signal, signals->before[stage] + begin_of(samples, i), (recording->samples + 1) * sizeof(signal_t));
         good = chain_run(altered, recording, 0, stage, stages, signal, &refusal);
