@@ -35,7 +35,9 @@ static const parameter_info_t parameters[] = {
 typedef struct {
     size_t operators;
     double offset_um, direct; /* direct: w_0 */
-    double array[];           /* weights w_1.., thresholds, initial memory, memory: operators each */
+    bool moved;               /* since it was settled: then the operators are where these led them */
+    double drive_v, growth_v, position_um;
+    double array[]; /* weights w_1.., thresholds, initial memory, memory: operators each */
 } state_t;
 
 static bool check(const parameter_t *parameter, failure_t *failure) {
@@ -61,24 +63,49 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     }
 }
 
+/* Goes to the drive, and returns where the operator is then. */
+static inline double follow(double *play, double drive_v, double threshold_v) {
+    const double low = drive_v - threshold_v, high = drive_v + threshold_v;
+    *play = *play < low ? low : *play;
+    *play = *play > high ? high : *play;
+    return *play;
+}
+
+/* Operators do not wait for each other: four sums, so that additions do not either. */
+static double sum_of_operators(state_t *state, const signal_t *signal) {
+    enum { SUMS = 4 };
+    const size_t n = state->operators;
+    const double *weight = state->array, *threshold = state->array + n, growth = signal->threshold_growth_v;
+    double *play = state->array + 3 * n, sum[SUMS] = {0.0};
+    size_t i = 0;
+    for (; i + SUMS <= n; i += SUMS) {
+        for (size_t j = 0; j < SUMS; j++) {
+            sum[j] += weight[i + j] * follow(&play[i + j], signal->value, threshold[i + j] + growth);
+        }
+    }
+    for (; i < n; i++) {
+        sum[0] += weight[i] * follow(&play[i], signal->value, threshold[i] + growth);
+    }
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    const size_t n = state->operators;
-    const double *weight = state->array, *threshold = state->array + n;
-    double *play = state->array + 3 * n, sum = state->offset_um + state->direct * signal->value;
-    for (size_t i = 0; i < n; i++) {
-        const double r = threshold[i] + signal->threshold_growth_v;
-        const double low = signal->value - r, high = signal->value + r;
-        play[i] = play[i] < low ? low : play[i] > high ? high : play[i];
-        sum += weight[i] * play[i];
+    const double drive_v = signal->value, growth_v = signal->threshold_growth_v;
+    if (!state->moved || drive_v != state->drive_v || growth_v != state->growth_v) {
+        state->position_um = state->offset_um + state->direct * drive_v + sum_of_operators(state, signal);
+        state->drive_v = drive_v;
+        state->growth_v = growth_v;
+        state->moved = true;
     }
-    signal->value = sum;
+    signal->value = state->position_um;
 }
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     const size_t n = state->operators;
     memcpy(state->array + 3 * n, state->array + 2 * n, n * sizeof(double)); /* zeros if none was given */
+    state->moved = false;
     step(state, signal);
 }
 
