@@ -137,7 +137,7 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
         samples_residual(samples, signals.simulated, rich.scratch);
         blank(samples, rich.scratch, left);
         basis_project(&rich.basis, left, 1);
-        noise_of(samples, left, noise);
+        noise_of(samples, &rich.basis, left, noise);
         basis_close(&rich.basis);
         signals_close(&signals);
     }

@@ -52,7 +52,7 @@ static bool begin(attempt_t *job, const model_t *model, const recording_t *recor
 static void count_steps_as_noise(attempt_t *job, noise_t *noise) {
     const double error_um = job->step_um / sqrt(12.0);
     if (error_um > noise->sigma_um) {
-        noise->memory = noise->mix = 0.0;
+        noise->filter = (noise_filter_t){0};
         noise->sigma_um = error_um;
         noise->rms_um = fmax(noise->rms_um, error_um);
         job->coarse = true;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise.h"
+#include "noise_filter.h"
 #include "simplex.h"
 #include <gsl/gsl_cblas.h>
-#include <gsl/gsl_linalg.h>
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_sort.h>
 #include <gsl/gsl_statistics_double.h>
@@ -18,56 +18,54 @@ static const double disturbed = 1.6;
 /* Deviation of the noise, in parts of the displacement's range, where a recording shows none: the last digit. */
 static const double least_noise = 1e-7;
 
-/* Nothing slower is noise: its neighbours would be equal, and its size would have no end. */
-static const double longest_memory = 0.9995;
-
 typedef struct {
     size_t runs, length[MOST_RUNS];
     double *begin[MOST_RUNS];
     bool left_out[MOST_RUNS];
+    basis_t trends[MOST_RUNS]; /* that were taken out */
 } runs_t;
 
-static double predicted_power(const double *x, size_t length, double memory, double mix, size_t skipped) {
+static double predicted_power(const double *x, size_t length, const noise_filter_t *filter, size_t skipped) {
     double e = 0.0, sum = 0.0;
     for (size_t k = 1; k < length; k++) {
-        e = x[k] - memory * x[k - 1] + mix * e;
+        e = x[k] - filter->memory * x[k - 1] + filter->mix * e;
         sum += k >= skipped ? e * e : 0.0;
     }
     return sum;
 }
 
-/* memory in (-1, 1) and mix between 0 and memory (white noise on top makes no other), from two numbers without bounds.
- */
-static void numbers_of(const double *p, double *memory, double *mix) {
-    *memory = longest_memory * tanh(p[0]);
-    *mix = *memory / (1.0 + exp(-p[1]));
-}
-
-static double mean_power(const double *p, void *context) {
-    const runs_t *runs = context;
-    double memory, mix, sum = 0.0;
+static double mean_power_of(const runs_t *runs, const noise_filter_t *filter) {
+    double sum = 0.0;
     size_t count = 0;
-    numbers_of(p, &memory, &mix);
     for (size_t i = 0; i < runs->runs; i++) {
         if (!runs->left_out[i]) {
-            sum += predicted_power(runs->begin[i], runs->length[i], memory, mix, SAMPLES_SKIPPED);
+            sum += predicted_power(runs->begin[i], runs->length[i], filter, SAMPLES_SKIPPED);
             count += runs->length[i] - SAMPLES_SKIPPED;
         }
     }
     return sum / (double)count;
 }
 
+static double mean_power(const double *p, void *context) {
+    const noise_filter_t filter = noise_filter_at(p);
+    return mean_power_of(context, &filter);
+}
+
 static void fit_filter(runs_t *runs, noise_t *noise) {
-    static const double start[][2] = {{0.0, -2.0}, {1.0, -2.0}, {2.5, -3.0}, {2.5, 1.0}};
+    static const double start[][NOISE_FILTER_NUMBERS] = {{0.0, -2.0}, {1.0, -2.0}, {2.5, -3.0}, {2.5, 1.0}};
     double least = HUGE_VAL;
     for (size_t s = 0; s < sizeof start / sizeof start[0]; s++) {
-        double p[2] = {start[s][0], start[s][1]};
-        const simplex_job_t job = {
-            .function = mean_power, .context = runs, .dimensions = 2, .step = 0.5, .size = 1e-3, .most_iterations = 60};
+        double p[NOISE_FILTER_NUMBERS] = {start[s][0], start[s][1]};
+        const simplex_job_t job = {.function = mean_power,
+                                   .context = runs,
+                                   .dimensions = NOISE_FILTER_NUMBERS,
+                                   .step = 0.5,
+                                   .size = 1e-3,
+                                   .most_iterations = 60};
         const double power = simplex_minimise(&job, p);
         if (power < least) {
             least = power;
-            numbers_of(p, &noise->memory, &noise->mix);
+            noise->filter = noise_filter_at(p);
         }
     }
     noise->sigma_um = sqrt(least);
@@ -78,7 +76,7 @@ static bool leave_out_disturbed(runs_t *runs, const noise_t *noise) {
     double power[MOST_RUNS], sorted[MOST_RUNS];
     bool any = false;
     for (size_t i = 0; i < runs->runs; i++) {
-        power[i] = predicted_power(runs->begin[i], runs->length[i], noise->memory, noise->mix, SAMPLES_SKIPPED) /
+        power[i] = predicted_power(runs->begin[i], runs->length[i], &noise->filter, SAMPLES_SKIPPED) /
                    (double)(runs->length[i] - SAMPLES_SKIPPED);
         sorted[i] = power[i];
     }
@@ -98,8 +96,7 @@ static void find(runs_t *runs, const samples_t *samples, noise_t *noise) {
         fit_filter(runs, noise);
     }
     noise->sigma_um = fmax(noise->sigma_um, least_noise * (range[1] - range[0]));
-    noise->rms_um =
-        noise->sigma_um * sqrt(1.0 + gsl_pow_2(noise->memory - noise->mix) / (1.0 - gsl_pow_2(noise->memory)));
+    noise->rms_um = noise->sigma_um * sqrt(noise_filter_gain(&noise->filter));
     noise->samples = 0;
     double squares = 0.0;
     for (size_t i = 0; i < runs->runs; i++) {
@@ -113,30 +110,44 @@ static void find(runs_t *runs, const samples_t *samples, noise_t *noise) {
     }
 }
 
-/* Takes a parabola and the lines out of a run. */
-static void detrend(double *x, size_t length, double rate_hz, double start_s, const double *line_hz, size_t lines) {
-    const size_t columns = 3 + 2 * lines;
-    gsl_matrix *a = gsl_matrix_alloc(length, columns);
-    gsl_vector *tau = gsl_vector_alloc(columns), *solution = gsl_vector_alloc(columns),
-               *left = gsl_vector_alloc(length);
-    gsl_vector_view b = gsl_vector_view_array(x, length);
-    for (size_t k = 0; k < length; k++) {
-        const double s = 2.0 * (double)k / (double)length - 1.0, t = start_s + (double)k / rate_hz;
-        gsl_matrix_set(a, k, 0, 1.0);
-        gsl_matrix_set(a, k, 1, s);
-        gsl_matrix_set(a, k, 2, s * s);
-        for (size_t line = 0; line < lines; line++) {
-            gsl_matrix_set(a, k, 3 + 2 * line, cos(2.0 * M_PI * line_hz[line] * t));
-            gsl_matrix_set(a, k, 4 + 2 * line, sin(2.0 * M_PI * line_hz[line] * t));
+/* A parabola and the lines. */
+static void trends(size_t length, double rate_hz, double start_s, const double *line_hz, size_t lines, basis_t *basis) {
+    double *column = allocate(length, sizeof(double));
+    basis_open(basis, length, 3 + 2 * lines);
+    for (size_t j = 0; j < basis->most; j++) {
+        for (size_t k = 0; k < length; k++) {
+            const double s = 2.0 * (double)k / (double)length - 1.0, t = start_s + (double)k / rate_hz;
+            column[k] = j < 3 ? gsl_pow_int(s, (int)j)
+                              : cos(2.0 * M_PI * line_hz[(j - 3) / 2] * t - (j % 2 == 0 ? 0.5 * M_PI : 0.0));
+        }
+        basis_add(basis, column, 1);
+    }
+    free(column);
+}
+
+/* With less memory than this, what a few columns take is no matter. */
+static const double slow = 0.5;
+
+static void take_restricted(const explained_noise_t *explained, size_t count, noise_t *noise) {
+    noise->sigma_um = sqrt(noise_filter_restricted(explained, count, &noise->filter));
+    noise->rms_um = noise->sigma_um * sqrt(noise_filter_gain(&noise->filter));
+}
+
+/* Rests that are hardly longer than the noise's memory: their parabolas took much of it. */
+static void restrict_rests(const runs_t *runs, noise_t *noise) {
+    explained_noise_t *explained = allocate(runs->runs, sizeof *explained);
+    size_t(*ends)[2] = allocate(runs->runs, sizeof *ends), count = 0;
+    for (size_t i = 0; i < runs->runs; i++) {
+        if (!runs->left_out[i]) {
+            ends[count][1] = runs->length[i];
+            explained[count] = (explained_noise_t){
+                .pieces = 1, .begin = ends[count], .explained = runs->trends[i], .left = runs->begin[i]};
+            count++;
         }
     }
-    gsl_linalg_QR_decomp(a, tau);
-    gsl_linalg_QR_lssolve(a, tau, &b.vector, solution, left);
-    memcpy(x, left->data, length * sizeof(double));
-    gsl_matrix_free(a);
-    gsl_vector_free(tau);
-    gsl_vector_free(solution);
-    gsl_vector_free(left);
+    take_restricted(explained, count, noise);
+    free(ends);
+    free(explained);
 }
 
 static void add_run(runs_t *runs, const recording_t *recording, size_t from, size_t to, const double *line_hz,
@@ -148,7 +159,8 @@ static void add_run(runs_t *runs, const recording_t *recording, size_t from, siz
     }
     double *x = allocate(to - settled, sizeof(double));
     memcpy(x, recording->column[COLUMN_DISPLACEMENT] + settled, (to - settled) * sizeof(double));
-    detrend(x, to - settled, rate_hz, (double)settled / rate_hz, line_hz, lines);
+    trends(to - settled, rate_hz, (double)settled / rate_hz, line_hz, lines, &runs->trends[runs->runs]);
+    basis_project(&runs->trends[runs->runs], x, 1);
     runs->begin[runs->runs] = x;
     runs->length[runs->runs++] = to - settled;
 }
@@ -175,48 +187,69 @@ bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines
     }
     if (total >= LEAST_SAMPLES) {
         find(runs, samples, noise);
+        if (noise->filter.memory > slow) {
+            restrict_rests(runs, noise);
+        }
     }
     for (size_t i = 0; i < runs->runs; i++) {
         free(runs->begin[i]);
+        basis_close(&runs->trends[i]);
     }
     free(runs);
     return total >= LEAST_SAMPLES;
 }
 
-void noise_of(const samples_t *samples, const double *left, noise_t *noise) {
+/* Cuts a column into pieces, of which some may turn out to be disturbed. */
+static void cut(const samples_t *samples, double *column, runs_t *runs) {
     enum { PIECES = 36 };
-    runs_t *runs = allocate(1, sizeof *runs);
-    double *copy = samples_column(samples);
-    *noise = (noise_t){0};
-    memcpy(copy, left, samples->all * sizeof(double));
+    *runs = (runs_t){0};
     for (size_t i = 0; i < samples->count; i++) {
         const size_t length = (samples->recordings[i].samples - samples->from[i]) / PIECES;
         for (size_t piece = 0; piece < PIECES && length > LEAST_RUN && runs->runs < MOST_RUNS; piece++) {
-            runs->begin[runs->runs] = copy + samples->begin[i] + samples->from[i] + piece * length;
+            runs->begin[runs->runs] = column + samples->begin[i] + samples->from[i] + piece * length;
             runs->length[runs->runs++] = length;
         }
     }
     if (runs->runs == 0) { /* hardly any samples: one run */
-        runs->begin[0] = copy + samples->from[0];
+        runs->begin[0] = column + samples->from[0];
         runs->length[0] = samples->begin[1] - samples->from[0];
         runs->runs = 1;
     }
+}
+
+/* The recordings are pieces of one column. */
+static void restrict_column(const samples_t *samples, const basis_t *basis, double *left, noise_t *noise) {
+    size_t *begin = allocate(samples->count + 1, sizeof *begin);
+    /* Samples ahead of the first that counts are 0 in all columns, and so is e. */
+    for (size_t i = 0; i <= samples->count; i++) {
+        begin[i] = samples->begin[i] + (i < samples->count ? samples->from[i] : 0);
+    }
+    const explained_noise_t explained = {.pieces = samples->count, .begin = begin, .explained = *basis, .left = left};
+    take_restricted(&explained, 1, noise);
+    free(begin);
+}
+
+void noise_of(const samples_t *samples, const basis_t *explained, const double *left, noise_t *noise) {
+    runs_t *runs = allocate(1, sizeof *runs);
+    double *copy = samples_column(samples);
+    *noise = (noise_t){0};
+    memcpy(copy, left, samples->all * sizeof(double));
+    cut(samples, copy, runs);
     find(runs, samples, noise);
-    free(runs);
+    if (explained != NULL && noise->filter.memory > slow && 2 * explained->columns < noise->samples) {
+        restrict_column(samples, explained, copy, noise);
+    }
     free(copy);
+    free(runs);
 }
 
 void noise_whiten(const noise_t *noise, const samples_t *samples, const double *column, double *white) {
     for (size_t i = 0; i < samples->count; i++) {
-        const double *x = column + samples->begin[i];
-        double *y = white + samples->begin[i], e = 0.0;
-        for (size_t k = 0; k <= samples->from[i]; k++) {
-            y[k] = 0.0;
-        }
-        for (size_t k = samples->from[i] + 1; k < samples->recordings[i].samples; k++) {
-            e = x[k] - noise->memory * x[k - 1] + noise->mix * e;
-            y[k] = e;
-        }
+        const size_t begin = samples->begin[i], from = samples->from[i];
+        memset(white + begin, 0, from * sizeof(double));
+        noise_filter_whiten(&noise->filter, column + begin + from, samples->recordings[i].samples - from,
+                            white + begin + from);
+        white[begin + from] = 0.0;
     }
 }
 

@@ -10,10 +10,11 @@
 #ifndef NOISE_H
 #define NOISE_H
 
+#include "noise_filter.h"
 #include "samples.h"
 
 typedef struct {
-    double memory, mix;
+    noise_filter_t filter;
     double sigma_um; /**< of e, the part that cannot be predicted */
     double rms_um;   /**< of x */
     bool at_rest;    /**< found where the drive rests, so that no model takes part in it */
@@ -26,8 +27,9 @@ typedef struct {
  */
 bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines, noise_t *noise);
 
-/** From what a rich model has left of the residual: a column. */
-void noise_of(const samples_t *samples, const double *left, noise_t *noise);
+/** From what a rich model has left of the residual: a column. explained: the model's columns (or NULL), which took
+ * their part of the noise, too; of a slow noise most of it. */
+void noise_of(const samples_t *samples, const basis_t *explained, const double *left, noise_t *noise);
 
 /** e of a column: what the filter makes of it. From the first sample of each recording that takes part; 0 before. */
 void noise_whiten(const noise_t *noise, const samples_t *samples, const double *column, double *white);

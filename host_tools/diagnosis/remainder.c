@@ -21,8 +21,8 @@ enum { BANDS = 64, LEVEL_BANDS = 64 };
  * residual. */
 static double gain_at(const noise_t *noise, double turns) {
     const double c = cos(2.0 * M_PI * turns);
-    return (1.0 - 2.0 * noise->mix * c + gsl_pow_2(noise->mix)) /
-           (1.0 - 2.0 * noise->memory * c + gsl_pow_2(noise->memory));
+    return (1.0 - 2.0 * noise->filter.mix * c + gsl_pow_2(noise->filter.mix)) /
+           (1.0 - 2.0 * noise->filter.memory * c + gsl_pow_2(noise->filter.memory));
 }
 
 typedef struct {
@@ -125,7 +125,7 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
         found.outliers > few_outliers ||
         /* Both: jumps stand out when whitened, a slow noise's own size is not well known. */
         (is_more(samples, noise->sigma_um, 0.0, white, found_white, floor_um) &&
-         is_more(samples, noise->rms_um, noise->memory, left, effect, floor_um));
+         is_more(samples, noise->rms_um, noise->filter.memory, left, effect, floor_um));
     free(found_white);
     free(white);
     free(left);

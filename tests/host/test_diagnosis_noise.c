@@ -99,7 +99,7 @@ static void test_noise_is_found_at_rest(void) {
         add_noise(recording.column[COLUMN_DISPLACEMENT], SAMPLES, &truths[i]);
         TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
         printf("memory %.2f: found %.3f, mix %.3f, sigma %.5f (%.5f), rms %.5f (%.5f), %zu samples\n", truths[i].memory,
-               noise.memory, noise.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um, rms_um(&truths[i]),
+               noise.filter.memory, noise.filter.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um, rms_um(&truths[i]),
                noise.samples);
         TEST_ASSERT_TRUE(noise.at_rest);
         TEST_ASSERT_TRUE(noise.samples > 2000 && noise.samples <= 3000);
@@ -168,10 +168,10 @@ static void test_constant_readings(void) {
     double *column = samples_column(&samples), *white = samples_column(&samples);
     TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
     TEST_ASSERT_TRUE(isfinite(noise.sigma_um) && noise.sigma_um > 0.0 && noise.sigma_um < 1e-5);
-    TEST_ASSERT_TRUE(isfinite(noise.rms_um) && noise.rms_um > 0.0 && fabs(noise.memory) < 1.0);
-    noise_of(&samples, column, &noise);
+    TEST_ASSERT_TRUE(isfinite(noise.rms_um) && noise.rms_um > 0.0 && fabs(noise.filter.memory) < 1.0);
+    noise_of(&samples, NULL, column, &noise);
     TEST_ASSERT_TRUE(isfinite(noise.sigma_um) && noise.sigma_um > 0.0 && noise.sigma_um < 1e-5);
-    TEST_ASSERT_TRUE(isfinite(noise.rms_um) && fabs(noise.memory) < 1.0);
+    TEST_ASSERT_TRUE(isfinite(noise.rms_um) && fabs(noise.filter.memory) < 1.0);
     noise_whiten(&noise, &samples, column, white);
     for (size_t k = 0; k < SAMPLES; k++) {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, white[k]);
@@ -186,7 +186,7 @@ static void test_noise_of_a_column(void) {
         double *left = samples_column(&samples);
         noise_t noise;
         add_noise(left, SAMPLES, &truths[i]);
-        noise_of(&samples, left, &noise);
+        noise_of(&samples, NULL, left, &noise);
         TEST_ASSERT_FALSE(noise.at_rest);
         expect(&noise, &truths[i], SAMPLES);
         free(left);
@@ -200,7 +200,7 @@ static void test_whitened_noise_is_white(void) {
         double *left = samples_column(&samples), *white = samples_column(&samples), square = 0.0;
         noise_t noise;
         add_noise(left, SAMPLES, &truths[i]);
-        noise_of(&samples, left, &noise);
+        noise_of(&samples, NULL, left, &noise);
         noise_whiten(&noise, &samples, left, white);
         const size_t from = samples.from[0] + SAMPLES_SKIPPED, count = SAMPLES - from;
         for (size_t k = 0; k <= samples.from[0]; k++) {

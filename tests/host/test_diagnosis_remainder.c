@@ -53,7 +53,7 @@ static noise_t measure(double memory) {
             n = memory * n + own * random_normal(&rng);
         }
     }
-    return (noise_t){.memory = memory, .sigma_um = rms_um * own, .rms_um = rms_um};
+    return (noise_t){.filter.memory = memory, .sigma_um = rms_um * own, .rms_um = rms_um};
 }
 
 typedef double shape_t(double t, double seconds);
