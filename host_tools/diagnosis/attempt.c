@@ -5,6 +5,7 @@
 #include "findings.h"
 #include "lattice.h"
 #include "measured_columns.h"
+#include "names.h"
 #include "sides.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
@@ -70,16 +71,33 @@ static bool significant(const candidate_t *candidate, size_t tested) {
     return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0;
 }
 
+/* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
+static bool jointly_significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
+    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
+    return candidate->joint && hysteresis_numbers_few(hysteresis_numbers_count(&candidate->model)) &&
+           (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
+}
+
 /* Large enough not to be the error of what was found. */
-static bool beside_found(const attempt_t *job, const candidate_t *candidate) {
-    return candidate->test.amplitude * candidate->test.own_um > attempt_least_part_of_found * job->found_um;
+static bool beside_found(const attempt_t *job, double size_um) {
+    return size_um > attempt_least_part_of_found * job->found_um;
 }
 
 /* Beyond J. */
+static double own_size_um(const candidate_t *candidate) {
+    return candidate->test.amplitude * candidate->test.own_um;
+}
+
+/* Of what it takes out of the residual together with the hysteresis' numbers. */
+static double joint_size_um(const attempt_t *job, const candidate_t *candidate) {
+    const double fall = job->power.fitted - candidate->power.fitted;
+    return candidate->joint ? sqrt(fmax(0.0, fall) / (double)job->diagnosis->samples.fitted) : 0.0;
+}
+
 static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
     const double least_size = job->coarse ? least_part_of_steps : search_least_size;
-    return candidate->test.amplitude * candidate->test.own_um > least_size * job->diagnosis->noise.sigma_um &&
-           beside_found(job, candidate);
+    return own_size_um(candidate) > least_size * job->diagnosis->noise.sigma_um &&
+           beside_found(job, own_size_um(candidate));
 }
 
 /* By the measured voltage or current, as surely as it takes to make a name. */
@@ -139,7 +157,7 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
         d->model = augmented;
         d->finding[d->findings++] = *finding;
         job->power = power;
-        job->found_um = hypot(job->found_um, candidate->test.amplitude * candidate->test.own_um);
+        job->found_um = hypot(job->found_um, own_size_um(candidate));
     } else {
         model_free(&augmented);
     }
@@ -204,7 +222,7 @@ static bool worth_telling(const attempt_t *job, const candidate_t *candidate, qu
     return question == ASK_EFFECTS  ? large_enough(job, candidate)
            : question == ASK_SHAPES ? large_enough(job, candidate) && explains_most(job, candidate)
            : job->coarse            ? large_enough(job, candidate) && explains_most(job, candidate)
-                                    : beside_found(job, candidate) && explains_most(job, candidate);
+                                    : beside_found(job, joint_size_um(job, candidate)) && explains_most(job, candidate);
 }
 
 /* One more block of those that the question is about, or none. */
@@ -217,9 +235,10 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     search(evidence, &d->noise, &d->model, &job->setting, &found);
     attempt_advance(job);
     d->tested += found.tested;
-    const bool significant_one = found.count > 0 && significant(&found.candidate[0], found.tested) &&
-                                 !contradicted(&found.candidate[0]) &&
-                                 worth_telling(job, &found.candidate[0], question);
+    const candidate_t *best = &found.candidate[0];
+    const bool significant_one =
+        found.count > 0 && !contradicted(best) && worth_telling(job, best, question) &&
+        (significant(best, found.tested) || (question == ASK_ANYTHING && jointly_significant(job, best, found.tested)));
     if (significant_one) {
         name(evidence, &found, &finding);
         finding.shape = question != ASK_EFFECTS;
@@ -405,8 +424,9 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = find_one(job, &found);
     }
-    good = good && attempt_reconsider(job, search_least_size, 0) && sides_settle(job) && find_errors(job) &&
-           temperature_settle(job) && attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
+    good = good && attempt_reconsider(job, search_least_size, 0) && names_settle(job) && sides_settle(job) &&
+           find_errors(job) && temperature_settle(job) &&
+           attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
         d->noise_percent =
             100.0 * d->noise.rms_um / (job->setting.displacement_high_um - job->setting.displacement_low_um);

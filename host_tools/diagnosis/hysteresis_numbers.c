@@ -125,6 +125,10 @@ size_t hysteresis_numbers_count(const model_t *model) {
     return list(&block, NULL);
 }
 
+bool hysteresis_numbers_few(size_t count) {
+    return count < 12;
+}
+
 void hysteresis_numbers_open(model_t *model, hysteresis_numbers_t *numbers) {
     model_block_t *block = &model->block[hysteresis_index(model)];
     size_t values = 0;

@@ -31,6 +31,9 @@ void hysteresis_numbers_close(hysteresis_numbers_t *numbers);
 
 /** How many there are. */
 size_t hysteresis_numbers_count(const model_t *model);
+/** Whether the position is far from linear in so many numbers: those of Bouc-Wen. What their derivatives say of an
+ * effect beside them is then little more than a hint. */
+bool hysteresis_numbers_few(size_t count);
 
 /** Changes the model. */
 void hysteresis_number_add(const hysteresis_number_t *number, double change);

@@ -18,7 +18,7 @@ static const double expected_change = 0.5, stay_part_many = 1e-3;
 static const size_t many = 65;
 /* A hysteresis of fewer numbers is not linear in them: it takes more iterations, and they cost little. A table takes
  * fewer. */
-static const size_t few = 12, few_iterations = 6;
+static const size_t few_iterations = 6;
 /* Derivatives by the numbers of a hysteresis that is linear in them change only with what other blocks make of it: they
  * serve for so many iterations. */
 static const size_t most_uses = 3;
@@ -247,12 +247,12 @@ bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, u
     job_t job;
     open_job(&job, samples, noise, model, blocks);
     const bool good = take_power(&job, power, failure);
-    if (job.hysteresis.count < few) {
+    if (hysteresis_numbers_few(job.hysteresis.count)) {
         iterations *= few_iterations;
     } else if (job.hysteresis.count >= many) {
         iterations = (iterations + 1) / 2;
     }
-    const bool linear = job.hysteresis.count >= few;
+    const bool linear = !hysteresis_numbers_few(job.hysteresis.count);
     for (size_t i = 0, uses = 0; good && i < iterations; i++) {
         const double before = power->fitted;
         const bool ends = !improve(&job, power) ||

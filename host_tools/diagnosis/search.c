@@ -71,13 +71,17 @@ static void refine_candidate(const evidence_t *evidence, candidate_t *candidate)
     }
 }
 
-/* 2 log likelihood that is left when each searched number has been paid for: one more makes any block fit better. */
-static double merit(const candidate_t *candidate, size_t fitted, question_t question) {
+double search_price(const block_t *block) {
     size_t numbers = 0;
-    for (unsigned bits = candidate->block->probe->searched; bits != 0; bits >>= 1) {
+    for (unsigned bits = block->probe->searched; bits != 0; bits >>= 1) {
         numbers += bits & 1U;
     }
-    const double paid = search_number_price * (double)numbers - candidate->electrical;
+    return search_number_price * (double)numbers;
+}
+
+/* 2 log likelihood that is left when each searched number has been paid for: one more makes any block fit better. */
+static double merit(const candidate_t *candidate, size_t fitted, question_t question) {
+    const double paid = search_price(candidate->block) - candidate->electrical;
     const double joint = candidate->joint ? -(double)fitted * log(candidate->power.fitted) : 0.0;
     /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
      * middle. What is itself a shape has to prove itself with its own. */
@@ -310,6 +314,36 @@ static void fit_best(choice_t *choice) {
     parallel(count, fit_chosen, choice);
 }
 
+/* What the best one can be confused with is judged as it is. */
+static void fit_group(choice_t *choice) {
+    const search_t *found = choice->found;
+    size_t count = 0;
+    for (size_t i = 1; i < found->count && found->candidate[0].joint && count < MOST_REFINED; i++) {
+        const candidate_t *rival = &found->candidate[i];
+        if (!rival->joint && rival->likelihood > least_likelihood &&
+            strcmp(rival->block->probe->group, found->candidate[0].block->probe->group) == 0) {
+            choice->chosen[count++] = i;
+        }
+    }
+    parallel(count, fit_chosen, choice);
+}
+
+bool search_block(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
+                  const probe_setting_t *setting, const block_t *block, candidate_t *found) {
+    block_search_t one = {.evidence = evidence,
+                          .baseline = baseline,
+                          .setting = setting,
+                          .block = block,
+                          .sigma_um = noise->sigma_um};
+    probe_block(&one, 0);
+    *found = one.best;
+    if (found->block == NULL) {
+        return false;
+    }
+    refine_candidate(evidence, found);
+    return true;
+}
+
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
             search_t *found) {
     const question_t question = evidence_question(evidence);
@@ -319,6 +353,8 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
     sort(found, question);
     fit_best(&choice);
     sort(found, question);
+    fit_group(&choice);
+    sort(found, question);
 }
 
 double search_margin(const search_t *found, size_t other) {
@@ -327,10 +363,14 @@ double search_margin(const search_t *found, size_t other) {
                                     : one->likelihood + one->electrical - two->likelihood - two->electrical;
 }
 
+void candidate_free(candidate_t *candidate) {
+    free(candidate->signature);
+    model_free(&candidate->model);
+}
+
 void search_free(search_t *found) {
     for (size_t i = 0; i < found->count; i++) {
-        free(found->candidate[i].signature);
-        model_free(&found->candidate[i].model);
+        candidate_free(&found->candidate[i]);
     }
     free(found->candidate);
 }

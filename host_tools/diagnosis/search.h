@@ -43,6 +43,11 @@ void search_probes(const evidence_t *evidence, const noise_t *noise, const model
                    const probe_setting_t *setting, search_t *found);
 void search_free(search_t *found);
 
+/** One block alone: its best probe, refined. false: it cannot be simulated there. found: to be freed. */
+bool search_block(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
+                  const probe_setting_t *setting, const block_t *block, candidate_t *found);
+void candidate_free(candidate_t *candidate);
+
 /** By how much the first candidate's 2 log likelihood exceeds that of another one. */
 double search_margin(const search_t *found, size_t other);
 
@@ -52,7 +57,8 @@ double search_margin(const search_t *found, size_t other);
  */
 extern const double search_least_size;
 
-/** What a searched number has to be worth, in 2 log likelihood. */
+/** What a searched number has to be worth, in 2 log likelihood; and all those of a block. */
 extern const double search_number_price;
+double search_price(const block_t *block);
 
 #endif

@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Shapes with fewer numbers are not linear in them. */
-static const size_t few_numbers = 12;
 /* A further step is worth it while the sum of squares falls below this part. */
 static const double settled = 0.999;
 /* Keeps numbers finite that the samples say nothing about. */
@@ -104,7 +102,7 @@ double shape_judgement(const samples_t *samples, const noise_t *noise, model_t *
     double *change = allocate(numbers.count, sizeof(double));
     double *ignored = allocate(numbers.count, sizeof(double));
     double least = judge_once(samples, noise, model, signature, signatures, numbers.count, change);
-    for (int step = 0; step < STEPS && numbers.count < few_numbers && isfinite(least); step++) {
+    for (int step = 0; step < STEPS && hysteresis_numbers_few(numbers.count) && isfinite(least); step++) {
         failure_t refusal;
         hysteresis_numbers_keep(&numbers);
         for (size_t i = 0; i < numbers.count; i++) {

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "names.h"
+#include "catalogue.h"
+#include "electrical.h"
+#include "findings.h"
+#include "search.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ITERATIONS = 16 };
+
+/* A chain with one of the group's blocks in the finding's place. */
+typedef struct {
+    const block_t *block;
+    model_t model;
+    joint_power_t power;
+    double likelihood; /* 2 log, but for what all of the group have in common */
+} reading_t;
+
+static bool same_group(const block_t *one, const block_t *other) {
+    return strcmp(one->probe->group, other->probe->group) == 0;
+}
+
+/* Fits everything that was found together with it. */
+static bool fit(const attempt_t *job, const model_t *without, reading_t *reading) {
+    const diagnosis_t *d = job->diagnosis;
+    failure_t refusal;
+    if (!joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ITERATIONS,
+                   &reading->power, &refusal)) {
+        return false;
+    }
+    reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
+                          (double)d->samples.held * log(reading->power.held) - search_price(reading->block) +
+                          electrical_likelihood(&d->samples, without, &reading->model, reading->block);
+    return true;
+}
+
+/* Every other block of the group that can stand there. Returns how many readings there are. */
+static size_t read_anew(const attempt_t *job, const finding_t *finding, const evidence_t *evidence,
+                        const model_t *without, reading_t *reading) {
+    size_t count = 0;
+    for (size_t i = 0; i < catalogue_count; i++) {
+        const block_t *block = catalogue[i];
+        reading_t *other = &reading[count];
+        candidate_t candidate;
+        if (block == finding->block || block->probe == NULL || !same_group(block, finding->block) ||
+            model_find(without, block->name) != NULL ||
+            !search_block(evidence, &job->diagnosis->noise, without, &job->setting, block, &candidate)) {
+            continue;
+        }
+        *other = (reading_t){.block = block};
+        model_copy(&other->model, &candidate.model);
+        candidate_free(&candidate);
+        if (fit(job, without, other)) {
+            count++;
+        } else {
+            model_free(&other->model);
+        }
+    }
+    return count;
+}
+
+static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
+    diagnosis_t *d = job->diagnosis;
+    for (size_t c = 0; c < d->considered; c++) {
+        considered_t *considered = &d->consideration[c];
+        if (considered->block == finding->block && considered->outcome == TAKEN) {
+            considered->outcome = LESS_LIKELY;
+        } else if (considered->block == reading->block && considered->outcome == LESS_LIKELY) {
+            considered->outcome = TAKEN;
+        }
+    }
+    finding->block = reading->block;
+    model_free(&d->model);
+    model_copy(&d->model, &reading->model);
+    job->power = reading->power;
+}
+
+/* Of the group, those that are nearly as likely; others stay what they were. */
+static void list_rivals(finding_t *finding, const reading_t *reading, size_t count, size_t best) {
+    size_t rivals = 0;
+    bool outside = false;
+    finding_t before = *finding;
+    for (size_t r = 0; r < before.rivals; r++) {
+        if (!same_group(before.rival[r], finding->block)) {
+            finding->rival[rivals++] = before.rival[r];
+            outside = true;
+        }
+    }
+    finding->margin = HUGE_VAL;
+    for (size_t i = 0; i < count; i++) {
+        const double margin = reading[best].likelihood - reading[i].likelihood;
+        if (i != best) {
+            finding->margin = fmin(finding->margin, margin);
+            if (margin < attempt_naming_margin && rivals < DIAGNOSIS_MOST_RIVALS) {
+                finding->rival[rivals++] = reading[i].block;
+            }
+        }
+    }
+    finding->rivals = rivals;
+    finding->certainty = rivals == 0 ? NAMED : outside && before.certainty == DETECTED ? DETECTED : ISOLATED;
+}
+
+static bool settle(attempt_t *job, finding_t *finding) {
+    diagnosis_t *d = job->diagnosis;
+    reading_t *reading = allocate(catalogue_count, sizeof *reading);
+    model_t without;
+    size_t count = 1, best = 0;
+    model_copy(&without, &d->model);
+    model_remove(&without, finding_index(d, finding));
+    reading[0] = (reading_t){.block = finding->block};
+    model_copy(&reading[0].model, &d->model);
+    bool good = fit(job, &without, &reading[0]);
+    evidence_t *evidence = good ? evidence_open(&without, &d->samples, &d->noise, job->failure) : NULL;
+    good = evidence != NULL;
+    if (good) {
+        evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
+        count += read_anew(job, finding, evidence, &without, reading + 1);
+        for (size_t i = 1; i < count; i++) {
+            best = reading[i].likelihood > reading[best].likelihood ? i : best;
+        }
+        take(job, finding, &reading[best]);
+        list_rivals(finding, reading, count, best);
+    }
+    evidence_close(evidence);
+    for (size_t i = 0; i < count; i++) {
+        model_free(&reading[i].model);
+    }
+    free(reading);
+    model_free(&without);
+    return good;
+}
+
+static bool alone_in_group(const block_t *block) {
+    size_t members = 0;
+    for (size_t i = 0; i < catalogue_count; i++) {
+        members += catalogue[i]->probe != NULL && same_group(catalogue[i], block);
+    }
+    return members == 1;
+}
+
+bool names_settle(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    bool good = true;
+    for (size_t f = 0; good && f < d->findings; f++) {
+        if (!d->finding[f].in_readings && !alone_in_group(d->finding[f].block)) {
+            attempt_advance(job);
+            good = settle(job, &d->finding[f]);
+        }
+    }
+    return good;
+}

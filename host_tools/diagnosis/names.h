@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The names of the findings once more, when all are known: each was chosen while those after it were still missing, and
+ * these may have been what told it from the others of its group (probe.h).
+ */
+#ifndef NAMES_H
+#define NAMES_H
+
+#include "attempt.h"
+
+/**
+ * Puts each other block of a finding's group in its place, looks for its best numbers, and fits everything together.
+ * The finding becomes the block under which all samples, held-out ones included, are likeliest, searched numbers paid
+ * for; those that are less likely by less than attempt_naming_margin are what it can be confused with.
+ */
+bool names_settle(attempt_t *job);
+
+#endif
