@@ -125,28 +125,36 @@ static void trends(size_t length, double rate_hz, double start_s, const double *
     free(column);
 }
 
+/* Of the samples: where less is undisturbed, the columns have not explained what they should. */
+static const double least_undisturbed = 0.7;
 /* With less memory than this, what a few columns take is no matter. */
 static const double slow = 0.5;
 
 static void take_restricted(const explained_noise_t *explained, size_t count, noise_t *noise) {
-    noise->sigma_um = sqrt(noise_filter_restricted(explained, count, &noise->filter));
-    noise->rms_um = noise->sigma_um * sqrt(noise_filter_gain(&noise->filter));
+    noise_filter_t filter = noise->filter;
+    const double variance = noise_filter_restricted(explained, count, &filter);
+    if (variance > 0.0) {
+        noise->filter = filter;
+        noise->sigma_um = sqrt(variance);
+        noise->rms_um = noise->sigma_um * sqrt(noise_filter_gain(&filter));
+    }
 }
 
 /* Rests that are hardly longer than the noise's memory: their parabolas took much of it. */
 static void restrict_rests(const runs_t *runs, noise_t *noise) {
     explained_noise_t *explained = allocate(runs->runs, sizeof *explained);
-    size_t(*ends)[2] = allocate(runs->runs, sizeof *ends), count = 0;
+    const size_t begin = 0;
+    size_t count = 0;
     for (size_t i = 0; i < runs->runs; i++) {
         if (!runs->left_out[i]) {
-            ends[count][1] = runs->length[i];
-            explained[count] = (explained_noise_t){
-                .pieces = 1, .begin = ends[count], .explained = runs->trends[i], .left = runs->begin[i]};
-            count++;
+            explained[count++] = (explained_noise_t){.pieces = 1,
+                                                     .begin = &begin,
+                                                     .end = &runs->length[i],
+                                                     .explained = runs->trends[i],
+                                                     .left = runs->begin[i]};
         }
     }
     take_restricted(explained, count, noise);
-    free(ends);
     free(explained);
 }
 
@@ -217,16 +225,23 @@ static void cut(const samples_t *samples, double *column, runs_t *runs) {
     }
 }
 
-/* The recordings are pieces of one column. */
-static void restrict_column(const samples_t *samples, const basis_t *basis, double *left, noise_t *noise) {
-    size_t *begin = allocate(samples->count + 1, sizeof *begin);
-    /* Samples ahead of the first that counts are 0 in all columns, and so is e. */
-    for (size_t i = 0; i <= samples->count; i++) {
-        begin[i] = samples->begin[i] + (i < samples->count ? samples->from[i] : 0);
+/* Runs of a column that are not disturbed; neighbours make one piece. */
+static void restrict_column(const basis_t *basis, double *left, const runs_t *runs, noise_t *noise) {
+    size_t *begin = allocate(runs->runs, sizeof *begin), *end = allocate(runs->runs, sizeof *end), pieces = 0;
+    for (size_t i = 0; i < runs->runs; i++) {
+        const size_t from = (size_t)(runs->begin[i] - left);
+        if (!runs->left_out[i] && pieces > 0 && end[pieces - 1] == from) {
+            end[pieces - 1] += runs->length[i];
+        } else if (!runs->left_out[i]) {
+            begin[pieces] = from;
+            end[pieces++] = from + runs->length[i];
+        }
     }
-    const explained_noise_t explained = {.pieces = samples->count, .begin = begin, .explained = *basis, .left = left};
+    const explained_noise_t explained = {
+        .pieces = pieces, .begin = begin, .end = end, .explained = *basis, .left = left};
     take_restricted(&explained, 1, noise);
     free(begin);
+    free(end);
 }
 
 void noise_of(const samples_t *samples, const basis_t *explained, const double *left, noise_t *noise) {
@@ -236,8 +251,9 @@ void noise_of(const samples_t *samples, const basis_t *explained, const double *
     memcpy(copy, left, samples->all * sizeof(double));
     cut(samples, copy, runs);
     find(runs, samples, noise);
-    if (explained != NULL && noise->filter.memory > slow && 2 * explained->columns < noise->samples) {
-        restrict_column(samples, explained, copy, noise);
+    if (explained != NULL && noise->filter.memory > slow &&
+        (double)noise->samples > least_undisturbed * (double)(samples->fitted + samples->held)) {
+        restrict_column(explained, copy, runs, noise);
     }
     free(copy);
     free(runs);

@@ -6,6 +6,7 @@
 #include <gsl/gsl_linalg.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Nothing slower is noise: its neighbours would be equal, and its size would have no end. */
 static const double longest_memory = 0.9995;
@@ -46,12 +47,10 @@ static void whiten_all(const job_t *job, const explained_noise_t *noise, const n
     for (size_t j = 0; j <= n; j++) {
         const double *column = j < n ? noise->explained.column + j * rows : noise->left;
         double *white = job->white + j * rows;
-        for (size_t k = 0; k < noise->begin[0]; k++) {
-            white[k] = 0.0;
-        }
+        memset(white, 0, rows * sizeof(double));
         for (size_t piece = 0; piece < noise->pieces; piece++) {
             const size_t begin = noise->begin[piece];
-            noise_filter_whiten(filter, column + begin, noise->begin[piece + 1] - begin, white + begin);
+            noise_filter_whiten(filter, column + begin, noise->end[piece] - begin, white + begin);
         }
     }
 }
@@ -102,7 +101,10 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
     for (size_t i = 0; i < count; i++) {
         const size_t columns = noise[i].explained.columns, rows = noise[i].explained.rows;
         room = (columns + 1) * rows > room ? (columns + 1) * rows : room;
-        job.freedom += noise[i].begin[noise[i].pieces] - noise[i].begin[0] - columns;
+        for (size_t piece = 0; piece < noise[i].pieces; piece++) {
+            job.freedom += noise[i].end[piece] - noise[i].begin[piece];
+        }
+        job.freedom -= columns;
     }
     job.white = allocate(room, sizeof(double));
     const simplex_job_t simplex = {.function = unlikelihood,
@@ -115,8 +117,12 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
     double numbers[NOISE_FILTER_NUMBERS], variance = 0.0;
     noise_filter_numbers(filter, numbers);
     (void)simplex_minimise(&simplex, numbers);
-    *filter = noise_filter_at(numbers);
-    (void)likelihood(&job, filter, &variance);
+    const noise_filter_t found = noise_filter_at(numbers);
+    if (isfinite(likelihood(&job, &found, &variance)) && variance > 0.0) {
+        *filter = found;
+    } else {
+        variance = 0.0;
+    }
     gsl_set_error_handler(handler);
     free(job.white);
     return variance;

@@ -27,16 +27,17 @@ void noise_filter_whiten(const noise_filter_t *filter, const double *x, size_t l
 
 /** Noise that columns have taken their part of. */
 typedef struct {
-    size_t pieces;       /**< of the rows; the noise knows nothing of what it was in another piece */
-    const size_t *begin; /**< of each, and where the last one ends: pieces + 1 */
-    basis_t explained;   /**< the columns */
-    double *left;        /**< what they leave: rows */
+    size_t pieces;             /**< of the rows, those that count; what the noise was in another one is not known */
+    const size_t *begin, *end; /**< of each */
+    basis_t explained;         /**< the columns */
+    double *left;              /**< what they leave: rows */
 } explained_noise_t;
 
 /**
  * The filter, from a first one, by the likelihood of what is beyond the columns' reach (restricted likelihood,
  * Patterson and Thompson 1971): of a slow noise a few columns take most, and what they leave looks smaller and quicker
- * than the noise was. Returns the variance of e. Rows ahead of the first piece do not count.
+ * than the noise was. Returns the variance of e; 0 where the columns
+ * cannot be told apart in these rows, and then the filter stays what it was.
  */
 double noise_filter_restricted(const explained_noise_t *noise, size_t count, noise_filter_t *filter);
 

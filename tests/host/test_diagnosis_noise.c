@@ -99,8 +99,8 @@ static void test_noise_is_found_at_rest(void) {
         add_noise(recording.column[COLUMN_DISPLACEMENT], SAMPLES, &truths[i]);
         TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
         printf("memory %.2f: found %.3f, mix %.3f, sigma %.5f (%.5f), rms %.5f (%.5f), %zu samples\n", truths[i].memory,
-               noise.filter.memory, noise.filter.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um, rms_um(&truths[i]),
-               noise.samples);
+               noise.filter.memory, noise.filter.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um,
+               rms_um(&truths[i]), noise.samples);
         TEST_ASSERT_TRUE(noise.at_rest);
         TEST_ASSERT_TRUE(noise.samples > 2000 && noise.samples <= 3000);
         expect(&noise, &truths[i], REST - REST / 3.0);
@@ -193,6 +193,69 @@ static void test_noise_of_a_column(void) {
     }
 }
 
+/* Mean over so many noises of the logarithm of a size that was found, in parts of the true one. */
+enum { NOISES = 40 };
+typedef struct {
+    double sum, squares;
+} ratios_t;
+
+static void add_ratio(ratios_t *ratios, double ratio) {
+    ratios->sum += log(ratio) / NOISES;
+    ratios->squares += gsl_pow_2(log(ratio)) / NOISES;
+}
+
+/* Right but for four standard errors by the scatter of what was found, and for the 10 % that an expectation of less
+ * memory costs. */
+static void expect_right_size(const char *what, const ratios_t *ratios) {
+    const double scatter = sqrt(ratios->squares - ratios->sum * ratios->sum);
+    printf("%s: %.3f of the size, scatter %.3f\n", what, exp(ratios->sum), scatter);
+    TEST_ASSERT_TRUE(fabs(ratios->sum) < 0.1 + 4.0 * scatter / sqrt((double)NOISES));
+    TEST_ASSERT_TRUE(scatter < 0.5);
+}
+
+/* Rests of two memories each, of which three numbers take most. */
+static void test_slow_noise_in_short_rests(void) {
+    const truth_t truth = {0.99, 0.01, 0.0};
+    ratios_t ratios = {0};
+    for (size_t i = 0; i < NOISES; i++) {
+        noise_t noise;
+        fill_steps();
+        add_noise(recording.column[COLUMN_DISPLACEMENT], SAMPLES, &truth);
+        TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+        add_ratio(&ratios, noise.rms_um / truth.own_um);
+    }
+    expect_right_size("slow noise in rests", &ratios);
+}
+
+/* 25 memories long, and 20 columns have taken theirs: unless they are told of, less than half of the square is left. */
+static void test_slow_noise_beside_columns(void) {
+    const truth_t truth = {0.99, 0.01, 0.0};
+    ratios_t ratios = {0}, unaware = {0};
+    for (size_t i = 0; i < NOISES; i++) {
+        double *left = samples_column(&samples), *column = samples_column(&samples);
+        basis_t basis;
+        noise_t noise;
+        basis_open(&basis, SAMPLES, 20);
+        for (size_t j = 0; j < basis.most; j++) {
+            for (size_t k = samples.from[0]; k < SAMPLES; k++) {
+                column[k] = cos(M_PI * (double)(j * k) / SAMPLES);
+            }
+            basis_add(&basis, column);
+        }
+        add_noise(left + samples.from[0], SAMPLES - samples.from[0], &truth);
+        basis_project(&basis, left);
+        noise_of(&samples, &basis, left, &noise);
+        add_ratio(&ratios, noise.rms_um / truth.own_um);
+        noise_of(&samples, NULL, left, &noise);
+        add_ratio(&unaware, noise.rms_um / truth.own_um);
+        basis_close(&basis);
+        free(left);
+        free(column);
+    }
+    expect_right_size("slow noise beside columns", &ratios);
+    TEST_ASSERT_TRUE(unaware.sum < log(0.7));
+}
+
 /* Whitened by the filter that was found in it: the correlations of the first ten neighbours of n values are 0 with a
  * standard error of 1 / sqrt(n); 4.5 of them, for 10 x TRUTHS of them. The deviation is sigma. */
 static void test_whitened_noise_is_white(void) {
@@ -232,6 +295,8 @@ int main(void) {
     RUN_TEST(test_without_rest_there_is_none);
     RUN_TEST(test_constant_readings);
     RUN_TEST(test_noise_of_a_column);
+    RUN_TEST(test_slow_noise_in_short_rests);
+    RUN_TEST(test_slow_noise_beside_columns);
     RUN_TEST(test_whitened_noise_is_white);
     return UNITY_END();
 }
