@@ -73,7 +73,7 @@ static const probe_t looked_for = {
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 3U,
-    .accuracy = {0.001, 0.04},
+    .accuracy = {0.001, 0.06},
     .most = {0.0, 0.2}};
 
 const block_t block_resonance = {.name = "resonance",

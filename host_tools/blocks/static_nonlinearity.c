@@ -145,7 +145,7 @@ static const probe_t looked_for = {
     .shape = true,
     .probe = probe,
     .searched = 1U << QUADRATIC | 1U << CUBIC,
-    .accuracy = {0.02}};
+    .accuracy = {0.05}};
 
 const block_t block_static_nonlinearity = {.name = "static_nonlinearity",
                                            .place = PLACE_SENSOR,
