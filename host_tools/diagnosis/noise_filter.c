@@ -113,7 +113,6 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
                                    .step = 0.4,
                                    .size = 0.03,
                                    .most_iterations = MOST_ITERATIONS};
-    gsl_error_handler_t *handler = gsl_set_error_handler_off();
     double numbers[NOISE_FILTER_NUMBERS], variance = 0.0;
     noise_filter_numbers(filter, numbers);
     (void)simplex_minimise(&simplex, numbers);
@@ -123,7 +122,6 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
     } else {
         variance = 0.0;
     }
-    gsl_set_error_handler(handler);
     free(job.white);
     return variance;
 }

@@ -243,10 +243,10 @@ static void test_slow_noise_beside_columns(void) {
             for (size_t k = samples.from[0]; k < SAMPLES; k++) {
                 column[k] = cos(M_PI * (double)(j * k) / SAMPLES);
             }
-            basis_add(&basis, column);
+            basis_add(&basis, column, 1);
         }
         add_noise(left + samples.from[0], SAMPLES - samples.from[0], &truth);
-        basis_project(&basis, left);
+        basis_project(&basis, left, 1);
         noise_of(&samples, &basis, left, &noise);
         add_ratio(&ratios, noise.rms_um / truth.own_um);
         noise_of(&samples, NULL, left, &noise);
