@@ -78,26 +78,55 @@ static bool jointly_significant(const attempt_t *job, const candidate_t *candida
            (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
 }
 
-/* Large enough not to be the error of what was found. */
-static bool beside_found(const attempt_t *job, double size_um) {
-    return size_um > attempt_least_part_of_found * job->found_um;
-}
-
 /* Beyond J. */
 static double own_size_um(const candidate_t *candidate) {
     return candidate->test.amplitude * candidate->test.own_um;
+}
+
+/* What the blocks that were found change: a column. NULL: the chain does not run without them. */
+static double *change_found(const attempt_t *job) {
+    const diagnosis_t *d = job->diagnosis;
+    double *change = samples_column(&d->samples), *with = samples_column(&d->samples);
+    model_t without;
+    failure_t refusal;
+    model_copy(&without, &d->model);
+    for (size_t b = without.blocks; b-- > 0;) {
+        if ((attempt_blocks_found(d, &d->model) >> b & 1U) != 0) {
+            model_remove(&without, b);
+        }
+    }
+    const bool good = samples_simulate(&d->samples, &d->model, with, &refusal) &&
+                      samples_simulate(&d->samples, &without, change, &refusal);
+    for (size_t k = 0; good && k < d->samples.all; k++) {
+        change[k] = with[k] - change[k];
+    }
+    model_free(&without);
+    free(with);
+    if (!good) {
+        free(change);
+        change = NULL;
+    }
+    return change;
+}
+
+/* Beyond J. Where it acts, it has to be more than the error of what was found may be. */
+static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
+    const diagnosis_t *d = job->diagnosis;
+    const double least_um = (job->coarse ? least_part_of_steps : search_least_size) * d->noise.sigma_um;
+    bool large = own_size_um(candidate) > least_um;
+    if (large && d->findings > 0) {
+        double *found = change_found(job);
+        large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
+                                                 attempt_least_part_of_found) > least_um;
+        free(found);
+    }
+    return large;
 }
 
 /* Of what it takes out of the residual together with the hysteresis' numbers. */
 static double joint_size_um(const attempt_t *job, const candidate_t *candidate) {
     const double fall = job->power.fitted - candidate->power.fitted;
     return candidate->joint ? sqrt(fmax(0.0, fall) / (double)job->diagnosis->samples.fitted) : 0.0;
-}
-
-static bool large_enough(const attempt_t *job, const candidate_t *candidate) {
-    const double least_size = job->coarse ? least_part_of_steps : search_least_size;
-    return own_size_um(candidate) > least_size * job->diagnosis->noise.sigma_um &&
-           beside_found(job, own_size_um(candidate));
 }
 
 /* By the measured voltage or current, as surely as it takes to make a name. */
@@ -218,11 +247,12 @@ static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
 }
 
 /* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
-static bool worth_telling(const attempt_t *job, const candidate_t *candidate, question_t question) {
-    return question == ASK_EFFECTS  ? large_enough(job, candidate)
-           : question == ASK_SHAPES ? large_enough(job, candidate) && explains_most(job, candidate)
-           : job->coarse            ? large_enough(job, candidate) && explains_most(job, candidate)
-                                    : beside_found(job, joint_size_um(job, candidate)) && explains_most(job, candidate);
+static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
+    const question_t question = evidence_question(evidence);
+    const bool large = question == ASK_ANYTHING && !job->coarse
+                           ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
+                           : large_enough(job, evidence, candidate);
+    return large && (question == ASK_EFFECTS || explains_most(job, candidate));
 }
 
 /* One more block of those that the question is about, or none. */
@@ -237,7 +267,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     d->tested += found.tested;
     const candidate_t *best = &found.candidate[0];
     const bool significant_one =
-        found.count > 0 && !contradicted(best) && worth_telling(job, best, question) &&
+        found.count > 0 && !contradicted(best) && worth_telling(job, evidence, best) &&
         (significant(best, found.tested) || (question == ASK_ANYTHING && jointly_significant(job, best, found.tested)));
     if (significant_one) {
         name(evidence, &found, &finding);

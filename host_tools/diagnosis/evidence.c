@@ -199,6 +199,23 @@ evidence_test_t evidence_test(const evidence_t *e, double *signature) {
     return test;
 }
 
+double evidence_beside(const evidence_t *e, const double *signature, double amplitude, const double *found,
+                       double part) {
+    enum { STRETCHES = 8 * SAMPLES_TIME_BLOCKS };
+    double *x = allocate(2 * e->rows, sizeof(double)), *y = x + e->rows, sum = 0.0;
+    const size_t length = e->rows / STRETCHES + 1;
+    take_rows(e, signature, x);
+    take_rows(e, found, y);
+    basis_project(&e->basis, x, 2);
+    for (size_t begin = 0; begin < e->rows; begin += length) {
+        const int rows = (int)(e->rows - begin < length ? e->rows - begin : length);
+        const double own = amplitude * amplitude * cblas_ddot(rows, x + begin, 1, x + begin, 1);
+        sum += own > part * part * cblas_ddot(rows, y + begin, 1, y + begin, 1) ? own : 0.0;
+    }
+    free(x);
+    return sqrt(sum / (double)e->rows);
+}
+
 double evidence_cosine(const evidence_t *e, const double *one, const double *other) {
     double *x = allocate(2 * e->rows, sizeof(double)), *y = x + e->rows;
     take_rows(e, one, x);

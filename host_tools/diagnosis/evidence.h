@@ -57,6 +57,11 @@ evidence_test_t evidence_test(const evidence_t *evidence, double *signature);
 /** Some at a time are cheaper than one by one. */
 void evidence_tests(const evidence_t *evidence, size_t count, double *const *signature, evidence_test_t *test);
 
+/** Root mean square of what J leaves of a signature, times its amplitude, over the stretches of time in which it is
+ * larger than this part of what J leaves of `found` (a column); elsewhere it counts as nothing. */
+double evidence_beside(const evidence_t *evidence, const double *signature, double amplitude, const double *found,
+                       double part);
+
 /** Cosine between two signatures beyond J, whitened: 1 means that these recordings cannot tell them apart. */
 double evidence_cosine(const evidence_t *evidence, const double *one, const double *other);
 

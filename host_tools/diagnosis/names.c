@@ -3,6 +3,7 @@
 #include "catalogue.h"
 #include "electrical.h"
 #include "findings.h"
+#include "parallel.h"
 #include "search.h"
 #include <math.h>
 #include <stdlib.h>
@@ -23,39 +24,53 @@ static bool same_group(const block_t *one, const block_t *other) {
 }
 
 /* Fits everything that was found together with it. */
-static bool fit(const attempt_t *job, const model_t *without, reading_t *reading) {
+static void fit(const attempt_t *job, const model_t *without, reading_t *reading) {
     const diagnosis_t *d = job->diagnosis;
     failure_t refusal;
-    if (!joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ITERATIONS,
-                   &reading->power, &refusal)) {
-        return false;
+    reading->likelihood = -HUGE_VAL;
+    if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ITERATIONS,
+                  &reading->power, &refusal)) {
+        reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
+                              (double)d->samples.held * log(reading->power.held) - search_price(reading->block) +
+                              electrical_likelihood(&d->samples, without, &reading->model, reading->block);
     }
-    reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
-                          (double)d->samples.held * log(reading->power.held) - search_price(reading->block) +
-                          electrical_likelihood(&d->samples, without, &reading->model, reading->block);
-    return true;
 }
 
-/* Every other block of the group that can stand there. Returns how many readings there are. */
-static size_t read_anew(const attempt_t *job, const finding_t *finding, const evidence_t *evidence,
-                        const model_t *without, reading_t *reading) {
-    size_t count = 0;
+/* What the readings of a finding are made from. */
+typedef struct {
+    const attempt_t *job;
+    const evidence_t *evidence;
+    const model_t *without;
+    reading_t *reading;
+} anew_t;
+
+/* Another block's best numbers, in the finding's place. */
+static void read_anew(void *context, size_t index) {
+    const anew_t *anew = context;
+    const diagnosis_t *d = anew->job->diagnosis;
+    reading_t *reading = &anew->reading[index];
+    candidate_t candidate;
+    reading->likelihood = -HUGE_VAL;
+    if (index > 0) { /* the first one is the finding's own */
+        if (!search_block(anew->evidence, &d->noise, anew->without, &anew->job->setting, reading->block, &candidate)) {
+            model_copy(&reading->model, anew->without);
+            return;
+        }
+        model_copy(&reading->model, &candidate.model);
+        candidate_free(&candidate);
+    }
+    fit(anew->job, anew->without, reading);
+}
+
+/* The finding's own block, and every other one of its group that can stand there. Returns how many. */
+static size_t list_group(const finding_t *finding, const model_t *without, reading_t *reading) {
+    size_t count = 1;
+    reading[0] = (reading_t){.block = finding->block};
     for (size_t i = 0; i < catalogue_count; i++) {
         const block_t *block = catalogue[i];
-        reading_t *other = &reading[count];
-        candidate_t candidate;
-        if (block == finding->block || block->probe == NULL || !same_group(block, finding->block) ||
-            model_find(without, block->name) != NULL ||
-            !search_block(evidence, &job->diagnosis->noise, without, &job->setting, block, &candidate)) {
-            continue;
-        }
-        *other = (reading_t){.block = block};
-        model_copy(&other->model, &candidate.model);
-        candidate_free(&candidate);
-        if (fit(job, without, other)) {
-            count++;
-        } else {
-            model_free(&other->model);
+        if (block != finding->block && block->probe != NULL && same_group(block, finding->block) &&
+            model_find(without, block->name) == NULL) {
+            reading[count++] = (reading_t){.block = block};
         }
     }
     return count;
@@ -106,25 +121,27 @@ static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
-    size_t count = 1, best = 0;
     model_copy(&without, &d->model);
     model_remove(&without, finding_index(d, finding));
-    reading[0] = (reading_t){.block = finding->block};
+    const size_t count = list_group(finding, &without, reading);
     model_copy(&reading[0].model, &d->model);
-    bool good = fit(job, &without, &reading[0]);
-    evidence_t *evidence = good ? evidence_open(&without, &d->samples, &d->noise, job->failure) : NULL;
-    good = evidence != NULL;
-    if (good) {
+    evidence_t *evidence = evidence_open(&without, &d->samples, &d->noise, job->failure);
+    if (evidence != NULL) {
+        anew_t anew = {.job = job, .evidence = evidence, .without = &without, .reading = reading};
+        size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
-        count += read_anew(job, finding, evidence, &without, reading + 1);
+        parallel(count, read_anew, &anew);
         for (size_t i = 1; i < count; i++) {
             best = reading[i].likelihood > reading[best].likelihood ? i : best;
         }
-        take(job, finding, &reading[best]);
-        list_rivals(finding, reading, count, best);
+        if (isfinite(reading[best].likelihood)) {
+            take(job, finding, &reading[best]);
+            list_rivals(finding, reading, count, best);
+        }
     }
+    const bool good = evidence != NULL;
     evidence_close(evidence);
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < (good ? count : 1); i++) {
         model_free(&reading[i].model);
     }
     free(reading);

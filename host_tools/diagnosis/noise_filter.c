@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "noise_filter.h"
 #include "failure.h"
+#include "gsl_errors.h"
 #include "simplex.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_linalg.h>
@@ -114,6 +115,7 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
                                    .size = 0.03,
                                    .most_iterations = MOST_ITERATIONS};
     double numbers[NOISE_FILTER_NUMBERS], variance = 0.0;
+    gsl_returns_errors();
     noise_filter_numbers(filter, numbers);
     (void)simplex_minimise(&simplex, numbers);
     const noise_filter_t found = noise_filter_at(numbers);
