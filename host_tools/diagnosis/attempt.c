@@ -1,21 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "attempt.h"
 #include "baseline.h"
+#include "candidate_judgement.h"
 #include "catalogue.h"
 #include "findings.h"
 #include "lattice.h"
 #include "measured_columns.h"
 #include "names.h"
 #include "sides.h"
-#include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Chance of one false finding in a diagnosis, over all signatures that are tried in it. */
-static const double false_alarm = 1e-3;
-/* The same for the standard error from the scatter over blocks, of which there are few. */
-static const double block_false_alarm = 0.05;
 /* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
 const double attempt_naming_margin = 20.0;
 static const double same_signature = 0.95;
@@ -23,15 +19,12 @@ static const double same_signature = 0.95;
 static const double least_support = 0.3;
 const double attempt_least_support = 12.0;
 static const double support_enough = 100.0;
-/* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not
- * average out as noise does. */
-static const double least_part_of_steps = 0.25;
 /* Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
 static const double least_steps = 0.1;
 const double attempt_least_part_of_found = 0.1;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
- * hysteresis could imitate; and the part of it that the block has to explain, or to less than this. */
-static const double worth_explaining = 0.05, most_of_it = 0.6, little_left = 0.06;
+ * hysteresis could imitate. */
+static const double worth_explaining = 0.05;
 /* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise. */
 static const double least_curve = 3.0;
 /* A fit that settles ends by itself; one that was stopped before leaves what is then taken for another effect. */
@@ -61,77 +54,6 @@ unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model) {
         blocks |= block->probe != NULL && model_find(&d->baseline, block->name) == NULL ? 1U << b : 0U;
     }
     return blocks;
-}
-
-/* Significant by both standard errors, corrected for the number of signatures tried. */
-static bool significant(const candidate_t *candidate, size_t tested) {
-    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
-    const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
-    const evidence_test_t *test = &candidate->test;
-    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0;
-}
-
-/* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
-static bool jointly_significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
-    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
-    return candidate->joint && hysteresis_numbers_few(hysteresis_numbers_count(&candidate->model)) &&
-           (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
-}
-
-/* Beyond J. */
-static double own_size_um(const candidate_t *candidate) {
-    return candidate->test.amplitude * candidate->test.own_um;
-}
-
-/* What the blocks that were found change: a column. NULL: the chain does not run without them. */
-static double *change_found(const attempt_t *job) {
-    const diagnosis_t *d = job->diagnosis;
-    double *change = samples_column(&d->samples), *with = samples_column(&d->samples);
-    model_t without;
-    failure_t refusal;
-    model_copy(&without, &d->model);
-    for (size_t b = without.blocks; b-- > 0;) {
-        if ((attempt_blocks_found(d, &d->model) >> b & 1U) != 0) {
-            model_remove(&without, b);
-        }
-    }
-    const bool good = samples_simulate(&d->samples, &d->model, with, &refusal) &&
-                      samples_simulate(&d->samples, &without, change, &refusal);
-    for (size_t k = 0; good && k < d->samples.all; k++) {
-        change[k] = with[k] - change[k];
-    }
-    model_free(&without);
-    free(with);
-    if (!good) {
-        free(change);
-        change = NULL;
-    }
-    return change;
-}
-
-/* Beyond J. Where it acts, it has to be more than the error of what was found may be. */
-static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
-    const diagnosis_t *d = job->diagnosis;
-    const double least_um = (job->coarse ? least_part_of_steps : search_least_size) * d->noise.sigma_um;
-    bool large = own_size_um(candidate) > least_um;
-    if (large && d->findings > 0) {
-        double *found = change_found(job);
-        large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
-                                                 attempt_least_part_of_found) > least_um;
-        free(found);
-    }
-    return large;
-}
-
-/* Of what it takes out of the residual together with the hysteresis' numbers. */
-static double joint_size_um(const attempt_t *job, const candidate_t *candidate) {
-    const double fall = job->power.fitted - candidate->power.fitted;
-    return candidate->joint ? sqrt(fmax(0.0, fall) / (double)job->diagnosis->samples.fitted) : 0.0;
-}
-
-/* By the measured voltage or current, as surely as it takes to make a name. */
-static bool contradicted(const candidate_t *candidate) {
-    return candidate->electrical < -attempt_naming_margin;
 }
 
 static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
@@ -186,7 +108,7 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
         d->model = augmented;
         d->finding[d->findings++] = *finding;
         job->power = power;
-        job->found_um = hypot(job->found_um, own_size_um(candidate));
+        job->found_um = hypot(job->found_um, candidate_own_um(candidate));
     } else {
         model_free(&augmented);
     }
@@ -206,7 +128,7 @@ static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
                                .likelihood = c->likelihood,
                                .t = c->test.t,
                                .t_blocks = c->test.t_blocks,
-                               .outcome = contradicted(c)                     ? CONTRADICTED
+                               .outcome = candidate_contradicted(c)           ? CONTRADICTED
                                           : i == 0 || best == NOT_SIGNIFICANT ? best
                                                                               : LESS_LIKELY};
         }
@@ -238,23 +160,6 @@ double attempt_excess(const diagnosis_t *d, double held) {
     return held / ((double)d->samples.held * d->noise.sigma_um * d->noise.sigma_um) - 1.0;
 }
 
-/* Where the model's own numbers are so few that other shapes imitate what it lacks: whether the block explains most of
- * it. */
-static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
-    const double before = attempt_excess(job->diagnosis, job->power.held);
-    return candidate->joint &&
-           attempt_excess(job->diagnosis, candidate->power.held) < fmax((1.0 - most_of_it) * before, little_left);
-}
-
-/* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
-static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
-    const question_t question = evidence_question(evidence);
-    const bool large = question == ASK_ANYTHING && !job->coarse
-                           ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
-                           : large_enough(job, evidence, candidate);
-    return large && (question == ASK_EFFECTS || explains_most(job, candidate));
-}
-
 /* One more block of those that the question is about, or none. */
 static bool find_among(attempt_t *job, evidence_t *evidence, question_t question, bool *found_one) {
     diagnosis_t *d = job->diagnosis;
@@ -265,10 +170,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     search(evidence, &d->noise, &d->model, &job->setting, &found);
     attempt_advance(job);
     d->tested += found.tested;
-    const candidate_t *best = &found.candidate[0];
-    const bool significant_one =
-        found.count > 0 && !contradicted(best) && worth_telling(job, evidence, best) &&
-        (significant(best, found.tested) || (question == ASK_ANYTHING && jointly_significant(job, best, found.tested)));
+    const bool significant_one = found.count > 0 && candidate_convinces(job, evidence, &found);
     if (significant_one) {
         name(evidence, &found, &finding);
         finding.shape = question != ASK_EFFECTS;

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "candidate_judgement.h"
+#include <gsl/gsl_cdf.h>
+#include <math.h>
+#include <stdlib.h>
+
+/* Chance of one false finding in a diagnosis, over all signatures that are tried in it. */
+static const double false_alarm = 1e-3;
+/* The same for the standard error from the scatter over blocks, of which there are few. */
+static const double block_false_alarm = 0.05;
+/* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not
+ * average out as noise does. */
+static const double least_part_of_steps = 0.25;
+/* Of what the held-out samples have beyond the noise, what a block has to explain that another shape of hysteresis
+ * could imitate, or to less than this. */
+static const double most_of_it = 0.6, little_left = 0.06;
+
+/* Significant by both standard errors, corrected for the number of signatures tried. */
+static bool significant(const candidate_t *candidate, size_t tested) {
+    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
+    const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
+    const evidence_test_t *test = &candidate->test;
+    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0;
+}
+
+/* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
+static bool jointly_significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
+    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
+    return candidate->joint && hysteresis_numbers_few(hysteresis_numbers_count(&candidate->model)) &&
+           (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
+}
+
+double candidate_own_um(const candidate_t *candidate) {
+    return candidate->test.amplitude * candidate->test.own_um;
+}
+
+/* What the blocks that were found change: a column. NULL: the chain does not run without them. */
+static double *change_found(const attempt_t *job) {
+    const diagnosis_t *d = job->diagnosis;
+    double *change = samples_column(&d->samples), *with = samples_column(&d->samples);
+    model_t without;
+    failure_t refusal;
+    model_copy(&without, &d->model);
+    for (size_t b = without.blocks; b-- > 0;) {
+        if ((attempt_blocks_found(d, &d->model) >> b & 1U) != 0) {
+            model_remove(&without, b);
+        }
+    }
+    const bool good = samples_simulate(&d->samples, &d->model, with, &refusal) &&
+                      samples_simulate(&d->samples, &without, change, &refusal);
+    for (size_t k = 0; good && k < d->samples.all; k++) {
+        change[k] = with[k] - change[k];
+    }
+    model_free(&without);
+    free(with);
+    if (!good) {
+        free(change);
+        change = NULL;
+    }
+    return change;
+}
+
+/* Beyond J. Where it acts, it has to be more than the error of what was found may be. */
+static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
+    const diagnosis_t *d = job->diagnosis;
+    const double least_um = (job->coarse ? least_part_of_steps : search_least_size) * d->noise.sigma_um;
+    bool large = candidate_own_um(candidate) > least_um;
+    if (large && d->findings > 0) {
+        double *found = change_found(job);
+        large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
+                                                 attempt_least_part_of_found) > least_um;
+        free(found);
+    }
+    return large;
+}
+
+/* Of what it takes out of the residual together with the hysteresis' numbers. */
+static double joint_size_um(const attempt_t *job, const candidate_t *candidate) {
+    const double fall = job->power.fitted - candidate->power.fitted;
+    return candidate->joint ? sqrt(fmax(0.0, fall) / (double)job->diagnosis->samples.fitted) : 0.0;
+}
+
+bool candidate_contradicted(const candidate_t *candidate) {
+    return candidate->electrical < -attempt_naming_margin;
+}
+
+/* Where the model's own numbers are so few that other shapes imitate what it lacks: whether the block explains most of
+ * it. */
+static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
+    const double before = attempt_excess(job->diagnosis, job->power.held);
+    return candidate->joint &&
+           attempt_excess(job->diagnosis, candidate->power.held) < fmax((1.0 - most_of_it) * before, little_left);
+}
+
+/* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
+static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
+    const question_t question = evidence_question(evidence);
+    const bool large = question == ASK_ANYTHING && !job->coarse
+                           ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
+                           : large_enough(job, evidence, candidate);
+    return large && (question == ASK_EFFECTS || explains_most(job, candidate));
+}
+
+bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const search_t *found) {
+    const candidate_t *best = &found->candidate[0];
+    return !candidate_contradicted(best) &&
+           (significant(best, found->tested) ||
+            (evidence_question(evidence) == ASK_ANYTHING && jointly_significant(job, best, found->tested))) &&
+           worth_telling(job, evidence, best);
+}
