@@ -58,14 +58,16 @@ typedef struct {
 
 /**
  * What travels down the chain. `value` is V up to the hysteresis and um behind it. A block that modifies the hysteresis
- * stands just before it: it replaces the drive that the hysteresis sees, or leaves it alone and writes what it does to
- * the play operators into the other fields. One that follows it stands between it and the next place, and finds the
- * drive that the hysteresis saw in `drive_v`.
+ * stands just before it: it replaces the drive that the hysteresis sees, or leaves it alone and widens the loops by
+ * `slack_v`. One that follows it stands between it and the next place, and finds the drive that the hysteresis saw in
+ * `drive_v`.
  */
 typedef struct {
     double value;
-    double threshold_growth_v; /**< added to every play threshold at this sample */
-    double drive_v;            /**< what the hysteresis saw at this sample; the chain sets it */
+    /** By how much what is hysteretic is behind the drive: plays and relays see value - slack_v, what has no width sees
+     * value. */
+    double slack_v;
+    double drive_v; /**< what the hysteresis saw at this sample; the chain sets it */
 } signal_t;
 
 struct compile_job;
@@ -75,8 +77,8 @@ typedef struct block {
     place_t place;
     bool modifies_hysteresis; /**< see signal_t; works only in a chain with a hysteresis block */
     bool follows_hysteresis;  /**< likewise */
-    bool widens_plays;        /**< writes signal_t.threshold_growth_v */
-    bool has_plays;           /**< a hysteresis that takes threshold_growth_v: what widens_plays needs */
+    bool widens;              /**< writes signal_t.slack_v, by the drive that the hysteresis sees */
+    bool can_widen;           /**< a hysteresis that takes slack_v: what `widens` needs */
     bool adds; /**< what it does is no response to its input (noise, hum), or not a linear one (steps, a curve) */
     /** Its numbers belong to the model's sample rate: at another one the chain is refused. */
     bool one_sample_rate;

@@ -36,16 +36,24 @@ void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
     stage->block->step(stage->state, signal);
 }
 
+/* What widens the loops goes by the drive that the hysteresis sees: behind what changes that. */
+static size_t order_modifiers(const model_t *model, bool widening, size_t *order) {
+    size_t count = 0;
+    for (size_t m = 0; m < model->blocks; m++) {
+        if (model->block[m].block->modifies_hysteresis && model->block[m].block->widens == widening) {
+            order[count++] = m;
+        }
+    }
+    return count;
+}
+
 size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
     size_t count = 0;
     for (size_t i = 0; i < model->blocks; i++) {
         const block_t *block = model->block[i].block;
         if (block_is_hysteresis(block)) {
-            for (size_t m = 0; m < model->blocks; m++) {
-                if (model->block[m].block->modifies_hysteresis) {
-                    order[count++] = m;
-                }
-            }
+            count += order_modifiers(model, false, order + count);
+            count += order_modifiers(model, true, order + count);
         }
         if (!block->modifies_hysteresis) {
             order[count++] = i;

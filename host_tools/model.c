@@ -172,7 +172,7 @@ bool model_check(const model_t *model, const char *where, failure_t *failure) {
             hystereses++;
             hysteresis = block;
         }
-        widening = block->widens_plays ? block : widening;
+        widening = block->widens ? block : widening;
         if (block->follows_hysteresis && hystereses == 0) {
             return fail(failure, "%s: block %s stands before the hysteresis that it follows", where, block->name);
         }
@@ -180,8 +180,8 @@ bool model_check(const model_t *model, const char *where, failure_t *failure) {
     if (hystereses != 1) {
         return fail(failure, "%s: a chain needs exactly one hysteresis block, this one has %zu", where, hystereses);
     }
-    if (widening != NULL && !hysteresis->has_plays) {
-        return fail(failure, "%s: block %s widens play operators, and %s has none", where, widening->name,
+    if (widening != NULL && !hysteresis->can_widen) {
+        return fail(failure, "%s: block %s widens plays or relays, and %s has none", where, widening->name,
                     hysteresis->name);
     }
     return true;

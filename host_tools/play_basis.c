@@ -15,8 +15,9 @@ void play_walk_begin(play_walk_t *walk, const play_basis_t *basis, const recordi
     }
     if (basis->rate_dependent) {
         const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
-        double values[] = {basis->beta_s, basis->rate_filter_s, basis->limit_v};
-        const parameter_t parameters[] = {{1, &values[0], NULL}, {1, &values[1], NULL}, {1, &values[2], NULL}};
+        double values[] = {basis->beta_s, basis->rate_filter_s, basis->limit_v, 0.0};
+        const parameter_t parameters[] = {
+            {1, &values[0], NULL}, {1, &values[1], NULL}, {1, &values[2], NULL}, {1, &values[3], NULL}};
         signal_t first = {.value = walk->drive[0]};
         walk->growth_state = block_open(&block_rate_dependent_hysteresis, parameters, &setup);
         block_rate_dependent_hysteresis.settle(walk->growth_state, &first);
@@ -28,9 +29,10 @@ void play_walk_step(play_walk_t *walk) {
     if (walk->growth_state != NULL) {
         block_rate_dependent_hysteresis.step(walk->growth_state, &signal);
     }
+    const double behind = signal.value - signal.slack_v;
     for (size_t i = 0; i < walk->basis->operators; i++) {
-        const double r = walk->basis->threshold_v[i] + signal.threshold_growth_v;
-        walk->memory_v[i] = fmax(signal.value - r, fmin(signal.value + r, walk->memory_v[i]));
+        const double r = walk->basis->threshold_v[i];
+        walk->memory_v[i] = fmax(behind - r, fmin(behind + r, walk->memory_v[i]));
     }
 }
 

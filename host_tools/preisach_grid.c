@@ -77,6 +77,21 @@ double preisach_everett(const preisach_grid_t *grid, const double *table, double
     return value_of(&terms, table);
 }
 
+double preisach_reversible(const preisach_grid_t *grid, const double *table, double to_v, double from_v) {
+    const size_t last = grid->levels - 2;
+    const double *level = grid->level_v, low_v = fmin(to_v, from_v), high_v = fmax(to_v, from_v);
+    double part, sum = 0.0;
+    for (size_t i = interval_of(grid, fmax(low_v, level[0]), &part); i <= last; i++) {
+        const double begin = i == 0 ? low_v : fmax(low_v, level[i]);
+        const double end = i == last ? high_v : fmin(high_v, level[i + 1]);
+        if (end <= begin) {
+            break;
+        }
+        sum += table[preisach_element(i + 1, i)] * (end - begin) / (level[i + 1] - level[i]);
+    }
+    return to_v < from_v ? -sum : sum;
+}
+
 void preisach_memory_begin(preisach_memory_t *memory, const preisach_grid_t *grid) {
     memory->reversals = 0;
     memory->drive_v = grid->level_v[0];

@@ -35,6 +35,9 @@ typedef struct {
 /** The change of the output on a branch that leads directly from one drive to the other; E(from, to) = -E(to, from). */
 preisach_terms_t preisach_terms(const preisach_grid_t *grid, double to_v, double from_v);
 double preisach_everett(const preisach_grid_t *grid, const double *table, double to_v, double from_v);
+/** The part of it that is in relays without width, the triangles on the diagonal: from_v to to_v in steps that are so
+ * small that no other relay switches and returns. */
+double preisach_reversible(const preisach_grid_t *grid, const double *table, double to_v, double from_v);
 
 /** More reversals than this, nested in each other, forget the two neighbours between which the drive differs least. */
 #define PREISACH_MAX_REVERSALS 500

@@ -34,10 +34,10 @@ static const parameter_info_t parameters[] = {
 
 typedef struct {
     size_t operators;
-    double offset_um, direct; /* direct: w_0 */
-    bool moved;               /* since it was settled: then the operators are where these led them */
-    double drive_v, growth_v, position_um;
-    double array[]; /* weights w_1.., thresholds, initial memory, memory: operators each */
+    double offset_um, direct;              /* direct: w_0 */
+    bool moved;                            /* since it was settled: then the operators are where these led them */
+    double drive_v, behind_v, position_um; /* behind_v: of the slack */
+    double array[];                        /* weights w_1.., thresholds, initial memory, memory: operators each */
 } state_t;
 
 static bool check(const parameter_t *parameter, failure_t *failure) {
@@ -72,30 +72,30 @@ static inline double follow(double *play, double drive_v, double threshold_v) {
 }
 
 /* Operators do not wait for each other: four sums, so that additions do not either. */
-static double sum_of_operators(state_t *state, const signal_t *signal) {
+static double sum_of_operators(state_t *state, double drive_v) {
     enum { SUMS = 4 };
     const size_t n = state->operators;
-    const double *weight = state->array, *threshold = state->array + n, growth = signal->threshold_growth_v;
+    const double *weight = state->array, *threshold = state->array + n;
     double *play = state->array + 3 * n, sum[SUMS] = {0.0};
     size_t i = 0;
     for (; i + SUMS <= n; i += SUMS) {
         for (size_t j = 0; j < SUMS; j++) {
-            sum[j] += weight[i + j] * follow(&play[i + j], signal->value, threshold[i + j] + growth);
+            sum[j] += weight[i + j] * follow(&play[i + j], drive_v, threshold[i + j]);
         }
     }
     for (; i < n; i++) {
-        sum[0] += weight[i] * follow(&play[i], signal->value, threshold[i] + growth);
+        sum[0] += weight[i] * follow(&play[i], drive_v, threshold[i]);
     }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    const double drive_v = signal->value, growth_v = signal->threshold_growth_v;
-    if (!state->moved || drive_v != state->drive_v || growth_v != state->growth_v) {
-        state->position_um = state->offset_um + state->direct * drive_v + sum_of_operators(state, signal);
+    const double drive_v = signal->value, behind_v = signal->value - signal->slack_v;
+    if (!state->moved || drive_v != state->drive_v || behind_v != state->behind_v) {
+        state->position_um = state->offset_um + state->direct * drive_v + sum_of_operators(state, behind_v);
         state->drive_v = drive_v;
-        state->growth_v = growth_v;
+        state->behind_v = behind_v;
         state->moved = true;
     }
     signal->value = state->position_um;
@@ -116,7 +116,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .place = PLACE_HYSTERESIS,
-                                          .has_plays = true,
+                                          .can_widen = true,
                                           .text = "hysteresis as a weighted sum of play operators",
                                           .parameter = parameters,
                                           .parameters = 4,

@@ -86,13 +86,17 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    if (!state->moved || signal->value != state->memory.drive_v) {
-        preisach_memory_move(&state->memory, &state->grid, signal->value);
+    const double drive_v = signal->value, relays_v = drive_v - signal->slack_v;
+    if (!state->moved || relays_v != state->memory.drive_v) {
+        preisach_memory_move(&state->memory, &state->grid, relays_v);
         state->position_um =
             preisach_output_next(&state->grid, state->table, state->offset_um, &state->memory, &state->sums);
         state->moved = true;
     }
     signal->value = state->position_um;
+    if (relays_v != drive_v) {
+        signal->value += preisach_reversible(&state->grid, state->table, drive_v, relays_v);
+    }
 }
 
 static void settle(void *memory, signal_t *signal) {
@@ -115,6 +119,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_preisach = {.name = "preisach",
                                 .place = PLACE_HYSTERESIS,
+                                .can_widen = true,
                                 .text =
                                     "hysteresis as relays over the plane of their switching drives, in Everett form",
                                 .parameter = parameters,

@@ -1,10 +1,20 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * Thresholds that grow with the drive rate: the discrete form of lib/hyst (prandtl_ishlinskii.h), where the rate at
- * sample k is the one known before sample k, so that the inverse is exact.
+ * Loops that widen with the drive rate: every threshold, and half the distance of every relay's two drives, grows
+ * alike,
+ *
+ *     growth = min(beta_s |du/dt|, limit_v)
+ *
+ * That is the hysteresis as it was behind one play of that half width, but for what has no width (docs/MODELS.md,
+ * section 3.2): the play is here, and the hysteresis is told how far it is behind the drive.
+ *
+ * The amplifier's form, lib/hyst (prandtl_ishlinskii.h), has the rate at sample k known before sample k, so that the
+ * inverse is exact:
  *
  *     growth[k] = min(beta_s |v[k-1]| / dt, limit_v),     v[k] = v[k-1] + g (u[k] - u[k-1] - v[k-1]),     g = 1 -
  * exp(-dt / rate_filter_s)
+ *
+ * An actuator does not wait: with `immediate` the rate is that of the instant, along a parabola through the samples.
  */
 #include "catalogue.h"
 #include "compile_job.h"
@@ -30,48 +40,111 @@ static const parameter_info_t parameters[] = {
      .optional = true,
      .default_value = HUGE_VAL,
      .chosen = true,
-     .text = "largest growth; the amplifier's is half its drive range less its largest threshold"}};
+     .text = "largest growth; the amplifier's is half its drive range less its largest threshold"},
+    {.name = "immediate",
+     .unit = "1",
+     .low = 0.0,
+     .high = 1.0,
+     .optional = true,
+     .chosen = true,
+     .text = "1: by the rate of the instant, as an actuator; 0: of the sample before, as the amplifier"}};
+
+enum { BETA, RATE_FILTER, LIMIT, IMMEDIATE, PARAMETERS };
+
+/* Of a sample: instants at which a growth that does not wait is looked at. */
+enum { INSTANTS = 8 };
 
 typedef struct {
-    double beta_samples, rate_gain, limit_v;
-    double input, rate; /* V, V per sample */
+    bool immediate;
+    double beta_samples, rate_gain, limit_v; /* rate_gain: of a sample, or of an instant */
+    double input, rate;                      /* V, V per sample */
+    double change, bend;                     /* of the drive in the last sample, and of that */
+    double behind;                           /* the play */
 } state_t;
+
+static bool check(const parameter_t *parameter, failure_t *failure) {
+    const double immediate = parameter[IMMEDIATE].value[0];
+    return immediate == 0.0 || immediate == 1.0 || fail(failure, "immediate = %g is neither 0 nor 1", immediate);
+}
+
+/* Of a first-order low pass. */
+static double gain_of(double filter_s, double rate_hz) {
+    return filter_s > 0.0 ? -expm1(-1.0 / (filter_s * rate_hz)) : 1.0;
+}
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
-    const double filter_s = parameter[1].value[0];
-    state->beta_samples = parameter[0].value[0] * setup->sample_rate_hz;
-    state->rate_gain = filter_s > 0.0 ? -expm1(-1.0 / (filter_s * setup->sample_rate_hz)) : 1.0;
-    state->limit_v = parameter[2].value[0];
+    state->immediate = parameter[IMMEDIATE].value[0] != 0.0;
+    state->beta_samples = parameter[BETA].value[0] * setup->sample_rate_hz;
+    state->rate_gain =
+        gain_of(parameter[RATE_FILTER].value[0], setup->sample_rate_hz * (state->immediate ? INSTANTS : 1));
+    state->limit_v = parameter[LIMIT].value[0];
 }
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
-    state->input = signal->value;
-    state->rate = 0.0;
-    signal->threshold_growth_v = 0.0;
+    state->input = state->behind = signal->value;
+    state->rate = state->change = state->bend = 0.0;
+    signal->slack_v = 0.0;
+}
+
+static void follow(state_t *state, double drive_v) {
+    const double growth_v = fmin(state->beta_samples * fabs(state->rate), state->limit_v);
+    state->behind = fmax(drive_v - growth_v, fmin(drive_v + growth_v, state->behind));
+}
+
+/* How the drive bends through a sample: the smaller of two bends in turn, or none where they differ in direction, as
+ * about a corner; and no further than to rest at one end of the sample, as where a hold begins. */
+static double smooth_bend(double before, double now, double change) {
+    const double most = fmin(2.0 * fabs(change), fmin(fabs(before), fabs(now)));
+    return before * now > 0.0 ? copysign(most, now) : 0.0;
+}
+
+static void follow_through_sample(state_t *state, double drive_v) {
+    const double change = drive_v - state->input, bend = change - state->change;
+    const double smooth = smooth_bend(state->bend, bend, change);
+    for (int i = 1; i <= INSTANTS; i++) {
+        const double part = (double)i / INSTANTS;
+        state->rate += state->rate_gain * (change + smooth * (part - 0.5) - state->rate);
+        follow(state, state->input + change * part - 0.5 * smooth * part * (1.0 - part));
+    }
+    state->change = change;
+    state->bend = bend;
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    signal->threshold_growth_v = fmin(state->beta_samples * fabs(state->rate), state->limit_v);
-    state->rate += state->rate_gain * (signal->value - state->input - state->rate);
+    if (state->immediate) {
+        follow_through_sample(state, signal->value);
+    } else {
+        follow(state, signal->value);
+        state->rate += state->rate_gain * (signal->value - state->input - state->rate);
+    }
     state->input = signal->value;
+    signal->slack_v = signal->value - state->behind;
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     hyst_parameters_t *p = job->parameters;
-    const double filter_s = parameter[1].value[0];
-    const double gain = filter_s > 0.0 ? -expm1(-1.0 / (filter_s * job->rate_hz)) : 1.0;
-    return compile_to_fixed(job, parameter[0].value[0] * job->rate_hz, 20, "beta in samples", &p->pi_beta) &&
-           compile_to_fixed(job, gain, 30, "rate gain", &p->pi_rate_gain);
+    if (model_find(job->model, block_preisach.name) != NULL) {
+        compile_uncorrected(job, "the amplifier widens banks of plays, not planes of relays; its loops are those of a "
+                                 "slow drive, and what the actuator's widen by stays in the position");
+        return true;
+    }
+    if (parameter[IMMEDIATE].value[0] != 0.0) {
+        compile_note(job, "%s: the amplifier's thresholds grow one sample later than the model's", job->block);
+    }
+    return compile_to_fixed(job, parameter[BETA].value[0] * job->rate_hz, 20, "beta in samples", &p->pi_beta) &&
+           compile_to_fixed(job, gain_of(parameter[RATE_FILTER].value[0], job->rate_hz), 30, "rate gain",
+                            &p->pi_rate_gain);
 }
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     /* Thresholds grow by 5 % of half the range at the largest rate. */
-    value[0] = 0.025 * (setting->drive_high_v - setting->drive_low_v) / setting->largest_rate_v_per_s;
-    value[2] = HUGE_VAL;
-    return probe_between(0.5 / setting->sample_rate_hz, 64.0 / setting->sample_rate_hz, 4, index, &value[1]);
+    value[BETA] = 0.025 * (setting->drive_high_v - setting->drive_low_v) / setting->largest_rate_v_per_s;
+    value[LIMIT] = HUGE_VAL;
+    value[IMMEDIATE] = 1.0;
+    return index == 0;
 }
 
 static const probe_t looked_for = {.group = "rate",
@@ -79,16 +152,17 @@ static const probe_t looked_for = {.group = "rate",
                                    .excitation = "the same amplitude at three frequencies",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
-                                   .searched = 3U,
-                                   .accuracy = {0.1}};
+                                   .searched = 1U << BETA,
+                                   .accuracy = {0.04}};
 
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
                                                  .place = PLACE_HYSTERESIS,
                                                  .modifies_hysteresis = true,
-                                                 .widens_plays = true,
-                                                 .text = "play thresholds that grow with the drive rate",
+                                                 .widens = true,
+                                                 .text = "loops that widen with the drive rate",
                                                  .parameter = parameters,
-                                                 .parameters = 3,
+                                                 .parameters = PARAMETERS,
+                                                 .check = check,
                                                  .state_bytes = sizeof(state_t),
                                                  .open = open,
                                                  .settle = settle,

@@ -125,7 +125,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_stop_density = {.name = "stop_density",
                                     .place = PLACE_HYSTERESIS,
-                                    .has_plays = true,
+                                    .can_widen = true,
                                     .text = "hysteresis as stops weighted by a density of their threshold",
                                     .parameter = parameters,
                                     .parameters = sizeof parameters / sizeof parameters[0],

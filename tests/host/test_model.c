@@ -149,7 +149,7 @@ static const struct {
     {MODEL(BANK("{\"value\":[1,2],\"sigma\":[1]}", "[1]")), "sigma has 1 elements, value has 2"},
     {MODEL(BLOCK("rate_dependent_hysteresis", "\"beta_s\":1e-3") "," BLOCK(
          "stop_prandtl_ishlinskii", "\"offset_v\":0,\"weights\":[1],\"thresholds_um\":[]")),
-     "block rate_dependent_hysteresis widens play operators, and stop_prandtl_ishlinskii has none"},
+     "block rate_dependent_hysteresis widens plays or relays, and stop_prandtl_ishlinskii has none"},
     {MODEL(BLOCK("resonance", "\"frequency_hz\":1,\"damping_ratio\":0.1") "," GOOD_BANK),
      "stands behind a block of mechanics"},
 };
