@@ -124,19 +124,47 @@ static void step(void *memory, signal_t *signal) {
     signal->slack_v = signal->value - state->behind;
 }
 
+/* Largest part of a branch's slope that the growth acts on, (S_j - S_0) / S_j; 1 at most where no weight is negative.
+ */
+static double widening_part(const model_t *model) {
+    const model_block_t *bank = model_find(model, block_prandtl_ishlinskii.name);
+    double slope = 0.0, part = 0.0;
+    if (bank == NULL) {
+        return 1.0;
+    }
+    const parameter_t *weights = model_parameter(bank, "weights");
+    for (size_t i = 0; i < weights->count; i++) {
+        slope += weights->value[i];
+        part = slope > 0.0 ? fmax(part, (slope - weights->value[0]) / slope) : part;
+    }
+    return part;
+}
+
+/* The amplifier's own past drive sets its thresholds: the time constant without which that runs away (docs/MODELS.md,
+ * section 3.4). The amplifier accepts 0.9. */
+static double stable_filter_s(double beta_s, double filter_s, double part, double rate_hz) {
+    const double most = 0.8;
+    return beta_s * rate_hz * part * gain_of(filter_s, rate_hz) <= most ? filter_s : beta_s * part / most;
+}
+
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     hyst_parameters_t *p = job->parameters;
+    const double beta_s = parameter[BETA].value[0];
+    double filter_s = parameter[RATE_FILTER].value[0];
     if (model_find(job->model, block_preisach.name) != NULL) {
         compile_uncorrected(job, "the amplifier widens banks of plays, not planes of relays; its loops are those of a "
                                  "slow drive, and what the actuator's widen by stays in the position");
         return true;
     }
     if (parameter[IMMEDIATE].value[0] != 0.0) {
-        compile_note(job, "%s: the amplifier's thresholds grow one sample later than the model's", job->block);
+        filter_s = stable_filter_s(beta_s, filter_s, widening_part(job->model), job->rate_hz);
+        compile_note(job,
+                     "%s: the amplifier's thresholds grow one sample later than the model's, by a rate smoothed "
+                     "over %.3g ms (model: %.3g ms)",
+                     job->block, 1e3 * filter_s, 1e3 * parameter[RATE_FILTER].value[0]);
     }
-    return compile_to_fixed(job, parameter[BETA].value[0] * job->rate_hz, 20, "beta in samples", &p->pi_beta) &&
-           compile_to_fixed(job, gain_of(parameter[RATE_FILTER].value[0], job->rate_hz), 30, "rate gain",
-                            &p->pi_rate_gain);
+    return compile_to_fixed(job, beta_s * job->rate_hz, 20, "beta in samples", &p->pi_beta) &&
+           compile_to_fixed(job, gain_of(filter_s, job->rate_hz), 30, "rate gain", &p->pi_rate_gain);
 }
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
@@ -144,7 +172,8 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[BETA] = 0.025 * (setting->drive_high_v - setting->drive_low_v) / setting->largest_rate_v_per_s;
     value[LIMIT] = HUGE_VAL;
     value[IMMEDIATE] = 1.0;
-    return index == 0;
+    return index == 0 || probe_between(1.0 / setting->sample_rate_hz, 16.0 / setting->sample_rate_hz, 2, index - 1,
+                                       &value[RATE_FILTER]);
 }
 
 static const probe_t looked_for = {.group = "rate",
@@ -152,7 +181,7 @@ static const probe_t looked_for = {.group = "rate",
                                    .excitation = "the same amplitude at three frequencies",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
-                                   .searched = 1U << BETA,
+                                   .searched = 1U << BETA | 1U << RATE_FILTER,
                                    .accuracy = {0.04}};
 
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
