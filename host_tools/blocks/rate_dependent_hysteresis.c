@@ -103,7 +103,8 @@ static double smooth_bend(double before, double now, double change) {
 static void follow_through_sample(state_t *state, double drive_v) {
     const double change = drive_v - state->input, bend = change - state->change;
     const double smooth = smooth_bend(state->bend, bend, change);
-    for (int i = 1; i <= INSTANTS; i++) {
+    /* A rate that nothing smooths has changed behind a corner, before the drive has moved. */
+    for (int i = state->rate_gain < 1.0 ? 1 : 0; i <= INSTANTS; i++) {
         const double part = (double)i / INSTANTS;
         state->rate += state->rate_gain * (change + smooth * (part - 0.5) - state->rate);
         follow(state, state->input + change * part - 0.5 * smooth * part * (1.0 - part));

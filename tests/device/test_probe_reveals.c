@@ -111,8 +111,7 @@ static void expect_named(const effect_t *effect) {
 }
 
 /* A twin holds the drive for a sample, diagnose draws lines between frames: half a sample, 50 us, is 9 % of the time
- * constant of 300 Hz. Growing thresholds and a lag resemble each other, and the rate filter is found along with beta.
- */
+ * constant of 300 Hz. */
 static const effect_t electronics[] = {{"transport_delay", {{"delay_s", 300e-6}}, 0, 0.05, 6},
                                        {"amplifier_bandwidth", {{"cutoff_hz", 300.0}}, 0, 0.1, 6},
                                        {"amplifier_slew_limit", {{"limit_v_per_s", 2000.0}}, 0, 0.02, 7},
@@ -120,7 +119,7 @@ static const effect_t electronics[] = {{"transport_delay", {{"delay_s", 300e-6}}
 
 static const effect_t hysteresis[] = {
     {"asymmetric_hysteresis", {{"asymmetry", 0.03}, {"center_v", 0.0}, {"half_range_v", 50.0}}, 0, 0.1, 5},
-    {"rate_dependent_hysteresis", {{"beta_s", 0.0005}, {"rate_filter_s", 0.002}}, 0, 0.3, 7}};
+    {"rate_dependent_hysteresis", {{"beta_s", 0.0005}, {"rate_filter_s", 0.002}}, 0, 0.05, 7}};
 
 static const effect_t slow[] = {{"creep", {{"gamma_per_decade", 0.012}}, 0, 0.05, 9},
                                 {"charge_leakage", {{"time_constant_s", 300.0}}, 0, 0.05, 9},

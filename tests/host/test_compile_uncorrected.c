@@ -4,6 +4,7 @@
 #include "compile.h"
 #include "support.h"
 #include "unity.h"
+#include <math.h>
 #include <string.h>
 
 void setUp(void) {
@@ -93,6 +94,57 @@ static void test_compile_says_what_it_does_not_undo(void) {
     }
 }
 
+/* A plane of relays is inverted as it is at a slow drive, and the report says what that leaves. */
+static void test_compile_does_not_widen_a_plane(void) {
+    const double level_v[] = {0.0, 50.0, 100.0}, table[] = {4.0, 10.0, 4.0};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    failure_t failure = {{0}};
+    model_t model;
+    model_create(&model, 10000.0);
+    model_set(model_append(&model, &block_rate_dependent_hysteresis), "beta_s", 1e-3);
+    model_block_t *plane = model_append(&model, &block_preisach);
+    model_set_array(plane, "levels_v", 3, level_v, NULL);
+    model_set_array(plane, "everett_um", 3, table, NULL);
+    model_set(plane, "offset_um", 5.0);
+    TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &ranges, &parameters, &report, &failure), failure.text);
+    TEST_ASSERT_EQUAL_INT32(0, parameters.pi_beta);
+    TEST_ASSERT_EQUAL_UINT64(1, report.uncorrected);
+    TEST_ASSERT_EQUAL_STRING("rate_dependent_hysteresis", report.uncorrected_block[0].block);
+    TEST_ASSERT_NOT_NULL(strstr(report.uncorrected_block[0].why, "widens banks of plays, not planes of relays"));
+    TEST_ASSERT_NOT_NULL(strstr(report.uncorrected_block[0].why, "stays in the position")); /* whole */
+    model_free(&model);
+}
+
+/* Growth at the instant has no stable inverse: the amplifier's comes later, smoothed as far as that takes, and a note
+ * says so. A model in the amplifier's own form is what it says, or refused. */
+static void test_compile_smooths_a_growth_that_does_not_wait(void) {
+    const double weights[] = {0.06, 0.02, 0.01}, thresholds_v[] = {5.0, 20.0}, part = 0.03 / 0.09;
+    for (int i = 0; i < 3; i++) {
+        const double beta_s = i == 0 ? 1e-4 : 1e-3, filter_s = i < 2 ? 0.0 : 2e-3;
+        const double expected_s = i == 1 ? beta_s * part / 0.8 : filter_s;
+        const double gain = expected_s > 0.0 ? 1.0 - exp(-1e-4 / expected_s) : 1.0;
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        failure_t failure = {{0}};
+        model_t model;
+        make_bank_model(&model, 10000.0, 0.0, 2, weights, thresholds_v);
+        model_block_t *rate = model_append(&model, &block_rate_dependent_hysteresis);
+        model_set(rate, "beta_s", beta_s);
+        model_set(rate, "rate_filter_s", filter_s);
+        model_set(rate, "immediate", 1.0);
+        TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &ranges, &parameters, &report, &failure), failure.text);
+        TEST_ASSERT_EQUAL_INT32((int32_t)floor(beta_s * 1e4 * 0x1p20 + 0.5), parameters.pi_beta);
+        TEST_ASSERT_INT32_WITHIN(1, (int32_t)floor(gain * 0x1p30 + 0.5), parameters.pi_rate_gain);
+        TEST_ASSERT_EQUAL_UINT64(1, report.notes);
+        TEST_ASSERT_NOT_NULL(strstr(report.note[0], "one sample later than the model's"));
+        model_set(rate, "immediate", 0.0);
+        TEST_ASSERT_EQUAL(i != 1, compile_model(&model, &ranges, &parameters, &report, &failure));
+        TEST_ASSERT_EQUAL_UINT64(0, report.notes);
+        model_free(&model);
+    }
+}
+
 /* The chain that a diagnosis of a real set-up ends with: what can be undone is, in spite of what cannot. */
 static void test_compile_undoes_the_rest_of_a_chain(void) {
     const double one = 0.1;
@@ -141,6 +193,8 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_compiled_rails_limit_the_drive);
     RUN_TEST(test_compile_says_what_it_does_not_undo);
+    RUN_TEST(test_compile_does_not_widen_a_plane);
+    RUN_TEST(test_compile_smooths_a_growth_that_does_not_wait);
     RUN_TEST(test_compile_undoes_the_rest_of_a_chain);
     RUN_TEST(test_every_block_is_undone_or_says_why_not);
     return UNITY_END();

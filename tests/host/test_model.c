@@ -147,6 +147,8 @@ static const struct {
     {MODEL(BANK("[1,1e999]", "[1]")), "test_model.json:1:"},
     {MODEL(BANK("[1,NaN]", "[1]")), "test_model.json:1:"},
     {MODEL(BANK("{\"value\":[1,2],\"sigma\":[1]}", "[1]")), "sigma has 1 elements, value has 2"},
+    {MODEL(BLOCK("rate_dependent_hysteresis", "\"beta_s\":1e-3,\"immediate\":0.5") "," GOOD_BANK),
+     "immediate = 0.5 is neither 0 nor 1"},
     {MODEL(BLOCK("rate_dependent_hysteresis", "\"beta_s\":1e-3") "," BLOCK(
          "stop_prandtl_ishlinskii", "\"offset_v\":0,\"weights\":[1],\"thresholds_um\":[]")),
      "block rate_dependent_hysteresis widens plays or relays, and stop_prandtl_ishlinskii has none"},
