@@ -6,7 +6,7 @@
  *     growth = min(beta_s |du/dt|, limit_v)
  *
  * That is the hysteresis as it was behind one play of that half width, but for what has no width (docs/MODELS.md,
- * section 3.2): the play is here, and the hysteresis is told how far it is behind the drive.
+ * section 3.7): the play is here, and the hysteresis is told how far it is behind the drive.
  *
  * The amplifier's form, lib/hyst (prandtl_ishlinskii.h), has the rate at sample k known before sample k, so that the
  * inverse is exact:
@@ -173,7 +173,7 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[BETA] = 0.025 * (setting->drive_high_v - setting->drive_low_v) / setting->largest_rate_v_per_s;
     value[LIMIT] = HUGE_VAL;
     value[IMMEDIATE] = 1.0;
-    return index == 0 || probe_between(1.0 / setting->sample_rate_hz, 16.0 / setting->sample_rate_hz, 2, index - 1,
+    return index == 0 || probe_between(4.0 / setting->sample_rate_hz, 16.0 / setting->sample_rate_hz, 2, index - 1,
                                        &value[RATE_FILTER]);
 }
 
