@@ -9,7 +9,7 @@
 
 /* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at
  * least this part, or so close, are fitted together with the hysteresis. */
-static const double worth_refining = 0.2, worth_fitting = 0.6, close_likelihood = 60.0;
+static const double worth_refining = 0.2, worth_fitting = 0.5, close_likelihood = 60.0;
 enum { MOST_REFINED = 8, MOST_FITTED = 4, FIT_ITERATIONS = 3, PROBES_AT_ONCE = 16 };
 /* And at least this much: nothing below it is significant. */
 static const double least_likelihood = 15.0;
