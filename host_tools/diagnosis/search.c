@@ -179,12 +179,32 @@ static void test_probes(block_search_t *s) {
     }
 }
 
+/* Whether the effect grows with one of the numbers that are searched: then a probe of any size is as good a start. */
+static bool grows_with_a_number(const block_t *block) {
+    for (size_t p = 0; p < block->parameters; p++) {
+        if ((block->probe->searched >> p & 1U) != 0 && block->parameter[p].proportional) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* How good a start it is for the refinement, which begins with the probe as it is: as good as the likelihood that it
+ * has then, or a part of what it would have with its amplitude. */
+static double promise(const evidence_t *evidence, const candidate_t *trial) {
+    const double a = trial->test.amplitude, part = 0.25 * trial->likelihood;
+    return grows_with_a_number(trial->block) || a == 0.0
+               ? trial->likelihood
+               : fmax(part, evidence_likelihood(evidence, 1.0 - trial->test.explained * (2.0 * a - 1.0) / (a * a)));
+}
+
 static void keep_best(block_search_t *s, candidate_t *trial, candidate_t *smallest) {
     if (trial->signature != NULL) {
         note_smallest(s->evidence, trial, s->sigma_um, smallest);
         s->tested++;
     }
-    if (trial->signature != NULL && (s->best.block == NULL || trial->likelihood > s->best.likelihood)) {
+    if (trial->signature != NULL &&
+        (s->best.block == NULL || promise(s->evidence, trial) > promise(s->evidence, &s->best))) {
         const candidate_t worse = s->best;
         s->best = *trial;
         *trial = worse;
@@ -330,11 +350,8 @@ static void fit_group(choice_t *choice) {
 
 bool search_block(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
                   const probe_setting_t *setting, const block_t *block, candidate_t *found) {
-    block_search_t one = {.evidence = evidence,
-                          .baseline = baseline,
-                          .setting = setting,
-                          .block = block,
-                          .sigma_um = noise->sigma_um};
+    block_search_t one = {
+        .evidence = evidence, .baseline = baseline, .setting = setting, .block = block, .sigma_um = noise->sigma_um};
     probe_block(&one, 0);
     *found = one.best;
     if (found->block == NULL) {

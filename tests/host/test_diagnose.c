@@ -249,6 +249,35 @@ static void test_a_superfluous_finding_does_not_stay(void) {
     find_two(&block_transport_delay, delay_truth, &block_resonance, mode_truth);
 }
 
+/* 0.8 % of creep beside a mode whose response is many times the noise: not where the mode acts. */
+static void test_a_small_effect_is_seen_where_a_large_one_rests(void) {
+    static const numbers_t slight_creep = {0.008, 0.05, 100.0, 0.0};
+    find_two(&block_resonance, mode_truth, &block_creep, slight_creep);
+}
+
+/* Far from linear in its numbers: beside their derivatives a lag hardly shows, and a rate-independent fit of them is
+ * beside the truth. Only all numbers together say what it is. */
+static void test_a_delay_before_bouc_wen_is_named(void) {
+    model_free(&truth);
+    model_create(&truth, rate_hz);
+    model_block_t *hysteresis = model_append(&truth, &block_bouc_wen);
+    model_set(hysteresis, "center_v", 50.0);
+    model_set(hysteresis, "half_range_v", 50.0);
+    model_set(hysteresis, "offset_um", 6.0);
+    model_set(hysteresis, "direct_um", 7.0);
+    model_set(hysteresis, "hysteretic_um", -2.0);
+    model_set(hysteresis, "beta", 2.5);
+    model_set(hysteresis, "gamma", 0.6);
+    model_set(hysteresis, "exponent", 1.4);
+    plant(&block_transport_delay, delay_truth);
+    measure(0.0);
+    look(false);
+    TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
+    expect_numbers(&block_transport_delay, delay_truth);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    expect_noise_is_left();
+}
+
 /* A model that says it all, its noise included. */
 static void test_what_the_model_has_is_not_missing(void) {
     model_t more;
@@ -311,6 +340,8 @@ int main(void) {
         RUN_TEST(test_steps_are_named);
         RUN_TEST(test_two_effects_are_named);
         RUN_TEST(test_a_superfluous_finding_does_not_stay);
+        RUN_TEST(test_a_small_effect_is_seen_where_a_large_one_rests);
+        RUN_TEST(test_a_delay_before_bouc_wen_is_named);
         RUN_TEST(test_what_the_model_has_is_not_missing);
         RUN_TEST(test_the_same_recording_gives_the_same_answer);
     }
