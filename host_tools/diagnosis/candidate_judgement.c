@@ -11,6 +11,8 @@ static const double block_false_alarm = 0.05;
 /* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not
  * average out as noise does. */
 static const double least_part_of_steps = 0.25;
+/* What the simulation of what was found may be wrong by where that acts, in parts of it. */
+static const double wrong_where_it_acts = 0.2;
 /* Of what the held-out samples have beyond the noise, what a block has to explain that another shape of hysteresis
  * could imitate, or to less than this. */
 static const double most_of_it = 0.6, little_left = 0.06;
@@ -68,7 +70,7 @@ static bool large_enough(const attempt_t *job, const evidence_t *evidence, const
     if (large && d->findings > 0) {
         double *found = change_found(job);
         large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
-                                                 attempt_least_part_of_found) > least_um;
+                                                 wrong_where_it_acts) > least_um;
         free(found);
     }
     return large;
