@@ -10,6 +10,9 @@
 #include <string.h>
 
 enum { ITERATIONS = 16 };
+/* What the held-out samples may have beyond the noise, in parts of its square. With more the hysteresis is not quite
+ * right, and fits of everything together decide by what that leaves. */
+static const double noise_alone = 0.05;
 
 /* A chain with one of the group's blocks in the finding's place. */
 typedef struct {
@@ -160,7 +163,7 @@ static bool alone_in_group(const block_t *block) {
 bool names_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool good = true;
-    for (size_t f = 0; good && f < d->findings; f++) {
+    for (size_t f = 0; good && f < d->findings && attempt_excess(d, job->power.held) < noise_alone; f++) {
         if (!d->finding[f].in_readings && !alone_in_group(d->finding[f].block)) {
             attempt_advance(job);
             good = settle(job, &d->finding[f]);
