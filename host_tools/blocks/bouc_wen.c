@@ -29,12 +29,24 @@ static const parameter_info_t parameters[] = {
      .optional = true,
      .default_value = 1.0,
      .text = "n: how sharply h saturates"},
-    RECURSION_PARAMETER_TABLE};
+    RECURSION_PARAMETER_TABLE,
+    {.name = "past_v",
+     .unit = "V",
+     .low = -1e9,
+     .high = 1e9,
+     .array = true,
+     .optional = true,
+     .chosen = true,
+     .text = "drives before the first sample, one after the other, from the middle on; absent: h was 0 there"}};
+
+enum { PAST = RECURSION + RECURSION_PARAMETERS, PARAMETERS };
 
 typedef struct {
     double offset_um, direct_um, hysteretic_um;
     bouc_wen_t hysteresis;
     recursion_t recursion;
+    size_t past;
+    double past_v[];
 } state_t;
 
 static bool check(const parameter_t *parameter, failure_t *failure) {
@@ -45,6 +57,11 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
     return recursion_check(parameter + RECURSION, failure);
 }
 
+static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
+    (void)setup;
+    return parameter[PAST].count * sizeof(double);
+}
+
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     state->offset_um = parameter[OFFSET].value[0];
@@ -53,6 +70,10 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     bouc_wen_open(&state->hysteresis, parameter[BETA].value[0], parameter[GAMMA].value[0],
                   parameter[EXPONENT].value[0]);
     recursion_open(&state->recursion, parameter + RECURSION, setup);
+    state->past = parameter[PAST].count;
+    for (size_t i = 0; i < state->past; i++) {
+        state->past_v[i] = parameter[PAST].value[i];
+    }
 }
 
 static double respond(const state_t *state, double u, double h) {
@@ -62,7 +83,12 @@ static double respond(const state_t *state, double u, double h) {
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double u = recursion_input(&state->recursion, signal->value);
-    signal->value = recursion_settle(&state->recursion, respond(state, u, bouc_wen_settle(&state->hysteresis, u)), u);
+    (void)bouc_wen_settle(&state->hysteresis, 0.0);
+    for (size_t i = 0; i < state->past; i++) {
+        (void)bouc_wen_step(&state->hysteresis, recursion_input(&state->recursion, state->past_v[i]));
+    }
+    const double h = bouc_wen_step(&state->hysteresis, u);
+    signal->value = recursion_settle(&state->recursion, respond(state, u, h), u);
 }
 
 static void step(void *memory, signal_t *signal) {
@@ -89,9 +115,10 @@ const block_t block_bouc_wen = {.name = "bouc_wen",
                                 .one_sample_rate = true,
                                 .text = "Bouc-Wen hysteresis, and a recursion behind it if asked for",
                                 .parameter = parameters,
-                                .parameters = RECURSION + RECURSION_PARAMETERS,
+                                .parameters = PARAMETERS,
                                 .check = check,
                                 .state_bytes = sizeof(state_t),
+                                .further_bytes = further_bytes,
                                 .open = open,
                                 .settle = settle,
                                 .step = step,

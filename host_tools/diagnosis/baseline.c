@@ -162,8 +162,8 @@ static bool memory_unknown(const samples_t *samples) {
     return false;
 }
 
-/* Where the recordings do not determine the memory they begin with: the past of the plane, as it was estimated, or a
- * sweep that came to the first level from above or from below, whichever leaves least. */
+/* Where the recordings do not determine the memory they begin with: the past as it was estimated, or a sweep that came
+ * to the first level from above or from below, whichever leaves least. */
 static void choose_past(const samples_t *samples, const noise_t *noise, model_t *model) {
     double range_v[2];
     joint_power_t least;
@@ -229,10 +229,18 @@ static void judge(const judgement_t *job, baseline_t *baseline) {
     baseline->held = shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures);
 }
 
+static bool has_past(const baseline_t *baseline) {
+    return baseline->family != family_find(shapes[BANK].family);
+}
+
 static void fit_and_judge(const judgement_t *job, baseline_t *baseline) {
     joint_power_t ignored;
     failure_t refusal;
-    joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+    if (has_past(baseline) && memory_unknown(job->samples)) {
+        choose_past(job->samples, job->noise, &baseline->model);
+    } else {
+        joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+    }
     judge(job, baseline);
 }
 
@@ -270,9 +278,6 @@ static void smooth_plane(void *context, size_t index) {
                                          shape == SYMMETRIC_PLANE, &refusal);
     if (!job->good[shape]) {
         model_free(&plane->model);
-    } else if (memory_unknown(job->samples)) {
-        choose_past(job->samples, job->noise, &plane->model);
-        judge(job, plane);
     } else {
         fit_and_judge(job, plane);
     }

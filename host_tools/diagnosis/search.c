@@ -84,10 +84,12 @@ static double merit(const candidate_t *candidate, size_t fitted, question_t ques
     const double paid = search_price(candidate->block) - candidate->electrical;
     const double joint = candidate->joint ? -(double)fitted * log(candidate->power.fitted) : 0.0;
     /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
-     * middle. What is itself a shape has to prove itself with its own. */
-    return !candidate->joint         ? candidate->likelihood - paid
-           : question == ASK_EFFECTS ? 0.5 * (candidate->likelihood + joint) - paid
-                                     : joint - paid;
+     * middle. What is itself a shape has to prove itself with its own; and beside one that is far from linear in its
+     * numbers, J says little. */
+    const bool hint = hysteresis_numbers_few(hysteresis_numbers_count(&candidate->model));
+    return !candidate->joint                  ? candidate->likelihood - paid
+           : question == ASK_EFFECTS && !hint ? 0.5 * (candidate->likelihood + joint) - paid
+                                              : joint - paid;
 }
 
 static int by_merit(const void *one, const void *other) {

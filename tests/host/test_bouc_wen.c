@@ -221,6 +221,34 @@ static void test_compiled_it_inverts_the_model(void) {
     model_free(&model);
 }
 
+/* A past is as if the drive had gone there, from the middle on, and then to the first sample: to rounding. It matters:
+ * without it the first sample is elsewhere. */
+static void test_a_past_is_where_the_drive_was(void) {
+    static const double past_v[] = {47.0, -21.0, 33.0}, first_v = 5.0, then_v = 18.0;
+    failure_t failure = {{0}};
+    model_t model, with_past;
+    make_model(&model, -3.0, 0.0);
+    make_model(&with_past, -3.0, 0.0);
+    model_set_array(&with_past.block[0], "past_v", 3, past_v, NULL);
+    chain_t *walked = chain_open(&model, 10000.0, 1, &failure), *fresh = chain_open(&model, 10000.0, 1, &failure);
+    chain_t *chain = chain_open(&with_past, 10000.0, 1, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
+    (void)chain_settle(walked, 10.0);
+    for (size_t i = 0; i < 3; i++) {
+        (void)chain_step(walked, past_v[i]);
+    }
+    const double here = chain_step(walked, first_v);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, here, chain_settle(chain, first_v));
+    TEST_ASSERT_TRUE(fabs(chain_settle(fresh, first_v) - here) > 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, chain_step(walked, then_v), chain_step(chain, then_v));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, here, chain_settle(chain, first_v)); /* and once more from the beginning */
+    chain_close(walked);
+    chain_close(fresh);
+    chain_close(chain);
+    model_free(&model);
+    model_free(&with_past);
+}
+
 static void test_what_the_amplifier_cannot_run_is_refused(void) {
     const compile_options_t options = {.drive_range_v = {-40.0, 80.0}, .position_range_um = {-20.0, 25.0}};
     hyst_parameters_t parameters;
@@ -245,6 +273,7 @@ int main(void) {
     RUN_TEST(test_the_table_is_the_power);
     RUN_TEST(test_cells_follow_the_curve);
     RUN_TEST(test_compiled_it_inverts_the_model);
+    RUN_TEST(test_a_past_is_where_the_drive_was);
     RUN_TEST(test_what_the_amplifier_cannot_run_is_refused);
     return UNITY_END();
 }
