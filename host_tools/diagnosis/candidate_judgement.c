@@ -28,7 +28,7 @@ static bool significant(const candidate_t *candidate, size_t tested) {
 /* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
 static bool jointly_significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
     const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
-    return candidate->joint && hysteresis_numbers_few(hysteresis_numbers_count(&candidate->model)) &&
+    return candidate->joint && hysteresis_far_from_linear(&candidate->model) &&
            (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
 }
 

@@ -129,6 +129,12 @@ bool hysteresis_numbers_few(size_t count) {
     return count < 12;
 }
 
+bool hysteresis_far_from_linear(const model_t *model) {
+    const block_t *block = model->block[hysteresis_index(model)].block;
+    return block != &block_prandtl_ishlinskii && block != &block_preisach &&
+           hysteresis_numbers_few(hysteresis_numbers_count(model));
+}
+
 void hysteresis_numbers_open(model_t *model, hysteresis_numbers_t *numbers) {
     model_block_t *block = &model->block[hysteresis_index(model)];
     size_t values = 0;

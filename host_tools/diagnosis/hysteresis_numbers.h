@@ -31,9 +31,11 @@ void hysteresis_numbers_close(hysteresis_numbers_t *numbers);
 
 /** How many there are. */
 size_t hysteresis_numbers_count(const model_t *model);
-/** Whether the position is far from linear in so many numbers: those of Bouc-Wen. What their derivatives say of an
- * effect beside them is then little more than a hint. */
+/** So few that the position may well be far from linear in them: fits take more steps, which cost little. */
 bool hysteresis_numbers_few(size_t count);
+/** Whether it is: in those of Bouc-Wen, but not in the weights of a bank or a plane. What their derivatives say of an
+ * effect beside them is then little more than a hint. */
+bool hysteresis_far_from_linear(const model_t *model);
 
 /** Changes the model. */
 void hysteresis_number_add(const hysteresis_number_t *number, double change);

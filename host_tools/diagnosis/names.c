@@ -11,7 +11,7 @@
 
 enum { ITERATIONS = 16 };
 /* What the held-out samples may have beyond the noise, in parts of its square. With more the hysteresis is not quite
- * right, and fits of everything together decide by what that leaves. */
+ * right, and fits of everything together decide by what that leaves: held-out samples then have to agree. */
 static const double noise_alone = 0.05;
 
 /* A chain with one of the group's blocks in the finding's place. */
@@ -122,6 +122,7 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
 
 static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
+    const bool noise_is_left = attempt_excess(d, job->power.held) < noise_alone;
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
     model_copy(&without, &d->model);
@@ -135,11 +136,16 @@ static bool settle(attempt_t *job, finding_t *finding) {
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
         parallel(count, read_anew, &anew);
         for (size_t i = 1; i < count; i++) {
-            best = reading[i].likelihood > reading[best].likelihood ? i : best;
+            best = (noise_is_left || reading[i].power.held < reading[0].power.held) &&
+                           reading[i].likelihood > reading[best].likelihood
+                       ? i
+                       : best;
         }
         if (isfinite(reading[best].likelihood)) {
             take(job, finding, &reading[best]);
-            list_rivals(finding, reading, count, best);
+            if (noise_is_left || best > 0) {
+                list_rivals(finding, reading, count, best);
+            }
         }
     }
     const bool good = evidence != NULL;
@@ -163,7 +169,7 @@ static bool alone_in_group(const block_t *block) {
 bool names_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool good = true;
-    for (size_t f = 0; good && f < d->findings && attempt_excess(d, job->power.held) < noise_alone; f++) {
+    for (size_t f = 0; good && f < d->findings; f++) {
         if (!d->finding[f].in_readings && !alone_in_group(d->finding[f].block)) {
             attempt_advance(job);
             good = settle(job, &d->finding[f]);

@@ -86,7 +86,7 @@ static double merit(const candidate_t *candidate, size_t fitted, question_t ques
     /* Fitted with its own hysteresis, which may not be quite the right one, and beside all that J imitates: in the
      * middle. What is itself a shape has to prove itself with its own; and beside one that is far from linear in its
      * numbers, J says little. */
-    const bool hint = hysteresis_numbers_few(hysteresis_numbers_count(&candidate->model));
+    const bool hint = hysteresis_far_from_linear(&candidate->model);
     return !candidate->joint                  ? candidate->likelihood - paid
            : question == ASK_EFFECTS && !hint ? 0.5 * (candidate->likelihood + joint) - paid
                                               : joint - paid;
