@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The sensor's noise: how large it is and how its neighbours resemble each other, from the recording itself.
- *
- *     x[k] = memory x[k-1] + e[k] - mix e[k-1],     e: independent, deviation sigma_um
- *
- * a first-order noise with white noise on top. No more than that: a filter of higher order would take the tone, the
- * ringing and the drift that a diagnosis is to find for colours of the noise.
+ * The sensor's noise: how large it is and how its neighbours resemble each other, from the recording itself, as a
+ * first-order noise with white noise on top (noise_filter.h). No more than that: a filter of higher order would take
+ * the tone, the ringing and the drift that a diagnosis is to find for colours of the noise.
  */
 #ifndef NOISE_H
 #define NOISE_H
