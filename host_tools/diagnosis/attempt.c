@@ -22,13 +22,10 @@ static const double support_enough = 100.0;
 /* Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
 static const double least_steps = 0.1;
 const double attempt_least_part_of_found = 0.1;
-/* What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape of
- * hysteresis could imitate. */
-static const double worth_explaining = 0.05;
+const double attempt_worth_explaining = 0.05;
 /* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise. */
 static const double least_curve = 3.0;
-/* A fit that settles ends by itself; one that was stopped before leaves what is then taken for another effect. */
-enum { BASELINE_ITERATIONS = 4, SETTLE_ITERATIONS = 16 };
+enum { BASELINE_ITERATIONS = 4 };
 
 void attempt_advance(attempt_t *job) {
     job->left *= 0.85;
@@ -92,7 +89,7 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
     model_t augmented;
     model_copy(&augmented, &candidate->model);
     *accepted = false;
-    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_found(d, &augmented), SETTLE_ITERATIONS, &power,
+    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_found(d, &augmented), ATTEMPT_ITERATIONS, &power,
                    job->failure) ||
         !attempt_measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
         !attempt_measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
@@ -195,7 +192,7 @@ static bool find_one(attempt_t *job, bool *found_one) {
         job->setting.lines = baseline_lines(&d->samples, evidence_residual(evidence), job->line_hz);
     }
     for (question_t question = ASK_EFFECTS; good && !*found_one && question <= ASK_ANYTHING; question++) {
-        if (question != ASK_ANYTHING || attempt_excess(d, job->power.held) > worth_explaining) {
+        if (question != ASK_ANYTHING || attempt_excess(d, job->power.held) > attempt_worth_explaining) {
             good = find_among(job, evidence, question, found_one);
         }
     }
@@ -209,7 +206,7 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
     model_copy(without, &d->model);
     model_remove(without, finding_index(d, finding));
     attempt_advance(job);
-    if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_found(d, without), SETTLE_ITERATIONS, power,
+    if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_found(d, without), ATTEMPT_ITERATIONS, power,
                    job->failure)) {
         model_free(without);
         return false;
@@ -220,12 +217,7 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
 /* The finding goes, and its model with it. */
 static void drop(attempt_t *job, size_t finding, outcome_t why, model_t *without, const joint_power_t *power) {
     diagnosis_t *d = job->diagnosis;
-    for (size_t c = 0; c < d->considered; c++) {
-        considered_t *considered = &d->consideration[c];
-        if (considered->block == d->finding[finding].block && considered->outcome == TAKEN) {
-            considered->outcome = why;
-        }
-    }
+    finding_considered_gone(d, d->finding[finding].block, why);
     memmove(&d->finding[finding], &d->finding[finding + 1], (d->findings - finding - 1) * sizeof d->finding[0]);
     d->findings--;
     model_free(&d->model);

@@ -50,6 +50,14 @@ extern const double attempt_least_part_of_found;
 /** 2 log likelihood by which a name has to win; and the least that the held-out samples have to say for a finding. */
 extern const double attempt_naming_margin, attempt_least_support;
 
+/** What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape
+ * of hysteresis could imitate. */
+extern const double attempt_worth_explaining;
+
+/** Of a fit of all that was found. One that settles ends by itself; one that was stopped before leaves what is then
+ * taken for another effect. */
+enum { ATTEMPT_ITERATIONS = 16 };
+
 /** What is left of the held-out samples (a sum of squares) beyond the noise, in parts of it. */
 double attempt_excess(const diagnosis_t *d, double held);
 

@@ -29,6 +29,24 @@ size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
     return index;
 }
 
+void finding_considered_gone(diagnosis_t *diagnosis, const block_t *block, outcome_t why) {
+    for (size_t c = 0; c < diagnosis->considered; c++) {
+        considered_t *considered = &diagnosis->consideration[c];
+        if (considered->block == block && considered->outcome == TAKEN) {
+            considered->outcome = why;
+        }
+    }
+}
+
+void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block) {
+    for (size_t c = diagnosis->considered; c-- > 0;) {
+        if (diagnosis->consideration[c].block == block) {
+            diagnosis->consideration[c].outcome = TAKEN;
+            return;
+        }
+    }
+}
+
 /* Errors that the baseline came with are not those of this fit. */
 static void forget_errors(model_t *model, const diagnosis_t *d) {
     for (size_t b = 0; b < model->blocks; b++) {

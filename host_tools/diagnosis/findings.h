@@ -12,6 +12,11 @@ const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
 /** Index of a finding's block in diagnosis->model. */
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
 
+/** In the list of what was considered: blocks of this kind that were taken no longer are, and why; and one is, in the
+ * last round in which it was considered. */
+void finding_considered_gone(diagnosis_t *diagnosis, const block_t *block, outcome_t why);
+void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block);
+
 /**
  * Writes the standard errors of the hysteresis and of the findings into diagnosis->model (refine.h, no iterations):
  * jointly, with as many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts

@@ -9,11 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ITERATIONS = 16 };
-/* What the held-out samples may have beyond the noise, in parts of its square. With more the hysteresis is not quite
- * right, and fits of everything together decide by what that leaves: held-out samples then have to agree. */
-static const double noise_alone = 0.05;
-
 /* A chain with one of the group's blocks in the finding's place. */
 typedef struct {
     const block_t *block;
@@ -31,7 +26,7 @@ static void fit(const attempt_t *job, const model_t *without, reading_t *reading
     const diagnosis_t *d = job->diagnosis;
     failure_t refusal;
     reading->likelihood = -HUGE_VAL;
-    if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ITERATIONS,
+    if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ATTEMPT_ITERATIONS,
                   &reading->power, &refusal)) {
         reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
                               (double)d->samples.held * log(reading->power.held) - search_price(reading->block) +
@@ -81,13 +76,9 @@ static size_t list_group(const finding_t *finding, const model_t *without, readi
 
 static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
     diagnosis_t *d = job->diagnosis;
-    for (size_t c = 0; c < d->considered; c++) {
-        considered_t *considered = &d->consideration[c];
-        if (considered->block == finding->block && considered->outcome == TAKEN) {
-            considered->outcome = LESS_LIKELY;
-        } else if (considered->block == reading->block && considered->outcome == LESS_LIKELY) {
-            considered->outcome = TAKEN;
-        }
+    if (reading->block != finding->block) {
+        finding_considered_gone(d, finding->block, LESS_LIKELY);
+        finding_considered_taken(d, reading->block);
     }
     finding->block = reading->block;
     model_free(&d->model);
@@ -122,7 +113,9 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
 
 static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
-    const bool noise_is_left = attempt_excess(d, job->power.held) < noise_alone;
+    /* With more the hysteresis is not quite right, and fits of everything together decide by what that leaves:
+     * held-out samples then have to agree. */
+    const bool noise_is_left = attempt_excess(d, job->power.held) < attempt_worth_explaining;
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
     model_copy(&without, &d->model);

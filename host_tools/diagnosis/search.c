@@ -44,6 +44,10 @@ static void insert_block(model_t *model, const model_t *baseline, const block_t 
     }
 }
 
+static bool searched_in_proportion(const block_t *block, size_t parameter) {
+    return (block->probe->searched >> parameter & 1U) != 0 && block->parameter[parameter].proportional;
+}
+
 /* A parameter that the effect is proportional to takes the amplitude that the linear test has found. */
 static void start_from_amplitude(candidate_t *candidate) {
     const block_t *block = candidate->block;
@@ -51,7 +55,7 @@ static void start_from_amplitude(candidate_t *candidate) {
     for (size_t p = 0; p < block->parameters; p++) {
         const parameter_info_t *info = &block->parameter[p];
         double *value = inserted->parameter[p].value;
-        if ((block->probe->searched >> p & 1U) != 0 && info->proportional) {
+        if (searched_in_proportion(block, p)) {
             *value = fmax(info->low, fmin(info->high, *value * candidate->test.amplitude));
         }
     }
@@ -128,8 +132,7 @@ static void sort(search_t *found, question_t question) {
 /* Whether the effect is proportional to a number that cannot be below 0. */
 static bool never_negative(const block_t *block) {
     for (size_t p = 0; p < block->parameters; p++) {
-        const parameter_info_t *info = &block->parameter[p];
-        if ((block->probe->searched >> p & 1U) != 0 && info->proportional && info->low >= 0.0) {
+        if (searched_in_proportion(block, p) && block->parameter[p].low >= 0.0) {
             return true;
         }
     }
@@ -184,7 +187,7 @@ static void test_probes(block_search_t *s) {
 /* Whether the effect grows with one of the numbers that are searched: then a probe of any size is as good a start. */
 static bool grows_with_a_number(const block_t *block) {
     for (size_t p = 0; p < block->parameters; p++) {
-        if ((block->probe->searched >> p & 1U) != 0 && block->parameter[p].proportional) {
+        if (searched_in_proportion(block, p)) {
             return true;
         }
     }

@@ -10,7 +10,7 @@
 
 /* Parts of a change. Numbers from the position are right to some percent: more is all, less is nothing. */
 static const double nearly_all = 0.85, hardly_any = 0.08, deviations = 3.0;
-enum { ITERATIONS = 16, LAG_STEPS = 24 };
+enum { LAG_STEPS = 24 };
 /* How far from where it begins a lag in the voltage may be. */
 static const double lag_range = 8.0;
 
@@ -91,7 +91,7 @@ static bool weigh(attempt_t *job, model_t *proposal, unsigned held_fast, joint_p
                   preference_t *preference) {
     const diagnosis_t *d = job->diagnosis;
     const unsigned free_blocks = attempt_blocks_found(d, proposal) & ~held_fast;
-    if (!joint_fit(&d->samples, &d->noise, proposal, free_blocks, ITERATIONS, power, job->failure)) {
+    if (!joint_fit(&d->samples, &d->noise, proposal, free_blocks, ATTEMPT_ITERATIONS, power, job->failure)) {
         return false;
     }
     preference->held_out = (double)d->samples.held * log(job->power.held / power->held);
@@ -106,25 +106,10 @@ static void keep(attempt_t *job, model_t *proposal, const joint_power_t *power) 
     job->power = *power;
 }
 
-/* In the list of what was considered, last round first. */
-static void note_taken(diagnosis_t *d, const block_t *block) {
-    for (size_t c = d->considered; c-- > 0;) {
-        if (d->consideration[c].block == block) {
-            d->consideration[c].outcome = TAKEN;
-            return;
-        }
-    }
-}
-
 /* The finding is of the other block. */
 static void rename_finding(diagnosis_t *d, finding_t *finding, const block_t *block, double margin) {
-    for (size_t c = 0; c < d->considered; c++) {
-        considered_t *considered = &d->consideration[c];
-        if (considered->block == finding->block && considered->outcome == TAKEN) {
-            considered->outcome = CONTRADICTED;
-        }
-    }
-    note_taken(d, block);
+    finding_considered_gone(d, finding->block, CONTRADICTED);
+    finding_considered_taken(d, block);
     finding->block = block;
     finding->certainty = NAMED;
     finding->rivals = 0;
@@ -317,7 +302,7 @@ static bool take_pair(attempt_t *job, const lags_t *lags, proposal_t *best) {
         }
         spared |= 1U << d->findings;
         d->finding[d->findings++] = added;
-        note_taken(d, other);
+        finding_considered_taken(d, other);
     } else {
         spared |= 1U << (lags->finding[1] - d->finding);
         if (lags->finding[1]->block != other) {

@@ -121,6 +121,15 @@ static void expect_numbers(const block_t *block, const double *value) {
     TEST_ASSERT_TRUE(determined > 0);
 }
 
+static bool was_taken(const block_t *block) {
+    for (size_t c = 0; c < diagnosis.considered; c++) {
+        if (diagnosis.consideration[c].block == block && diagnosis.consideration[c].outcome == TAKEN) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Each finding is needed: without it, whatever the others and the hysteresis do, more is left of the samples that were
  * fitted and of those that were not. What was taken and is no finding was found superfluous, and nothing else. */
 static void expect_needed(void) {
@@ -136,6 +145,7 @@ static void expect_needed(void) {
         if (diagnosis.finding[f].in_readings) {
             continue;
         }
+        TEST_ASSERT_TRUE(was_taken(diagnosis.finding[f].block));
         model_copy(&without, &smooth);
         model_remove(&without, finding_index(&diagnosis, &diagnosis.finding[f]));
         for (size_t b = 0; b < without.blocks; b++) {
