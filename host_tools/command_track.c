@@ -41,7 +41,8 @@ static bool reach(const hyst_parameters_t *image, double range_um[2], failure_t 
         hyst_compensator_state_t state;
         compensator.drive_park = ends[i];
         hyst_compensator_reset(&compensator, &state);
-        const double position = 0x1p-31 * hyst_hysteresis_output(&compensator.hysteresis, &state.hysteresis);
+        const double position =
+            0x1p-31 * hyst_hysteresis_output(&compensator.hysteresis, hyst_compensator_memory(&state));
         range_um[i] =
             1e-6 * (image->position_center_pm + image->position_half_range_pm * reference_for(image, position));
     }

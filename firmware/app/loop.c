@@ -111,8 +111,7 @@ static hyst_q31_t next_reference(hyst_mode_t *mode) {
 
 static void adopt_pending(void) {
     const loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_acquire);
-    if (next != NULL) {
-        hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator);
+    if (next != NULL && hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
         loop.active = next;
         atomic_store_explicit(&loop.pending, NULL, memory_order_release);
     }
@@ -260,7 +259,7 @@ void loop_start(const source_settings_t *settings) {
     const uint32_t key = board_lock();
     source_start(&loop.source, settings);
     if (settings->kind == SOURCE_SINE) {
-        hyst_hysteresis_begin_sine(&loop.active->compensator.hysteresis, &loop.compensator.hysteresis);
+        hyst_hysteresis_begin_sine(&loop.active->compensator.hysteresis, hyst_compensator_memory(&loop.compensator));
     }
     capture_source_started(alignment_of_reference());
     board_unlock(key);

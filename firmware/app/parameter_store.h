@@ -3,7 +3,7 @@
  * The parameter image in force, the one that is being uploaded, and the way from one to the other.
  *
  * A commit decodes and validates the staged image as a set and builds its coefficients in the idle half of a double
- * buffer; the next sample adopts them. A refused image changes nothing but the result. Besides what
+ * buffer; the loop adopts them (loop_adopt). A refused image changes nothing but the result. Besides what
  * hyst/parameters.h checks, the image must have been made for this board's sample rate
  * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE).
  *

@@ -9,9 +9,9 @@
 #include "amplifier.h"
 #include "conformance.h"
 #include "console.h"
+#include "cost_adoption.h"
 #include "cost_loop.h"
 #include "stm32f405.h"
-#include <string.h>
 
 #define MODELS  16U
 #define SAMPLES 1000U
@@ -79,39 +79,9 @@ static void print_cost(const cost_t *cost) {
 /* 0.1 s to 1000 s, two a decade: what hyst compile makes of a block creep. */
 #define COMPILED_CELLS 9U
 
-typedef enum { FIXED_THRESHOLDS, RATE_DEPENDENT, PREISACH, BOUC_WEN, MODIFIED_PLAY } kind_t;
+static hyst_parameters_t p; /* one for all: RAM is short */
 
-/* A hysteresis of that kind in place of the one that is there. `size`: operators, intervals, cells or divisions. */
-static void generate_kind(generator_t *generator, hyst_parameters_t *p, kind_t kind, uint32_t size) {
-    static bouc_wen_arguments_t cells;
-    p->pi_operators = 0;
-    p->pi_beta = 0;
-    switch (kind) {
-    case FIXED_THRESHOLDS:
-    case RATE_DEPENDENT:
-        generate_hysteresis(generator, p, size, kind == RATE_DEPENDENT);
-        break;
-    case PREISACH:
-        generate_preisach(generator, p, size);
-        break;
-    case BOUC_WEN:
-        generate_bouc_wen(generator, &cells, size);
-        p->family = HYST_FAMILY_BOUC_WEN;
-        p->bouc_wen_cells = cells.cells;
-        p->bouc_wen_direct = cells.direct;
-        memcpy(p->bouc_wen_length, cells.length, sizeof cells.length);
-        memcpy(p->bouc_wen_slope, cells.slope, sizeof cells.slope);
-        break;
-    case MODIFIED_PLAY:
-        p->family = HYST_FAMILY_MODIFIED_PLAY;
-        p->modified_plays = 1;
-        generate_modified_play(generator, &p->modified_play[0], size);
-        break;
-    }
-}
-
-static void measure_models(uint32_t size, kind_t kind, uint32_t sections, uint32_t cells, generator_t *generator) {
-    static hyst_parameters_t p;
+static void measure_models(uint32_t size, cost_kind_t kind, uint32_t sections, uint32_t cells, generator_t *generator) {
     static hyst_compensator_t compensator;
     static hyst_q31_t steps[128];
     cost_t step = {0};
@@ -121,7 +91,7 @@ static void measure_models(uint32_t size, kind_t kind, uint32_t sections, uint32
     for (unsigned model = 0; model < MODELS; model++) {
         const bool nested = (model & 1U) != 0;
         generate_parameters(generator, &p);
-        generate_kind(generator, &p, kind, size);
+        cost_generate(generator, &p, kind, size);
         p.shape_sections = sections / 2U;
         p.equalise_sections = sections / 2U;
         p.creep_cells = cells;
@@ -143,6 +113,18 @@ static void measure_models(uint32_t size, kind_t kind, uint32_t sections, uint32
     print_cost(&loop_steps);
     print_cost(&loop_adopting);
     console_write("\n");
+}
+
+static void measure_adoptions(generator_t *generator) {
+    console_write("\nadoption                                           samples     worst\n");
+    for (unsigned i = 0; i < cost_adoptions; i++) {
+        cost_t cost = {0};
+        const uint32_t samples = cost_measure_adoption(&cost, generator, &p, i);
+        console_write(cost_adoption_name(i));
+        print_number(samples);
+        print_number(cost.worst);
+        console_write("\n");
+    }
 }
 
 int main(void) {
@@ -172,5 +154,6 @@ int main(void) {
     measure_models(10, MODIFIED_PLAY, 0, 0, &generator);
     measure_models(HYST_MODIFIED_PLAY_MAX_DIVISIONS, MODIFIED_PLAY, 0, 0, &generator);
     measure_models(HYST_MODIFIED_PLAY_MAX_DIVISIONS, MODIFIED_PLAY, 4, HYST_CREEP_MAX_CELLS, &generator);
+    measure_adoptions(&generator);
     console_exit(0);
 }

@@ -53,23 +53,45 @@ static void write_one(uint16_t address, uint16_t value) {
     write_registers(address, 1, &value);
 }
 
-static void cost_sample(cost_t *cost, const loop_input_t *input) {
+static void cost_sample(cost_t *cost) {
+    static const loop_input_t input = {.position_code = BOARD_CODE_MIDDLE};
     const uint32_t before = cost_counter();
-    (void)loop_sample(input);
+    (void)loop_sample(&input);
     cost_add(cost, cost_counter() - before - cost_of_looking());
 }
 
-void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_t *parameters, cost_source_t source,
-                       const hyst_q31_t steps[128]) {
+uint32_t cost_adopt(cost_t *adopting, const hyst_parameters_t *parameters, cost_setpoint_t setpoint) {
     static uint32_t image[HYST_IMAGE_MAX_WORDS];
     const size_t words = hyst_parameters_encode(parameters, image, HYST_IMAGE_MAX_WORDS);
-    const loop_input_t input = {.position_code = BOARD_CODE_MIDDLE};
-
     for (size_t i = 0; i < words; i++) {
         write_word((uint16_t)(ADDRESS_staging + 2U * i), image[i]);
     }
     write_one(ADDRESS_command, COMMAND_COMMIT);
-    cost_sample(adopting, &input);
+    uint32_t samples = 0;
+    for (; loop_adoption_pending(); samples++) {
+        if (setpoint != NULL) {
+            loop_set_setpoint(setpoint(samples));
+        }
+        cost_sample(adopting);
+    }
+    return samples;
+}
+
+void cost_hold(hyst_mode_t mode, cost_setpoint_t setpoint, uint32_t samples) {
+    cost_t ignored = {0};
+    write_one(ADDRESS_command, COMMAND_STOP);
+    write_one(ADDRESS_source, SOURCE_HOLD);
+    write_one(ADDRESS_mode, (uint16_t)mode);
+    write_word(ADDRESS_setpoint_slew, (uint32_t)HYST_Q31_MAX);
+    for (uint32_t k = 0; k < samples; k++) {
+        loop_set_setpoint(setpoint(k));
+        cost_sample(&ignored);
+    }
+}
+
+void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_t *parameters, cost_source_t source,
+                       const hyst_q31_t steps[128]) {
+    (void)cost_adopt(adopting, parameters, NULL);
     write_one(ADDRESS_command, COMMAND_STOP); /* breakpoints that play cannot be changed */
     for (unsigned i = 0; i < POINTS; i++) {
         write_word((uint16_t)(ADDRESS_waveform + 4U * i), 0);
@@ -83,6 +105,6 @@ void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_
     write_one(ADDRESS_command, COMMAND_ARM_CAPTURE);
     write_one(ADDRESS_command, COMMAND_START);
     for (unsigned k = 0; k < SAMPLES; k++) {
-        cost_sample(playing, &input);
+        cost_sample(playing);
     }
 }

@@ -142,14 +142,13 @@ void subject_texts(digest_t *digest, generator_t *generator) {
     }
 }
 
-static void digest_compensator_state(digest_t *digest, const hyst_compensator_t *c,
-                                     const hyst_compensator_state_t *state) {
+static void digest_compensator_state(digest_t *digest, const hyst_compensator_t *c, hyst_compensator_state_t *state) {
+    const hyst_pi_state_t *memory = &hyst_compensator_memory(state)->prandtl_ishlinskii;
     for (uint32_t i = 0; i < c->hysteresis.prandtl_ishlinskii.operators; i++) {
-        digest_add_signed(digest,
-                          hyst_pi_memory(&c->hysteresis.prandtl_ishlinskii, &state->hysteresis.prandtl_ishlinskii, i));
+        digest_add_signed(digest, hyst_pi_memory(&c->hysteresis.prandtl_ishlinskii, memory, i));
     }
-    digest_add_signed(digest, state->hysteresis.prandtl_ishlinskii.drive);
-    digest_add_signed(digest, state->hysteresis.prandtl_ishlinskii.rate);
+    digest_add_signed(digest, memory->drive);
+    digest_add_signed(digest, memory->rate);
     digest_filter_state(digest, &c->shape, &state->shape);
     for (uint32_t i = 0; i < c->creep.cells; i++) {
         digest_add_wide(digest, state->creep.level[i]);
@@ -181,6 +180,7 @@ void subject_compensator(digest_t *digest, generator_t *generator) {
         hyst_compensator_t *const next = &compensator[(pass + 1U) & 1U];
         generate_parameters(generator, &p[0]);
         build(&p[0], next);
-        hyst_compensator_adopt(active, next, &state);
+        while (!hyst_compensator_adopt(active, next, &state)) {
+        }
     }
 }

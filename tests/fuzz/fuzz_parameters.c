@@ -28,7 +28,8 @@ static void run(const hyst_compensator_t *compensator) {
             require(drive >= compensator->drive_low && drive <= compensator->drive_high);
         }
     }
-    hyst_compensator_adopt(compensator, compensator, &state);
+    while (!hyst_compensator_adopt(compensator, compensator, &state)) {
+    }
 }
 
 static size_t valid_image(uint8_t operators, uint32_t words[HYST_IMAGE_MAX_WORDS]) {

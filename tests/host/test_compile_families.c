@@ -69,7 +69,7 @@ static outcome_t follow(const model_t *model, const compile_options_t *ranges, d
         const bool sweeping = k < 3 * SWEEP / 4;
         unsigned events;
         if (k == SWEEP && locked) {
-            hyst_hysteresis_begin_sine(&compensator.hysteresis, &state.hysteresis);
+            hyst_hysteresis_begin_sine(&compensator.hysteresis, hyst_compensator_memory(&state));
         }
         const hyst_q31_t drive =
             hyst_compensator_step(&compensator, &state, sweeping ? HYST_MODE_DIRECT : HYST_MODE_COMPENSATE,

@@ -70,3 +70,15 @@ hyst_pi_t pi_accept(const pi_arguments_t *a) {
     TEST_ASSERT_EQUAL_INT_MESSAGE(HYST_PI_OK, status, "the test's model must be accepted");
     return model;
 }
+
+void pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
+              hyst_pi_state_t *to_state) {
+    uint32_t carried = 0;
+    uint32_t calls = 1;
+    while (!hyst_pi_carry(from, from_state, to, to_state, &carried)) {
+        TEST_ASSERT_EQUAL_UINT32(calls * HYST_PI_CARRY_RUNS, carried);
+        calls++;
+    }
+    TEST_ASSERT_TRUE(calls <= HYST_PI_CARRY_CALLS);
+    TEST_ASSERT_TRUE(calls == 1 || from_state->runs > HYST_PI_CARRY_RUNS);
+}

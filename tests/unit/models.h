@@ -32,4 +32,7 @@ pi_arguments_t pi_seed_004(hyst_q30_t rate_gain);
 /** hyst_pi_build, failing the test on a refusal. */
 hyst_pi_t pi_accept(const pi_arguments_t *arguments);
 
+/** hyst_pi_carry until it is done, which has to be at once for short memories and within its bound for all. */
+void pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to, hyst_pi_state_t *to_state);
+
 #endif

@@ -149,3 +149,13 @@ long double preisach_reference_forward(preisach_reference_t *reference, long dou
     const long double alpha = reference->extreme[reference->extremes - 1U];
     return y + x_of(reference, alpha, beta) - x_of(reference, alpha, drive); /* (2.22) */
 }
+
+void preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state, const hyst_preisach_t *to,
+                    hyst_preisach_state_t *to_state) {
+    uint32_t carried = 0;
+    uint32_t calls = 1;
+    while (!hyst_preisach_carry(from, from_state, to, to_state, &carried)) {
+        calls++;
+    }
+    TEST_ASSERT_TRUE(calls <= 2); /* nothing is merged in between */
+}

@@ -32,6 +32,10 @@ preisach_arguments_t preisach_smooth(uint32_t intervals, double slope, double cu
 /** hyst_preisach_build, failing the test on a refusal. */
 hyst_preisach_t preisach_accept(const preisach_arguments_t *arguments);
 
+/** hyst_preisach_carry until it is done. */
+void preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state, const hyst_preisach_t *to,
+                    hyst_preisach_state_t *to_state);
+
 /** Steepest and flattest branch of a table, position full scale per drive full scale. */
 typedef struct {
     double flattest, steepest;

@@ -183,57 +183,6 @@ static void test_refusal_leaves_the_model_alone(void) {
     TEST_ASSERT_EQUAL_MEMORY(&before, &model, sizeof model);
 }
 
-static void test_carry_keeps_equal_thresholds_and_nests_others(void) {
-    for (int run = 0; run < 2000; run++) {
-        const pi_arguments_t a = pi_random(&rng, sizes[random_bits(&rng) % SIZES], run % 2 == 0);
-        const hyst_pi_t from = pi_accept(&a);
-        hyst_pi_state_t state;
-        hyst_pi_reset(&from, &state, 0);
-        for (int k = 0; k < 30; k++) {
-            hyst_pi_advance(&from, &state, random_q31(&rng));
-        }
-        hyst_pi_state_t same;
-        hyst_pi_carry(&from, &state, &from, &same);
-        TEST_ASSERT_EQUAL_INT32(state.drive, same.drive);
-        for (uint32_t i = 0; i < from.operators; i++) {
-            TEST_ASSERT_EQUAL_INT32(hyst_pi_memory(&from, &state, i), hyst_pi_memory(&from, &same, i));
-        }
-        const pi_arguments_t b = pi_random(&rng, 1 + (uint32_t)(random_bits(&rng) % HYST_PI_MAX_OPERATORS), false);
-        const hyst_pi_t to = pi_accept(&b);
-        hyst_pi_state_t carried;
-        hyst_pi_carry(&from, &state, &to, &carried);
-        for (uint32_t i = 1; i < to.operators; i++) {
-            TEST_ASSERT_TRUE(llabs((int64_t)hyst_pi_memory(&to, &carried, i) - hyst_pi_memory(&to, &carried, i - 1)) <=
-                             (int64_t)to.threshold[i] - to.threshold[i - 1]);
-        }
-    }
-}
-
-/* New operators between the old ones leave the old ones' memory alone, to the bit. */
-static void test_carry_to_a_finer_bank_keeps_the_common_thresholds(void) {
-    for (int run = 0; run < 500; run++) {
-        const pi_arguments_t a = pi_random(&rng, 1 + (uint32_t)(random_bits(&rng) % 100U), run % 2 == 0);
-        pi_arguments_t fine = pi_random(&rng, 2 * a.operators, false);
-        for (uint32_t i = 0; i < a.operators; i++) {
-            const hyst_q31_t before = i > 0 ? a.threshold[i - 1] : 0;
-            fine.threshold[2 * i] = before + (a.threshold[i] - before) / 2;
-            fine.threshold[2 * i + 1] = a.threshold[i];
-        }
-        const hyst_pi_t from = pi_accept(&a);
-        const hyst_pi_t to = pi_accept(&fine);
-        hyst_pi_state_t state, carried;
-        hyst_pi_reset(&from, &state, random_q31(&rng));
-        for (int k = 0; k < 100; k++) {
-            hyst_pi_advance(&from, &state, random_unit(&rng) < 0.3 ? random_q31(&rng) : random_q31(&rng) / (k + 1));
-            hyst_pi_carry(&from, &state, &to, &carried);
-            for (uint32_t i = 0; i < a.operators; i++) {
-                TEST_ASSERT_EQUAL_INT32(hyst_pi_memory(&from, &state, i), hyst_pi_memory(&to, &carried, 2 * i + 1));
-            }
-            TEST_ASSERT_TRUE(carried.runs <= 2 * state.runs + 3); /* what the cost rests on */
-        }
-    }
-}
-
 int main(void) {
     rng = random_start("test_prandtl_ishlinskii", 20261121);
     UNITY_BEGIN();
@@ -244,7 +193,5 @@ int main(void) {
     RUN_TEST(test_minor_loops_are_congruent);
     RUN_TEST(test_builder_refuses_what_is_not_invertible);
     RUN_TEST(test_refusal_leaves_the_model_alone);
-    RUN_TEST(test_carry_keeps_equal_thresholds_and_nests_others);
-    RUN_TEST(test_carry_to_a_finer_bank_keeps_the_common_thresholds);
     return UNITY_END();
 }

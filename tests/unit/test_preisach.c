@@ -326,10 +326,10 @@ static void test_carry(void) {
             hyst_preisach_advance(&from, &state, drive);
             hyst_preisach_advance(&to, &followed, drive);
         }
-        hyst_preisach_carry(&from, &state, &from, &same);
+        preisach_carry(&from, &state, &from, &same);
         TEST_ASSERT_EQUAL_INT64(state.now.output, same.now.output);
         TEST_ASSERT_EQUAL_UINT32(state.extremes, same.extremes);
-        hyst_preisach_carry(&from, &state, &to, &carried);
+        preisach_carry(&from, &state, &to, &carried);
         TEST_ASSERT_EQUAL_INT64(followed.now.output, carried.now.output);
         TEST_ASSERT_EQUAL_UINT32(followed.extremes, carried.extremes);
         for (uint32_t k = 0; k < carried.extremes; k++) {

@@ -7,9 +7,11 @@ static hyst_q31_t curved(const hyst_compensator_t *c, hyst_q31_t drive) {
 }
 
 void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state) {
-    hyst_hysteresis_reset(&compensator->hysteresis, &state->hysteresis, curved(compensator, compensator->drive_park));
-    hyst_creep_settle(&compensator->creep, &state->creep,
-                      hyst_hysteresis_output(&compensator->hysteresis, &state->hysteresis));
+    state->memory_in_use = 0;
+    state->carried = 0;
+    hyst_hysteresis_state_t *memory = hyst_compensator_memory(state);
+    hyst_hysteresis_reset(&compensator->hysteresis, memory, curved(compensator, compensator->drive_park));
+    hyst_creep_settle(&compensator->creep, &state->creep, hyst_hysteresis_output(&compensator->hysteresis, memory));
     hyst_iir_reset(&state->shape);
     hyst_iir_reset(&state->inertia);
     hyst_iir_reset(&state->equalise);
@@ -42,7 +44,7 @@ static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_st
     /* |shaped - offset| < 2^32. Saturating makes it the farthest the hysteresis could be asked for. */
     const hyst_q31_t elastic = hyst_saturate(shaped - hyst_creep_offset(&c->creep, &state->creep));
     stage_drive_t drive;
-    drive.hysteresis = hyst_hysteresis_solve(&c->hysteresis, &state->hysteresis, elastic, &unreachable);
+    drive.hysteresis = hyst_hysteresis_solve(&c->hysteresis, hyst_compensator_memory(state), elastic, &unreachable);
     if (c->curved) {
         drive.hysteresis = hyst_curve_solve(&c->drive_curve, drive.hysteresis, &unreachable);
     }
@@ -109,26 +111,33 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
             ? drive
             : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition), compensator->drive_low,
                          compensator->drive_high);
-    hyst_hysteresis_advance(&compensator->hysteresis, &state->hysteresis, curved(compensator, seen));
+    hyst_hysteresis_state_t *memory = hyst_compensator_memory(state);
+    hyst_hysteresis_advance(&compensator->hysteresis, memory, curved(compensator, seen));
     if (compensator->creep.cells > 0) {
         hyst_creep_advance(&compensator->creep, &state->creep,
-                           hyst_hysteresis_output(&compensator->hysteresis, &state->hysteresis));
+                           hyst_hysteresis_output(&compensator->hysteresis, memory));
     }
     state->drive = drive;
     return drive;
 }
 
-void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
+bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state) {
-    hyst_hysteresis_state_t old;
-    hyst_hysteresis_copy(&from->hysteresis, &state->hysteresis, &old);
-    hyst_hysteresis_carry(&from->hysteresis, &old, &to->hysteresis, &state->hysteresis, curved(to, state->drive));
+    const uint32_t next = 1U - state->memory_in_use;
+    hyst_hysteresis_state_t *memory = &state->memory[next];
+    if (!hyst_hysteresis_carry(&from->hysteresis, hyst_compensator_memory(state), &to->hysteresis, memory,
+                               curved(to, state->drive), &state->carried)) {
+        return false;
+    }
+    state->memory_in_use = next;
+    state->carried = 0;
     if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
-        hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, &state->hysteresis));
+        hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, memory));
     }
     if (from->reference_curved || to->reference_curved || from->shape.sections != to->shape.sections ||
         from->inertia.sections != to->inertia.sections || from->equalise.sections != to->equalise.sections) {
         state->settled = false; /* another input or cascade: its state starts settled at the next reference */
     }
     state->adopted = true;
+    return true;
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "hyst/hysteresis.h"
-#include <string.h>
 
 void hyst_hysteresis_reset(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state, hyst_q31_t drive) {
     switch (model->family) {
@@ -76,59 +75,27 @@ void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_
     }
 }
 
-static void copy_pi(const hyst_pi_state_t *from, hyst_pi_state_t *to) {
-    to->runs = from->runs;
-    to->drive = from->drive;
-    to->rate = from->rate;
-    memcpy(to->run, from->run, from->runs * sizeof from->run[0]);
-}
-
-static void copy_preisach(const hyst_preisach_state_t *from, hyst_preisach_state_t *to) {
-    to->extremes = from->extremes;
-    to->now = from->now;
-    memcpy(to->extreme, from->extreme, from->extremes * sizeof from->extreme[0]);
-}
-
-void hyst_hysteresis_copy(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *from,
-                          hyst_hysteresis_state_t *to) {
-    switch (model->family) {
-    case HYST_FAMILY_PREISACH:
-        copy_preisach(&from->preisach, &to->preisach);
-        break;
-    case HYST_FAMILY_BOUC_WEN:
-        to->bouc_wen = from->bouc_wen;
-        break;
-    case HYST_FAMILY_MODIFIED_PLAY:
-        to->modified_play = from->modified_play;
-        break;
-    case HYST_FAMILY_PRANDTL_ISHLINSKII:
-    case HYST_FAMILY_COUNT:
-        copy_pi(&from->prandtl_ishlinskii, &to->prandtl_ishlinskii);
-        break;
-    }
-}
-
-void hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
-                           const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive) {
+bool hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
+                           const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive,
+                           uint32_t *carried) {
     if (from->family != to->family) {
         hyst_hysteresis_reset(to, to_state, drive);
-        return;
+        return true;
     }
     switch (to->family) {
     case HYST_FAMILY_PREISACH:
-        hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach);
-        break;
+        return hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach, carried);
     case HYST_FAMILY_BOUC_WEN:
         hyst_bouc_wen_carry(&from->bouc_wen, &from_state->bouc_wen, &to->bouc_wen, &to_state->bouc_wen);
-        break;
+        return true;
     case HYST_FAMILY_MODIFIED_PLAY:
         hyst_modified_play_carry(&from->modified_play, &from_state->modified_play, &to->modified_play,
                                  &to_state->modified_play);
-        break;
+        return true;
     case HYST_FAMILY_PRANDTL_ISHLINSKII:
     case HYST_FAMILY_COUNT:
-        hyst_pi_carry(&from->prandtl_ishlinskii, &from_state->prandtl_ishlinskii, &to->prandtl_ishlinskii,
-                      &to_state->prandtl_ishlinskii);
         break;
     }
+    return hyst_pi_carry(&from->prandtl_ishlinskii, &from_state->prandtl_ishlinskii, &to->prandtl_ishlinskii,
+                         &to_state->prandtl_ishlinskii, carried);
 }

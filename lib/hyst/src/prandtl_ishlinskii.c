@@ -331,14 +331,19 @@ static uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold) {
     return low;
 }
 
-/* From threshold `up_to` inwards the curve is this line. A run that is left without operators vanishes. */
+/*
+ * From threshold `up_to` inwards the curve is this line. Runs that are left without operators vanish: one, or all that
+ * were laid after what has turned out to be outdated (hyst_pi_carry).
+ */
 static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, int64_t up_to, line_t line) {
     const uint32_t end = operators_up_to(model, up_to);
+    while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
+        state->runs--; /* from at most HYST_PI_MAX_OPERATORS */
+    }
     int64_t outer = 0;
     if (state->runs > 0) {
         const hyst_pi_run_t *previous = &state->run[state->runs - 1U];
         outer = previous->outer + run_sum(model, previous, end);
-        state->runs -= previous->end == end ? 1U : 0U;
     }
     if (end > 0) {
         push(state, line.level, outer, end, line.side);
@@ -368,37 +373,62 @@ static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, int64
     lay(model, state, meets < threshold ? meets : threshold - 1, line);
 }
 
-void hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
-                   hyst_pi_state_t *to_state) {
-    const line_t at_drive = {from_state->drive, 0};
-    to_state->runs = 0;
-    to_state->drive = from_state->drive;
-    to_state->rate = to->beta > 0 ? from_state->rate : 0;
-    if (from_state->runs == 0) {
-        lay(to, to_state, HYST_Q31_MAX, at_drive);
-        return;
-    }
-    /* Outside the known thresholds the memory keeps its last value, as far as a play operator can be displaced: |z| + a
-     * <= 1. */
+static line_t line_of(const hyst_pi_run_t *run) {
+    return (line_t){run->level, run->side};
+}
+
+/* The outermost run, and what lies outside of it. There the memory keeps the last operator's value, as far as a play
+ * can be displaced: |z| + a <= 1. */
+static void lay_outermost(const hyst_pi_t *from, const hyst_pi_run_t *outermost, const hyst_pi_t *to,
+                          hyst_pi_state_t *to_state) {
     const hyst_q31_t last = from->threshold[from->operators - 1U];
-    const hyst_q31_t memory = hyst_pi_memory(from, from_state, from->operators - 1U);
+    const int64_t memory = on_line(line_of(outermost), last);
     const line_t constant = {memory, 0};
+    to_state->runs = 0;
     if (memory >= 0) {
         lay(to, to_state, HYST_Q31_MAX, (line_t){HYST_Q31_MAX, -1});
-        lay(to, to_state, (int64_t)HYST_Q31_MAX - memory, constant);
+        lay(to, to_state, HYST_Q31_MAX - memory, constant);
     } else {
         lay(to, to_state, HYST_Q31_MAX, (line_t){HYST_Q31_MIN, 1});
-        lay(to, to_state, memory - (int64_t)HYST_Q31_MIN, constant);
+        lay(to, to_state, memory - HYST_Q31_MIN, constant);
     }
-    for (uint32_t k = 0; k < from_state->runs; k++) {
-        const line_t line = {from_state->run[k].level, from_state->run[k].side};
-        if (k == 0) {
-            lay(to, to_state, last, line);
-        } else {
-            const hyst_q31_t next = from->threshold[from_state->run[k].end];
-            lay_inwards_of(to, to_state, next, hyst_pi_memory(from, from_state, from_state->run[k].end), line);
+    lay(to, to_state, last, line_of(outermost));
+}
+
+/* Run k >= 1, inwards of the last known point of the run around it. */
+static void lay_run(const hyst_pi_t *from, const hyst_pi_run_t run[], uint32_t k, const hyst_pi_t *to,
+                    hyst_pi_state_t *to_state) {
+    const hyst_q31_t next = from->threshold[run[k].end];
+    lay_inwards_of(to, to_state, next, on_line(line_of(&run[k - 1U]), next), line_of(&run[k]));
+}
+
+bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
+                   hyst_pi_state_t *to_state, uint32_t *carried) {
+    const uint32_t runs = from_state->runs;
+    const line_t at_drive = {from_state->drive, 0};
+    if (runs == 0) {
+        to_state->runs = 0;
+        lay(to, to_state, HYST_Q31_MAX, at_drive);
+    } else {
+        /* A sample takes runs off the inner end and puts one there: all but the innermost are what they were. */
+        uint32_t k = *carried < runs ? *carried : runs - 1U;
+        const uint32_t portion_end = k + HYST_PI_CARRY_RUNS < runs ? k + HYST_PI_CARRY_RUNS : runs;
+        for (; k < portion_end; k++) {
+            if (k == 0) {
+                lay_outermost(from, &from_state->run[0], to, to_state);
+            } else {
+                lay_run(from, from_state->run, k, to, to_state);
+            }
         }
+        *carried = k;
+        if (k < runs) {
+            return false;
+        }
+        /* The curve begins at the drive for threshold 0. */
+        const hyst_q31_t first = from->threshold[0];
+        lay_inwards_of(to, to_state, first, on_line(line_of(&from_state->run[runs - 1U]), first), at_drive);
     }
-    /* The curve begins at the drive for threshold 0. */
-    lay_inwards_of(to, to_state, from->threshold[0], hyst_pi_memory(from, from_state, 0), at_drive);
+    to_state->drive = from_state->drive;
+    to_state->rate = to->beta > 0 ? from_state->rate : 0;
+    return true;
 }

@@ -272,13 +272,33 @@ hyst_q31_t hyst_preisach_inverse(const hyst_preisach_t *model, hyst_preisach_sta
     return drive;
 }
 
-void hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
-                         const hyst_preisach_t *to, hyst_preisach_state_t *to_state) {
+/* Reversals of the first `carried` that are the same in both memories. Their outputs follow from them alone. */
+static uint32_t unchanged(const hyst_preisach_state_t *a, const hyst_preisach_state_t *b, uint32_t carried) {
+    uint32_t k = 1; /* the lower end always is */
+    while (k < carried && k < a->extremes && a->extreme[k].drive == b->extreme[k].drive) {
+        k++;
+    }
+    return k;
+}
+
+bool hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
+                         const hyst_preisach_t *to, hyst_preisach_state_t *to_state, uint32_t *carried) {
     (void)from; /* reversals are drives: read without their model */
-    begin(to, to_state);
-    to_state->extremes = from_state->extremes;
-    for (uint32_t k = 1; k < from_state->extremes; k++) {
+    if (*carried == 0) {
+        begin(to, to_state);
+    }
+    uint32_t k = unchanged(from_state, to_state, *carried);
+    const uint32_t extremes = from_state->extremes;
+    const uint32_t portion_end =
+        k + HYST_PREISACH_CARRY_EXTREMES < extremes ? k + HYST_PREISACH_CARRY_EXTREMES : extremes;
+    for (; k < portion_end; k++) {
         to_state->extreme[k] = on_branch(to, &to_state->extreme[k - 1U], from_state->extreme[k].drive);
     }
-    to_state->now = on_branch(to, &to_state->extreme[to_state->extremes - 1U], from_state->now.drive);
+    *carried = k;
+    if (k < extremes) {
+        return false;
+    }
+    to_state->extremes = extremes;
+    to_state->now = on_branch(to, &to_state->extreme[extremes - 1U], from_state->now.drive);
+    return true;
 }

@@ -58,7 +58,10 @@ typedef struct {
 } hyst_compensator_t;
 
 typedef struct {
-    hyst_hysteresis_state_t hysteresis;
+    hyst_hysteresis_state_t memory[2]; /**< of the hysteresis: one in use, see hyst_compensator_memory, the other where
+                                          hyst_compensator_adopt carries it to */
+    uint32_t memory_in_use;
+    uint32_t carried; /**< how far an adoption that is under way has come, else 0 */
     hyst_creep_state_t creep;
     hyst_iir_state_t shape;
     hyst_iir_state_t inertia;
@@ -88,13 +91,22 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
 hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
                                  hyst_mode_t mode, hyst_q31_t reference, unsigned *events);
 
+/** Memory of the hysteresis, the one in use. */
+static inline hyst_hysteresis_state_t *hyst_compensator_memory(hyst_compensator_state_t *state) {
+    return &state->memory[state->memory_in_use];
+}
+
 /**
- * Call once between two steps when `to` replaces `from`. The memory of the hysteresis is carried over
- * (hyst_hysteresis_carry). Filter state is kept with equally many sections in each cascade and without reference
- * curves (another curve is another input), creep with equally many cells and the same family; else they start settled.
- * The next step turns the jump of the drive into a transition. Needs some 6 KB of stack.
+ * `to` replaces `from`. Call between two steps, before every step until the answer is true; until then go on stepping
+ * with `from`, from then on with `to`. A call takes over a bounded portion (hyst_hysteresis_carry), so that a sample's
+ * cost is bounded too (docs/TIMING.md); the first one answers true unless the memory holds more than a portion. The
+ * result does not depend on how many it took: it is that of an adoption in one piece after the last step.
+ *
+ * The memory of the hysteresis is carried over. Filter state is kept with equally many sections in each cascade and
+ * without reference curves (another curve is another input), creep with equally many cells and the same family; else
+ * they start settled. The next step turns the jump of the drive into a transition.
  */
-void hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
+bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
                             hyst_compensator_state_t *state);
 
 #endif

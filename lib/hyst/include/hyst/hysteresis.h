@@ -70,16 +70,15 @@ hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hyst
 
 void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state);
 
-/** Copies a memory, of its stacks only the part that is in use. `to` may not be `from`. */
-void hyst_hysteresis_copy(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *from,
-                          hyst_hysteresis_state_t *to);
-
 /**
- * Carries the memory over to another model. Within a family as its header says; between families nothing can be
- * carried, and the memory is that of a reset at `drive`, the last one: condition the actuator again. to_state may not
- * be from_state.
+ * Carries the memory over to another model, a bounded portion a call. Set *carried to 0, then call until the answer is
+ * true; between two calls from_state may be advanced once, by `from`. Within a family as its header says; a play bank
+ * takes HYST_PI_CARRY_CALLS calls at most, a Preisach model 3, the others 1. Between families nothing can be carried,
+ * and the memory is that of a reset at `drive`, the last one: condition the actuator again. to_state may not be
+ * from_state.
  */
-void hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
-                           const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive);
+bool hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
+                           const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive,
+                           uint32_t *carried);
 
 #endif

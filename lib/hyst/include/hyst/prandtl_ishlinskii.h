@@ -54,6 +54,10 @@
 /** Largest sum of |w_i|, i = 0..n: 4. Bounds every 64-bit sum in this module, see prandtl_ishlinskii.c. */
 #define HYST_PI_MAX_WEIGHT_SUM (4 * (int64_t)HYST_Q28_ONE)
 
+/** Runs that one call of hyst_pi_carry takes over, and the calls that all of them take. */
+#define HYST_PI_CARRY_RUNS  8
+#define HYST_PI_CARRY_CALLS (HYST_PI_MAX_OPERATORS / HYST_PI_CARRY_RUNS)
+
 /** Coefficients. Written by hyst_pi_build only; constant afterwards. */
 typedef struct {
     uint32_t operators;                           /**< n, 0..HYST_PI_MAX_OPERATORS */
@@ -132,13 +136,19 @@ hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t position, bool *saturated);
 
 /**
- * Carries the memory of one model over to another whose thresholds may differ. The memory of a play bank is a curve
- * over the threshold, of slope at most 1: the new operators read it off the runs' lines, and where old thresholds leave
- * it open, off a continuation of them that keeps the slope. Equal thresholds keep the memory to the bit. Drive and rate
- * are kept. to_state may not be from_state. Cost: linear in the number of runs, not of operators; a sample's worth for
- * ordinary histories.
+ * Carries the memory of one model over to another whose thresholds may differ, HYST_PI_CARRY_RUNS runs a call. The
+ * memory of a play bank is a curve over the threshold, of slope at most 1: the new operators read it off the runs'
+ * lines, and where old thresholds leave it open, off a continuation of them that keeps the slope. Equal thresholds keep
+ * the memory to the bit. Drive and rate are kept. to_state may not be from_state.
+ *
+ * Set *carried to 0, then call until the answer is true. *carried counts the runs that are through. Between two calls
+ * from_state may be advanced once (not more, and not reset): a sample changes the inner end of the memory, and what
+ * calls before it made of the rest stays right. The result is that of all runs carried after the last sample. Done
+ * after HYST_PI_CARRY_CALLS calls at most, whatever the history, and after one if no more than HYST_PI_CARRY_RUNS
+ * nested movements are remembered. Cost per call: 2 HYST_PI_CARRY_RUNS + 4 bisections of the new thresholds, and at
+ * most HYST_PI_MAX_OPERATORS outdated runs thrown away.
  */
-void hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
-                   hyst_pi_state_t *to_state);
+bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
+                   hyst_pi_state_t *to_state, uint32_t *carried);
 
 #endif

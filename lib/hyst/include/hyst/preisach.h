@@ -54,6 +54,8 @@
 #define HYST_PREISACH_MAX_ELEMENTS        HYST_PREISACH_ELEMENTS(HYST_PREISACH_MAX_INTERVALS)
 /** Reversals that are remembered, the lower end of the range included. */
 #define HYST_PREISACH_MAX_EXTREMES 64
+/** Reversals that one call of hyst_preisach_carry takes over: half of them. */
+#define HYST_PREISACH_CARRY_EXTREMES (HYST_PREISACH_MAX_EXTREMES / 2)
 /** Slopes of a branch, position full scale per drive full scale, that are accepted: 2^-8 to 4. */
 #define HYST_PREISACH_MIN_SLOPE (HYST_Q28_ONE / 256)
 #define HYST_PREISACH_MAX_SLOPE (4 * (int64_t)HYST_Q28_ONE)
@@ -140,8 +142,14 @@ hyst_q31_t hyst_preisach_inverse(const hyst_preisach_t *model, hyst_preisach_sta
 /**
  * Carries the memory of one model over to another: the reversals are drives and stay as they are, whatever the grids;
  * their outputs are those of the new table. to_state may not be from_state.
+ *
+ * Set *carried to 0, then call until the answer is true: HYST_PREISACH_CARRY_EXTREMES reversals a call. Between two
+ * calls from_state may be advanced once (not more, and not reset): reversals that are still the same are not carried
+ * again. The result is that of all reversals carried after the last sample. Done after 3 calls at most: 2 take a whole
+ * stack, and only the merging of a full one changes reversals further out, which leaves room so that the sample after
+ * it does not merge.
  */
-void hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
-                         const hyst_preisach_t *to, hyst_preisach_state_t *to_state);
+bool hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
+                         const hyst_preisach_t *to, hyst_preisach_state_t *to_state, uint32_t *carried);
 
 #endif

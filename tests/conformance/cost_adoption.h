@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT */
+/** The samples that adopt new parameters after the histories that make it dear. */
+#ifndef COST_ADOPTION_H
+#define COST_ADOPTION_H
+
+#include "conformance.h"
+#include "cost_loop.h"
+
+typedef enum { FIXED_THRESHOLDS, RATE_DEPENDENT, PREISACH, BOUC_WEN, MODIFIED_PLAY } cost_kind_t;
+
+/** A hysteresis of that kind in place of the one that is there. `size`: operators, intervals, cells or divisions. */
+void cost_generate(generator_t *generator, hyst_parameters_t *parameters, cost_kind_t kind, uint32_t size);
+
+/** What is measured: from one hysteresis to another, with every filter, creep cell and curve there can be. */
+extern const unsigned cost_adoptions;
+const char *cost_adoption_name(unsigned index);
+
+/**
+ * Fills the memory as deep as it goes, in direct mode, then adopts in compensate mode, with ever smaller reversals in
+ * every sample. The samples that adopt go to *cost. Returns how many an adoption took at most. `parameters` is only
+ * room for them.
+ */
+uint32_t cost_measure_adoption(cost_t *cost, generator_t *generator, hyst_parameters_t *parameters, unsigned index);
+
+#endif
