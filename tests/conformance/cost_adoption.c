@@ -2,7 +2,7 @@
 #include "cost_adoption.h"
 #include <string.h>
 
-enum { REPETITIONS = 4, SETTLING = 2500, DEPTH = HYST_PI_MAX_OPERATORS + 1 };
+enum { REPETITIONS = 4, SETTLING = 2500, DEPTH = HYST_PI_MAX_OPERATORS };
 
 typedef struct {
     const char *name;
@@ -64,15 +64,17 @@ void cost_generate(generator_t *generator, hyst_parameters_t *p, cost_kind_t kin
     }
 }
 
-/* Thresholds at equal distances: then `peel` leaves one more operator behind with every reversal. */
+/* Thresholds at equal distances up to half the range: then `peel` leaves one more operator behind with every reversal.
+ */
 static void spread_thresholds(hyst_parameters_t *p) {
     for (uint32_t i = 0; i < p->pi_operators; i++) {
-        p->pi_threshold[i] = (hyst_q31_t)((int64_t)HYST_Q31_MAX * (i + 1U) / (p->pi_operators + 1U));
+        p->pi_threshold[i] = (hyst_q31_t)((int64_t)(HYST_Q31_MAX / 2) * (i + 1U) / (p->pi_operators + 1U));
     }
 }
 
+/* Its longest stroke is half the range: the setpoint's slew reaches no farther in a sample. */
 static hyst_q31_t peel(uint32_t k) {
-    const int64_t amplitude = HYST_Q31_MAX * (4 * (int64_t)(DEPTH - k) + 1) / (4 * DEPTH + 4);
+    const int64_t amplitude = HYST_Q31_MAX / 2 * (4 * (int64_t)(DEPTH - k) + 1) / (4 * DEPTH + 4);
     return (hyst_q31_t)(k % 2U == 0 ? amplitude : -amplitude);
 }
 

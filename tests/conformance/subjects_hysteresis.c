@@ -97,10 +97,12 @@ void subject_pi_refusals(digest_t *digest, generator_t *generator) {
     }
 }
 
+static hyst_pi_state_t state[2]; /* for all subjects: RAM is short */
+
 /* Forward and inverse on memories of their own, from the same signal. */
 void subject_pi(digest_t *digest, generator_t *generator, uint32_t operators, bool rate_dependent) {
-    static hyst_pi_state_t forward;
-    static hyst_pi_state_t inverse;
+    hyst_pi_state_t *const forward = &state[0];
+    hyst_pi_state_t *const inverse = &state[1];
     const hyst_pi_t *const model = &compensator[0].hysteresis.prandtl_ishlinskii;
     hyst_parameters_default(&p);
     for (unsigned pass = 0; pass < 8; pass++) {
@@ -108,23 +110,22 @@ void subject_pi(digest_t *digest, generator_t *generator, uint32_t operators, bo
         build(&p, &compensator[0]);
         excitation_t excitation = {0};
         const hyst_q31_t start = pass == 0 ? 0 : generate_signed(generator);
-        hyst_pi_reset(model, &forward, start);
-        hyst_pi_reset(model, &inverse, start);
+        hyst_pi_reset(model, forward, start);
+        hyst_pi_reset(model, inverse, start);
         for (unsigned k = 0; k < 1000; k++) {
             const hyst_q31_t signal = generate_signal(generator, &excitation);
-            digest_add_signed(digest, hyst_pi_forward(model, &forward, signal));
+            digest_add_signed(digest, hyst_pi_forward(model, forward, signal));
             bool saturated = false;
-            digest_add_signed(digest, hyst_pi_inverse(model, &inverse, signal, &saturated));
+            digest_add_signed(digest, hyst_pi_inverse(model, inverse, signal, &saturated));
             digest_add(digest, saturated ? 1 : 0);
         }
-        digest_model_state(digest, model, &forward);
-        digest_model_state(digest, model, &inverse);
+        digest_model_state(digest, model, forward);
+        digest_model_state(digest, model, inverse);
     }
 }
 
 void subject_pi_carry(digest_t *digest, generator_t *generator) {
     static const uint32_t counts[] = {0, 1, 10, HYST_PI_MAX_OPERATORS};
-    static hyst_pi_state_t state[2];
     hyst_parameters_default(&p);
     for (unsigned pass = 0; pass < 64; pass++) {
         const hyst_pi_t *const from = &compensator[0].hysteresis.prandtl_ishlinskii;

@@ -70,9 +70,9 @@ slopes_t preisach_slopes(const hyst_preisach_t *model) {
     slopes_t slopes = {.flattest = HUGE_VAL, .steepest = 0.0};
     for (uint32_t i = 1; i <= model->intervals; i++) {
         for (uint32_t j = 0; j < i; j++) {
-            const double here = model->everett[element(i, j)];
-            const double rise = here - (j + 1U < i ? model->everett[element(i - 1U, j)] : 0);
-            const double fall = here - (j + 1U < i ? model->everett[element(i, j + 1U)] : 0);
+            const double here = model->everett[i][j];
+            const double rise = here - model->everett[i - 1U][j];
+            const double fall = here - model->everett[i][j + 1U];
             slopes.flattest = fmin(slopes.flattest, fmin(rise, fall));
             slopes.steepest = fmax(slopes.steepest, fmax(rise, fall));
         }

@@ -316,10 +316,9 @@ static int64_t on_line(line_t line, int64_t threshold) {
     return line.level + line.side * threshold;
 }
 
-/* Number of operators whose threshold is at most `threshold`. */
-static uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold) {
-    uint32_t low = 0;
-    uint32_t high = model->operators;
+/* Number of operators whose threshold is at most `threshold`, among the first `high`: often all of them. */
+static uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold, uint32_t high) {
+    uint32_t low = high > 0 && model->threshold[high - 1U] <= threshold ? high : 0U;
     while (low < high) {
         const uint32_t middle = low + (high - low) / 2U;
         if (model->threshold[middle] <= threshold) {
@@ -332,21 +331,16 @@ static uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold) {
 }
 
 /*
- * From threshold `up_to` inwards the curve is this line. Runs that are left without operators vanish: one, or all that
- * were laid after what has turned out to be outdated (hyst_pi_carry).
+ * The first `end` operators lie on this line. Runs that are left without operators vanish: one, or all that were laid
+ * after what has turned out to be outdated (hyst_pi_carry).
  */
-static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, int64_t up_to, line_t line) {
-    const uint32_t end = operators_up_to(model, up_to);
+static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, line_t line) {
     while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
         state->runs--; /* from at most HYST_PI_MAX_OPERATORS */
     }
-    int64_t outer = 0;
-    if (state->runs > 0) {
-        const hyst_pi_run_t *previous = &state->run[state->runs - 1U];
-        outer = previous->outer + run_sum(model, previous, end);
-    }
     if (end > 0) {
-        push(state, line.level, outer, end, line.side);
+        const hyst_pi_run_t *previous = &state->run[state->runs - 1U];
+        push(state, line.level, state->runs > 0 ? previous->outer + run_sum(model, previous, end) : 0, end, line.side);
     }
 }
 
@@ -369,8 +363,12 @@ static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, int64
     } else if (slope < 0) {
         meets = -distance >> (-slope - 1);
     }
-    lay(model, state, threshold - 1, bound);
-    lay(model, state, meets < threshold ? meets : threshold - 1, line);
+    const uint32_t inside = operators_up_to(model, threshold - 1, model->operators);
+    const uint32_t on_it = operators_up_to(model, meets, inside);
+    if (on_it < inside) {
+        lay(model, state, inside, bound);
+    }
+    lay(model, state, on_it, line);
 }
 
 static line_t line_of(const hyst_pi_run_t *run) {
@@ -384,15 +382,12 @@ static void lay_outermost(const hyst_pi_t *from, const hyst_pi_run_t *outermost,
     const hyst_q31_t last = from->threshold[from->operators - 1U];
     const int64_t memory = on_line(line_of(outermost), last);
     const line_t constant = {memory, 0};
+    const line_t farthest = memory >= 0 ? (line_t){HYST_Q31_MAX, -1} : (line_t){HYST_Q31_MIN, 1};
+    const int64_t meets = memory >= 0 ? HYST_Q31_MAX - memory : memory - HYST_Q31_MIN;
     to_state->runs = 0;
-    if (memory >= 0) {
-        lay(to, to_state, HYST_Q31_MAX, (line_t){HYST_Q31_MAX, -1});
-        lay(to, to_state, HYST_Q31_MAX - memory, constant);
-    } else {
-        lay(to, to_state, HYST_Q31_MAX, (line_t){HYST_Q31_MIN, 1});
-        lay(to, to_state, memory - HYST_Q31_MIN, constant);
-    }
-    lay(to, to_state, last, line_of(outermost));
+    lay(to, to_state, to->operators, farthest);
+    lay(to, to_state, operators_up_to(to, meets, to->operators), constant);
+    lay(to, to_state, operators_up_to(to, last, to->operators), line_of(outermost));
 }
 
 /* Run k >= 1, inwards of the last known point of the run around it. */
@@ -408,7 +403,7 @@ bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, con
     const line_t at_drive = {from_state->drive, 0};
     if (runs == 0) {
         to_state->runs = 0;
-        lay(to, to_state, HYST_Q31_MAX, at_drive);
+        lay(to, to_state, to->operators, at_drive);
     } else {
         /* A sample takes runs off the inner end and puts one there: all but the innermost are what they were. */
         uint32_t k = *carried < runs ? *carried : runs - 1U;

@@ -40,8 +40,13 @@ hyst_preisach_status_t hyst_preisach_build(hyst_preisach_t *model, uint32_t inte
     }
     model->intervals = intervals;
     model->offset = offset;
-    for (uint32_t k = 0; k < at; k++) {
-        model->everett[k] = everett[k];
+    at = 0;
+    for (uint32_t i = 0; i <= intervals; i++) {
+        model->everett[i][i] = 0;
+        for (uint32_t j = 0; j < i; j++, at++) {
+            model->everett[i][j] = everett[at];
+            model->everett[j][i] = -everett[at];
+        }
     }
     return HYST_PREISACH_OK;
 }
@@ -58,18 +63,10 @@ static place_t place_of(const hyst_preisach_t *model, hyst_q31_t drive) {
     return (place_t){.interval = (uint32_t)(distance >> 32), .fraction = (uint32_t)distance};
 }
 
-/* E(level i, level j) for any i, j in 0..N. Q28. */
-static int32_t at_levels(const hyst_preisach_t *model, uint32_t i, uint32_t j) {
-    if (i > j) {
-        return model->everett[i * (i - 1U) / 2U + j];
-    }
-    return i == j ? 0 : -model->everett[j * (j - 1U) / 2U + i];
-}
-
 /* E(level i, from), Q60, exact: linear in `from` between two levels. A mean of two elements, so below 2^63. */
 static int64_t at_level(const hyst_preisach_t *model, uint32_t i, place_t from) {
-    const int64_t left = at_levels(model, i, from.interval);
-    const int64_t right = at_levels(model, i, from.interval + 1U);
+    const int64_t left = model->everett[i][from.interval];
+    const int64_t right = model->everett[i][from.interval + 1U];
     return left * ((int64_t)1 << 32) + (right - left) * (int64_t)from.fraction;
 }
 
@@ -168,6 +165,12 @@ static void merge(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
     state->extremes -= 2U;
 }
 
+/* The present point becomes a reversal. */
+static void turn(hyst_preisach_state_t *state) {
+    state->extreme[state->extremes] = state->now;
+    state->extremes++; /* <= HYST_PREISACH_MAX_EXTREMES: merge() makes room, a reset has 30 */
+}
+
 void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
     if (drive == state->now.drive) {
         return;
@@ -179,8 +182,7 @@ void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *
         if (state->extremes == HYST_PREISACH_MAX_EXTREMES) {
             merge(model, state);
         }
-        state->extreme[state->extremes] = state->now;
-        state->extremes++;
+        turn(state);
     }
     state->now = on_branch(model, &state->extreme[state->extremes - 1U], drive);
 }
@@ -188,7 +190,7 @@ void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *
 /* All relays down: the lower end of the range. */
 static void begin(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
     /* E over the whole range is below 2^31 in Q28; half of it in Q60 is E * 2^31. */
-    const int64_t half = at_levels(model, model->intervals, 0) * ((int64_t)1 << 31);
+    const int64_t half = model->everett[model->intervals][0] * ((int64_t)1 << 31);
     state->extremes = 1;
     state->extreme[0] =
         (hyst_preisach_point_t){.drive = HYST_Q31_MIN, .output = model->offset * ((int64_t)1 << 29) - half};
@@ -201,9 +203,11 @@ void hyst_preisach_reset(const hyst_preisach_t *model, hyst_preisach_state_t *st
     for (uint32_t k = 0; 2U * k < model->intervals; k++) {
         const int64_t inset = range * k / model->intervals; /* level k, and the same from above */
         if (k > 0) {
-            hyst_preisach_advance(model, state, (hyst_q31_t)(HYST_Q31_MIN + inset));
+            turn(state);
+            state->now = on_branch(model, &state->extreme[state->extremes - 1U], (hyst_q31_t)(HYST_Q31_MIN + inset));
+            turn(state);
         }
-        hyst_preisach_advance(model, state, (hyst_q31_t)(HYST_Q31_MAX - inset));
+        state->now = on_branch(model, &state->extreme[state->extremes - 1U], (hyst_q31_t)(HYST_Q31_MAX - inset));
     }
     hyst_preisach_advance(model, state, drive);
 }

@@ -55,7 +55,7 @@
 #define HYST_PI_MAX_WEIGHT_SUM (4 * (int64_t)HYST_Q28_ONE)
 
 /** Runs that one call of hyst_pi_carry takes over, and the calls that all of them take. */
-#define HYST_PI_CARRY_RUNS  8
+#define HYST_PI_CARRY_RUNS  4
 #define HYST_PI_CARRY_CALLS (HYST_PI_MAX_OPERATORS / HYST_PI_CARRY_RUNS)
 
 /** Coefficients. Written by hyst_pi_build only; constant afterwards. */

@@ -63,13 +63,13 @@
 /**
  * Coefficients. Written by hyst_preisach_build only; constant afterwards.
  *
- * Level i is the drive -1 + 2 i / N. Element i (i - 1) / 2 + j of the table is E(level i, level j) for 0 <= j < i <= N:
- * row by row E(1,0); E(2,0), E(2,1); E(3,0) ... in half ranges of the position. All are positive.
+ * Level i is the drive -1 + 2 i / N. The table is E in half ranges of the position, whole, with E(j, i) = -E(i, j) and
+ * zeros between: a movement looks up four neighbours, and is not to ask on which side of the diagonal each of them is.
  */
 typedef struct {
     uint32_t intervals; /**< N, 1..HYST_PREISACH_MAX_INTERVALS */
     hyst_q31_t offset;  /**< mean of the outputs at the two ends of the drive's range */
-    hyst_q28_t everett[HYST_PREISACH_MAX_ELEMENTS];
+    hyst_q28_t everett[HYST_PREISACH_MAX_INTERVALS + 1][HYST_PREISACH_MAX_INTERVALS + 1]; /**< E(level i, level j) */
 } hyst_preisach_t;
 
 /** A point of the drive's past, and the output there. */
@@ -96,8 +96,9 @@ typedef enum {
 } hyst_preisach_status_t;
 
 /**
- * Checks the table and fills *model. `everett` has HYST_PREISACH_ELEMENTS(intervals) elements. On refusal *model is
- * untouched and *element is the index of the offending element (0 where none applies).
+ * Checks the table and fills *model. `everett` has HYST_PREISACH_ELEMENTS(intervals) elements: element i (i - 1) / 2 +
+ * j is E(level i, level j) for 0 <= j < i <= N, row by row E(1,0); E(2,0), E(2,1); E(3,0) ... All are positive. On
+ * refusal *model is untouched and *element is the index of the offending element (0 where none applies).
  *
  * A branch that rises from beta has, above level i-1, a slope between those at the two levels beside beta, and these
  * are the differences E(i,j) - E(i-1,j); likewise E(i,j) - E(i,j+1) on falling branches. So all branches rise exactly
