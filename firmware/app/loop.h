@@ -48,9 +48,9 @@ uint16_t loop_sample(const loop_input_t *input);
  * ever. */
 void loop_init(const loop_parameters_t *parameters, uint16_t faults);
 
-/** Hands over parameters, which must not change from now on. The next sample adopts them, or up to 32 samples share
- * carrying a long memory over to them while the old ones go on (hyst_compensator_adopt). False (and nothing happens)
- * while earlier ones are still waiting. */
+/** Hands over parameters, which must not change from now on. The next sample adopts them, or up to HYST_PI_CARRY_CALLS
+ * samples share carrying a deep memory over to them while the old ones go on (hyst_compensator_adopt). False (and
+ * nothing happens) while earlier ones are still waiting. */
 bool loop_adopt(const loop_parameters_t *next);
 bool loop_adoption_pending(void);
 

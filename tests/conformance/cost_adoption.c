@@ -2,7 +2,7 @@
 #include "cost_adoption.h"
 #include <string.h>
 
-enum { REPETITIONS = 4, SETTLING = 2500, DEPTH = HYST_PI_MAX_OPERATORS };
+enum { REPETITIONS = 8, SETTLING = 2500, DEPTH = HYST_PI_MAX_OPERATORS };
 
 typedef struct {
     const char *name;
@@ -89,16 +89,22 @@ static hyst_q31_t ever_smaller(uint32_t k) {
     return k % 2U == 0 ? amplitude : -amplitude;
 }
 
+/* From one end of the range to the other. */
+static hyst_q31_t far_jumps(uint32_t k) {
+    return k % 2U == 0 ? HYST_Q31_MAX / 4 * 3 : -(HYST_Q31_MAX / 4 * 3);
+}
+
 /* Everything there is, so that it costs what it can, and none of it does much, so that the history is what was asked
  * for. */
 static void furnish(hyst_parameters_t *p) {
     p->transition_slew = 1;
     p->shape_sections = p->equalise_sections = 2;
     for (unsigned i = 0; i < 2; i++) {
-        p->shape[i] = p->equalise[i] = (hyst_iir_section_t){.b0 = HYST_Q28_ONE};
+        p->shape[i] = p->equalise[i] =
+            (hyst_iir_section_t){.b0 = HYST_Q28_ONE - 80530637, .a1 = -80530637}; /* 1 at rest */
     }
     p->inertia_sections = 1;
-    p->inertia[0] = (hyst_iir_section_t){.b0 = 1};
+    p->inertia[0] = (hyst_iir_section_t){.b0 = 1, .a1 = -80530637};
     p->creep_cells = HYST_CREEP_MAX_CELLS;
     for (unsigned i = 0; i < HYST_CREEP_MAX_CELLS; i++) {
         p->creep[i] = (hyst_creep_cell_t){.gain = 1, .rate = HYST_Q31_MAX / 2};
@@ -120,6 +126,10 @@ uint32_t cost_measure_adoption(cost_t *cost, generator_t *generator, hyst_parame
     for (unsigned i = 0; i < REPETITIONS; i++) {
         cost_t ignored = {0};
         set_hysteresis(generator, parameters, a->from, a->from_size);
+        if ((i & 2U) != 0) { /* then they appear with the adoption, and have to be settled */
+            parameters->shape_sections = parameters->equalise_sections = parameters->inertia_sections = 0;
+            parameters->creep_cells = 0;
+        }
         spread_thresholds(parameters);
         parameters->transition_slew = HYST_Q31_MAX / 1000;
         (void)cost_adopt(&ignored, parameters, beginning_of_peel);
@@ -129,10 +139,10 @@ uint32_t cost_measure_adoption(cost_t *cost, generator_t *generator, hyst_parame
         cost_hold(HYST_MODE_DIRECT, peel, DEPTH);
         cost_hold(HYST_MODE_COMPENSATE, ever_smaller, 2);
         set_hysteresis(generator, parameters, a->to, a->to_size);
-        if (i % 2U == 0) {
+        if ((i & 1U) == 0) {
             spread_thresholds(parameters);
         }
-        const uint32_t samples = cost_adopt(cost, parameters, ever_smaller);
+        const uint32_t samples = cost_adopt(cost, parameters, (i & 4U) == 0 ? ever_smaller : far_jumps);
         most = samples > most ? samples : most;
     }
     return most;

@@ -11,14 +11,15 @@ typedef enum { FIXED_THRESHOLDS, RATE_DEPENDENT, PREISACH, BOUC_WEN, MODIFIED_PL
 /** A hysteresis of that kind in place of the one that is there. `size`: operators, intervals, cells or divisions. */
 void cost_generate(generator_t *generator, hyst_parameters_t *parameters, cost_kind_t kind, uint32_t size);
 
-/** What is measured: from one hysteresis to another, with every filter, creep cell and curve there can be. */
+/** What is measured: from one hysteresis to another, with every filter, creep cell and curve there can be, half of the
+ * time new ones. */
 extern const unsigned cost_adoptions;
 const char *cost_adoption_name(unsigned index);
 
 /**
  * Fills the memory as deep as it goes, in direct mode, then adopts in compensate mode, with ever smaller reversals in
- * every sample. The samples that adopt go to *cost. Returns how many an adoption took at most. `parameters` is only
- * room for them.
+ * every sample, or jumps across the range. The samples that adopt go to *cost. Returns how many an adoption took at
+ * most. `parameters` is only room for them.
  */
 uint32_t cost_measure_adoption(cost_t *cost, generator_t *generator, hyst_parameters_t *parameters, unsigned index);
 

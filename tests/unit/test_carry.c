@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Memory carried over to other models: where it ends up, in portions with samples in between as well as at once. */
-#include "hyst/compensator.h"
+#include "hyst/parameters.h"
 #include "models.h"
 #include "preisach_models.h"
 #include "unity.h"
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static random_t rng;
 
@@ -248,6 +249,69 @@ static void test_a_memory_that_is_wiped_out_under_way(void) {
     }
 }
 
+static hyst_compensator_t compensator_with(const pi_arguments_t *a) {
+    hyst_parameters_t p;
+    hyst_compensator_t c;
+    hyst_parameters_default(&p);
+    p.pi_operators = a->operators;
+    memcpy(p.pi_weight, a->weight, sizeof p.pi_weight);
+    memcpy(p.pi_threshold, a->threshold, sizeof p.pi_threshold);
+    p.transition_slew = 1 << 20;
+    p.creep_cells = (uint32_t)(random_bits(&rng) % 2U);
+    p.creep[0] = (hyst_creep_cell_t){.gain = HYST_Q31_MAX / 50, .rate = HYST_Q31_MAX / 100};
+    TEST_ASSERT_EQUAL_INT(HYST_PARAMETERS_OK, hyst_parameters_build(&p, &c).error);
+    return c;
+}
+
+/*
+ * The pipeline under motion: while portions are carried it does what it does without an adoption, and from then on what
+ * it does after an adoption in one piece.
+ */
+static void test_a_pipeline_that_adopts_under_motion(void) {
+    uint32_t longest = 0;
+    for (int run = 0; run < 100; run++) {
+        const pi_arguments_t a = even(run == 0 ? HYST_PI_MAX_OPERATORS : any_count());
+        const pi_arguments_t b = even(any_count());
+        const hyst_compensator_t from = compensator_with(&a);
+        const hyst_compensator_t to = compensator_with(&b);
+        unsigned events;
+        hyst_compensator_state_t s, undisturbed, whole;
+        hyst_compensator_reset(&from, &s);
+        for (int k = 0; k < 100; k++) { /* some transition is left of the change of mode */
+            (void)hyst_compensator_step(&from, &s, HYST_MODE_COMPENSATE, 0, &events);
+        }
+        peel(&from.hysteresis.prandtl_ishlinskii, &hyst_compensator_memory(&s)->prandtl_ishlinskii);
+        undisturbed = s;
+        uint32_t calls = 1;
+        for (;; calls++) {
+            whole = s;
+            whole.carried = 0;
+            if (hyst_compensator_adopt(&from, &to, &s)) {
+                break;
+            }
+            const hyst_q31_t reference = random_q31(&rng) / 256;
+            const hyst_q31_t drive = hyst_compensator_step(&from, &s, HYST_MODE_COMPENSATE, reference, &events);
+            TEST_ASSERT_EQUAL_INT32(
+                hyst_compensator_step(&from, &undisturbed, HYST_MODE_COMPENSATE, reference, &events), drive);
+        }
+        longest = calls > longest ? calls : longest;
+        while (!hyst_compensator_adopt(&from, &to, &whole)) {
+        }
+        const hyst_q31_t last = s.drive;
+        expect_same_memory(&hyst_compensator_memory(&whole)->prandtl_ishlinskii,
+                           &hyst_compensator_memory(&s)->prandtl_ishlinskii);
+        for (int k = 0; k < 200; k++) {
+            const hyst_q31_t reference = random_q31(&rng) / 4;
+            const hyst_q31_t drive = hyst_compensator_step(&to, &s, HYST_MODE_COMPENSATE, reference, &events);
+            TEST_ASSERT_EQUAL_INT32(hyst_compensator_step(&to, &whole, HYST_MODE_COMPENSATE, reference, &events),
+                                    drive);
+            TEST_ASSERT_TRUE_MESSAGE(k > 0 || drive == last, "the first sample repeats the drive");
+        }
+    }
+    printf("a pipeline adopted within %" PRIu32 " samples at most\n", longest);
+    TEST_ASSERT_TRUE(longest > HYST_PI_CARRY_CALLS / 2 && longest <= HYST_PI_CARRY_CALLS);
+}
+
 /* A full stack, merged under way wherever the smallest gap is. */
 static void test_portions_of_a_preisach_memory(void) {
     uint32_t longest = 0;
@@ -303,6 +367,7 @@ int main(void) {
     RUN_TEST(test_every_operator_reads_the_memory_curve);
     RUN_TEST(test_portions_between_samples_are_the_whole);
     RUN_TEST(test_a_memory_that_is_wiped_out_under_way);
+    RUN_TEST(test_a_pipeline_that_adopts_under_motion);
     RUN_TEST(test_portions_of_a_preisach_memory);
     return UNITY_END();
 }

@@ -145,7 +145,7 @@ hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
  * from_state may be advanced once (not more, and not reset): a sample changes the inner end of the memory, and what
  * calls before it made of the rest stays right. The result is that of all runs carried after the last sample. Done
  * after HYST_PI_CARRY_CALLS calls at most, whatever the history, and after one if no more than HYST_PI_CARRY_RUNS
- * nested movements are remembered. Cost per call: 2 HYST_PI_CARRY_RUNS + 4 bisections of the new thresholds, and at
+ * nested movements are remembered. Cost per call: 2 HYST_PI_CARRY_RUNS + 2 bisections of the new thresholds, and at
  * most HYST_PI_MAX_OPERATORS outdated runs thrown away.
  */
 bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
