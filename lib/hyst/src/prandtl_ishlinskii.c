@@ -338,9 +338,13 @@ static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, li
     while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
         state->runs--; /* from at most HYST_PI_MAX_OPERATORS */
     }
-    if (end > 0) {
+    int64_t outer = 0;
+    if (state->runs > 0) {
         const hyst_pi_run_t *previous = &state->run[state->runs - 1U];
-        push(state, line.level, state->runs > 0 ? previous->outer + run_sum(model, previous, end) : 0, end, line.side);
+        outer = previous->outer + run_sum(model, previous, end);
+    }
+    if (end > 0) {
+        push(state, line.level, outer, end, line.side);
     }
 }
 
