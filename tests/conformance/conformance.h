@@ -33,6 +33,8 @@ uint32_t generate(generator_t *generator);
 int32_t generate_signed(generator_t *generator);
 /** 0 to count - 1. */
 uint32_t generate_below(generator_t *generator, uint32_t count);
+/** The same halved 0 to halvings - 1 times: small numbers are as likely as large ones. */
+uint32_t generate_size(generator_t *generator, uint32_t count, uint32_t halvings);
 
 /**
  * A signal that goes where trouble is: ramps with reversals, holds, steps of one unit, jumps of any size, and both ends

@@ -32,6 +32,12 @@ uint32_t generate_below(generator_t *generator, uint32_t count) {
     return (uint32_t)(((uint64_t)generate(generator) * count) >> 32);
 }
 
+uint32_t generate_size(generator_t *generator, uint32_t count, uint32_t halvings) {
+    const uint32_t number =
+        generate_below(generator, count); /* first: C leaves the order of operands to the compiler */
+    return number >> generate_below(generator, halvings);
+}
+
 hyst_q31_t generate_signal(generator_t *generator, excitation_t *excitation) {
     if (excitation->samples_left == 0) {
         excitation->samples_left = 1 + generate_below(generator, 64);
@@ -130,8 +136,7 @@ void generate_bouc_wen(generator_t *generator, bouc_wen_arguments_t *a, uint32_t
     for (uint32_t i = 0; i < cells; i++) {
         a->length[i] = 1 + (hyst_q31_t)(generate_below(generator, 3U << 30) / cells / 2U);
         const hyst_q28_t slope =
-            1 + ((hyst_q28_t)generate_below(generator, HYST_Q28_ONE / 2 - HYST_BOUC_WEN_MIN_SLOPE) >>
-                 generate_below(generator, 20));
+            1 + (hyst_q28_t)generate_size(generator, HYST_Q28_ONE / 2 - HYST_BOUC_WEN_MIN_SLOPE, 20);
         a->slope[i] = falling ? -slope : slope;
     }
 }
@@ -165,7 +170,8 @@ void generate_modified_play(generator_t *generator, hyst_modified_play_parameter
         p->rate_gain = 1 + (hyst_q30_t)generate_below(generator, HYST_Q30_ONE);
     }
     p->phase = generate(generator);
-    p->phase_step = generate(generator) >> generate_below(generator, 16);
+    p->phase_step = generate(generator);
+    p->phase_step >>= generate_below(generator, 16);
 }
 
 hyst_iir_section_t generate_section(generator_t *generator) {
@@ -224,7 +230,7 @@ void generate_parameters(generator_t *generator, hyst_parameters_t *p) {
     p->creep_cells = generate_below(generator, HYST_CREEP_MAX_CELLS + 1U);
     for (uint32_t i = 0; i < HYST_CREEP_MAX_CELLS; i++) {
         p->creep[i].gain = generate_signed(generator) / (HYST_CREEP_MAX_CELLS + 1);
-        p->creep[i].rate = 1 + (hyst_q31_t)(generate_below(generator, INT32_MAX) >> generate_below(generator, 31));
+        p->creep[i].rate = 1 + (hyst_q31_t)generate_size(generator, INT32_MAX, 31);
     }
 }
 

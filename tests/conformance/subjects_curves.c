@@ -22,7 +22,7 @@ void subject_curve(digest_t *digest, generator_t *generator) {
         hyst_q31_t node[HYST_CURVE_NODES];
         node[0] = HYST_Q31_MIN + (hyst_q31_t)generate_below(generator, 1U << 30);
         for (uint32_t i = 1; i < HYST_CURVE_NODES; i++) {
-            const uint32_t rise = generate_below(generator, 80U << 20) >> generate_below(generator, 7);
+            const uint32_t rise = generate_size(generator, 80U << 20, 7);
             node[i] = hyst_add(node[i - 1U], HYST_CURVE_MIN_RISE + (hyst_q31_t)rise);
         }
         if ((pass & 1U) != 0) {
