@@ -36,6 +36,19 @@ void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
     stage->block->step(stage->state, signal);
 }
 
+void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value) {
+    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+    chain_stage_t stage = chain_stage_open(model, index, &setup);
+    signal_t signal = {.value = value[0]};
+    chain_stage_settle(&stage, &signal);
+    for (size_t k = 0; k < recording->samples; k++) {
+        signal = (signal_t){.value = value[k]};
+        chain_stage_step(&stage, &signal);
+        value[k] = signal.value;
+    }
+    chain_stage_close(&stage);
+}
+
 /* What widens the loops goes by the drive that the hysteresis sees: behind what changes that. */
 static size_t order_modifiers(const model_t *model, bool widening, size_t *order) {
     size_t count = 0;

@@ -59,6 +59,10 @@ void chain_stage_settle(const chain_stage_t *stage, signal_t *signal);
 void chain_stage_step(const chain_stage_t *stage, signal_t *signal);
 void chain_stage_close(chain_stage_t *stage);
 
+/** One block alone, without a preload: settles on the first of recording->samples values, then replaces them by the
+ * output. `index` into model->block. */
+void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value);
+
 /**
  * First sample of [0, end) from which on the hysteresis output no longer depends on what happened before the recording,
  * or `end`: the outputs that follow a past at the bottom and a past at the top of the drive's range (widened to three

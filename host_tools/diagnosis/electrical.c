@@ -31,19 +31,6 @@ static bool has_delay(const model_t *model) {
     return model_find(model, block_transport_delay.name) != NULL;
 }
 
-static void pass(const model_t *model, size_t block, const recording_t *recording, double *v) {
-    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
-    chain_stage_t stage = chain_stage_open(model, block, &setup);
-    signal_t signal = {.value = v[0]};
-    chain_stage_settle(&stage, &signal);
-    for (size_t k = 0; k < recording->samples; k++) {
-        signal = (signal_t){.value = v[k]};
-        chain_stage_step(&stage, &signal);
-        v[k] = signal.value;
-    }
-    chain_stage_close(&stage);
-}
-
 /* The drive behind the model's electronics: a column. */
 static void simulate_voltage(const samples_t *samples, const model_t *model, side_t delay, double *voltage) {
     for (size_t i = 0; i < samples->count; i++) {
@@ -53,7 +40,7 @@ static void simulate_voltage(const samples_t *samples, const model_t *model, sid
         for (size_t b = 0; b < model->blocks; b++) {
             const block_t *block = model->block[b].block;
             if (block->place == PLACE_ELECTRONICS && (delay == DELAY_BEFORE || block != &block_transport_delay)) {
-                pass(model, b, recording, v);
+                chain_pass(model, b, recording, v);
             }
         }
     }
@@ -275,7 +262,7 @@ void electrical_measured_voltage(const samples_t *samples, const model_t *model,
         }
         for (size_t b = 0; behind && measured && b < model->blocks; b++) {
             if (model->block[b].block == &block_transport_delay) {
-                pass(model, b, recording, v);
+                chain_pass(model, b, recording, v);
             }
         }
     }

@@ -73,21 +73,11 @@ static void find_operators(job_t *job) {
 /* Runs a column of one recording through the model's blocks behind the hysteresis, except those that add what is not a
  * response (steps, a sensor's curve, hum). */
 static void pass_through(const model_t *model, const recording_t *recording, double *x) {
-    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
     for (size_t b = 0; b < model->blocks; b++) {
-        const model_block_t *block = &model->block[b];
-        signal_t signal = {.value = x[0]};
-        if (block->block->place <= PLACE_HYSTERESIS || block->block->adds) {
-            continue;
+        const block_t *block = model->block[b].block;
+        if (block->place > PLACE_HYSTERESIS && !block->adds) {
+            chain_pass(model, b, recording, x);
         }
-        void *state = block_open(block->block, block->parameter, &setup);
-        block->block->settle(state, &signal);
-        for (size_t k = 0; k < recording->samples; k++) {
-            signal = (signal_t){.value = x[k]};
-            block->block->step(state, &signal);
-            x[k] = signal.value;
-        }
-        free(state);
     }
 }
 
