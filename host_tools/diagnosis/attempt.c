@@ -313,17 +313,14 @@ void attempt_without_noise(model_t *model) {
 /* Whether more than noise remains, and the verdict. */
 static bool look_at_the_rest(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
-    double *simulated = samples_column(&d->samples), *before = samples_column(&d->samples);
+    double *simulated = samples_column(&d->samples);
     model_t smooth;
     model_copy(&smooth, &d->model);
     attempt_without_noise(&smooth);
-    const bool good = samples_simulate(&d->samples, &smooth, simulated, job->failure) &&
-                      samples_simulate(&d->samples, &d->baseline, before, job->failure);
+    double *change = samples_change(&d->samples, &smooth, &d->baseline, job->failure);
+    const bool good = change != NULL && samples_simulate(&d->samples, &smooth, simulated, job->failure);
     if (good) {
-        for (size_t k = 0; k < d->samples.all; k++) {
-            before[k] = simulated[k] - before[k];
-        }
-        d->remainder = remainder_of(&d->samples, &d->noise, simulated, before, job->step_um / sqrt(12.0));
+        d->remainder = remainder_of(&d->samples, &d->noise, simulated, change, job->step_um / sqrt(12.0));
         if (d->findings == 0) {
             d->verdict = d->remainder.structured ? UNKNOWN_PHYSICS : NOTHING_MISSING;
         } else {
@@ -332,7 +329,7 @@ static bool look_at_the_rest(attempt_t *job) {
     }
     model_free(&smooth);
     free(simulated);
-    free(before);
+    free(change);
     return good;
 }
 

@@ -39,7 +39,6 @@ double candidate_own_um(const candidate_t *candidate) {
 /* What the blocks that were found change: a column. NULL: the chain does not run without them. */
 static double *change_found(const attempt_t *job) {
     const diagnosis_t *d = job->diagnosis;
-    double *change = samples_column(&d->samples), *with = samples_column(&d->samples);
     model_t without;
     failure_t refusal;
     model_copy(&without, &d->model);
@@ -48,17 +47,8 @@ static double *change_found(const attempt_t *job) {
             model_remove(&without, b);
         }
     }
-    const bool good = samples_simulate(&d->samples, &d->model, with, &refusal) &&
-                      samples_simulate(&d->samples, &without, change, &refusal);
-    for (size_t k = 0; good && k < d->samples.all; k++) {
-        change[k] = with[k] - change[k];
-    }
+    double *change = samples_change(&d->samples, &d->model, &without, &refusal);
     model_free(&without);
-    free(with);
-    if (!good) {
-        free(change);
-        change = NULL;
-    }
     return change;
 }
 

@@ -92,10 +92,9 @@ static void take_residual(column_test_t *test) {
 
 static bool measure_found(column_test_t *test, failure_t *failure) {
     const diagnosis_t *d = test->diagnosis;
-    double *change = samples_column(&d->samples);
-    const bool good = samples_simulate(&d->samples, &d->baseline, change, failure);
+    double *change = samples_change(&d->samples, &test->model, &d->baseline, failure);
+    const bool good = change != NULL;
     if (good) {
-        cblas_daxpy((int)d->samples.all, -1.0, test->signals.simulated, 1, change, 1);
         double *left = column_beyond(test, &test->fitted, change, TEST_SLOW_TOO);
         test->found_um = sqrt(square_of(&test->fitted, left) / (double)test->fitted.rows);
         free(left);

@@ -161,15 +161,13 @@ static bool relate_column(column_test_t *test, const samples_t *samples, column_
 /* How much of a finding stands beside the temperature. */
 static bool set_beside(column_test_t *test, const diagnosis_t *d, const finding_t *finding, double lag_s,
                        electrical_change_t *beside, failure_t *failure) {
-    double *signature = samples_column(&d->samples), *column = samples_column(&d->samples);
+    double *column = samples_column(&d->samples);
     model_t without;
     model_copy(&without, column_test_model(test));
     model_remove(&without, finding_index(d, finding));
-    const bool good = samples_simulate(&d->samples, &without, signature, failure);
+    double *signature = samples_change(&d->samples, column_test_model(test), &without, failure);
+    const bool good = signature != NULL;
     if (good) {
-        for (size_t k = 0; k < d->samples.all; k++) {
-            signature[k] = column_test_simulated(test)[k] - signature[k];
-        }
         temperature(&d->samples, lag_s, column);
         const regression_t stands = column_beside(test, signature, column);
         *beside =

@@ -107,6 +107,21 @@ bool samples_simulate(const samples_t *samples, const model_t *model, double *co
     return true;
 }
 
+double *samples_change(const samples_t *samples, const model_t *with, const model_t *without, failure_t *failure) {
+    double *change = samples_column(samples), *less = samples_column(samples);
+    const bool good =
+        samples_simulate(samples, with, change, failure) && samples_simulate(samples, without, less, failure);
+    for (size_t k = 0; k < samples->all; k++) {
+        change[k] -= less[k];
+    }
+    free(less);
+    if (!good) {
+        free(change);
+        change = NULL;
+    }
+    return change;
+}
+
 double samples_nrmse_percent(const samples_t *samples, samples_part_t part, const double *simulated) {
     double worst = 0.0;
     for (size_t i = 0; i < samples->count; i++) {

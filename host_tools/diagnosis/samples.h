@@ -47,6 +47,8 @@ double samples_rms(const samples_t *samples, const double *column);
 
 /** Simulates all recordings into a column. */
 bool samples_simulate(const samples_t *samples, const model_t *model, double *column, failure_t *failure);
+/** Simulation of one model less that of the other: a column, to be freed. NULL if either cannot be simulated. */
+double *samples_change(const samples_t *samples, const model_t *with, const model_t *without, failure_t *failure);
 
 /** Error of a simulation over the samples of a part: root mean square over peak-to-peak displacement, in percent, of
  * the worst recording. */

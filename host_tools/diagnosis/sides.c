@@ -142,19 +142,15 @@ static bool describe(attempt_t *job, const model_t *proposal, finding_t *added) 
     if (evidence == NULL) {
         return false;
     }
-    double *change = samples_column(&d->samples), *before = samples_column(&d->samples);
-    bool good = samples_simulate(&d->samples, &d->model, before, job->failure) &&
-                samples_simulate(&d->samples, proposal, change, job->failure) &&
-                attempt_measure(job, &d->model, &ignored, &added->held_out_before_percent) &&
-                attempt_measure(job, proposal, &ignored, &added->held_out_after_percent);
-    for (size_t k = 0; good && k < d->samples.all; k++) {
-        change[k] -= before[k];
+    double *change = samples_change(&d->samples, proposal, &d->model, job->failure);
+    const bool good = change != NULL && attempt_measure(job, &d->model, &ignored, &added->held_out_before_percent) &&
+                      attempt_measure(job, proposal, &ignored, &added->held_out_after_percent);
+    if (good) {
+        const evidence_test_t test = evidence_test(evidence, change);
+        added->t = test.t;
+        added->t_blocks = test.t_blocks;
     }
-    const evidence_test_t test = evidence_test(evidence, change);
-    added->t = test.t;
-    added->t_blocks = test.t_blocks;
     free(change);
-    free(before);
     evidence_close(evidence);
     return good;
 }
