@@ -4,35 +4,8 @@
 set -u
 hyst=$1
 folder=$2
-rm -rf "$folder" && mkdir -p "$folder" && cd "$folder" || exit 1
-failures=0
-
-complain() {
-    echo "FAIL: $*"
-    sed 's/^/    /' stderr
-    failures=$((failures + 1))
-}
-
-# expect STATUS TEXT ARGUMENT...   status, and on stderr nothing (TEXT empty) or exactly one line that contains TEXT
-expect() {
-    status=$1
-    text=$2
-    shift 2
-    "$hyst" "$@" >stdout 2>stderr
-    got=$?
-    [ "$got" -eq "$status" ] || complain "hyst $*: exit status $got, expected $status"
-    if [ -z "$text" ]; then
-        [ ! -s stderr ] || complain "hyst $*: unexpected message"
-    else
-        [ "$(wc -l <stderr)" -eq 1 ] || complain "hyst $*: stderr is not one line"
-        grep -qF -- "$text" stderr || complain "hyst $*: no '$text' in the message"
-    fi
-}
-
-# stdout_has TEXT   what the last command printed
-stdout_has() {
-    grep -qF -- "$1" stdout || complain "no '$1' on stdout"
-}
+# shellcheck source-path=SCRIPTDIR source=../support/command.sh
+. "$(dirname "$0")/../support/command.sh"
 
 # A synthetic recording: two full triangles with minor loops, a play operator of 20 V, a little noise from a fixed sequence.
 awk 'BEGIN {
@@ -50,14 +23,14 @@ awk 'BEGIN {
 }' >good.csv
 
 expect 0 '' --help
-stdout_has 'Exit status'
+has stdout 'Exit status'
 expect 0 '' --version
-stdout_has 'hyst '
+has stdout 'hyst '
 expect 2 'which command'
 expect 2 "unknown command 'calibrate'" calibrate
 for command in fit simulate diagnose compile; do
     expect 0 '' $command --help
-    stdout_has "hyst $command"
+    has stdout "hyst $command"
     expect 2 'missing argument' $command
     expect 2 'unknown option --frobnicate' $command --frobnicate
 done
@@ -78,49 +51,49 @@ expect 2 '--json takes no value' compile model.json --json=1
 
 # The path: fit, simulate, compile; text and JSON.
 expect 0 '' fit good.csv -o model.json --operators 4
-stdout_has 'um/V'
-stdout_has 'held out'
+has stdout 'um/V'
+has stdout 'held out'
 expect 0 '' fit good.csv --operators=4 --json
-stdout_has '"hyst-model-1"'
+has stdout '"hyst-model-1"'
 expect 0 '' fit good.csv good.csv --family rate_dependent_prandtl_ishlinskii --operators 3 -o rate.json
-stdout_has 'beta_s'
+has stdout 'beta_s'
 expect 0 '' fit good.csv --family all --operators 4 -o best.json
-stdout_has 'largest error held out'
-stdout_has 'ellipse needs a sinusoidal drive'
+has stdout 'largest error held out'
+has stdout 'ellipse needs a sinusoidal drive'
 grep -q "\"family\": \"$(sed -n 's/ .*//; 2p' stdout)\"" best.json || complain 'the model written is not the first of the table'
 expect 0 '' fit good.csv --family all --operators 4 --json
-stdout_has '"hyst-fit-table-1"'
-stdout_has '"reason"'
+has stdout '"hyst-fit-table-1"'
+has stdout '"reason"'
 expect 0 '' simulate model.json good.csv -o out.csv
-stdout_has 'NRMSE'
+has stdout 'NRMSE'
 expect 0 '' simulate model.json good.csv --json
-stdout_has '"nrmse_percent"'
+has stdout '"nrmse_percent"'
 expect 0 '' simulate model.json out.csv # what simulate wrote is a recording again, and the model's own
-stdout_has 'NRMSE 0.0000 %'
+has stdout 'NRMSE 0.0000 %'
 expect 0 '' compile model.json -o image
-stdout_has 'play operators'
+has stdout 'play operators'
 [ -s image ] || complain 'no image was written'
 expect 0 '' compile rate.json --json
-stdout_has '"beta_samples"'
-stdout_has '"not_corrected": []'
+has stdout '"beta_samples"'
+has stdout '"not_corrected": []'
 sed 's/^ \],$/, {"block": "gain_drift", "parameters": {"gain_per_s": {"value": 0.01}}}],/' model.json >drift.json
 expect 0 '' compile drift.json -o image
-stdout_has 'not corrected: gain_drift: '
+has stdout 'not corrected: gain_drift: '
 expect 0 '' compile drift.json --json
-stdout_has '"block": "gain_drift"'
+has stdout '"block": "gain_drift"'
 sed 's/^ \],$/, {"block": "static_nonlinearity", "parameters": {"quadratic": {"value": 0.02}, "cubic": {"value": 0}}}],/' model.json >curved.json
 expect 0 '' compile curved.json -o image
-stdout_has 'a reference curve'
-stdout_has 'note: static_nonlinearity: the reading follows the reference'
+has stdout 'a reference curve'
+has stdout 'note: static_nonlinearity: the reading follows the reference'
 expect 0 '' compile curved.json --follow=reading --json
-stdout_has '"reference_curves": 1'
-stdout_has '"not_corrected": []'
+has stdout '"reference_curves": 1'
+has stdout '"not_corrected": []'
 expect 0 '' compile curved.json --follow position --json
-stdout_has '"reference_curves": 0'
-stdout_has '"block": "static_nonlinearity"'
+has stdout '"reference_curves": 0'
+has stdout '"block": "static_nonlinearity"'
 expect 2 '--follow sensor: not reading or position' compile curved.json --follow sensor
 expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
-stdout_has '20000 Hz'
+has stdout '20000 Hz'
 
 # Faults of the input: one line that names the place, exit status 1.
 expect 1 'nowhere.csv: No such file' fit nowhere.csv
@@ -151,10 +124,10 @@ for run in 1 2; do
     mv stdout text$run
 done
 cp text1 stdout
-stdout_has 'verdict    Nothing is missing'
-stdout_has 'held out'
-stdout_has 'would have been seen from'
-stdout_has 'next       hyst record --port DEV --probe all'
+has stdout 'verdict    Nothing is missing'
+has stdout 'held out'
+has stdout 'would have been seen from'
+has stdout 'next       hyst record --port DEV --probe all'
 for form in diagnosis?.json diagnosis?.html better?.json text?; do
     cmp "$form" "$(echo "$form" | tr 12 21)" || complain "$form is not the same every time"
 done
@@ -163,7 +136,7 @@ grep -q '"verdict": "nothing missing"' diagnosis1.json || complain 'no verdict i
 grep -q '</html>' diagnosis1.html || complain 'the page of the diagnosis has no end'
 expect 0 '' compile better1.json -o image
 expect 0 '' diagnose good.csv --model model.json
-stdout_has '(the chain as it came in -> its hysteresis fitted again)'
+has stdout '(the chain as it came in -> its hysteresis fitted again)'
 expect 1 'missing.csv: No such file' diagnose good.csv missing.csv
 expect 1 'unknown.json: chain[0]: unknown block "prandtl"' diagnose good.csv --model unknown.json
 expect 1 'nowhere/diagnosis.json' diagnose good.csv --json nowhere/diagnosis.json
@@ -174,11 +147,11 @@ expect 2 "unknown option --jsn" diagnose good.csv --jsn diagnosis.json
 
 # The catalogue lists what a model may contain, and the model in use is made of it.
 expect 0 '' blocks
-stdout_has 'prandtl_ishlinskii (hysteresis)'
-stdout_has 'gamma_per_decade   1     -0.1 .. 0.1'
+has stdout 'prandtl_ishlinskii (hysteresis)'
+has stdout 'gamma_per_decade   1     -0.1 .. 0.1'
 expect 0 '' blocks --json
-stdout_has '"format": "hyst-blocks-1"'
-stdout_has '"place": "slow"'
+has stdout '"format": "hyst-blocks-1"'
+has stdout '"place": "slow"'
 expect 2 'too many arguments' blocks model.json
 
 if [ -w /dev/full ]; then
@@ -186,5 +159,4 @@ if [ -w /dev/full ]; then
     [ $? -eq 1 ] || complain 'a full disk must not look like success'
 fi
 
-echo "$failures failures"
-[ "$failures" -eq 0 ]
+finish
