@@ -29,8 +29,7 @@ typedef struct {
 static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
     model_t without;
     bool good;
-    model_copy(&without, &job->diagnosis->model);
-    model_remove(&without, finding_index(job->diagnosis, finding));
+    finding_left_out(job->diagnosis, finding, &without);
     joint_power_t ignored;
     good = joint_fit(&job->diagnosis->samples, &job->diagnosis->noise, &without, 0, 1, &ignored, failure);
     for (size_t i = 0; good && i < job->count; i++) {

@@ -203,8 +203,7 @@ static bool find_one(attempt_t *job, bool *found_one) {
 /* The model without a finding, fitted again. */
 static bool fit_without(attempt_t *job, const finding_t *finding, model_t *without, joint_power_t *power) {
     const diagnosis_t *d = job->diagnosis;
-    model_copy(without, &d->model);
-    model_remove(without, finding_index(d, finding));
+    finding_left_out(d, finding, without);
     attempt_advance(job);
     if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_found(d, without), ATTEMPT_ITERATIONS, power,
                    job->failure)) {

@@ -29,6 +29,11 @@ size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
     return index;
 }
 
+void finding_left_out(const diagnosis_t *diagnosis, const finding_t *finding, model_t *without) {
+    model_copy(without, &diagnosis->model);
+    model_remove(without, finding_index(diagnosis, finding));
+}
+
 void finding_considered_gone(diagnosis_t *diagnosis, const block_t *block, outcome_t why) {
     for (size_t c = 0; c < diagnosis->considered; c++) {
         considered_t *considered = &diagnosis->consideration[c];

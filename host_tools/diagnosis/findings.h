@@ -11,6 +11,8 @@ bool finding_searched(const finding_t *finding, size_t parameter);
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
 /** Index of a finding's block in diagnosis->model. */
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
+/** The diagnosis' model without the finding's block; to be freed. */
+void finding_left_out(const diagnosis_t *diagnosis, const finding_t *finding, model_t *without);
 
 /** In the list of what was considered: blocks of this kind that were taken no longer are, and why; and one is, in the
  * last round in which it was considered. */

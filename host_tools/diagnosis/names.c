@@ -118,8 +118,7 @@ static bool settle(attempt_t *job, finding_t *finding) {
     const bool noise_is_left = attempt_excess(d, job->power.held) < attempt_worth_explaining;
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
-    model_copy(&without, &d->model);
-    model_remove(&without, finding_index(d, finding));
+    finding_left_out(d, finding, &without);
     const size_t count = list_group(finding, &without, reading);
     model_copy(&reading[0].model, &d->model);
     evidence_t *evidence = evidence_open(&without, &d->samples, &d->noise, job->failure);

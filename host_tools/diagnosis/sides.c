@@ -42,17 +42,12 @@ static double lag_of(const diagnosis_t *d, const finding_t *finding) {
     return finding->block == &block_transport_delay ? number : 1.0 / (2.0 * M_PI * number);
 }
 
-static void without_finding(const diagnosis_t *d, const finding_t *finding, model_t *without) {
-    model_copy(without, &d->model);
-    model_remove(without, finding_index(d, finding));
-}
-
 electrical_change_t sides_change(const diagnosis_t *d, const finding_t *finding, column_t column) {
     electrical_change_t change = {0};
     const block_t *block = sides_block(finding->block);
     if (block != NULL && column_measured(&d->samples, column)) {
         model_t without, with;
-        without_finding(d, finding, &without);
+        finding_left_out(d, finding, &without);
         model_copy(&with, block == finding->block ? &d->model : &without);
         if (block != finding->block) {
             add_lag(&with, block, lag_of(d, finding));
@@ -122,7 +117,7 @@ static bool swap(attempt_t *job, finding_t *finding) {
     model_t proposal;
     joint_power_t power;
     preference_t preference;
-    without_finding(d, finding, &proposal);
+    finding_left_out(d, finding, &proposal);
     add_lag(&proposal, block, lag_of(d, finding));
     const bool good = weigh(job, &proposal, 0, &power, &preference);
     if (good && preference.position + preference.columns > attempt_naming_margin) {
