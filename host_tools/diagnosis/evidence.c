@@ -148,14 +148,6 @@ static double scatter(const evidence_t *e, const double *x, double amplitude) {
     return sum;
 }
 
-static double held_square(const samples_t *samples, const double *white) {
-    double sum = 0.0;
-    for (size_t k = 0; k < samples->all; k++) {
-        sum += samples->part[k] == SAMPLE_HELD_OUT ? white[k] * white[k] : 0.0;
-    }
-    return sum;
-}
-
 /* x: the signature's rows beyond J; before: their square with what J imitates. */
 static void test_beyond(const evidence_t *e, const double *x, double before, evidence_test_t *test) {
     const double square = square_of(e, x), product = cblas_ddot((int)e->rows, x, 1, e->residual, 1);
@@ -177,7 +169,8 @@ static void test_some(const evidence_t *e, size_t count, double *const *signatur
         noise_whiten(&e->noise, e->samples, signature[i], white);
         samples_pick(e->samples, SAMPLE_FITTED, white, rows);
         before[i] = square_of(e, rows);
-        test[i] = (evidence_test_t){.held_share = before[i] > 0.0 ? held_square(e->samples, white) / before[i] : 0.0};
+        const double held = samples_square(e->samples, SAMPLE_HELD_OUT, white);
+        test[i] = (evidence_test_t){.held_share = before[i] > 0.0 ? held / before[i] : 0.0};
     }
     basis_project(&e->basis, x, count);
     for (size_t i = 0; i < count; i++) {

@@ -81,13 +81,9 @@ static bool minus_likelihood(void *context, double log_lag_s, double *value) {
 
 /* The lag with which the temperature explains most, 0 if none is worth its price. */
 static double best_lag(const lag_search_t *search) {
-    const samples_t *samples = search->samples;
-    const double without = likelihood_at(search, 0.0);
-    double longest_s = 0.0, best = without + lag_price;
+    const double longest_s = samples_longest_s(search->samples);
+    double best = likelihood_at(search, 0.0) + lag_price;
     size_t at = LAGS;
-    for (size_t i = 0; i < samples->count; i++) {
-        longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
-    }
     for (size_t i = 0; i < LAGS; i++) {
         const double likelihood = likelihood_at(search, lags[i] * longest_s);
         if (likelihood > best) {

@@ -70,11 +70,7 @@ static void add_recording(const samples_t *samples, const noise_t *noise, size_t
 
 /* Root mean square of a column over the held-out samples. */
 static double held_out_rms(const samples_t *samples, const double *column) {
-    double sum = 0.0;
-    for (size_t k = 0; k < samples->all; k++) {
-        sum += samples->part[k] == SAMPLE_HELD_OUT ? column[k] * column[k] : 0.0;
-    }
-    return sqrt(sum / (double)samples->held);
+    return sqrt(samples_square(samples, SAMPLE_HELD_OUT, column) / (double)samples->held);
 }
 
 /* memory: of the noise in these columns, between neighbours. Its mean square is known to the fewer, the longer that is.
@@ -92,14 +88,11 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     remainder_t found = {0};
     band_t band[BANDS] = {{0}};
     double *white = samples_column(samples), *found_white = samples_column(samples), *left = samples_column(samples);
-    double longest_s = 0.0, most = 0.0, excess = 0.0, lowest_hz;
+    double most = 0.0, excess = 0.0;
+    const double lowest_hz = 1.0 / samples_longest_s(samples);
     samples_residual(samples, simulated, left);
     noise_whiten(noise, samples, left, white);
     noise_whiten(noise, samples, effect, found_white);
-    for (size_t i = 0; i < samples->count; i++) {
-        longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
-    }
-    lowest_hz = 1.0 / longest_s;
     for (size_t i = 0; i < samples->count; i++) {
         add_recording(samples, noise, i, white, lowest_hz, band);
     }

@@ -86,6 +86,22 @@ size_t samples_pick(const samples_t *samples, samples_part_t part, const double 
     return count;
 }
 
+double samples_longest_s(const samples_t *samples) {
+    double longest_s = 0.0;
+    for (size_t i = 0; i < samples->count; i++) {
+        longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
+    }
+    return longest_s;
+}
+
+double samples_square(const samples_t *samples, samples_part_t part, const double *column) {
+    double sum = 0.0;
+    for (size_t k = 0; k < samples->all; k++) {
+        sum += samples->part[k] == part ? column[k] * column[k] : 0.0;
+    }
+    return sum;
+}
+
 double samples_rms(const samples_t *samples, const double *column) {
     const double used = (double)(samples->fitted + samples->held);
     double mean = 0.0, squares = 0.0;

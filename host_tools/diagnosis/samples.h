@@ -42,6 +42,11 @@ void samples_residual(const samples_t *samples, const double *simulated, double 
 /** Picks the samples of one part, in their order. Returns how many. */
 size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked);
 
+/** Duration of the longest recording. */
+double samples_longest_s(const samples_t *samples);
+
+/** Sum of the squares of a column over the samples of one part. */
+double samples_square(const samples_t *samples, samples_part_t part, const double *column);
 /** Root mean square of a column about its mean, over the samples that take part. */
 double samples_rms(const samples_t *samples, const double *column);
 
