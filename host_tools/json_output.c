@@ -13,3 +13,9 @@ bool json_print(json_t *value, size_t flags, failure_t *failure) {
     json_decref(value);
     return written || fail(failure, "cannot write the result to stdout");
 }
+
+bool json_write(json_t *value, const char *path, failure_t *failure) {
+    const bool written = json_dump_file(value, path, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) == 0;
+    json_decref(value);
+    return written || fail(failure, "%s: could not be written", path);
+}

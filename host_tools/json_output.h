@@ -12,4 +12,7 @@ json_t *json_number_or_null(double value);
  * JSON_COMPACT. A NULL value is a failure. */
 bool json_print(json_t *value, size_t flags, failure_t *failure);
 
+/** Writes the value to a file, with numbers to the last digit, and drops the reference. */
+bool json_write(json_t *value, const char *path, failure_t *failure);
+
 #endif

@@ -284,8 +284,5 @@ json_t *model_to_json(const model_t *model) {
 }
 
 bool model_write(const model_t *model, const char *path, failure_t *failure) {
-    json_t *json = model_to_json(model);
-    const bool good = json_dump_file(json, path, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) == 0;
-    json_decref(json);
-    return good || fail(failure, "%s: could not be written", path);
+    return json_write(model_to_json(model), path, failure);
 }

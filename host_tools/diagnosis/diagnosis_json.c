@@ -144,8 +144,5 @@ json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account
 
 bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
                           size_t count, const char *path, failure_t *failure) {
-    json_t *json = diagnosis_to_json(diagnosis, account, recordings, count);
-    const bool good = json_dump_file(json, path, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) == 0;
-    json_decref(json);
-    return good || fail(failure, "%s: could not be written", path);
+    return json_write(diagnosis_to_json(diagnosis, account, recordings, count), path, failure);
 }
