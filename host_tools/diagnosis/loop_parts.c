@@ -13,15 +13,6 @@ const char *loop_part_name(loop_part_t part) {
     return names[part];
 }
 
-static double span(const double *x, size_t samples) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (size_t k = 0; k < samples; k++) {
-        low = fmin(low, x[k]);
-        high = fmax(high, x[k]);
-    }
-    return high - low;
-}
-
 /* Samples at which the drive turns round, with the first and the last one. Returns how many; free *at. */
 static size_t find_reversals(const double *drive, size_t samples, double way, size_t **at) {
     size_t count = 1, extreme = 0;
@@ -46,7 +37,9 @@ static size_t find_reversals(const double *drive, size_t samples, double way, si
 
 /* part[k] of every sample. */
 static void classify(const double *drive, size_t samples, loop_part_t *part) {
-    const double range = span(drive, samples);
+    double ends[2];
+    values_range(drive, samples, ends);
+    const double range = ends[1] - ends[0];
     size_t *reversal, reversals = find_reversals(drive, samples, least_way * range, &reversal);
     for (size_t i = 0; i + 1 < reversals; i++) {
         const double begin = drive[reversal[i]], way = drive[reversal[i + 1]] - begin;
