@@ -6,14 +6,13 @@
 /* Sizes in units of the picture, of which one is about a pixel. */
 #define WIDTH     460.0
 #define HEIGHT    320.0
-#define LEFT      58.0
+#define LEFT      66.0
 #define RIGHT     12.0
 #define TOP       14.0
 #define BOTTOM    44.0
 #define MAX_TICKS 6.0
-#define LETTER    7.2 /* of a label, about */
-#define SPACING   2.0 /* between points along a smooth line */
-#define TURN_SIZE 0.5 /* a turn of the line that is smaller cannot be seen */
+#define LETTER    7.2  /* of a label, about */
+#define LABEL     13.0 /* from the left to the foot of the vertical label; behind it, room for a tick of -0.005 */
 
 /* Before is orange, after is blue, and another is dashed: told apart without colour vision, too. */
 const char plot_style[] =
@@ -185,7 +184,7 @@ static void write_contents(FILE *file, const plot_t *plot, bool logarithmic, con
     }
     fprintf(file, "<text class=\"label\" x=\"%.1f\" y=\"%.1f\">", 0.5 * (LEFT + WIDTH - RIGHT), HEIGHT - 8.0);
     write_escaped(file, plot->x_label);
-    fprintf(file, "</text><text class=\"label\" transform=\"translate(14 %.1f) rotate(-90)\">",
+    fprintf(file, "</text><text class=\"label\" transform=\"translate(%.0f %.1f) rotate(-90)\">", LABEL,
             0.5 * (TOP + HEIGHT - BOTTOM));
     write_escaped(file, plot->y_label);
     fprintf(file, "</text>\n");

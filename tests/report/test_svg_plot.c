@@ -63,7 +63,7 @@ static void test_one_sample_spike_keeps_its_height(void) {
     const size_t count = points_drawn(&left, &right, &top, &bottom);
     /* The axes are 5 % wider than the data: 262 units of height show -1.1 to 1.1. Coordinates have one decimal. */
     TEST_ASSERT_DOUBLE_WITHIN(0.2, 262.0 * 2.0 / 2.2, bottom - top);
-    TEST_ASSERT_TRUE(count <= 4 * 391); /* up to four points in each column of pixels */
+    TEST_ASSERT_TRUE(count <= 4 * 383); /* up to four points in each column of pixels */
 }
 
 static void test_picture_does_not_grow_with_a_smooth_curve(void) {
@@ -75,8 +75,8 @@ static void test_picture_does_not_grow_with_a_smooth_curve(void) {
     draw(&line, 1, "circle", PLOT_NO_SHADE);
     double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
     const size_t count = points_drawn(&left, &right, &top, &bottom);
-    TEST_ASSERT_TRUE(count > 390 && count <= 2 * 4 * 391); /* 391 columns of pixels, up to four points in each, twice */
-    TEST_ASSERT_TRUE(left >= 58.0 && right <= 448.0 && top >= 14.0 && bottom <= 276.0);
+    TEST_ASSERT_TRUE(count > 382 && count <= 2 * 4 * 383); /* 383 columns of pixels, up to four points in each, twice */
+    TEST_ASSERT_TRUE(left >= 66.0 && right <= 448.0 && top >= 14.0 && bottom <= 276.0);
 }
 
 static void test_flat_and_tiny_and_huge_data_have_axes(void) {
@@ -96,6 +96,21 @@ static void test_flat_and_tiny_and_huge_data_have_axes(void) {
     }
 }
 
+/* "-0.005" is 42 units wide, and a vertical label has 4 of its 13 behind its foot. */
+static void test_ticks_do_not_reach_the_label(void) {
+    const plot_line_t line = {"after", "a", x, y, 2};
+    x[0] = y[0] = 0.0;
+    x[1] = 1.0;
+    y[1] = -0.015;
+    draw(&line, 1, "small", PLOT_NO_SHADE);
+    const char *tick = strstr(text, "<text class=\"tick level\" x=\""), *label = strstr(text, "translate(");
+    TEST_ASSERT_NOT_NULL(strstr(text, ">-0.005</text>"));
+    TEST_ASSERT_NOT_NULL(tick);
+    TEST_ASSERT_NOT_NULL(label);
+    const double ends = strtod(tick + strlen("<text class=\"tick level\" x=\""), NULL);
+    TEST_ASSERT_TRUE(ends - 42.0 > strtod(label + strlen("translate("), NULL) + 4.0);
+}
+
 static void test_text_cannot_break_the_page(void) {
     const plot_line_t line = {"after", "<script>", x, y, 2};
     const plot_line_t lines[] = {line, line};
@@ -113,8 +128,8 @@ static void test_shade_lies_inside_the_frame(void) {
     draw(&line, 1, "shaded", 0.5);
     const char *rectangle = strstr(text, "<rect class=\"shade\" x=\"");
     TEST_ASSERT_NOT_NULL(rectangle);
-    /* The middle of the frame, 58 to 448. */
-    TEST_ASSERT_DOUBLE_WITHIN(0.1, 253.0, strtod(rectangle + strlen("<rect class=\"shade\" x=\""), NULL));
+    /* The middle of the frame, 66 to 448. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 257.0, strtod(rectangle + strlen("<rect class=\"shade\" x=\""), NULL));
 }
 
 static void test_nothing_to_draw_draws_nothing(void) {
@@ -180,6 +195,7 @@ int main(void) {
     RUN_TEST(test_one_sample_spike_keeps_its_height);
     RUN_TEST(test_picture_does_not_grow_with_a_smooth_curve);
     RUN_TEST(test_flat_and_tiny_and_huge_data_have_axes);
+    RUN_TEST(test_ticks_do_not_reach_the_label);
     RUN_TEST(test_text_cannot_break_the_page);
     RUN_TEST(test_shade_lies_inside_the_frame);
     RUN_TEST(test_a_sheet_has_the_legend_that_its_plots_have);
