@@ -9,6 +9,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Of an error, half of the last digit. */
+static const double shown_percent = 5e-5;
+
 static const char style[] =
     "<style>\n.chain{display:flex;flex-wrap:wrap;gap:.6rem 0;list-style:none;margin:.8rem 0;padding:0}"
     ".chain li{display:flex;align-items:center}.chain li+li::before{content:\"→\";color:var(--soft);padding:0 .45rem}"
@@ -25,7 +28,7 @@ static const char style[] =
     ".pictures{grid-template-columns:repeat(auto-fill,minmax(min(26rem,100%),1fr))}"
     "@media(max-width:40rem){dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.4rem}.chain{flex-direction:column}"
     ".words thead{display:none}.words td{display:block;border:0;padding:0}.words td:nth-child(2){white-space:normal}"
-    ".words td:first-child{font-weight:600;padding-top:.5rem}"
+    ".words td:first-child{font-weight:600;padding-top:.5rem}td.bars{width:20%}"
     ".chain li{flex-direction:column;align-items:flex-start}.chain li+li::before{content:\"↓\";padding:0 1rem}}"
     "@media print{.pictures{grid-template-columns:1fr "
     "1fr}.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
@@ -87,11 +90,17 @@ static void write_bar(FILE *file, const char *what, double percent, double most,
             what, percent, class_name, 100.0 * percent / most);
 }
 
+/* Whether the chain's error is not that of the last step: what was found was weighed and fitted once more. */
+static bool fitted_again(const diagnosis_t *d) {
+    return d->findings > 0 &&
+           fabs(d->held_out_percent - d->finding[d->findings - 1].held_out_after_percent) > shown_percent;
+}
+
 /* The held-out error after every step. */
 static void write_errors(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
     const bool was_given = d->family == NULL;
-    double most = fmax(d->baseline_held_out_percent, d->noise_percent);
+    double most = fmax(fmax(d->baseline_held_out_percent, d->held_out_percent), d->noise_percent);
     most = was_given ? fmax(most, d->given_held_out_percent) : most;
     for (size_t f = 0; f < d->findings; f++) {
         most = fmax(most, d->finding[f].held_out_after_percent);
@@ -109,8 +118,12 @@ static void write_errors(const page_t *page) {
               d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");
     for (size_t f = 0; f < d->findings; f++) {
         char what[100];
-        snprintf(what, sizeof what, "+ %s", d->finding[f].block->name);
-        write_bar(page->file, what, d->finding[f].held_out_after_percent, most, f + 1 < d->findings ? "" : " last");
+        snprintf(what, sizeof what, "+&nbsp;%s", d->finding[f].block->name);
+        write_bar(page->file, what, d->finding[f].held_out_after_percent, most,
+                  f + 1 < d->findings || fitted_again(d) ? "" : " last");
+    }
+    if (fitted_again(d)) {
+        write_bar(page->file, "all, fitted together", d->held_out_percent, most, " last");
     }
     write_bar(page->file, "noise", d->noise_percent, most, " noise");
     fprintf(page->file,

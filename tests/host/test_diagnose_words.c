@@ -237,6 +237,27 @@ static void test_page_stands_alone_and_is_repeatable(void) {
     account_free(&account);
 }
 
+/* Whether the page has a bar of this name and error that is the last one. */
+static bool last_bar_is(const char *what, const char *percent) {
+    char row[160];
+    TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "bars.html", &failure));
+    char *page = contents("bars.html");
+    snprintf(row, sizeof row, "<td>%s</td><td>%s</td><td class=\"bars\"><span class=\"bar last\"", what, percent);
+    const bool there = strstr(page, row) != NULL;
+    free(page);
+    return there;
+}
+
+/* When what was found is fitted once more, the chain's error is no longer that of the last step. */
+static void test_bars_end_at_the_error_of_the_chain(void) {
+    work_out();
+    TEST_ASSERT_TRUE(last_bar_is("+&nbsp;resonance", "0.1000"));
+    diagnosis.held_out_percent = 0.0942;
+    TEST_ASSERT_TRUE(last_bar_is("all, fitted together", "0.0942"));
+    TEST_ASSERT_FALSE(last_bar_is("+&nbsp;resonance", "0.1000"));
+    account_free(&account);
+}
+
 int main(void) {
     rng = random_start("diagnose_words", 20261121);
     UNITY_BEGIN();
@@ -246,5 +267,6 @@ int main(void) {
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_nothing_found);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
+    RUN_TEST(test_bars_end_at_the_error_of_the_chain);
     return UNITY_END();
 }
