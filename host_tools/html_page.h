@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** A self-contained HTML page (no script, no network; light, dark and paper) with room for pictures of svg_plot.h. */
+/** A self-contained HTML page (no script, no network; light, dark and paper) with room for pictures of svg_plot.h. On
+ * paper what is of class with-next stays on the page of what follows. */
 #ifndef HTML_PAGE_H
 #define HTML_PAGE_H
 

@@ -47,11 +47,11 @@ static const char *file_name(const recording_t *recording) {
 }
 
 /* The text of the terminal with the characters that a page has: a plus-minus sign, dashes in ranges, micrometres, and
- * no line break before these and a percent sign. */
+ * no line break at the first, before the last and a percent sign. */
 static void write_prose(FILE *file, const char *text) {
     static const struct {
         const char *plain, *html;
-    } better[] = {{"+-", "±"}, {" .. ", "–"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
+    } better[] = {{" +- ", "&nbsp;±&nbsp;"}, {" .. ", "–"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
     while (*text != '\0') {
         size_t i = 0;
         while (i < sizeof better / sizeof better[0] && strncmp(text, better[i].plain, strlen(better[i].plain)) != 0) {
@@ -319,7 +319,7 @@ static void write_before_and_after(const page_t *page) {
     fprintf(page->file, "<h2>%s</h2>\n", found ? "Before and after" : "The model and the recordings");
     write_errors(page);
     if (page->count > 1) {
-        fprintf(page->file, "<p>Pictures: ");
+        fprintf(page->file, "<p class=\"with-next\">Pictures: ");
         write_escaped(page->file, file_name(r));
         fprintf(page->file, ".</p>\n");
     }
