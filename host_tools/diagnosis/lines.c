@@ -1,28 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "lines.h"
-#include "failure.h"
-#include <gsl/gsl_fft_real.h>
-#include <gsl/gsl_math.h>
+#include "spectrum.h"
 #include <gsl/gsl_statistics_double.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { AROUND = 40 };
 static const double stands_out = 20.0;
-
-/* Power by frequency of the largest power of two of samples, windowed. */
-static double *spectrum(const double *signal, size_t length) {
-    double *x = allocate(length, sizeof(double));
-    for (size_t k = 0; k < length; k++) {
-        x[k] = signal[k] * (1.0 - cos(2.0 * M_PI * (double)k / (double)length));
-    }
-    gsl_fft_real_radix2_transform(x, 1, length);
-    for (size_t f = 1; f < length / 2; f++) {
-        x[f] = x[f] * x[f] + x[length - f] * x[length - f];
-    }
-    return x;
-}
 
 static double median_around(const double *power, size_t f, size_t count) {
     double around[2 * AROUND + 1];
@@ -37,10 +21,12 @@ size_t find_lines(const double *signal, size_t samples, double sample_rate_hz, d
     while (2 * length <= samples) {
         length *= 2;
     }
-    double *power = spectrum(signal, length);
-    for (size_t f = 3; f + 2 < length / 2; f++) {
+    spectrum_t spectrum;
+    spectrum_of(signal, length, sample_rate_hz, &spectrum);
+    const double *power = spectrum.energy;
+    for (size_t f = 3; f + 3 < spectrum.count; f++) {
         if (power[f] > power[f - 1] && power[f] >= power[f + 1]) {
-            const double ratio = power[f] / median_around(power, f, length / 2);
+            const double ratio = power[f] / median_around(power, f, spectrum.count - 1);
             if (ratio > stands_out) {
                 /* Between the bins, where the parabola through their logarithms has its top. */
                 const double a = log(power[f - 1]), b = log(power[f]), c = log(power[f + 1]);
@@ -55,12 +41,12 @@ size_t find_lines(const double *signal, size_t samples, double sample_rate_hz, d
                 }
                 if (at < LINES_MOST) {
                     height[at] = ratio;
-                    hz[at] = top * sample_rate_hz / (double)length;
+                    hz[at] = top * spectrum.step_hz;
                     lines += lines < LINES_MOST ? 1 : 0;
                 }
             }
         }
     }
-    free(power);
+    spectrum_free(&spectrum);
     return lines;
 }
