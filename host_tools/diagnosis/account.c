@@ -46,15 +46,12 @@ static bool locate_finding(job_t *job, const finding_t *finding, location_t *whe
 }
 
 static void locate_remaining(job_t *job, location_t *where) {
-    double range[2];
-    recordings_range(job->recordings, job->count, COLUMN_DISPLACEMENT, range);
-    const double floor_um = 0.01 * job->diagnosis->noise_percent * (range[1] - range[0]);
     for (size_t i = 0; i < job->count; i++) {
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
             job->difference[i][k] = job->recordings[i].column[COLUMN_DISPLACEMENT][k] - job->account->after[i][k];
         }
     }
-    locate(job->recordings, job->count, job->difference, job->account->from, floor_um, where);
+    locate(job->recordings, job->count, job->difference, job->account->from, job->diagnosis->noise.rms_um, where);
 }
 
 static void describe_fit(const job_t *job) {
