@@ -22,7 +22,7 @@ static const char style[] =
     "5rem}"
     ".key svg{width:1.4rem;height:.55rem}.plot{display:block;width:100%;height:auto}\n"
     "@media print{body{font-size:10pt}figcaption{font-size:8pt}.plot "
-    "text{font-size:15px}.plot .tick{font-size:13px}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
+    "text{font-size:15px}.plot .tick{font-size:14px}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
     "h2,h3,.with-next{break-after:avoid}p,dd{orphans:3;widows:3}.row{grid-template-columns:repeat(3,1fr)}}\n";
 
 FILE *page_open(const char *path, const char *title, failure_t *failure) {
