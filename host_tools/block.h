@@ -10,6 +10,7 @@
 
 #include "failure.h"
 #include "probe.h"
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -64,6 +65,10 @@ typedef struct {
  */
 typedef struct {
     double value;
+    /** On its way from the last sample to this one the drive went to turn_v and back: what is before the hysteresis
+     * says so, and the hysteresis remembers it. */
+    bool turned;
+    double turn_v;
     /** By how much what is hysteretic is behind the drive: plays and relays see value - slack_v, what has no width sees
      * value. */
     double slack_v;
@@ -97,6 +102,8 @@ typedef struct block {
     void (*settle)(void *state, signal_t *signal);
     /** One sample: replaces *signal by the output. */
     void (*step)(void *state, signal_t *signal);
+    /** Of a hysteresis: passes through a drive between two samples; before `step`. NULL: it knows samples only. */
+    void (*pass)(void *state, double drive_v);
     /** Puts the block's inverse into the amplifier's parameters (compile_job.h). A block without it is left out of the
      * inverse, and `uncorrected` says why: exactly one of the two is given. */
     bool (*compile)(struct compile_job *job, const parameter_t *parameter);
@@ -104,6 +111,12 @@ typedef struct block {
     /** How diagnose looks for it, or NULL: it is no candidate. */
     const probe_t *probe;
 } block_t;
+
+/** Says that the drive has been at way_v between two samples, if that is beyond both. */
+static inline void signal_turns(signal_t *signal, double before_v, double way_v) {
+    signal->turned = way_v > fmax(before_v, signal->value) || way_v < fmin(before_v, signal->value);
+    signal->turn_v = way_v;
+}
 
 /** For the check of a bank of operators: parameters weights (one more than operators), thresholds (one each) and
  * initial memory (one each, or none), in this order. */

@@ -23,6 +23,7 @@
     BLOCK(bouc_wen)                                                                                                    \
     BLOCK(interleaved_hysteresis)                                                                                      \
     BLOCK(creep)                                                                                                       \
+    BLOCK(dielectric_loss)                                                                                             \
     BLOCK(charge_leakage)                                                                                              \
     BLOCK(gain_drift)                                                                                                  \
     BLOCK(resonance)                                                                                                   \

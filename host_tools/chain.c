@@ -33,6 +33,9 @@ void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
 
 void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
     note_drive(stage, signal);
+    if (signal->turned && stage->block->pass != NULL && signal->slack_v == 0.0) {
+        stage->block->pass(stage->state, signal->turn_v);
+    }
     stage->block->step(stage->state, signal);
 }
 

@@ -141,3 +141,19 @@ bool compile_play_bank(compile_job_t *job, double offset_um, size_t operators, c
     free(bank.threshold);
     return good;
 }
+
+bool compile_creep(compile_job_t *job, creep_cells_t cells) {
+    hyst_parameters_t *p = job->parameters;
+    if (p->creep_cells > 0) {
+        return fail(job->failure, "the amplifier has one bank of relaxations: creep and dielectric_loss both need it");
+    }
+    p->creep_cells = (uint32_t)cells.cells;
+    job->elastic_center_um /= creep_gain_at_rest(&cells); /* at rest creep multiplies the position by its gain */
+    for (size_t j = 0; j < cells.cells; j++) {
+        if (!compile_to_fixed(job, cells.gain, 31, "creep gain", &p->creep[j].gain) ||
+            !compile_to_fixed(job, cells.rate[j], 31, "creep rate", &p->creep[j].rate)) {
+            return false;
+        }
+    }
+    return true;
+}

@@ -13,6 +13,7 @@
 
 #include "compile.h"
 #include "compile_filters.h"
+#include "creep_cells.h"
 
 typedef struct compile_job {
     const model_t *model;
@@ -50,6 +51,9 @@ bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *wh
  * undoes mechanics and sensor), or only the delay of a filter that has no section. */
 bool compile_equalise(compile_job_t *job, inverse_filter_t filter);
 bool compile_shape(compile_job_t *job, inverse_filter_t filter);
+
+/** The amplifier's only bank of creep cells. */
+bool compile_creep(compile_job_t *job, creep_cells_t cells);
 
 /** The operators see this function of the drive, in V: puts it into the drive curve, and what it makes of the drive's
  * range into drive_center_v +- drive_half_v. A second drive curve is refused. */

@@ -27,6 +27,7 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 static void step(void *memory, signal_t *signal) {
     const state_t *state = memory;
     signal->value = fmax(state->low_v, fmin(state->high_v, signal->value));
+    signal->turn_v = fmax(state->low_v, fmin(state->high_v, signal->turn_v));
 }
 
 /* Nothing undoes a rail. An amplifier that never asks for more stays in step with the actuator. */

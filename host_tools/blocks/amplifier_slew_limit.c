@@ -31,15 +31,19 @@ static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double slope = signal->value - state->drive, excess = fmax(0.0, fabs(slope) - state->limit);
     const double difference = state->voltage - state->drive, gap = fabs(difference);
+    const double before = state->voltage;
+    double met = before;
     const double closing = state->limit + (difference > 0.0 ? slope : -slope); /* rate at which the gap closes */
     if (gap > 0.0 && gap >= closing) {                                         /* not within this sample */
         state->voltage -= copysign(state->limit, difference);
     } else { /* from where they meet on, only the excess opens a new gap */
+        met = gap > 0.0 ? state->drive + slope * gap / closing : before;
         const double after = gap > 0.0 ? 1.0 - gap / closing : 1.0;
         state->voltage = signal->value - copysign(after * excess, slope);
     }
     state->drive = signal->value;
     signal->value = state->voltage;
+    signal_turns(signal, before, met);
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {

@@ -54,6 +54,7 @@ static double curve(const void *memory, double drive_v) {
 
 static void step(void *memory, signal_t *signal) {
     signal->value = curve(memory, signal->value);
+    signal->turn_v = curve(memory, signal->turn_v);
 }
 
 /* The largest error is that of the chord of a parabola. */

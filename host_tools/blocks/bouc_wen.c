@@ -97,6 +97,11 @@ static void step(void *memory, signal_t *signal) {
     signal->value = recursion_step(&state->recursion, respond(state, u, bouc_wen_step(&state->hysteresis, u)), u);
 }
 
+static void pass(void *memory, double drive_v) {
+    state_t *state = memory;
+    (void)bouc_wen_step(&state->hysteresis, recursion_input(&state->recursion, drive_v));
+}
+
 /* The curve. A recursion behind it is what the amplifier has for block modified_play only. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     bouc_wen_t hysteresis;
@@ -122,4 +127,5 @@ const block_t block_bouc_wen = {.name = "bouc_wen",
                                 .open = open,
                                 .settle = settle,
                                 .step = step,
+                                .pass = pass,
                                 .compile = compile};

@@ -15,7 +15,7 @@ static const parameter_info_t parameters[] = {
      .text = "growth of a step per decade of time, as a part of the step"},
     {.name = "shortest_s",
      .unit = "s",
-     .low = 1e-3,
+     .low = 1e-2, /* what is quicker is a lag: dielectric_loss */
      .high = 1e3,
      .optional = true,
      .default_value = 0.1,
@@ -77,18 +77,8 @@ static void step(void *memory, signal_t *signal) {
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    hyst_parameters_t *p = job->parameters;
-    const creep_cells_t cells =
-        creep_cells(parameter[0].value[0], parameter[1].value[0], parameter[2].value[0], job->rate_hz);
-    p->creep_cells = (uint32_t)cells.cells;
-    job->elastic_center_um /= creep_gain_at_rest(&cells); /* at rest creep multiplies the position by its gain */
-    for (size_t j = 0; j < cells.cells; j++) {
-        if (!compile_to_fixed(job, cells.gain, 31, "creep gain", &p->creep[j].gain) ||
-            !compile_to_fixed(job, cells.rate[j], 31, "creep rate", &p->creep[j].rate)) {
-            return false;
-        }
-    }
-    return true;
+    return compile_creep(
+        job, creep_cells(parameter[0].value[0], parameter[1].value[0], parameter[2].value[0], job->rate_hz));
 }
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * First-order low pass, dy/dt = 2 pi cutoff_hz (u - y), discretised with a first-order hold (u linear between samples).
- * A zero-order hold would be half a sample late, which misreads a cutoff at a 25th of the sample rate by 9 %.
+ * First-order low pass, dy/dt = 2 pi cutoff_hz (u - y), exact for what u does between samples: the cubic through the
+ * last four, or a straight line (smooth_drive.h). A zero-order hold would be half a sample late, which misreads a cutoff
+ * at a 25th of the sample rate by 9 %; and with lines alone a lag that is short against a sample would be that of the
+ * slope half a sample ago, and look like another kind of lag.
  */
 #ifndef FIRST_ORDER_LAG_H
 #define FIRST_ORDER_LAG_H
@@ -12,8 +14,10 @@
 extern const parameter_info_t first_order_lag_parameters[1];
 
 typedef struct {
-    double input, output;
-    double decay, present, past; /**< y[k] = decay y[k-1] + present u[k] + past u[k-1] */
+    double input[5], output; /**< the newest input first */
+    double decays;           /**< decay rate times sample time */
+    double decay;            /**< y[k] = decay y[k-1] + sum of weight_i u[k-i] */
+    double cubic[4], line[2];
 } first_order_lag_t;
 
 /** Sets the coefficients. */

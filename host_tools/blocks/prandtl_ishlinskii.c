@@ -101,6 +101,10 @@ static void step(void *memory, signal_t *signal) {
     signal->value = state->position_um;
 }
 
+static void pass(void *memory, double drive_v) {
+    step(memory, &(signal_t){.value = drive_v});
+}
+
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     const size_t n = state->operators;
@@ -126,4 +130,5 @@ const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .open = open,
                                           .settle = settle,
                                           .step = step,
+                                          .pass = pass,
                                           .compile = compile};

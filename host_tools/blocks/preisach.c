@@ -99,6 +99,10 @@ static void step(void *memory, signal_t *signal) {
     }
 }
 
+static void pass(void *memory, double drive_v) {
+    step(memory, &(signal_t){.value = drive_v});
+}
+
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     if (state->past == 0) {
@@ -130,4 +134,5 @@ const block_t block_preisach = {.name = "preisach",
                                 .open = open,
                                 .settle = settle,
                                 .step = step,
+                                .pass = pass,
                                 .compile = compile};

@@ -1,13 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Pure delay. Between samples the drive is the cubic through the four around the delayed instant where it is smooth,
- * and a straight line where it has a corner. (Lines alone would take amplitude from fast drives, and a part of a sample
- * would pass for a low pass; cubics alone would swing about corners.) */
+/* Pure delay. Between samples the drive is the cubic through the four around the delayed instant, or a straight line
+ * (smooth_drive.h). */
 #include "catalogue.h"
 #include "compile_job.h"
+#include "smooth_drive.h"
 #include <math.h>
-
-/* Least ratio of second differences at which a drive counts as smooth. */
-static const double smooth = 0.25;
 
 static const parameter_info_t parameters[] = {{.name = "delay_s",
                                                .proportional = true,
@@ -22,6 +19,7 @@ typedef struct {
     size_t before;         /* of the four, the first of the two that the delayed instant lies between */
     double fraction;       /* of a sample, from that one on, 0 to 1 */
     double weight[4];      /* of the cubic */
+    double output;         /* of the last sample */
     double ring[];
 } state_t;
 
@@ -30,13 +28,13 @@ static size_t whole_samples(const parameter_t *parameter, const stage_setup_t *s
 }
 
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
-    return (whole_samples(parameter, setup) + 4) * sizeof(double);
+    return (whole_samples(parameter, setup) + 5) * sizeof(double);
 }
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     const size_t whole = whole_samples(parameter, setup);
-    state->length = whole + 4;
+    state->length = whole + 5;
     state->first = whole > 0 ? whole - 1 : 0; /* nobody knows the sample after the newest */
     state->before = whole - state->first;
     state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)whole;
@@ -54,25 +52,26 @@ static void settle(void *memory, signal_t *signal) {
     for (size_t i = 0; i < state->length; i++) {
         state->ring[i] = signal->value;
     }
+    state->output = signal->value;
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    double x[4];
+    double x[5];
     state->newest = (state->newest + 1) % state->length;
     state->ring[state->newest] = signal->value;
-    for (size_t i = 0; i < 4; i++) {
+    for (size_t i = 0; i < 5; i++) {
         x[i] = state->ring[(state->newest + state->length - state->first - i) % state->length];
     }
-    /* Second differences at its two inner samples: nearly the same where the drive is smooth. */
-    const double one = x[0] - 2.0 * x[1] + x[2], other = x[1] - 2.0 * x[2] + x[3];
-    const double smaller = fmin(fabs(one), fabs(other)), larger = fmax(fabs(one), fabs(other));
-    if (one * other > 0.0 && smaller > smooth * larger) {
-        signal->value =
+    const double last = state->output;
+    if (smooth_drive(x)) {
+        state->output =
             state->weight[0] * x[0] + state->weight[1] * x[1] + state->weight[2] * x[2] + state->weight[3] * x[3];
     } else {
-        signal->value = x[state->before] + state->fraction * (x[state->before + 1] - x[state->before]);
+        state->output = x[state->before] + state->fraction * (x[state->before + 1] - x[state->before]);
     }
+    signal->value = state->output;
+    signal_turns(signal, last, x[state->before + 1]); /* the one sample between the two delayed instants */
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {

@@ -158,6 +158,35 @@ static void test_creep_in_fixed_point_is_the_double_one(void) {
     printf("seed %llu: worst difference is %.2f of its bound\n", (unsigned long long)seed + 2, worst_part);
 }
 
+static void expect_refusal(const model_t *model, const compile_options_t *options, const char *line) {
+    hyst_parameters_t parameters;
+    failure_t failure = {{0}};
+    TEST_ASSERT_FALSE_MESSAGE(compile_model(model, options, &parameters, NULL, &failure), line);
+    expect_line(&failure, line);
+}
+
+/* The cells of a dielectric loss are those of creep: 13, c = tan 2 ln 10 / pi / 2 each. */
+static void test_dielectric_loss_takes_the_creep_cells(void) {
+    const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-90.0, 150.0}};
+    random_t random = {seed + 7};
+    hyst_parameters_t parameters;
+    compile_report_t report;
+    hyst_compensator_t compensator;
+    model_t model;
+    random_bank(&random, &model, 10, 100.0, 60.0);
+    model_set(model_append(&model, &block_dielectric_loss), "loss_tangent", 0.02);
+    compile_good(&model, &options, &parameters, &report, &compensator);
+    TEST_ASSERT_EQUAL_UINT32(13, parameters.creep_cells);
+    for (size_t j = 0; j < 13; j++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, 0x1p31 * 0.02 * M_LN10 / M_PI, parameters.creep[j].gain);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, 0x1p31 * -expm1(-1e4 * pow(10.0, -0.5 * (double)j) / model.sample_rate_hz),
+                                  parameters.creep[j].rate);
+    }
+    model_set(model_append(&model, &block_creep), "gamma_per_decade", 0.01);
+    expect_refusal(&model, &options, "the amplifier has one bank of relaxations");
+    model_free(&model);
+}
+
 /* Asymmetry adds the chords of the parabola, the rounding of the curve and of its nodes (1.5 units of 2^-31). */
 static void test_asymmetry_in_fixed_point_is_the_double_one(void) {
     random_t random = {seed + 3};
@@ -339,13 +368,6 @@ static void test_a_measured_delay_is_looked_ahead_over(void) {
     }
 }
 
-static void expect_refusal(const model_t *model, const compile_options_t *options, const char *line) {
-    hyst_parameters_t parameters;
-    failure_t failure = {{0}};
-    TEST_ASSERT_FALSE_MESSAGE(compile_model(model, options, &parameters, NULL, &failure), line);
-    expect_line(&failure, line);
-}
-
 static void test_refuses_in_plain_words(void) {
     const double falling[] = {1.0, -0.999}, plain[] = {1.0, 0.5}, threshold = 9.0;
     const compile_options_t good = {.drive_range_v = {-10.0, 10.0}, .position_range_um = {-20.0, 20.0}};
@@ -395,6 +417,7 @@ int main(void) {
     RUN_TEST(test_fixed_point_forward_model_is_the_double_one);
     RUN_TEST(test_rate_dependent_fixed_point_is_the_double_one);
     RUN_TEST(test_creep_in_fixed_point_is_the_double_one);
+    RUN_TEST(test_dielectric_loss_takes_the_creep_cells);
     RUN_TEST(test_asymmetry_in_fixed_point_is_the_double_one);
     RUN_TEST(test_linear_line_is_the_middle_of_the_major_loop);
     RUN_TEST(test_ranges_default_to_the_recordings_widened);

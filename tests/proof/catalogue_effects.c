@@ -143,6 +143,26 @@ static void creep(passage_t *passage, const double *parameter) {
     }
 }
 
+/* The same lag at all frequencies, by relaxations of six decades. Of a response of 1 at once and g more with every
+ * decade of time, the sine part is pi / (2 ln 10) g. */
+static void constant_phase(passage_t *passage, const double *parameter) {
+    enum { DECADES = 6, A_DECADE = 4, CELLS = DECADES * A_DECADE };
+    const double growth = 2.0 * log(10.0) / pi * parameter[0];
+    double state[CELLS], gain[CELLS];
+    for (size_t i = 0; i < CELLS; i++) {
+        gain[i] = -expm1(-passage->step_s / (1e-4 * pow(10.0, ((double)i + 0.5) / A_DECADE)));
+        state[i] = passage->value[0];
+    }
+    for (size_t k = 0; k < passage->count; k++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < CELLS; i++) {
+            state[i] += gain[i] * (passage->value[k] - state[i]);
+            sum += state[i];
+        }
+        passage->value[k] = (passage->value[k] + growth / A_DECADE * sum) / (1.0 + DECADES * growth);
+    }
+}
+
 static void set_leakage(const passage_t *passage, double size, random_t *random, double *parameter) {
     (void)random;
     parameter[0] = duration_s(passage) / size;
@@ -277,6 +297,7 @@ const effect_t catalogue_effects[] = {
      STAGE_POSITION,
      false},
     {"creep", "slow", {"gamma_per_decade"}, 0.015, 0.1, set_first, creep, STAGE_POSITION, false},
+    {"dielectric_loss", "slow", {"loss_tangent"}, 0.01, 0.1, set_first, constant_phase, STAGE_POSITION, false},
     {"charge_leakage", "slow", {"time_constant_s"}, 0.2, 20.0, set_leakage, leakage, STAGE_POSITION, false},
     {"gain_drift", "slow", {"gain_per_s"}, 0.02, 0.5, set_gain_drift, gain_drift, STAGE_POSITION, false},
     {"resonance", "resonance", {"frequency_hz", "damping_ratio"}, 1e-5, 1e-3, set_mode, mode, STAGE_POSITION, false},

@@ -142,6 +142,26 @@ static void test_creep_is_logarithmic(void) {
     free(value);
 }
 
+/* The sine part is the loss tangent at 0.3 Hz and at 30 Hz, of a response of 1 / (1 + 6 g) at once. */
+static void test_dielectric_loss_is_the_same_at_all_frequencies(void) {
+    enum { COUNT = 2000000 };
+    const double loss[] = {0.02}, at_once = 1.0 + 6.0 * loss[0] * 2.0 * log(10.0) / pi, hz[] = {0.3, 30.0};
+    double *value = proof_allocate(COUNT, sizeof *value);
+    for (size_t i = 0; i < 2; i++) {
+        passage_t passage = {.value = value, .count = COUNT, .step_s = 1e-5};
+        double quadrature = 0.0;
+        for (size_t k = 0; k < COUNT; k++) {
+            value[k] = sin(2.0 * pi * hz[i] * passage.step_s * (double)k);
+        }
+        effect_find("dielectric_loss")->apply(&passage, loss);
+        for (size_t k = COUNT / 2; k < COUNT; k++) {
+            quadrature += value[k] * cos(2.0 * pi * hz[i] * passage.step_s * (double)k) / (COUNT / 4.0);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * loss[0], -loss[0] / at_once, quadrature); /* six decades have ends */
+    }
+    free(value);
+}
+
 /* Every effect can be made as strong as the noise, and no bank of plays makes more of it. */
 static void test_strengths_are_reached(void) {
     for (size_t e = 0; e < catalogue_effect_count; e++) {
@@ -206,6 +226,7 @@ int main(void) {
     RUN_TEST(test_bare_actuator_is_rate_independent);
     RUN_TEST(test_filters_have_their_gains);
     RUN_TEST(test_creep_is_logarithmic);
+    RUN_TEST(test_dielectric_loss_is_the_same_at_all_frequencies);
     RUN_TEST(test_strengths_are_reached);
     RUN_TEST(test_noise_is_as_told);
     RUN_TEST(test_list_has_what_was_asked_for);

@@ -49,21 +49,13 @@ static void gain_step(passage_t *passage, const double *parameter) {
     }
 }
 
-/* Dielectric loss: the same lag at all frequencies, by relaxations of six decades. */
-static void constant_phase(passage_t *passage, const double *parameter) {
-    enum { A_DECADE = 4, CELLS = 6 * A_DECADE };
-    double state[CELLS], gain[CELLS];
-    for (size_t i = 0; i < CELLS; i++) {
-        gain[i] = -expm1(-passage->step_s / (1e-4 * pow(10.0, ((double)i + 0.5) / A_DECADE)));
-        state[i] = passage->value[0];
-    }
+/* An adhesive of one relaxation time, a second: part of every step arrives later. */
+static void relaxation(passage_t *passage, const double *parameter) {
+    const double gain = -expm1(-passage->step_s);
+    double late = passage->value[0];
     for (size_t k = 0; k < passage->count; k++) {
-        double sum = 0.0;
-        for (size_t i = 0; i < CELLS; i++) {
-            state[i] += gain[i] * (passage->value[k] - state[i]);
-            sum += state[i] - passage->value[k];
-        }
-        passage->value[k] += parameter[0] * sum / A_DECADE;
+        late += gain * (passage->value[k] - late);
+        passage->value[k] += parameter[0] * (late - passage->value[k]);
     }
 }
 
@@ -198,7 +190,7 @@ static void telegraph(passage_t *passage, const double *parameter) {
 }
 
 const effect_t unknown_effects[] = {
-    {"constant-phase lag", NULL, {NULL}, 0.01, 0.2, set_first, constant_phase, STAGE_POSITION, false},
+    {"relaxation of one time", NULL, {NULL}, 0.01, 0.2, set_first, relaxation, STAGE_POSITION, false},
     {"gain step", NULL, {NULL}, 0.01, 0.5, set_gain_step, gain_step, STAGE_POSITION, false},
     {"self-heating", NULL, {NULL}, 0.005, 0.5, set_first, self_heating, STAGE_POSITION, false},
     {"mode with antiresonance", NULL, {NULL}, 0.05, 1.0, set_mode, antiresonance, STAGE_POSITION, false},

@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The ceramic is behind by the same angle at every frequency: relaxations of six decades, y = h + sum c s_j, as creep,
+ * but from times on that are shorter than a sample. docs/MODELS.md, section 5. */
+#include "catalogue.h"
+#include "compile_job.h"
+#include "creep_cells.h"
+#include "first_order_lag.h"
+#include <gsl/gsl_math.h>
+
+enum { CELLS = 13 };
+static const double shortest_s = 1e-4, longest_s = 100.0;
+
+static const parameter_info_t parameters[] = {
+    {.name = "loss_tangent",
+     .proportional = true,
+     .unit = "1",
+     .low = 0.0,
+     .high = 0.1,
+     .text = "tangent of the angle that the position is behind, at frequencies between 0.01 Hz and 1 kHz"}};
+
+typedef struct {
+    double gain; /* of each cell */
+    first_order_lag_t cell[CELLS];
+} state_t;
+
+/* Growth per decade of time. The cells of a decade of frequency, ln 10 wide, are behind by pi / 2 of that. */
+static double growth_per_decade(const parameter_t *parameter) {
+    return parameter[0].value[0] * 2.0 * M_LN10 / M_PI;
+}
+
+static double time_constant_s(size_t cell) {
+    return shortest_s * pow(longest_s / shortest_s, (double)cell / (CELLS - 1));
+}
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    state->gain = growth_per_decade(parameter) / CREEP_CELLS_PER_DECADE;
+    for (size_t j = 0; j < CELLS; j++) {
+        first_order_lag_set(&state->cell[j], 1.0 / (2.0 * M_PI * time_constant_s(j)), setup->sample_rate_hz);
+    }
+}
+
+/* Replaces the signal by the output of all cells, each moved by `move`. */
+static void respond(state_t *state, signal_t *signal, void (*move)(void *, signal_t *)) {
+    const double elastic = signal->value;
+    double sum = 0.0;
+    for (size_t j = 0; j < CELLS; j++) {
+        signal->value = elastic;
+        move(&state->cell[j], signal);
+        sum += signal->value;
+    }
+    signal->value = elastic + state->gain * sum;
+}
+
+static void settle(void *memory, signal_t *signal) {
+    respond(memory, signal, first_order_lag_settle);
+}
+
+static void step(void *memory, signal_t *signal) {
+    respond(memory, signal, first_order_lag_step);
+}
+
+/* The amplifier has one bank of cells. One that is quicker than its samples is a sample late there: c times a sample, a
+ * hundredth of that. */
+static bool compile(compile_job_t *job, const parameter_t *parameter) {
+    return compile_creep(job, creep_cells(growth_per_decade(parameter), shortest_s, longest_s, job->rate_hz));
+}
+
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    (void)setting;
+    value[0] = 0.005;
+    return index == 0;
+}
+
+static const probe_t looked_for = {
+    .group = "slow",
+    .explanation =
+        "The position is behind by the same angle at every frequency, from slow to fast, as a lossy dielectric "
+        "is.",
+    .excitation = "holds, and chirps over three decades of frequency: creep is slow alone",
+    .parts = PROBE_STAIRCASE | PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
+    .probe = probe,
+    .searched = 1U,
+    .accuracy = {0.03}};
+
+const block_t block_dielectric_loss = {.name = "dielectric_loss",
+                                       .place = PLACE_SLOW,
+                                       .text = "lag by the same angle at every frequency",
+                                       .parameter = parameters,
+                                       .parameters = 1,
+                                       .state_bytes = sizeof(state_t),
+                                       .open = open,
+                                       .settle = settle,
+                                       .step = step,
+                                       .compile = compile,
+                                       .probe = &looked_for};
