@@ -309,8 +309,33 @@ void attempt_without_noise(model_t *model) {
     }
 }
 
-/* Whether more than noise remains, and the verdict. */
-static bool look_at_the_rest(attempt_t *job) {
+/* Blocks that leave so much of what was missing, and structure in it, are not what is missing but what comes nearest to
+ * it. In parts of the square. */
+static const double leaves_too_much = 1.0 / 12.0;
+
+static bool comes_near_only(const attempt_t *job, double missing) {
+    const diagnosis_t *d = job->diagnosis;
+    return attempt_blocks_found(d, &d->model) != 0 && attempt_excess(d, job->power.held) > leaves_too_much * missing;
+}
+
+static void judge(attempt_t *job, double missing) {
+    diagnosis_t *d = job->diagnosis;
+    if (!d->remainder.structured) {
+        d->verdict = d->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    } else if (d->findings > 0 && !comes_near_only(job, missing)) {
+        d->verdict = PARTLY_EXPLAINED;
+    } else {
+        d->verdict = UNKNOWN_PHYSICS;
+        for (size_t f = 0; f < d->findings; f++) {
+            if (!d->finding[f].in_readings) {
+                d->finding[f].certainty = DETECTED;
+            }
+        }
+    }
+}
+
+/* Whether more than noise remains, and the verdict. missing: what the baseline left, attempt_excess. */
+static bool look_at_the_rest(attempt_t *job, double missing) {
     diagnosis_t *d = job->diagnosis;
     double *simulated = samples_column(&d->samples);
     model_t smooth;
@@ -320,11 +345,7 @@ static bool look_at_the_rest(attempt_t *job) {
     const bool good = change != NULL && samples_simulate(&d->samples, &smooth, simulated, job->failure);
     if (good) {
         d->remainder = remainder_of(&d->samples, &d->noise, simulated, change, job->step_um / sqrt(12.0));
-        if (d->findings == 0) {
-            d->verdict = d->remainder.structured ? UNKNOWN_PHYSICS : NOTHING_MISSING;
-        } else {
-            d->verdict = d->remainder.structured ? PARTLY_EXPLAINED : EXPLAINED;
-        }
+        judge(job, missing);
     }
     model_free(&smooth);
     free(simulated);
@@ -339,6 +360,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     model_copy(&d->model, given);
     good = joint_fit(&d->samples, &d->noise, &d->model, 0, BASELINE_ITERATIONS, &job->power, job->failure);
     model_copy(&d->baseline, &d->model);
+    const double missing = attempt_excess(d, job->power.held);
     good = good && attempt_measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
            attempt_measure(job, &d->baseline, &d->baseline_nrmse_percent, &d->baseline_held_out_percent);
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
@@ -351,7 +373,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
         d->noise_percent =
             100.0 * d->noise.rms_um / (job->setting.displacement_high_um - job->setting.displacement_low_um);
         find_steps(job);
-        good = look_at_the_rest(job);
+        good = look_at_the_rest(job, missing);
     }
     return good;
 }
