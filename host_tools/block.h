@@ -65,6 +65,10 @@ typedef struct {
  */
 typedef struct {
     double value;
+    /** What comes in at the next sample, where that is known: in a recording. What a signal did since the last sample
+     * is then known better (smooth_drive.h). */
+    bool next_known;
+    double next;
     /** On its way from the last sample to this one the drive went to turn_v and back: what is before the hysteresis
      * says so, and the hysteresis remembers it. */
     bool turned;

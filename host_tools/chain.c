@@ -39,17 +39,35 @@ void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
     stage->block->step(stage->state, signal);
 }
 
+/* As chain_run takes them: what is settled on, and the samples. */
+static signal_t *signals_of(const double *value, size_t count) {
+    signal_t *signal = allocate(count + 1, sizeof *signal);
+    signal[0].value = value[0];
+    for (size_t k = 0; k < count; k++) {
+        signal[1 + k].value = value[k];
+    }
+    return signal;
+}
+
+void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count) {
+    for (size_t k = 0; k < count; k++) {
+        signal[k].next_known = k + 1 < count;
+        signal[k].next = signal[k].next_known ? signal[k + 1].value : 0.0;
+        chain_stage_step(stage, &signal[k]);
+    }
+}
+
 void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value) {
     const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
     chain_stage_t stage = chain_stage_open(model, index, &setup);
-    signal_t signal = {.value = value[0]};
-    chain_stage_settle(&stage, &signal);
+    signal_t *signal = signals_of(value, recording->samples);
+    chain_stage_settle(&stage, &signal[0]);
+    chain_stage_run(&stage, signal + 1, recording->samples);
     for (size_t k = 0; k < recording->samples; k++) {
-        signal = (signal_t){.value = value[k]};
-        chain_stage_step(&stage, &signal);
-        value[k] = signal.value;
+        value[k] = signal[1 + k].value;
     }
     chain_stage_close(&stage);
+    free(signal);
 }
 
 /* What widens the loops goes by the drive that the hysteresis sees: behind what changes that. */
@@ -123,9 +141,7 @@ bool chain_run(const model_t *model, const recording_t *recording, uint64_t seed
     for (size_t i = first; i < last; i++) {
         chain_stage_t stage = chain_stage_open(model, order[i], &setup);
         chain_stage_settle(&stage, &signal[0]);
-        for (size_t k = 1; k <= recording->samples; k++) {
-            chain_stage_step(&stage, &signal[k]);
-        }
+        chain_stage_run(&stage, signal + 1, recording->samples);
         chain_stage_close(&stage);
     }
     return true;
@@ -162,22 +178,14 @@ void chain_close(chain_t *chain) {
 
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure) {
-    const double *drive = recording->column[COLUMN_DRIVE];
-    double preload_n;
-    chain_t *chain;
-    if (!recording_preload(recording, &preload_n, failure)) {
-        return false;
+    signal_t *signal = signals_of(recording->column[COLUMN_DRIVE], recording->samples);
+    size_t order[MODEL_MAX_BLOCKS];
+    const bool good = chain_run(model, recording, seed, 0, chain_order(model, order), signal, failure);
+    for (size_t k = 0; good && k < recording->samples; k++) {
+        position_um[k] = signal[1 + k].value;
     }
-    chain = chain_open_preloaded(model, recording->sample_rate_hz, seed, preload_n, failure);
-    if (chain == NULL) {
-        return false;
-    }
-    chain_settle(chain, drive[0]);
-    for (size_t k = 0; k < recording->samples; k++) {
-        position_um[k] = chain_step(chain, drive[k]);
-    }
-    chain_close(chain);
-    return true;
+    free(signal);
+    return good;
 }
 
 /* The hysteresis, and what stands before it. */

@@ -138,9 +138,7 @@ static void tail_run(const tail_t *tail, signal_t *signal, size_t count, signal_
         if (input != NULL) {
             memcpy(input + stage * PIECE, signal, count * sizeof *signal);
         }
-        for (size_t k = 0; k < count; k++) {
-            chain_stage_step(&tail->stage[stage], &signal[k]);
-        }
+        chain_stage_run(&tail->stage[stage], signal, count); /* the last of a piece does not know the next */
     }
 }
 

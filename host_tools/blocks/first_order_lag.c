@@ -38,11 +38,11 @@ void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample
     lag->decay = exp(-x);
     lag->line[0] = m[1];
     lag->line[1] = m[0] - m[1];
-    /* Lagrange's polynomials of the nodes s = 1, 0, -1, -2, each 1 at its own. */
-    lag->cubic[0] = (2.0 * m[1] + 3.0 * m[2] + m[3]) / 6.0;
-    lag->cubic[1] = (2.0 * m[0] + m[1] - 2.0 * m[2] - m[3]) / 2.0;
-    lag->cubic[2] = (-2.0 * m[1] + m[2] + m[3]) / 2.0;
-    lag->cubic[3] = (m[1] - m[3]) / 6.0;
+    /* Lagrange's polynomials of the nodes s = 2, 1, 0, -1, each 1 at its own. */
+    lag->cubic[0] = (m[3] - m[1]) / 6.0;
+    lag->cubic[1] = (2.0 * m[1] + m[2] - m[3]) / 2.0;
+    lag->cubic[2] = (2.0 * m[0] - m[1] - 2.0 * m[2] + m[3]) / 2.0;
+    lag->cubic[3] = (-2.0 * m[1] + 3.0 * m[2] - m[3]) / 6.0;
 }
 
 void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
@@ -51,7 +51,7 @@ void first_order_lag_open(void *memory, const parameter_t *parameter, const stag
 
 void first_order_lag_settle(void *memory, signal_t *signal) {
     first_order_lag_t *state = memory;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 3; i++) {
         state->input[i] = signal->value;
     }
     state->output = signal->value;
@@ -69,12 +69,13 @@ static double meeting(const first_order_lag_t *lag, double last) {
 void first_order_lag_step(void *memory, signal_t *signal) {
     first_order_lag_t *state = memory;
     double *u = state->input;
-    memmove(u + 1, u, 4 * sizeof *u);
+    memmove(u + 1, u, 2 * sizeof *u);
     u[0] = signal->value;
     const double last = state->output;
-    const double driven = smooth_drive(u) ? state->cubic[0] * u[0] + state->cubic[1] * u[1] + state->cubic[2] * u[2] +
-                                                state->cubic[3] * u[3]
-                                          : state->line[0] * u[0] + state->line[1] * u[1];
+    const double x[4] = {signal->next, u[0], u[1], u[2]};
+    const double driven = signal->next_known && smooth_drive(x) ? state->cubic[0] * x[0] + state->cubic[1] * x[1] +
+                                                                      state->cubic[2] * x[2] + state->cubic[3] * x[3]
+                                                                : state->line[0] * u[0] + state->line[1] * u[1];
     state->output = state->decay * state->output + driven;
     signal->value = state->output;
     signal_turns(signal, last, meeting(state, last));

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * First-order low pass, dy/dt = 2 pi cutoff_hz (u - y), exact for what u does between samples: the cubic through the
- * last four, or a straight line (smooth_drive.h). A zero-order hold would be half a sample late, which misreads a cutoff
- * at a 25th of the sample rate by 9 %; and with lines alone a lag that is short against a sample would be that of the
- * slope half a sample ago, and look like another kind of lag.
+ * four samples about it, or a straight line (smooth_drive.h). A zero-order hold would be half a sample late, which
+ * misreads a cutoff at a 25th of the sample rate by 9 %; and with lines alone a lag that is short against a sample
+ * would be that of the slope half a sample ago, and look like another kind of lag.
  */
 #ifndef FIRST_ORDER_LAG_H
 #define FIRST_ORDER_LAG_H
@@ -14,7 +14,7 @@
 extern const parameter_info_t first_order_lag_parameters[1];
 
 typedef struct {
-    double input[5], output; /**< the newest input first */
+    double input[3], output; /**< the newest input first */
     double decays;           /**< decay rate times sample time */
     double decay;            /**< y[k] = decay y[k-1] + sum of weight_i u[k-i] */
     double cubic[4], line[2];

@@ -2,12 +2,13 @@
 /*
  * One mode of the mechanics: y'' + 2 zeta omega y' + omega^2 y = omega^2 u, gain 1 at rest.
  *
- * First-order hold: between samples u is the ramp u0 + s t. Then y = u0 + s t - 2 zeta s / omega + d(t), where d obeys
- * the equation without input, whose solution over one sample is a constant 2-by-2 matrix. No approximation beyond the
- * ramp.
+ * Between samples u is a polynomial of the time since the last one, a0 + a1 t + a2 t^2 + a3 t^3: the cubic or the line
+ * of smooth_drive.h. Another polynomial, b, solves the equation for it; what y deviates from that obeys the equation
+ * without input, whose solution over one sample is a constant 2-by-2 matrix.
  */
 #include "catalogue.h"
 #include "compile_job.h"
+#include "smooth_drive.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -15,10 +16,14 @@ static const parameter_info_t parameters[] = {
     {.name = "damping_ratio", .unit = "1", .low = 1e-5, .high = 0.999, .text = "of critical damping"}};
 
 typedef struct {
-    double input, output, rate; /* u, y, y' at the last sample; y' per sample */
-    double lag;                 /* 2 zeta / omega in samples */
+    double input[2];     /* u at the last sample and the one before */
+    double output, rate; /* y, y' at the last sample; y' per sample */
+    double lag, square;  /* 2 zeta / omega, 1 / omega^2 in samples */
     double transition[2][2];
 } state_t;
+
+/* Slower modes, in rad per sample, do not see the difference between a line and a cubic, and b would be large. */
+static const double slow = 0.01;
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
@@ -26,6 +31,7 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     const double zeta = parameter[1].value[0], damped = omega * sqrt(1.0 - zeta * zeta);
     const double decay = exp(-zeta * omega), c = decay * cos(damped), s = decay * sin(damped) / damped;
     state->lag = 2.0 * zeta / omega;
+    state->square = 1.0 / (omega * omega);
     state->transition[0][0] = c + zeta * omega * s;
     state->transition[0][1] = s;
     state->transition[1][0] = -omega * omega * s;
@@ -34,18 +40,26 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
-    state->input = signal->value;
-    state->output = signal->value;
+    state->input[0] = state->input[1] = state->output = signal->value;
     state->rate = 0.0;
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    const double slope = signal->value - state->input;
-    const double d = state->output - state->input + slope * state->lag, d_rate = state->rate - slope;
-    state->output = signal->value - slope * state->lag + state->transition[0][0] * d + state->transition[0][1] * d_rate;
-    state->rate = slope + state->transition[1][0] * d + state->transition[1][1] * d_rate;
-    state->input = signal->value;
+    const double x[4] = {signal->next, signal->value, state->input[0], state->input[1]};
+    double a1 = x[1] - x[2], a2 = 0.0, a3 = 0.0;
+    if (signal->next_known && state->square < 1.0 / (slow * slow) && smooth_drive(x)) {
+        a1 = (6.0 * x[1] - x[0] - 3.0 * x[2] - 2.0 * x[3]) / 6.0;
+        a2 = (x[1] - 2.0 * x[2] + x[3]) / 2.0;
+        a3 = (x[0] - 3.0 * x[1] + 3.0 * x[2] - x[3]) / 6.0;
+    }
+    const double b3 = a3, b2 = a2 - 3.0 * state->lag * b3, b1 = a1 - 2.0 * state->lag * b2 - 6.0 * state->square * b3,
+                 b0 = x[2] - state->lag * b1 - 2.0 * state->square * b2;
+    const double d = state->output - b0, d_rate = state->rate - b1;
+    state->output = b0 + b1 + b2 + b3 + state->transition[0][0] * d + state->transition[0][1] * d_rate;
+    state->rate = b1 + 2.0 * b2 + 3.0 * b3 + state->transition[1][0] * d + state->transition[1][1] * d_rate;
+    state->input[1] = state->input[0];
+    state->input[0] = signal->value;
     signal->value = state->output;
 }
 

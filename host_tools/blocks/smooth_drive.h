@@ -9,9 +9,9 @@
 
 #include <stdbool.h>
 
-/** Whether five samples in a row, the newest first, have no corner: their second differences are nearly the same, and
- * the newest goes on as the others did. (Where a rounded step ends it does not, and a cubic would swing beyond the end:
- * a hysteresis remembers that.) */
-bool smooth_drive(const double x[5]);
+/** Whether the signal is smooth between the inner two of four samples in a row: its second differences there are nearly
+ * the same. (A cubic through samples on one side alone would swing beyond the end of a step, and a hysteresis remembers
+ * that: without the next sample it is the line.) */
+bool smooth_drive(const double x[4]);
 
 #endif

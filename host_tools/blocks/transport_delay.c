@@ -15,9 +15,8 @@ static const parameter_info_t parameters[] = {{.name = "delay_s",
 
 typedef struct {
     size_t length, newest; /* of the ring */
-    size_t first;          /* of the four samples that count, from the newest on */
-    size_t before;         /* of the four, the first of the two that the delayed instant lies between */
-    double fraction;       /* of a sample, from that one on, 0 to 1 */
+    size_t whole;          /* samples of the delay; it goes on to the one before by */
+    double fraction;       /* of a sample, 0 to 1 */
     double weight[4];      /* of the cubic */
     double output;         /* of the last sample */
     double ring[];
@@ -27,22 +26,23 @@ static size_t whole_samples(const parameter_t *parameter, const stage_setup_t *s
     return (size_t)floor(parameter[0].value[0] * setup->sample_rate_hz);
 }
 
+static size_t ring_length(size_t whole) {
+    return whole + 3;
+}
+
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
-    return (whole_samples(parameter, setup) + 5) * sizeof(double);
+    return ring_length(whole_samples(parameter, setup)) * sizeof(double);
 }
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
-    const size_t whole = whole_samples(parameter, setup);
-    state->length = whole + 5;
-    state->first = whole > 0 ? whole - 1 : 0; /* nobody knows the sample after the newest */
-    state->before = whole - state->first;
-    state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)whole;
-    const double at = state->fraction + (double)state->before;
+    state->whole = whole_samples(parameter, setup);
+    state->length = ring_length(state->whole);
+    state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)state->whole;
     for (int i = 0; i < 4; i++) {
         state->weight[i] = 1.0;
         for (int j = 0; j < 4; j++) {
-            state->weight[i] *= j == i ? 1.0 : (at - j) / (double)(i - j);
+            state->weight[i] *= j == i ? 1.0 : (state->fraction + 1.0 - j) / (double)(i - j);
         }
     }
 }
@@ -55,23 +55,28 @@ static void settle(void *memory, signal_t *signal) {
     state->output = signal->value;
 }
 
+/* So many samples ago. */
+static double past(const state_t *state, size_t samples) {
+    return state->ring[(state->newest + state->length - samples) % state->length];
+}
+
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    double x[5];
+    const double last = state->output;
     state->newest = (state->newest + 1) % state->length;
     state->ring[state->newest] = signal->value;
-    for (size_t i = 0; i < 5; i++) {
-        x[i] = state->ring[(state->newest + state->length - state->first - i) % state->length];
-    }
-    const double last = state->output;
-    if (smooth_drive(x)) {
+    /* The delayed instant is between the inner two. */
+    const bool known = state->whole > 0 || signal->next_known;
+    const double x[4] = {state->whole > 0 ? past(state, state->whole - 1) : signal->next, past(state, state->whole),
+                         past(state, state->whole + 1), past(state, state->whole + 2)};
+    if (known && smooth_drive(x)) {
         state->output =
             state->weight[0] * x[0] + state->weight[1] * x[1] + state->weight[2] * x[2] + state->weight[3] * x[3];
     } else {
-        state->output = x[state->before] + state->fraction * (x[state->before + 1] - x[state->before]);
+        state->output = x[1] + state->fraction * (x[2] - x[1]);
     }
     signal->value = state->output;
-    signal_turns(signal, last, x[state->before + 1]); /* the one sample between the two delayed instants */
+    signal_turns(signal, last, x[2]); /* the one sample between the two delayed instants */
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {

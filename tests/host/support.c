@@ -44,29 +44,43 @@ void insert_block(model_t *model, const model_t *shorter, const block_t *block, 
     model->block[at] = inserted;
 }
 
-chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed) {
+/* Returns the index of the block. */
+static size_t make_block_model(model_t *model, const block_t *block, const double *values, double rate_hz) {
     static const double one = 1.0;
     const bool behind = block->place > PLACE_HYSTERESIS;
-    model_t model;
-    failure_t failure = {{0}};
-    model_create(&model, rate_hz);
+    model_create(model, rate_hz);
     for (int i = 0; i < 2; i++) {
         if ((i == 1) != behind) {
-            model_block_t *bank = model_append(&model, &block_prandtl_ishlinskii);
+            model_block_t *bank = model_append(model, &block_prandtl_ishlinskii);
             model_set_array(bank, "weights", 1, &one, NULL);
             continue;
         }
-        model_block_t *appended = model_append(&model, block);
+        model_block_t *appended = model_append(model, block);
         for (size_t p = 0; p < block->parameters; p++) {
             if (!block->parameter[p].array) {
                 model_set(appended, block->parameter[p].name, values[p]);
             }
         }
     }
+    return behind ? 1 : 0;
+}
+
+chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed) {
+    model_t model;
+    failure_t failure = {{0}};
+    make_block_model(&model, block, values, rate_hz);
     chain_t *chain = chain_open(&model, rate_hz, seed, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(chain, failure.text);
     model_free(&model);
     return chain;
+}
+
+void pass_block(const block_t *block, const double *values, double rate_hz, size_t count, double *x) {
+    const recording_t recording = {.sample_rate_hz = rate_hz, .samples = count};
+    model_t model;
+    const size_t index = make_block_model(&model, block, values, rate_hz);
+    chain_pass(&model, index, &recording, x);
+    model_free(&model);
 }
 
 void simulate_into(recording_t *recording, const model_t *model, uint64_t seed) {

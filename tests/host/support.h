@@ -26,6 +26,8 @@ void make_modified_play_model(model_t *model, double sample_rate_hz, double bili
 /** A chain of one block and a hysteresis that does nothing, at the block's place. values are in the order of the
  * block's table; those of lists are not read. */
 chain_t *open_block(const block_t *block, const double *values, double rate_hz, uint64_t seed);
+/** The block alone on values of which each one knows the next, as in a recording: replaces them. */
+void pass_block(const block_t *block, const double *values, double rate_hz, size_t count, double *x);
 
 /** Fills the displacement of a recording with the simulated chain. */
 void simulate_into(recording_t *recording, const model_t *model, uint64_t seed);
