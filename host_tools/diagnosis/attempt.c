@@ -164,7 +164,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     finding_t finding;
     bool good = true;
     evidence_ask(evidence, question);
-    search(evidence, &d->noise, &d->model, &job->setting, &found);
+    search(evidence, &d->noise, &d->model, &job->setting, job->without, &found);
     attempt_advance(job);
     d->tested += found.tested;
     const bool significant_one = found.count > 0 && candidate_convinces(job, evidence, &found);

@@ -12,6 +12,7 @@ typedef struct {
     failure_t *failure;
     probe_setting_t setting;
     double line_hz[LINES_MOST];
+    const block_t *without;        /* not looked for */
     joint_power_t power;           /* of the model as it is */
     double found_um;               /* what all that was found changes, whitened, beyond J */
     double step_um, step_sigma_um; /* of the converter, 0: none to be seen */

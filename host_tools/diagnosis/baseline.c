@@ -86,7 +86,7 @@ static size_t best_signatures(const samples_t *samples, const noise_t *noise, co
     for (int asked = 0; evidence != NULL && asked < 2; asked++) {
         search_t found;
         evidence_ask(evidence, asked == 0 ? ASK_EFFECTS : ASK_SHAPES);
-        search_probes(evidence, noise, model, setting, &found);
+        search_probes(evidence, noise, model, setting, NULL, &found);
         for (size_t i = 0; i < found.count; i++) {
             signature[count++] = found.candidate[i].signature;
             found.candidate[i].signature = NULL;

@@ -76,24 +76,6 @@ static bool find_noise(attempt_t *job, const model_t *model) {
     return good;
 }
 
-bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
-              failure_t *failure) {
-    attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
-    model_t chain;
-    bool good;
-    progress_begin(&job.progress, "diagnosing");
-    memset(diagnosis, 0, sizeof *diagnosis);
-    model_copy(&chain, given);
-    attempt_without_noise(&chain);
-    good = begin(&job, &chain, recordings, count) && find_noise(&job, &chain) && attempt_from(&job, &chain);
-    model_free(&chain);
-    progress_end(&job.progress);
-    if (!good) {
-        diagnosis_free(diagnosis);
-    }
-    return good;
-}
-
 static bool shape_found(const diagnosis_t *d) {
     for (size_t i = 0; i < d->findings; i++) {
         if (d->finding[i].shape) {
@@ -128,6 +110,30 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
         job->power = *power;
     }
     free_models(&worse);
+}
+
+/* What two blocks do, a third may seem to do alone, and then hides them. Where the whole answer was not found, the
+ * search is made once more without the block that came first. */
+static void try_without_the_first(attempt_t *job) {
+    const diagnosis_t *d = job->diagnosis;
+    if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings) {
+        return;
+    }
+    diagnosis_t other = {.samples = d->samples, .noise = d->noise, .family = d->family};
+    attempt_t again = *job;
+    failure_t refusal;
+    again.diagnosis = &other;
+    again.failure = &refusal;
+    again.setting.line_hz = again.line_hz;
+    again.without = d->finding[0].block;
+    again.found_um = 0.0;
+    if (attempt_from(&again, &d->given)) {
+        keep_better(job, &other, &again.power);
+    } else {
+        free_models(&other);
+    }
+    job->progress = again.progress;
+    job->left = again.left;
 }
 
 /* The search from one shape. */
@@ -196,6 +202,27 @@ static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes
     return good;
 }
 
+bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
+              failure_t *failure) {
+    attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
+    model_t chain;
+    bool good;
+    progress_begin(&job.progress, "diagnosing");
+    memset(diagnosis, 0, sizeof *diagnosis);
+    model_copy(&chain, given);
+    attempt_without_noise(&chain);
+    good = begin(&job, &chain, recordings, count) && find_noise(&job, &chain) && attempt_from(&job, &chain);
+    if (good) {
+        try_without_the_first(&job);
+    }
+    model_free(&chain);
+    progress_end(&job.progress);
+    if (!good) {
+        diagnosis_free(diagnosis);
+    }
+    return good;
+}
+
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
     attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
     baseline_t baseline[BASELINE_SHAPES], rough;
@@ -210,6 +237,9 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
            baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &rough, &shapes, failure) &&
            (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)) && /* with a better model, better */
            try_shapes(&job, baseline, shapes);
+    if (good) {
+        try_without_the_first(&job);
+    }
     baseline_free(baseline, shapes);
     baseline_free(&rough, 1);
     progress_end(&job.progress);

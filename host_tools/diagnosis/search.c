@@ -257,12 +257,12 @@ static bool asked(const probe_t *probe, question_t question) {
 }
 
 void search_probes(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
-                   const probe_setting_t *setting, search_t *found) {
+                   const probe_setting_t *setting, const block_t *without, search_t *found) {
     const question_t question = evidence_question(evidence);
     block_search_t *block = allocate(catalogue_count, sizeof *block);
     size_t blocks = 0;
     for (size_t i = 0; i < catalogue_count; i++) {
-        if (catalogue[i]->probe != NULL && asked(catalogue[i]->probe, question) &&
+        if (catalogue[i] != without && catalogue[i]->probe != NULL && asked(catalogue[i]->probe, question) &&
             model_find(baseline, catalogue[i]->name) == NULL) {
             block[blocks++] = (block_search_t){.evidence = evidence,
                                                .baseline = baseline,
@@ -367,10 +367,10 @@ bool search_block(const evidence_t *evidence, const noise_t *noise, const model_
 }
 
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
-            search_t *found) {
+            const block_t *without, search_t *found) {
     const question_t question = evidence_question(evidence);
     choice_t choice = {.evidence = evidence, .noise = noise, .baseline = baseline, .found = found};
-    search_probes(evidence, noise, baseline, setting, found);
+    search_probes(evidence, noise, baseline, setting, without, found);
     refine_best(&choice);
     sort(found, question);
     fit_best(&choice);

@@ -34,13 +34,14 @@ typedef struct {
 
 /**
  * Tries the candidates that the evidence's question is about. The ones that explain most are refined, and then fitted
- * together with the hysteresis. Blocks that the baseline has are not tried again.
+ * together with the hysteresis. Blocks that the baseline has are not tried again, and
+ * `without` (NULL: none) is not tried.
  */
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
-            search_t *found);
+            const block_t *without, search_t *found);
 /** The best probe of each block, and no more. */
 void search_probes(const evidence_t *evidence, const noise_t *noise, const model_t *baseline,
-                   const probe_setting_t *setting, search_t *found);
+                   const probe_setting_t *setting, const block_t *without, search_t *found);
 void search_free(search_t *found);
 
 /** One block alone: its best probe, refined. false: it cannot be simulated there. found: to be freed. */
