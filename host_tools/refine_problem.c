@@ -98,16 +98,30 @@ double refine_high(const refine_problem_t *problem, size_t unknown) {
     return u->logarithmic ? log(u->high) : u->high;
 }
 
+/* Signals are taken through the chain in pieces, so that memory does not grow with the recording. A stage steps when it
+ * knows the next signal, so each one is one behind the stage before it until the recording ends. */
+enum { PIECE = 512, MOST = PIECE + MODEL_MAX_BLOCKS };
+
+/* What comes in at a stage with a piece. */
+typedef struct {
+    signal_t signal[MOST];
+    size_t count;
+} piece_t;
+
 /* A chain from one stage on, with the numbers that the model had when it was opened. */
 typedef struct {
     size_t first, stages;
     chain_stage_t stage[MODEL_MAX_BLOCKS];
+    signal_t *signal;                /* on their way: MOST at most */
+    size_t count, out;               /* how many; of these, through all stages: they go with the next piece */
+    size_t seen[MODEL_MAX_BLOCKS];   /* of these, by each stage, */
+    size_t passed[MODEL_MAX_BLOCKS]; /* and through it */
 } tail_t;
 
 static tail_t tail_open(const refine_problem_t *problem, size_t recording, size_t first) {
     const stage_setup_t setup = {.sample_rate_hz = problem->job->recordings[recording].sample_rate_hz,
                                  .preload_n = problem->preload_n[recording]};
-    tail_t tail = {.first = first, .stages = problem->stages};
+    tail_t tail = {.first = first, .stages = problem->stages, .signal = allocate(2 * MOST, sizeof(signal_t))};
     for (size_t stage = first; stage < problem->stages; stage++) {
         tail.stage[stage] = chain_stage_open(problem->model, problem->order[stage], &setup);
     }
@@ -118,37 +132,59 @@ static void tail_close(tail_t *tail) {
     for (size_t stage = tail->first; stage < tail->stages; stage++) {
         chain_stage_close(&tail->stage[stage]);
     }
+    free(tail->signal);
 }
 
-/* Signals are taken through the chain in pieces, so that memory does not grow with the recording. `input`, unless NULL,
- * gets what enters each stage, PIECE signals a stage. */
-enum { PIECE = 512 };
-
+/* input, unless NULL, gets what enters each stage. */
 static void tail_settle(const tail_t *tail, signal_t *signal, signal_t *input) {
     for (size_t stage = tail->first; stage < tail->stages; stage++) {
         if (input != NULL) {
-            input[stage * PIECE] = *signal;
+            input[stage] = *signal;
         }
         chain_stage_settle(&tail->stage[stage], signal);
     }
 }
 
-static void tail_run(const tail_t *tail, signal_t *signal, size_t count, signal_t *input) {
+static void tail_forget(tail_t *tail) {
+    tail->count -= tail->out;
+    memmove(tail->signal, tail->signal + tail->out, tail->count * sizeof(signal_t));
     for (size_t stage = tail->first; stage < tail->stages; stage++) {
+        tail->seen[stage] -= tail->out;
+        tail->passed[stage] -= tail->out;
+    }
+    tail->out = 0;
+}
+
+/* ends: nothing follows. input, unless NULL, gets what comes in at each stage. Afterwards tail->out positions are at
+ * tail->signal. */
+static void tail_run(tail_t *tail, const signal_t *signal, size_t count, bool ends, piece_t *input) {
+    tail_forget(tail);
+    memcpy(tail->signal + tail->count, signal, count * sizeof *signal);
+    tail->count += count;
+    tail->out = tail->count;
+    for (size_t stage = tail->first; stage < tail->stages; stage++) {
+        const size_t seen = tail->seen[stage], passed = tail->passed[stage];
         if (input != NULL) {
-            memcpy(input + stage * PIECE, signal, count * sizeof *signal);
+            input[stage].count = tail->out - seen;
+            memcpy(input[stage].signal, tail->signal + seen, input[stage].count * sizeof *signal);
         }
-        chain_stage_run(&tail->stage[stage], signal, count); /* the last of a piece does not know the next */
+        tail->seen[stage] = tail->out;
+        tail->out -= ends ? 0 : 1;
+        chain_stage_run(&tail->stage[stage], tail->signal + passed, tail->out - passed, !ends);
+        tail->passed[stage] = tail->out;
     }
 }
 
-/* The drive from sample `start` on; returns how many, at most PIECE. */
-static size_t fill_drive(const refine_problem_t *problem, size_t recording, size_t start, signal_t *signal) {
-    const double *drive = problem->job->recordings[recording].column[COLUMN_DRIVE];
-    const size_t left = problem->to[recording] - start, count = left < PIECE ? left : PIECE;
+/* The drive from sample `start` on, a piece of it; all stages together look so many samples ahead as they are. */
+static size_t fill_drive(const refine_problem_t *problem, size_t recording, size_t start, signal_t *signal,
+                         bool *ends) {
+    const recording_t *r = &problem->job->recordings[recording];
+    const size_t wanted = problem->to[recording] + problem->stages;
+    const size_t left = (wanted < r->samples ? wanted : r->samples) - start, count = left < PIECE ? left : PIECE;
     for (size_t k = 0; k < count; k++) {
-        signal[k] = (signal_t){.value = drive[start + k]};
+        signal[k] = (signal_t){.value = r->column[COLUMN_DRIVE][start + k]};
     }
+    *ends = start + count == r->samples;
     return count;
 }
 
@@ -159,12 +195,13 @@ bool refine_residual(const refine_problem_t *problem, size_t i, double *residual
     signal_t signal[PIECE], settled = {.value = recording->column[COLUMN_DRIVE][0]};
     double sum = 0.0;
     tail_settle(&chain, &settled, NULL);
-    for (size_t start = 0; start < to; start += PIECE) {
-        const size_t count = fill_drive(problem, i, start, signal);
-        tail_run(&chain, signal, count, NULL);
-        for (size_t k = start; k < start + count; k++) {
+    for (size_t start = 0, k = 0; k < to; start += PIECE) {
+        bool ends;
+        const size_t count = fill_drive(problem, i, start, signal, &ends);
+        tail_run(&chain, signal, count, ends, NULL);
+        for (size_t j = 0; j < chain.out && k < to; j++, k++) {
             if (k >= from) {
-                residual[k - from] = recording->column[COLUMN_DISPLACEMENT][k] - signal[k - start].value;
+                residual[k - from] = recording->column[COLUMN_DISPLACEMENT][k] - chain.signal[j].value;
                 sum += residual[k - from];
             }
         }
@@ -235,24 +272,24 @@ typedef struct {
     const double *step; /* an unknown; 0: none */
     double *effect_um;  /* an unknown: largest difference so far; HUGE_VAL: it ran away */
     tail_t chain, *moved;
-    signal_t *input, *signal; /* PIECE a stage, PIECE */
-    double *column;           /* an unknown: PIECE derivatives */
-    double *row, *first;      /* of the sample; of the first one that counts, its residual behind it */
-    double *sum;              /* an unknown, and the residual: of rows less the first one */
+    piece_t *input;      /* a stage */
+    double *column;      /* an unknown: MOST derivatives */
+    double *row, *first; /* of the sample; of the first one that counts, its residual behind it */
+    double *sum;         /* an unknown, and the residual: of rows less the first one */
 } walk_t;
 
 static void walk_open(walk_t *walk) {
     const refine_problem_t *problem = walk->problem;
     const size_t n = problem->job->unknowns;
     signal_t settled = {.value = problem->job->recordings[walk->recording].column[COLUMN_DRIVE][0]};
+    signal_t entered[MODEL_MAX_BLOCKS];
     walk->chain = tail_open(problem, walk->recording, 0);
     walk->moved = allocate(n, sizeof *walk->moved);
-    walk->input = allocate(problem->stages * PIECE, sizeof(signal_t));
-    walk->signal = allocate(PIECE, sizeof(signal_t));
-    walk->column = allocate(n * PIECE, sizeof(double));
+    walk->input = allocate(problem->stages, sizeof *walk->input);
+    walk->column = allocate(n * MOST, sizeof(double));
     walk->row = allocate(n + 1, sizeof(double));
     walk->first = allocate(n + 1, sizeof(double));
-    tail_settle(&walk->chain, &settled, walk->input);
+    tail_settle(&walk->chain, &settled, entered);
     for (size_t u = 0; u < n; u++) {
         const size_t first = walk->step[u] != 0.0 ? stage_of(problem, u) : problem->stages;
         const double value = *refine_value(problem, u);
@@ -262,7 +299,7 @@ static void walk_open(walk_t *walk) {
         walk->moved[u] = tail_open(problem, walk->recording, first);
         *refine_value(problem, u) = value;
         if (walk->step[u] != 0.0) {
-            settled = walk->input[first * PIECE];
+            settled = entered[first];
             tail_settle(&walk->moved[u], &settled, NULL);
         }
     }
@@ -275,38 +312,37 @@ static void walk_close(walk_t *walk) {
     tail_close(&walk->chain);
     free(walk->moved);
     free(walk->input);
-    free(walk->signal);
     free(walk->column);
     free(walk->row);
     free(walk->first);
 }
 
-/* Derivatives of the position over a piece whose positions are in walk->signal. */
-static void fill_column(walk_t *walk, size_t unknown, size_t count) {
-    signal_t moved[PIECE];
-    double *column = walk->column + unknown * PIECE;
+/* Derivatives of the positions that the chain has given. */
+static void fill_column(walk_t *walk, size_t unknown, bool ends) {
+    tail_t *moved = &walk->moved[unknown];
+    double *column = walk->column + unknown * MOST;
     if (walk->step[unknown] == 0.0) {
         return; /* stays 0, as if it had no effect */
     }
-    memcpy(moved, walk->input + walk->moved[unknown].first * PIECE, count * sizeof *moved);
-    tail_run(&walk->moved[unknown], moved, count, NULL);
-    for (size_t k = 0; k < count; k++) {
-        const double difference = moved[k].value - walk->signal[k].value;
+    tail_run(moved, walk->input[moved->first].signal, walk->input[moved->first].count, ends, NULL);
+    for (size_t k = 0; k < moved->out; k++) {
+        const double difference = moved->signal[k].value - walk->chain.signal[k].value;
         const bool good = isfinite(difference);
         walk->effect_um[unknown] = good ? fmax(walk->effect_um[unknown], fabs(difference)) : HUGE_VAL;
         column[k] = good ? difference / walk->step[unknown] : 0.0;
     }
 }
 
-/* Adds the sample; rows count from the first one, which changes nothing once means are taken out. */
-static void add_row(walk_t *walk, normal_equations_t *equations, size_t k, size_t start) {
+/* Adds sample k, the j-th that the chain has given; rows count from the first one, which changes nothing once means are
+ * taken out. */
+static void add_row(walk_t *walk, normal_equations_t *equations, size_t k, size_t j) {
     const refine_problem_t *problem = walk->problem;
     const size_t n = problem->job->unknowns;
     const double *displacement = problem->job->recordings[walk->recording].column[COLUMN_DISPLACEMENT];
     for (size_t u = 0; u < n; u++) {
-        walk->row[u] = walk->column[u * PIECE + k - start];
+        walk->row[u] = walk->column[u * MOST + j];
     }
-    walk->row[n] = displacement[k] - walk->signal[k - start].value;
+    walk->row[n] = displacement[k] - walk->chain.signal[j].value;
     if (problem->job->offsets) {
         if (k == problem->from[walk->recording]) {
             memcpy(walk->first, walk->row, (n + 1) * sizeof(double));
@@ -322,16 +358,18 @@ static void add_row(walk_t *walk, normal_equations_t *equations, size_t k, size_
 static void add_recording(walk_t *walk, normal_equations_t *equations) {
     const refine_problem_t *problem = walk->problem;
     const size_t to = problem->to[walk->recording];
+    signal_t signal[PIECE];
     walk_open(walk);
-    for (size_t start = 0; start < to; start += PIECE) {
-        const size_t count = fill_drive(problem, walk->recording, start, walk->signal);
-        tail_run(&walk->chain, walk->signal, count, walk->input);
+    for (size_t start = 0, k = 0; k < to; start += PIECE) {
+        bool ends;
+        const size_t count = fill_drive(problem, walk->recording, start, signal, &ends);
+        tail_run(&walk->chain, signal, count, ends, walk->input);
         for (size_t u = 0; u < problem->job->unknowns; u++) {
-            fill_column(walk, u, count);
+            fill_column(walk, u, ends);
         }
-        for (size_t k = start; k < start + count; k++) {
+        for (size_t j = 0; j < walk->chain.out && k < to; j++, k++) {
             if (k >= problem->from[walk->recording]) {
-                add_row(walk, equations, k, start);
+                add_row(walk, equations, k, j);
             }
         }
     }

@@ -73,9 +73,10 @@ void first_order_lag_step(void *memory, signal_t *signal) {
     u[0] = signal->value;
     const double last = state->output;
     const double x[4] = {signal->next, u[0], u[1], u[2]};
-    const double driven = signal->next_known && smooth_drive(x) ? state->cubic[0] * x[0] + state->cubic[1] * x[1] +
-                                                                      state->cubic[2] * x[2] + state->cubic[3] * x[3]
-                                                                : state->line[0] * u[0] + state->line[1] * u[1];
+    const double line = state->line[0] * u[0] + state->line[1] * u[1];
+    const double cubic =
+        state->cubic[0] * x[0] + state->cubic[1] * x[1] + state->cubic[2] * x[2] + state->cubic[3] * x[3];
+    const double driven = line + (signal->next_known ? smooth_drive(x) : 0.0) * (cubic - line);
     state->output = state->decay * state->output + driven;
     signal->value = state->output;
     signal_turns(signal, last, meeting(state, last));

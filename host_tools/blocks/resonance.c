@@ -47,12 +47,11 @@ static void settle(void *memory, signal_t *signal) {
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double x[4] = {signal->next, signal->value, state->input[0], state->input[1]};
-    double a1 = x[1] - x[2], a2 = 0.0, a3 = 0.0;
-    if (signal->next_known && state->square < 1.0 / (slow * slow) && smooth_drive(x)) {
-        a1 = (6.0 * x[1] - x[0] - 3.0 * x[2] - 2.0 * x[3]) / 6.0;
-        a2 = (x[1] - 2.0 * x[2] + x[3]) / 2.0;
-        a3 = (x[0] - 3.0 * x[1] + 3.0 * x[2] - x[3]) / 6.0;
-    }
+    const double part = signal->next_known && state->square < 1.0 / (slow * slow) ? smooth_drive(x) : 0.0;
+    const double line = x[1] - x[2];
+    const double a1 = line + part * ((6.0 * x[1] - x[0] - 3.0 * x[2] - 2.0 * x[3]) / 6.0 - line),
+                 a2 = part * (x[1] - 2.0 * x[2] + x[3]) / 2.0,
+                 a3 = part * (x[0] - 3.0 * x[1] + 3.0 * x[2] - x[3]) / 6.0;
     const double b3 = a3, b2 = a2 - 3.0 * state->lag * b3, b1 = a1 - 2.0 * state->lag * b2 - 6.0 * state->square * b3,
                  b0 = x[2] - state->lag * b1 - 2.0 * state->square * b2;
     const double d = state->output - b0, d_rate = state->rate - b1;

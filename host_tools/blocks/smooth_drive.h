@@ -7,11 +7,10 @@
 #ifndef SMOOTH_DRIVE_H
 #define SMOOTH_DRIVE_H
 
-#include <stdbool.h>
-
-/** Whether the signal is smooth between the inner two of four samples in a row: its second differences there are nearly
- * the same. (A cubic through samples on one side alone would swing beyond the end of a step, and a hysteresis remembers
- * that: without the next sample it is the line.) */
-bool smooth_drive(const double x[4]);
+/** How smooth the signal is between the inner two of four samples in a row: the part of the cubic in what is drawn
+ * between them, 0 (the line) to 1. It is 1 where the second differences at both are nearly the same, and goes to 0
+ * without a jump: a fit could not cross one. (A cubic through samples on one side alone would swing beyond the end of a
+ * step, and a hysteresis remembers that: without the next sample it is the line.) */
+double smooth_drive(const double x[4]);
 
 #endif

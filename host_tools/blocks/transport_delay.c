@@ -69,12 +69,10 @@ static void step(void *memory, signal_t *signal) {
     const bool known = state->whole > 0 || signal->next_known;
     const double x[4] = {state->whole > 0 ? past(state, state->whole - 1) : signal->next, past(state, state->whole),
                          past(state, state->whole + 1), past(state, state->whole + 2)};
-    if (known && smooth_drive(x)) {
-        state->output =
-            state->weight[0] * x[0] + state->weight[1] * x[1] + state->weight[2] * x[2] + state->weight[3] * x[3];
-    } else {
-        state->output = x[1] + state->fraction * (x[2] - x[1]);
-    }
+    const double line = x[1] + state->fraction * (x[2] - x[1]);
+    const double cubic =
+        state->weight[0] * x[0] + state->weight[1] * x[1] + state->weight[2] * x[2] + state->weight[3] * x[3];
+    state->output = line + (known ? smooth_drive(x) : 0.0) * (cubic - line);
     signal->value = state->output;
     signal_turns(signal, last, x[2]); /* the one sample between the two delayed instants */
 }
