@@ -57,6 +57,9 @@ typedef struct {
     double preload_n;      /**< force on the actuator: key preload_n of the recording, 0 without */
 } stage_setup_t;
 
+/** Samples that a block may look ahead. */
+enum { SIGNAL_AHEAD = 2 };
+
 /**
  * What travels down the chain. `value` is V up to the hysteresis and um behind it. A block that modifies the hysteresis
  * stands just before it: it replaces the drive that the hysteresis sees, or leaves it alone and widens the loops by
@@ -65,10 +68,10 @@ typedef struct {
  */
 typedef struct {
     double value;
-    /** What comes in at the next sample, where that is known: in a recording. What a signal did since the last sample
-     * is then known better (smooth_drive.h). */
-    bool next_known;
-    double next;
+    /** What comes in at the next samples, as far as that is known: in a recording. What a signal did since the last
+     * sample is then known better (smooth_drive.h). */
+    size_t known_ahead;
+    double ahead[SIGNAL_AHEAD];
     /** On its way from the last sample to this one the drive went to turn_v and back: what is before the hysteresis
      * says so, and the hysteresis remembers it. */
     bool turned;

@@ -49,10 +49,13 @@ static signal_t *signals_of(const double *value, size_t count) {
     return signal;
 }
 
-void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, bool next_is_there) {
+void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there) {
     for (size_t k = 0; k < count; k++) {
-        signal[k].next_known = next_is_there || k + 1 < count;
-        signal[k].next = signal[k].next_known ? signal[k + 1].value : 0.0;
+        size_t known = 0;
+        for (; known < SIGNAL_AHEAD && k + 1 + known < there; known++) {
+            signal[k].ahead[known] = signal[k + 1 + known].value;
+        }
+        signal[k].known_ahead = known;
         chain_stage_step(stage, &signal[k]);
     }
 }
@@ -62,7 +65,7 @@ void chain_pass(const model_t *model, size_t index, const recording_t *recording
     chain_stage_t stage = chain_stage_open(model, index, &setup);
     signal_t *signal = signals_of(value, recording->samples);
     chain_stage_settle(&stage, &signal[0]);
-    chain_stage_run(&stage, signal + 1, recording->samples, false);
+    chain_stage_run(&stage, signal + 1, recording->samples, recording->samples);
     for (size_t k = 0; k < recording->samples; k++) {
         value[k] = signal[1 + k].value;
     }
@@ -141,7 +144,7 @@ bool chain_run(const model_t *model, const recording_t *recording, uint64_t seed
     for (size_t i = first; i < last; i++) {
         chain_stage_t stage = chain_stage_open(model, order[i], &setup);
         chain_stage_settle(&stage, &signal[0]);
-        chain_stage_run(&stage, signal + 1, recording->samples, false);
+        chain_stage_run(&stage, signal + 1, recording->samples, recording->samples);
         chain_stage_close(&stage);
     }
     return true;

@@ -57,8 +57,8 @@ chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_s
 /** As chain_settle and chain_step do it: replace *signal by the output. The first stage takes {.value = drive}. */
 void chain_stage_settle(const chain_stage_t *stage, signal_t *signal);
 void chain_stage_step(const chain_stage_t *stage, signal_t *signal);
-/** Steps through signals of which each one knows the next; the last one only if signal[count] is there. */
-void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, bool next_is_there);
+/** Steps through `count` signals, which know what follows them in all `there` are. */
+void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there);
 void chain_stage_close(chain_stage_t *stage);
 
 /** One block alone, without a preload: settles on the first of recording->samples values, then replaces them by the

@@ -98,9 +98,9 @@ double refine_high(const refine_problem_t *problem, size_t unknown) {
     return u->logarithmic ? log(u->high) : u->high;
 }
 
-/* Signals are taken through the chain in pieces, so that memory does not grow with the recording. A stage steps when it
- * knows the next signal, so each one is one behind the stage before it until the recording ends. */
-enum { PIECE = 512, MOST = PIECE + MODEL_MAX_BLOCKS };
+/* Signals are taken through the chain in pieces, so that memory does not grow with the recording. A stage
+ * looks ahead, so each one is behind the stage before it until the recording ends. */
+enum { PIECE = 512, MOST = PIECE + SIGNAL_AHEAD * MODEL_MAX_BLOCKS };
 
 /* What comes in at a stage with a piece. */
 typedef struct {
@@ -169,17 +169,17 @@ static void tail_run(tail_t *tail, const signal_t *signal, size_t count, bool en
             memcpy(input[stage].signal, tail->signal + seen, input[stage].count * sizeof *signal);
         }
         tail->seen[stage] = tail->out;
-        tail->out -= ends ? 0 : 1;
-        chain_stage_run(&tail->stage[stage], tail->signal + passed, tail->out - passed, !ends);
+        tail->out -= ends ? 0 : SIGNAL_AHEAD;
+        chain_stage_run(&tail->stage[stage], tail->signal + passed, tail->out - passed, tail->seen[stage] - passed);
         tail->passed[stage] = tail->out;
     }
 }
 
-/* The drive from sample `start` on, a piece of it; all stages together look so many samples ahead as they are. */
+/* The drive from sample `start` on, a piece of it, as far as the stages look ahead together. */
 static size_t fill_drive(const refine_problem_t *problem, size_t recording, size_t start, signal_t *signal,
                          bool *ends) {
     const recording_t *r = &problem->job->recordings[recording];
-    const size_t wanted = problem->to[recording] + problem->stages;
+    const size_t wanted = problem->to[recording] + SIGNAL_AHEAD * problem->stages;
     const size_t left = (wanted < r->samples ? wanted : r->samples) - start, count = left < PIECE ? left : PIECE;
     for (size_t k = 0; k < count; k++) {
         signal[k] = (signal_t){.value = r->column[COLUMN_DRIVE][start + k]};

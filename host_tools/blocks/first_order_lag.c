@@ -51,7 +51,7 @@ void first_order_lag_open(void *memory, const parameter_t *parameter, const stag
 
 void first_order_lag_settle(void *memory, signal_t *signal) {
     first_order_lag_t *state = memory;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         state->input[i] = signal->value;
     }
     state->output = signal->value;
@@ -69,15 +69,14 @@ static double meeting(const first_order_lag_t *lag, double last) {
 void first_order_lag_step(void *memory, signal_t *signal) {
     first_order_lag_t *state = memory;
     double *u = state->input;
-    memmove(u + 1, u, 2 * sizeof *u);
+    memmove(u + 1, u, 3 * sizeof *u);
     u[0] = signal->value;
     const double last = state->output;
-    const double x[4] = {signal->next, u[0], u[1], u[2]};
+    const double x[6] = {signal->ahead[1], signal->ahead[0], u[0], u[1], u[2], u[3]};
     const double line = state->line[0] * u[0] + state->line[1] * u[1];
     const double cubic =
-        state->cubic[0] * x[0] + state->cubic[1] * x[1] + state->cubic[2] * x[2] + state->cubic[3] * x[3];
-    const double driven = line + (signal->next_known ? smooth_drive(x) : 0.0) * (cubic - line);
-    state->output = state->decay * state->output + driven;
+        state->cubic[0] * x[1] + state->cubic[1] * x[2] + state->cubic[2] * x[3] + state->cubic[3] * x[4];
+    state->output = state->decay * state->output + line + smooth_drive(x, signal->known_ahead) * (cubic - line);
     signal->value = state->output;
     signal_turns(signal, last, meeting(state, last));
 }

@@ -14,7 +14,7 @@
 extern const parameter_info_t first_order_lag_parameters[1];
 
 typedef struct {
-    double input[3], output; /**< the newest input first */
+    double input[4], output; /**< the newest input first */
     double decays;           /**< decay rate times sample time */
     double decay;            /**< y[k] = decay y[k-1] + sum of weight_i u[k-i] */
     double cubic[4], line[2];

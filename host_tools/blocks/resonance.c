@@ -10,13 +10,14 @@
 #include "compile_job.h"
 #include "smooth_drive.h"
 #include <gsl/gsl_math.h>
+#include <string.h>
 
 static const parameter_info_t parameters[] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e9, .text = "undamped natural frequency"},
     {.name = "damping_ratio", .unit = "1", .low = 1e-5, .high = 0.999, .text = "of critical damping"}};
 
 typedef struct {
-    double input[2];     /* u at the last sample and the one before */
+    double input[3];     /* u, the newest first */
     double output, rate; /* y, y' at the last sample; y' per sample */
     double lag, square;  /* 2 zeta / omega, 1 / omega^2 in samples */
     double transition[2][2];
@@ -40,25 +41,26 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
-    state->input[0] = state->input[1] = state->output = signal->value;
+    state->input[0] = state->input[1] = state->input[2] = state->output = signal->value;
     state->rate = 0.0;
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    const double x[4] = {signal->next, signal->value, state->input[0], state->input[1]};
-    const double part = signal->next_known && state->square < 1.0 / (slow * slow) ? smooth_drive(x) : 0.0;
-    const double line = x[1] - x[2];
-    const double a1 = line + part * ((6.0 * x[1] - x[0] - 3.0 * x[2] - 2.0 * x[3]) / 6.0 - line),
-                 a2 = part * (x[1] - 2.0 * x[2] + x[3]) / 2.0,
-                 a3 = part * (x[0] - 3.0 * x[1] + 3.0 * x[2] - x[3]) / 6.0;
+    double *u = state->input;
+    const double x[6] = {signal->ahead[1], signal->ahead[0], signal->value, u[0], u[1], u[2]};
+    const double part = state->square < 1.0 / (slow * slow) ? smooth_drive(x, signal->known_ahead) : 0.0;
+    const double line = x[2] - x[3];
+    const double a1 = line + part * ((6.0 * x[2] - x[1] - 3.0 * x[3] - 2.0 * x[4]) / 6.0 - line),
+                 a2 = part * (x[2] - 2.0 * x[3] + x[4]) / 2.0,
+                 a3 = part * (x[1] - 3.0 * x[2] + 3.0 * x[3] - x[4]) / 6.0;
     const double b3 = a3, b2 = a2 - 3.0 * state->lag * b3, b1 = a1 - 2.0 * state->lag * b2 - 6.0 * state->square * b3,
-                 b0 = x[2] - state->lag * b1 - 2.0 * state->square * b2;
+                 b0 = x[3] - state->lag * b1 - 2.0 * state->square * b2;
     const double d = state->output - b0, d_rate = state->rate - b1;
     state->output = b0 + b1 + b2 + b3 + state->transition[0][0] * d + state->transition[0][1] * d_rate;
     state->rate = b1 + 2.0 * b2 + 3.0 * b3 + state->transition[1][0] * d + state->transition[1][1] * d_rate;
-    state->input[1] = state->input[0];
-    state->input[0] = signal->value;
+    memmove(u + 1, u, 2 * sizeof *u);
+    u[0] = signal->value;
     signal->value = state->output;
 }
 
@@ -86,7 +88,7 @@ static const probe_t looked_for = {
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 3U,
-    .accuracy = {0.001, 0.06},
+    .accuracy = {0.001, 0.04},
     .most = {0.0, 0.2}};
 
 const block_t block_resonance = {.name = "resonance",

@@ -7,10 +7,15 @@
 #ifndef SMOOTH_DRIVE_H
 #define SMOOTH_DRIVE_H
 
-/** How smooth the signal is between the inner two of four samples in a row: the part of the cubic in what is drawn
- * between them, 0 (the line) to 1. It is 1 where the second differences at both are nearly the same, and goes to 0
- * without a jump: a fit could not cross one. (A cubic through samples on one side alone would swing beyond the end of a
- * step, and a hysteresis remembers that: without the next sample it is the line.) */
-double smooth_drive(const double x[4]);
+#include <stddef.h>
+
+/**
+ * How smooth the signal is between the inner two of six samples in a row, the newest first: the part of the cubic in
+ * what is drawn between them, 0 (the line) to 1, without a jump, which a fit could not cross. It is 1 where the second
+ * differences at both and at a third one, on either side, are alike: two alone are a flat top between two lines. x[0]
+ * is known if known_ahead is 2, x[1] if it is 1. Without the next sample it is the line: a cubic through samples on one
+ * side alone would swing beyond the end of a step, and a hysteresis remembers that.
+ */
+double smooth_drive(const double x[6], size_t known_ahead);
 
 #endif

@@ -27,7 +27,7 @@ static size_t whole_samples(const parameter_t *parameter, const stage_setup_t *s
 }
 
 static size_t ring_length(size_t whole) {
-    return whole + 3;
+    return whole + 4;
 }
 
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
@@ -55,26 +55,30 @@ static void settle(void *memory, signal_t *signal) {
     state->output = signal->value;
 }
 
-/* So many samples ago. */
-static double past(const state_t *state, size_t samples) {
-    return state->ring[(state->newest + state->length - samples) % state->length];
+/* So many samples ago, or ahead where that is negative; 0 where that is not known. */
+static double sample(const state_t *state, const signal_t *signal, ptrdiff_t ago) {
+    if (ago < 0) {
+        return (size_t)-ago <= signal->known_ahead ? signal->ahead[-ago - 1] : 0.0;
+    }
+    return state->ring[(state->newest + state->length - (size_t)ago) % state->length];
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double last = state->output;
+    double x[6];
     state->newest = (state->newest + 1) % state->length;
     state->ring[state->newest] = signal->value;
+    for (ptrdiff_t i = 0; i < 6; i++) {
+        x[i] = sample(state, signal, (ptrdiff_t)state->whole - 2 + i);
+    }
     /* The delayed instant is between the inner two. */
-    const bool known = state->whole > 0 || signal->next_known;
-    const double x[4] = {state->whole > 0 ? past(state, state->whole - 1) : signal->next, past(state, state->whole),
-                         past(state, state->whole + 1), past(state, state->whole + 2)};
-    const double line = x[1] + state->fraction * (x[2] - x[1]);
+    const double line = x[2] + state->fraction * (x[3] - x[2]);
     const double cubic =
-        state->weight[0] * x[0] + state->weight[1] * x[1] + state->weight[2] * x[2] + state->weight[3] * x[3];
-    state->output = line + (known ? smooth_drive(x) : 0.0) * (cubic - line);
+        state->weight[0] * x[1] + state->weight[1] * x[2] + state->weight[2] * x[3] + state->weight[3] * x[4];
+    state->output = line + smooth_drive(x, signal->known_ahead + state->whole) * (cubic - line);
     signal->value = state->output;
-    signal_turns(signal, last, x[2]); /* the one sample between the two delayed instants */
+    signal_turns(signal, last, x[3]); /* the one sample between the two delayed instants */
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
@@ -83,8 +87,12 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 }
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
-    value[0] = 0.25 / setting->sample_rate_hz;
-    return index == 0;
+    static const double samples[] = {0.25, 1.0};
+    if (index >= sizeof samples / sizeof samples[0]) {
+        return false;
+    }
+    value[0] = samples[index] / setting->sample_rate_hz;
+    return true;
 }
 
 static const probe_t looked_for = {

@@ -116,7 +116,8 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
  * search is made once more without the block that came first. */
 static void try_without_the_first(attempt_t *job) {
     const diagnosis_t *d = job->diagnosis;
-    if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings) {
+    if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings ||
+        d->finding[0].block->probe->shape) {
         return;
     }
     diagnosis_t other = {.samples = d->samples, .noise = d->noise, .family = d->family};

@@ -339,14 +339,20 @@ static void fit_best(choice_t *choice) {
     parallel(count, fit_chosen, choice);
 }
 
+/* Whether the best one could be confused with it: one of its group, or what explains about as much beyond J. */
+static bool to_be_compared(const candidate_t *best, const candidate_t *rival) {
+    return rival->likelihood > least_likelihood &&
+           (strcmp(rival->block->probe->group, best->block->probe->group) == 0 ||
+            rival->likelihood > best->likelihood - close_likelihood);
+}
+
 /* What the best one can be confused with is judged as it is. */
-static void fit_group(choice_t *choice) {
+static void fit_rivals(choice_t *choice) {
     const search_t *found = choice->found;
     size_t count = 0;
     for (size_t i = 1; i < found->count && found->candidate[0].joint && count < MOST_REFINED; i++) {
         const candidate_t *rival = &found->candidate[i];
-        if (!rival->joint && rival->likelihood > least_likelihood &&
-            strcmp(rival->block->probe->group, found->candidate[0].block->probe->group) == 0) {
+        if (!rival->joint && to_be_compared(&found->candidate[0], rival)) {
             choice->chosen[count++] = i;
         }
     }
@@ -375,12 +381,15 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
     sort(found, question);
     fit_best(&choice);
     sort(found, question);
-    fit_group(&choice);
+    fit_rivals(&choice);
     sort(found, question);
 }
 
 double search_margin(const search_t *found, size_t other) {
     const candidate_t *one = &found->candidate[0], *two = &found->candidate[other];
+    if (one->joint && !two->joint && to_be_compared(one, two)) {
+        return HUGE_VAL; /* no hysteresis fits together with it */
+    }
     return one->joint == two->joint ? one->merit - two->merit
                                     : one->likelihood + one->electrical - two->likelihood - two->electrical;
 }
