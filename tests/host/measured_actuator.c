@@ -6,37 +6,40 @@
 enum { FINER = 8, OPERATORS = 60, REST = 400, LONGEST_DELAY = 64 };
 static const double rate_hz = 2000.0, capacitance_f = 1e-6, leakage_s = 1e-7;
 
-/* A line to a level, then a rest. Returns where it ends. */
-static size_t go_to(double *drive, size_t samples, size_t at, double level_v, size_t line, size_t rest) {
+/* A line to a level, then a rest, both in samples. Returns the instant at which it ends. */
+static size_t go_to(double *drive, size_t instants, size_t at, double level_v, size_t line, size_t rest) {
     const double from = at > 0 ? drive[at - 1] : 0.0;
-    for (size_t k = 0; k < line + rest && at < samples; k++, at++) {
-        drive[at] = k < line ? from + (level_v - from) * (double)(k + 1) / (double)line : level_v;
+    for (size_t k = 0; k < (line + rest) * FINER && at < instants; k++, at++) {
+        drive[at] = k < line * FINER ? from + (level_v - from) * (double)(k + 1) / (double)(line * FINER) : level_v;
     }
     return at;
 }
 
+/* At FINER instants a sample, of which the last one is the sample's. */
 static void fill_drive(double *drive, size_t samples) {
     static const double level[] = {20.0, 85.0, 35.0, 70.0, 45.0, 0.0}, step[] = {60.0, 20.0, 90.0, 50.0};
-    size_t at = go_to(drive, samples, 0, 0.0, 1, 200);
-    at = go_to(drive, samples, at, 100.0, 500, 0);
-    at = go_to(drive, samples, at, 0.0, 500, REST);
+    const size_t instants = samples * FINER;
+    size_t at = go_to(drive, instants, 0, 0.0, 1, 200);
+    at = go_to(drive, instants, at, 100.0, 500, 0);
+    at = go_to(drive, instants, at, 0.0, 500, REST);
     for (size_t i = 0; i < 6; i++) {
-        at = go_to(drive, samples, at, level[i], 250, 0);
+        at = go_to(drive, instants, at, level[i], 250, 0);
     }
     for (size_t i = 0; i < 4; i++) {
-        at = go_to(drive, samples, at, step[i], 1, REST);
+        at = go_to(drive, instants, at, step[i], 1, REST);
     }
-    at = go_to(drive, samples, at, 100.0, 40, 0);
+    at = go_to(drive, instants, at, 100.0, 40, 0);
     for (size_t i = 0; i < 6; i++) {
-        at = go_to(drive, samples, at, level[i], 40, 0);
+        at = go_to(drive, instants, at, level[i], 40, 0);
     }
-    at = go_to(drive, samples, at, 50.0, 100, REST);
-    const size_t chirp = samples - at - REST;
+    at = go_to(drive, instants, at, 50.0, 100, REST);
+    const size_t chirp = instants - at - REST * FINER;
+    const double seconds = (double)chirp / (rate_hz * FINER), growth = log(200.0 / 5.0) / seconds;
     for (size_t k = 0; k < chirp; k++, at++) {
-        const double t = (double)k / rate_hz, seconds = (double)chirp / rate_hz, growth = log(400.0 / 5.0) / seconds;
+        const double t = (double)(k + 1) / (rate_hz * FINER);
         drive[at] = 50.0 + 5.0 * sin(2.0 * M_PI * 5.0 / growth * expm1(growth * t));
     }
-    go_to(drive, samples, at, 50.0, 1, REST);
+    go_to(drive, instants, at, 50.0, 1, REST);
 }
 
 typedef struct {
@@ -115,19 +118,21 @@ void measure_actuator(const actuator_t *a, const char *name, random_t *rng, reco
     double *thermometer = a->temperature ? recording_add_column(recording, COLUMN_TEMPERATURE) : NULL;
     state_t s = {0};
     double room = 25.0, warmth = 0.0, v_before = 0.0, rise = 0.0;
-    fill_drive(drive, a->samples);
+    double *instant = calloc(a->samples * FINER, sizeof *instant);
+    fill_drive(instant, a->samples);
     for (size_t k = 0; k < a->samples; k++) {
         double v = 0.0, position = 0.0, seen = 0.0;
         for (size_t step = 0; step < FINER; step++) {
-            const double part = (double)(step + 1) / FINER, last = k > 0 ? drive[k - 1] : drive[0];
+            const double part = (double)(step + 1) / FINER;
             const bool first = k == 0 && step == 0;
-            v = amplify(a, &s, last + part * (drive[k] - last), ((double)k + part) / rate_hz, first);
+            v = amplify(a, &s, instant[k * FINER + step], ((double)k + part) / rate_hz, first);
             position = low_pass(&s.sensor, a->sensor_hz, move(&s, v), first);
             position = delayed(&s.behind, a->sensor_delay_s, position, first);
             seen = low_pass(&s.monitor, a->monitor_hz, v, first);
             rise = first ? 0.0 : (v - v_before) * rate_hz * FINER;
             v_before = v;
         }
+        drive[k] = instant[k * FINER + FINER - 1];
         const double t = (double)k / rate_hz, start = climate(a->climate, 0.0, 25.0, rng);
         room = k == 0 ? start : climate(a->climate, t, room, rng);
         warmth = a->actuator_warms_s > 0.0 && k > 0 ? warmth + (room - warmth) / (rate_hz * a->actuator_warms_s) : room;
@@ -143,4 +148,5 @@ void measure_actuator(const actuator_t *a, const char *name, random_t *rng, reco
             thermometer[k] = 0.01 * round(100.0 * (room + 0.002 * random_normal(rng)));
         }
     }
+    free(instant);
 }

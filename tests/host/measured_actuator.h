@@ -33,7 +33,7 @@ typedef struct {
     bool voltage, current, temperature; /**< which columns it has */
 } actuator_t;
 
-/** Creates the recording, at 2 kHz: the whole range, loops, steps with rests, a chirp from 5 to 400 Hz. */
+/** Creates the recording, at 2 kHz: the whole range, loops, steps with rests, a chirp from 5 to 200 Hz. */
 void measure_actuator(const actuator_t *actuator, const char *name, random_t *rng, recording_t *recording);
 
 #endif

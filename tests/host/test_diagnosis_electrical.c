@@ -167,8 +167,7 @@ static void test_recordings_need_not_be_alike(void) {
     TEST_ASSERT_EQUAL_INT(CHANGE_PRESENT, verdict_of(COLUMN_VOLTAGE));
     double *voltage = samples_column(&samples);
     electrical_measured_voltage(&samples, &with, voltage);
-    enum { CHIRP = 5400 }; /* there this actuator draws lines between samples, and the model's low pass cubics */
-    for (size_t k = 2000; k < CHIRP; k++) { /* 5 deviations of the monitor's noise, and its offset's error */
+    for (size_t k = 2000; k < SAMPLES; k++) { /* 5 deviations of the monitor's noise, and its offset's error */
         TEST_ASSERT_DOUBLE_WITHIN(0.06, recordings[0].column[COLUMN_VOLTAGE][k] - 0.3, voltage[k]);
         TEST_ASSERT_DOUBLE_WITHIN(0.06, recordings[0].column[COLUMN_VOLTAGE][k] - 0.3, voltage[SAMPLES + k]);
     }
