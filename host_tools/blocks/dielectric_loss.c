@@ -81,7 +81,8 @@ static const probe_t looked_for = {
     .parts = PROBE_STAIRCASE | PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 1U,
-    .accuracy = {0.03}};
+    .accuracy = {0.03},
+    .together = {"creep", "sensor_bandwidth"}};
 
 const block_t block_dielectric_loss = {.name = "dielectric_loss",
                                        .place = PLACE_SLOW,

@@ -112,12 +112,12 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
     free_models(&worse);
 }
 
-/* What two blocks do, a third may seem to do alone, and then hides them. Where the whole answer was not found, the
- * search is made once more without the block that came first. */
+/* What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not
+ * lead to the whole answer, the search is made once more without the block that came first. */
 static void try_without_the_first(attempt_t *job) {
     const diagnosis_t *d = job->diagnosis;
     if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings ||
-        d->finding[0].block->probe->shape) {
+        d->finding[0].block->probe->shape || !hysteresis_numbers_few(hysteresis_numbers_count(&d->model))) {
         return;
     }
     diagnosis_t other = {.samples = d->samples, .noise = d->noise, .family = d->family};

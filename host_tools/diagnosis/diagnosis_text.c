@@ -53,23 +53,8 @@ static const char *in_place(place_t place) {
     return phrases[place];
 }
 
-void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
-    text[0] = '\0';
-    switch (d->verdict) {
-    case NOTHING_MISSING:
-        text_append(text, "Nothing is missing that these recordings could show: what the model leaves is noise.");
-        return;
-    case UNKNOWN_PHYSICS:
-        text_append(text,
-                    "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.");
-        return;
-    case EXPLAINED:
-        text_append(text, "Explained by ");
-        break;
-    case PARTLY_EXPLAINED:
-        text_append(text, "Partly explained by ");
-        break;
-    }
+/* "creep (or dielectric_loss) and resonance" */
+static void append_names(const diagnosis_t *d, char *text) {
     for (size_t f = 0; f < d->findings; f++) {
         const finding_t *finding = &d->finding[f];
         text_append(text, "%s%s", text_between(f, d->findings), finding->block->name);
@@ -78,14 +63,41 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
         }
         text_append(text, "%s", finding->rivals > 0 ? ")" : "");
     }
-    text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, the noise is %.3g %%.%s",
-                d->baseline_held_out_percent, d->held_out_percent, d->noise_percent,
-                d->verdict == PARTLY_EXPLAINED ? " What remains is more than noise, and in no block of the catalogue."
-                                               : "");
+}
+
+void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    switch (d->verdict) {
+    case NOTHING_MISSING:
+        text_append(text, "Nothing is missing that these recordings could show: what the model leaves is noise.");
+        return;
+    case UNKNOWN_PHYSICS:
+        text_append(text,
+                    "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.%s",
+                    d->findings > 0 ? " What comes nearest is " : "");
+        break;
+    case EXPLAINED:
+        text_append(text, "Explained by ");
+        break;
+    case PARTLY_EXPLAINED:
+        text_append(text, "Partly explained by ");
+        break;
+    }
+    if (d->findings > 0) {
+        append_names(d, text);
+        text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, the noise is %.3g %%.%s",
+                    d->baseline_held_out_percent, d->held_out_percent, d->noise_percent,
+                    d->verdict == PARTLY_EXPLAINED
+                        ? " What remains is more than noise, and in no block of the catalogue."
+                        : "");
+    }
 }
 
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
     text[0] = '\0';
+    if (finding->certainty == DETECTED && finding->rivals == 0) {
+        text_append(text, "It comes nearest to what is missing, and does not explain it. If it were the reason: ");
+    }
     if (finding->certainty != NAMED && finding->rivals > 0) {
         const size_t all = finding->rivals + 1;
         text_append(text, "One of %s", finding->block->name);

@@ -289,6 +289,7 @@ typedef struct {
     const evidence_t *evidence;
     const noise_t *noise;
     const model_t *baseline;
+    const probe_setting_t *setting;
     search_t *found;
     size_t chosen[MOST_REFINED]; /* of its candidates */
 } choice_t;
@@ -372,10 +373,65 @@ bool search_block(const evidence_t *evidence, const noise_t *noise, const model_
     return true;
 }
 
+/* The candidate of a block that was fitted, by name; the number of candidates if there is none. */
+static size_t fitted_candidate(const search_t *found, const char *name) {
+    size_t i = 0;
+    while (i < found->count && !(found->candidate[i].joint && strcmp(found->candidate[i].block->name, name) == 0)) {
+        i++;
+    }
+    return i;
+}
+
+/* Sum of squares that a candidate leaves together with another block, all numbers fitted; HUGE_VAL if it cannot be. */
+static double left_together(const choice_t *choice, const candidate_t *candidate, const block_t *other) {
+    model_t pair;
+    joint_power_t power;
+    failure_t refusal;
+    candidate_t lag;
+    double left = HUGE_VAL;
+    if (search_block(choice->evidence, choice->noise, choice->baseline, choice->setting, other, &lag)) {
+        const size_t at = place_in_chain(&candidate->model, other);
+        double value[BLOCK_MAX_PARAMETERS];
+        for (size_t p = 0; p < other->parameters; p++) {
+            const parameter_t *parameter = &lag.model.block[lag.at].parameter[p];
+            value[p] = parameter->count > 0 ? parameter->value[0] : 0.0;
+        }
+        insert_block(&pair, &candidate->model, other, value);
+        const unsigned blocks = 1U << at | 1U << (candidate->at + (at <= candidate->at ? 1 : 0));
+        if (joint_fit(evidence_samples(choice->evidence), choice->noise, &pair, blocks, 2 * FIT_ITERATIONS, &power,
+                      &refusal)) {
+            left = power.fitted;
+        }
+        model_free(&pair);
+        candidate_free(&lag);
+    }
+    return left;
+}
+
+/* Where two blocks together explain more than the best one, which is nearly both of them, the first of the two is the
+ * best one; the other one follows. */
+static void prefer_together(choice_t *choice) {
+    search_t *found = choice->found;
+    const char *const *names = found->count > 0 ? found->candidate[0].block->probe->together : NULL;
+    if (names == NULL || names[0] == NULL || !found->candidate[0].joint ||
+        model_find(choice->baseline, names[1]) != NULL) {
+        return;
+    }
+    const size_t first = fitted_candidate(found, names[0]);
+    if (first < found->count) {
+        const candidate_t best = found->candidate[0];
+        const double left = left_together(choice, &found->candidate[first], catalogue_find(names[1]));
+        if ((double)found->fitted * log(best.power.fitted / left) > 3.0 * search_number_price) {
+            found->candidate[0] = found->candidate[first];
+            found->candidate[first] = best;
+        }
+    }
+}
+
 void search(const evidence_t *evidence, const noise_t *noise, const model_t *baseline, const probe_setting_t *setting,
             const block_t *without, search_t *found) {
     const question_t question = evidence_question(evidence);
-    choice_t choice = {.evidence = evidence, .noise = noise, .baseline = baseline, .found = found};
+    choice_t choice = {.evidence = evidence, .noise = noise, .baseline = baseline, .setting = setting, .found = found};
     search_probes(evidence, noise, baseline, setting, without, found);
     refine_best(&choice);
     sort(found, question);
@@ -383,6 +439,7 @@ void search(const evidence_t *evidence, const noise_t *noise, const model_t *bas
     sort(found, question);
     fit_rivals(&choice);
     sort(found, question);
+    prefer_together(&choice);
 }
 
 double search_margin(const search_t *found, size_t other) {

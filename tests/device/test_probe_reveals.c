@@ -122,6 +122,7 @@ static const effect_t hysteresis[] = {
     {"rate_dependent_hysteresis", {{"beta_s", 0.0005}, {"rate_filter_s", 0.002}}, 0, 0.05, 7}};
 
 static const effect_t slow[] = {{"creep", {{"gamma_per_decade", 0.012}}, 0, 0.05, 9},
+                                {"dielectric_loss", {{"loss_tangent", 0.005}}, 0, 0.05, 9},
                                 {"charge_leakage", {{"time_constant_s", 300.0}}, 0, 0.05, 9},
                                 {"gain_drift", {{"gain_per_s", 0.0003}}, 0, 0.05, 9},
                                 {"thermal_drift", {{"drift_um", 0.5}, {"time_constant_s", 10.0}}, 0, 0.1, 9}};

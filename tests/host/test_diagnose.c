@@ -288,6 +288,25 @@ static void test_a_delay_before_bouc_wen_is_named(void) {
     expect_noise_is_left();
 }
 
+/* A block of its own beside creep, which is slow alone. */
+static void test_dielectric_loss_is_no_creep(void) {
+    static const numbers_t loss_truth = {0.004};
+    find_planted(&block_dielectric_loss, loss_truth);
+}
+
+/* A gain that steps by 2 % at one instant: a drift comes near, and is not told as the reason. */
+static void test_what_only_comes_near_is_no_name(void) {
+    measure(0.0);
+    for (size_t k = SAMPLES * 3 / 5; k < SAMPLES; k++) {
+        recording.column[COLUMN_DISPLACEMENT][k] *= 1.02;
+    }
+    look(true);
+    TEST_ASSERT_EQUAL_INT(UNKNOWN_PHYSICS, diagnosis.verdict);
+    for (size_t f = 0; f < diagnosis.findings; f++) {
+        TEST_ASSERT_EQUAL_INT(DETECTED, diagnosis.finding[f].certainty);
+    }
+}
+
 /* A model that says it all, its noise included. */
 static void test_what_the_model_has_is_not_missing(void) {
     model_t more;
@@ -352,6 +371,8 @@ int main(void) {
         RUN_TEST(test_a_superfluous_finding_does_not_stay);
         RUN_TEST(test_a_small_effect_is_seen_where_a_large_one_rests);
         RUN_TEST(test_a_delay_before_bouc_wen_is_named);
+        RUN_TEST(test_dielectric_loss_is_no_creep);
+        RUN_TEST(test_what_only_comes_near_is_no_name);
         RUN_TEST(test_what_the_model_has_is_not_missing);
         RUN_TEST(test_the_same_recording_gives_the_same_answer);
     }

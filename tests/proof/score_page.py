@@ -10,7 +10,7 @@ def text(proportion):
     if proportion["of"] == 0:
         return "none"
     part, low, high = (100 * proportion[key] for key in ("part", "low", "high"))
-    return f"{proportion['hits']}/{proportion['of']} = {part:.0f} % ({low:.0f} to {high:.0f})"
+    return f"{proportion['hits']}/{proportion['of']} = {part:.1f} % ({low:.0f} to {high:.0f})"
 
 
 def table(heads, rows):
