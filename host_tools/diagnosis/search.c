@@ -391,7 +391,7 @@ static double left_together(const choice_t *choice, const candidate_t *candidate
     double left = HUGE_VAL;
     if (search_block(choice->evidence, choice->noise, choice->baseline, choice->setting, other, &lag)) {
         const size_t at = place_in_chain(&candidate->model, other);
-        double value[BLOCK_MAX_PARAMETERS];
+        double value[BLOCK_MAX_PARAMETERS] = {0.0};
         for (size_t p = 0; p < other->parameters; p++) {
             const parameter_t *parameter = &lag.model.block[lag.at].parameter[p];
             value[p] = parameter->count > 0 ? parameter->value[0] : 0.0;
