@@ -2,13 +2,16 @@
 #include "creep_cells.h"
 #include <math.h>
 
+double creep_time_constant_s(double shortest_s, size_t cell) {
+    return shortest_s * pow(10.0, (double)cell / CREEP_CELLS_PER_DECADE);
+}
+
 creep_cells_t creep_cells(double gamma_per_decade, double shortest_s, double longest_s, double sample_rate_hz) {
     creep_cells_t cells = {.gain = gamma_per_decade / CREEP_CELLS_PER_DECADE};
     const double steps = floor(CREEP_CELLS_PER_DECADE * log10(longest_s / shortest_s) + 0.5);
     cells.cells = (size_t)fmin(steps, CREEP_MAX_CELLS - 1) + 1;
     for (size_t j = 0; j < cells.cells; j++) {
-        const double tau_s = shortest_s * pow(10.0, (double)j / CREEP_CELLS_PER_DECADE);
-        cells.rate[j] = -expm1(-1.0 / (tau_s * sample_rate_hz));
+        cells.rate[j] = -expm1(-1.0 / (creep_time_constant_s(shortest_s, j) * sample_rate_hz));
     }
     return cells;
 }

@@ -26,6 +26,9 @@ typedef struct {
 /** 0 < shortest_s <= longest_s, at most 7.5 decades apart. */
 creep_cells_t creep_cells(double gamma_per_decade, double shortest_s, double longest_s, double sample_rate_hz);
 
+/** tau_j = shortest_s 10^(j / CREEP_CELLS_PER_DECADE). */
+double creep_time_constant_s(double shortest_s, size_t cell);
+
 /** y / h at rest: 1 + sum c_j. */
 double creep_gain_at_rest(const creep_cells_t *cells);
 

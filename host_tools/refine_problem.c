@@ -112,7 +112,7 @@ typedef struct {
 typedef struct {
     size_t first, stages;
     chain_stage_t stage[MODEL_MAX_BLOCKS];
-    signal_t *signal;                /* on their way: MOST at most */
+    signal_t *signal;                /* on their way: MOST of them at most */
     size_t count, out;               /* how many; of these, through all stages: they go with the next piece */
     size_t seen[MODEL_MAX_BLOCKS];   /* of these, by each stage, */
     size_t passed[MODEL_MAX_BLOCKS]; /* and through it */
@@ -121,7 +121,7 @@ typedef struct {
 static tail_t tail_open(const refine_problem_t *problem, size_t recording, size_t first) {
     const stage_setup_t setup = {.sample_rate_hz = problem->job->recordings[recording].sample_rate_hz,
                                  .preload_n = problem->preload_n[recording]};
-    tail_t tail = {.first = first, .stages = problem->stages, .signal = allocate(2 * MOST, sizeof(signal_t))};
+    tail_t tail = {.first = first, .stages = problem->stages, .signal = allocate(MOST, sizeof(signal_t))};
     for (size_t stage = first; stage < problem->stages; stage++) {
         tail.stage[stage] = chain_stage_open(problem->model, problem->order[stage], &setup);
     }

@@ -4,6 +4,14 @@
 #include "compile_job.h"
 #include "first_order_lag.h"
 
+/* The hysteresis behind it remembers where the voltage turned; behind a sensor nothing does. */
+static void step(void *memory, signal_t *signal) {
+    const first_order_lag_t *state = memory;
+    const double last = state->output;
+    first_order_lag_step(memory, signal);
+    signal_turns(signal, last, first_order_lag_turn(state, last));
+}
+
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return compile_equalise(job, invert_lag(parameter[0].value[0], job->rate_hz, job->options->no_filters));
 }
@@ -30,6 +38,6 @@ const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .state_bytes = sizeof(first_order_lag_t),
                                            .open = first_order_lag_open,
                                            .settle = first_order_lag_settle,
-                                           .step = first_order_lag_step,
+                                           .step = step,
                                            .compile = compile,
                                            .probe = &looked_for};

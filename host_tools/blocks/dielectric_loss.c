@@ -7,7 +7,7 @@
 #include "first_order_lag.h"
 #include <gsl/gsl_math.h>
 
-enum { CELLS = 13 };
+enum { DECADES = 6, CELLS = DECADES * CREEP_CELLS_PER_DECADE + 1 };
 static const double shortest_s = 1e-4, longest_s = 100.0;
 
 static const parameter_info_t parameters[] = {
@@ -28,15 +28,12 @@ static double growth_per_decade(const parameter_t *parameter) {
     return parameter[0].value[0] * 2.0 * M_LN10 / M_PI;
 }
 
-static double time_constant_s(size_t cell) {
-    return shortest_s * pow(longest_s / shortest_s, (double)cell / (CELLS - 1));
-}
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     state->gain = growth_per_decade(parameter) / CREEP_CELLS_PER_DECADE;
     for (size_t j = 0; j < CELLS; j++) {
-        first_order_lag_set(&state->cell[j], 1.0 / (2.0 * M_PI * time_constant_s(j)), setup->sample_rate_hz);
+        first_order_lag_set(&state->cell[j], 1.0 / (2.0 * M_PI * creep_time_constant_s(shortest_s, j)),
+                            setup->sample_rate_hz);
     }
 }
 
@@ -75,8 +72,7 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
 static const probe_t looked_for = {
     .group = "slow",
     .explanation =
-        "The position is behind by the same angle at every frequency, from slow to fast, as a lossy dielectric "
-        "is.",
+        "The position is behind by the same angle at every frequency, from slow to fast, as a lossy dielectric is.",
     .excitation = "holds, and chirps over three decades of frequency: creep is slow alone",
     .parts = PROBE_STAIRCASE | PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,

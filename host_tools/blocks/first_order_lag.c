@@ -45,6 +45,13 @@ void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample
     lag->cubic[3] = (-2.0 * m[1] + 3.0 * m[2] - m[3]) / 6.0;
 }
 
+double first_order_lag_turn(const first_order_lag_t *lag, double last) {
+    const double slope = lag->input[0] - lag->input[1], behind = slope / lag->decays;
+    const double ratio = 1.0 + (last - lag->input[1]) / behind;
+    const double when = ratio > 1.0 ? log(ratio) / lag->decays : 1.0;
+    return when < 1.0 ? lag->input[1] + slope * when : last;
+}
+
 void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     first_order_lag_set(memory, parameter[0].value[0], setup->sample_rate_hz);
 }
@@ -57,26 +64,15 @@ void first_order_lag_settle(void *memory, signal_t *signal) {
     state->output = signal->value;
 }
 
-/* Where output and input, a straight line from sample to sample, meet: there the output turns. `last` if they do not.
- */
-static double meeting(const first_order_lag_t *lag, double last) {
-    const double slope = lag->input[0] - lag->input[1], behind = slope / lag->decays;
-    const double ratio = 1.0 + (last - lag->input[1]) / behind;
-    const double when = ratio > 1.0 ? log(ratio) / lag->decays : 1.0;
-    return when < 1.0 ? lag->input[1] + slope * when : last;
-}
-
 void first_order_lag_step(void *memory, signal_t *signal) {
     first_order_lag_t *state = memory;
     double *u = state->input;
     memmove(u + 1, u, 3 * sizeof *u);
     u[0] = signal->value;
-    const double last = state->output;
     const double x[6] = {signal->ahead[1], signal->ahead[0], u[0], u[1], u[2], u[3]};
     const double line = state->line[0] * u[0] + state->line[1] * u[1];
     const double cubic =
         state->cubic[0] * x[1] + state->cubic[1] * x[2] + state->cubic[2] * x[3] + state->cubic[3] * x[4];
     state->output = state->decay * state->output + line + smooth_drive(x, signal->known_ahead) * (cubic - line);
     signal->value = state->output;
-    signal_turns(signal, last, meeting(state, last));
 }

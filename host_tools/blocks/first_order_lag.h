@@ -23,6 +23,10 @@ typedef struct {
 /** Sets the coefficients. */
 void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz);
 
+/** Where output and input met in the last step, the input a straight line from sample to sample: there the output
+ * turned. `last`, the output before the step, if they did not. */
+double first_order_lag_turn(const first_order_lag_t *lag, double last);
+
 /* The functions of a block whose state this is. */
 void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup);
 void first_order_lag_settle(void *memory, signal_t *signal);

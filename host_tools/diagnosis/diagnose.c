@@ -112,31 +112,6 @@ static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t 
     free_models(&worse);
 }
 
-/* What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not
- * lead to the whole answer, the search is made once more without the block that came first. */
-static void try_without_the_first(attempt_t *job) {
-    const diagnosis_t *d = job->diagnosis;
-    if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings ||
-        d->finding[0].block->probe->shape || !hysteresis_numbers_few(hysteresis_numbers_count(&d->model))) {
-        return;
-    }
-    diagnosis_t other = {.samples = d->samples, .noise = d->noise, .family = d->family};
-    attempt_t again = *job;
-    failure_t refusal;
-    again.diagnosis = &other;
-    again.failure = &refusal;
-    again.setting.line_hz = again.line_hz;
-    again.without = d->finding[0].block;
-    again.found_um = 0.0;
-    if (attempt_from(&again, &d->given)) {
-        keep_better(job, &other, &again.power);
-    } else {
-        free_models(&other);
-    }
-    job->progress = again.progress;
-    job->left = again.left;
-}
-
 /* The search from one shape. */
 typedef struct {
     const model_t *from;
@@ -146,15 +121,16 @@ typedef struct {
     bool good;
 } trial_t;
 
-/* What they have in common is in `job`. */
-static void prepare(trial_t *trial, const attempt_t *job, const baseline_t *baseline) {
-    trial->from = &baseline->model;
+/* What all have in common is in `job`. */
+static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, const family_t *family) {
+    trial->from = from;
     trial->attempt = *job;
     trial->attempt.diagnosis = &trial->diagnosis;
     trial->attempt.failure = &trial->refusal;
     trial->attempt.setting.line_hz = trial->attempt.line_hz;
+    trial->attempt.found_um = 0.0;
     trial->diagnosis =
-        (diagnosis_t){.samples = job->diagnosis->samples, .noise = job->diagnosis->noise, .family = baseline->family};
+        (diagnosis_t){.samples = job->diagnosis->samples, .noise = job->diagnosis->noise, .family = family};
 }
 
 static void try_shape(void *context, size_t index) {
@@ -163,6 +139,25 @@ static void try_shape(void *context, size_t index) {
     if (!trial->good) {
         free_models(&trial->diagnosis);
     }
+}
+
+/* What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not
+ * lead to the whole answer, the search is made once more without the block that came first. */
+static void try_without_the_first(attempt_t *job) {
+    const diagnosis_t *d = job->diagnosis;
+    if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings ||
+        d->finding[0].block->probe->shape || !hysteresis_numbers_few(hysteresis_numbers_count(&d->model))) {
+        return;
+    }
+    trial_t again;
+    prepare(&again, job, &d->given, d->family);
+    again.attempt.without = d->finding[0].block;
+    try_shape(&again, 0);
+    if (again.good) {
+        keep_better(job, &again.diagnosis, &again.attempt.power);
+    }
+    job->progress = again.attempt.progress;
+    job->left = again.attempt.left;
 }
 
 /* Whether the answer from the first shape leaves nothing for another one. */
@@ -177,7 +172,7 @@ static bool answers_all(const trial_t *first, const baseline_t *baseline) {
 static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes) {
     trial_t *trial = allocate(shapes, sizeof *trial);
     for (size_t shape = 0; shape < shapes; shape++) {
-        prepare(&trial[shape], job, &baseline[shape]);
+        prepare(&trial[shape], job, &baseline[shape].model, baseline[shape].family);
         trial[shape].attempt.progress.terminal = job->progress.terminal && shape < 2; /* one bar at a time */
     }
     try_shape(trial, 0);

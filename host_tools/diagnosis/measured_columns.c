@@ -51,7 +51,7 @@ static void temperature(const samples_t *samples, double lag_s, double *column) 
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *recording = &samples->recordings[i];
         const double *measured = recording->column[COLUMN_TEMPERATURE];
-        first_order_lag_t lag = {.decays = HUGE_VAL, .cubic = {1.0}, .line = {1.0}};
+        first_order_lag_t lag = {.line = {1.0}};
         if (lag_s > 0.0) {
             first_order_lag_set(&lag, 1.0 / (2.0 * M_PI * lag_s), recording->sample_rate_hz);
         }
