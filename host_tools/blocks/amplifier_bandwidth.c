@@ -6,10 +6,10 @@
 
 /* The hysteresis behind it remembers where the voltage turned; behind a sensor nothing does. */
 static void step(void *memory, signal_t *signal) {
-    const first_order_lag_t *state = memory;
-    const double last = state->output;
-    first_order_lag_step(memory, signal);
-    signal_turns(signal, last, first_order_lag_turn(state, last));
+    const first_order_stage_t *stage = memory;
+    const double last = stage->lag.output;
+    first_order_stage_step(memory, signal);
+    signal_turns(signal, last, first_order_stage_turn(stage, last));
 }
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
@@ -35,9 +35,9 @@ const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .text = "first-order low pass of the amplifier and its load",
                                            .parameter = first_order_lag_parameters,
                                            .parameters = 1,
-                                           .state_bytes = sizeof(first_order_lag_t),
-                                           .open = first_order_lag_open,
-                                           .settle = first_order_lag_settle,
+                                           .state_bytes = sizeof(first_order_stage_t),
+                                           .open = first_order_stage_open,
+                                           .settle = first_order_stage_settle,
                                            .step = step,
                                            .compile = compile,
                                            .probe = &looked_for};

@@ -26,14 +26,15 @@ static const parameter_info_t parameters[] = {
      .text = "what had leaked away when the recording began (default: all of its first sample)"}};
 
 typedef struct {
-    first_order_lag_t leaked;
+    first_order_stage_t leaked;
     double rest_um, initial_um;
     bool has_initial;
 } state_t;
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
-    first_order_lag_set(&state->leaked, 1.0 / (2.0 * M_PI * parameter[TIME_CONSTANT].value[0]), setup->sample_rate_hz);
+    first_order_lag_set(&state->leaked.lag, 1.0 / (2.0 * M_PI * parameter[TIME_CONSTANT].value[0]),
+                        setup->sample_rate_hz);
     state->rest_um = parameter[REST].value[0];
     state->has_initial = parameter[INITIAL].count > 0;
     state->initial_um = state->has_initial ? parameter[INITIAL].value[0] : 0.0;
@@ -42,17 +43,17 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double held = signal->value;
-    first_order_lag_settle(&state->leaked, signal);
+    first_order_stage_settle(&state->leaked, signal);
     if (state->has_initial) {
-        state->leaked.output = state->initial_um;
+        state->leaked.lag.output = state->initial_um;
     }
-    signal->value = state->rest_um + held - state->leaked.output;
+    signal->value = state->rest_um + held - state->leaked.lag.output;
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double held = signal->value;
-    first_order_lag_step(&state->leaked, signal);
+    first_order_stage_step(&state->leaked, signal);
     signal->value = state->rest_um + held - signal->value;
 }
 

@@ -20,6 +20,7 @@ static const parameter_info_t parameters[] = {
 
 typedef struct {
     double gain; /* of each cell */
+    drive_window_t drive;
     first_order_lag_t cell[CELLS];
 } state_t;
 
@@ -37,24 +38,23 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     }
 }
 
-/* Replaces the signal by the output of all cells, each moved by `move`. */
-static void respond(state_t *state, signal_t *signal, void (*move)(void *, signal_t *)) {
-    const double elastic = signal->value;
-    double sum = 0.0;
-    for (size_t j = 0; j < CELLS; j++) {
-        signal->value = elastic;
-        move(&state->cell[j], signal);
-        sum += signal->value;
-    }
-    signal->value = elastic + state->gain * sum;
-}
-
 static void settle(void *memory, signal_t *signal) {
-    respond(memory, signal, first_order_lag_settle);
+    state_t *state = memory;
+    drive_window_settle(&state->drive, signal->value);
+    for (size_t j = 0; j < CELLS; j++) {
+        state->cell[j].output = signal->value;
+    }
+    signal->value += state->gain * CELLS * signal->value;
 }
 
 static void step(void *memory, signal_t *signal) {
-    respond(memory, signal, first_order_lag_step);
+    state_t *state = memory;
+    double sum = 0.0;
+    drive_window_next(&state->drive, signal);
+    for (size_t j = 0; j < CELLS; j++) {
+        sum += first_order_lag_next(&state->cell[j], &state->drive);
+    }
+    signal->value += state->gain * sum;
 }
 
 /* The amplifier has one bank of cells. One that is quicker than its samples is a sample late there: c times a sample, a

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "first_order_lag.h"
-#include "smooth_drive.h"
 #include <gsl/gsl_math.h>
-#include <string.h>
 
 const parameter_info_t first_order_lag_parameters[1] = {{.name = "cutoff_hz",
                                                          .unit = "Hz",
@@ -45,34 +43,34 @@ void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample
     lag->cubic[3] = (-2.0 * m[1] + 3.0 * m[2] - m[3]) / 6.0;
 }
 
-double first_order_lag_turn(const first_order_lag_t *lag, double last) {
-    const double slope = lag->input[0] - lag->input[1], behind = slope / lag->decays;
-    const double ratio = 1.0 + (last - lag->input[1]) / behind;
-    const double when = ratio > 1.0 ? log(ratio) / lag->decays : 1.0;
-    return when < 1.0 ? lag->input[1] + slope * when : last;
+double first_order_lag_next(first_order_lag_t *lag, const drive_window_t *drive) {
+    const double *x = drive->x;
+    const double line = lag->line[0] * x[2] + lag->line[1] * x[3];
+    const double cubic = lag->cubic[0] * x[1] + lag->cubic[1] * x[2] + lag->cubic[2] * x[3] + lag->cubic[3] * x[4];
+    lag->output = lag->decay * lag->output + line + drive->smooth * (cubic - line);
+    return lag->output;
 }
 
-void first_order_lag_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
-    first_order_lag_set(memory, parameter[0].value[0], setup->sample_rate_hz);
+void first_order_stage_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    first_order_stage_t *stage = memory;
+    first_order_lag_set(&stage->lag, parameter[0].value[0], setup->sample_rate_hz);
 }
 
-void first_order_lag_settle(void *memory, signal_t *signal) {
-    first_order_lag_t *state = memory;
-    for (int i = 0; i < 4; i++) {
-        state->input[i] = signal->value;
-    }
-    state->output = signal->value;
+void first_order_stage_settle(void *memory, signal_t *signal) {
+    first_order_stage_t *stage = memory;
+    drive_window_settle(&stage->drive, signal->value);
+    stage->lag.output = signal->value;
 }
 
-void first_order_lag_step(void *memory, signal_t *signal) {
-    first_order_lag_t *state = memory;
-    double *u = state->input;
-    memmove(u + 1, u, 3 * sizeof *u);
-    u[0] = signal->value;
-    const double x[6] = {signal->ahead[1], signal->ahead[0], u[0], u[1], u[2], u[3]};
-    const double line = state->line[0] * u[0] + state->line[1] * u[1];
-    const double cubic =
-        state->cubic[0] * x[1] + state->cubic[1] * x[2] + state->cubic[2] * x[3] + state->cubic[3] * x[4];
-    state->output = state->decay * state->output + line + smooth_drive(x, signal->known_ahead) * (cubic - line);
-    signal->value = state->output;
+void first_order_stage_step(void *memory, signal_t *signal) {
+    first_order_stage_t *stage = memory;
+    drive_window_next(&stage->drive, signal);
+    signal->value = first_order_lag_next(&stage->lag, &stage->drive);
+}
+
+double first_order_stage_turn(const first_order_stage_t *stage, double last) {
+    const double *x = stage->drive.x, slope = x[2] - x[3], behind = slope / stage->lag.decays;
+    const double ratio = 1.0 + (last - x[3]) / behind;
+    const double when = ratio > 1.0 ? log(ratio) / stage->lag.decays : 1.0;
+    return when < 1.0 ? x[3] + slope * when : last;
 }

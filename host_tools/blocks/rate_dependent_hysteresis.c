@@ -53,6 +53,9 @@ enum { BETA, RATE_FILTER, LIMIT, IMMEDIATE, PARAMETERS };
 
 /* Of a sample: instants at which a growth that does not wait is looked at. */
 enum { INSTANTS = 8 };
+/* V per sample: a filtered rate that a hold has brought below that is none. It would go on into numbers so small that
+ * arithmetic takes a hundred times as long. */
+static const double at_rest = 1e-30;
 
 typedef struct {
     bool immediate;
@@ -88,29 +91,50 @@ static void settle(void *memory, signal_t *signal) {
     signal->slack_v = 0.0;
 }
 
+/* fmin() and fmax() are calls, and this is the innermost loop of all: nothing here is a NaN. */
+static double clamp(double low, double value, double high) {
+    return value < low ? low : value > high ? high : value;
+}
+
+static double growth_of(const state_t *state, double rate) {
+    const double growth_v = state->beta_samples * fabs(rate);
+    return growth_v < state->limit_v ? growth_v : state->limit_v;
+}
+
 static void follow(state_t *state, double drive_v) {
-    const double growth_v = fmin(state->beta_samples * fabs(state->rate), state->limit_v);
-    state->behind = fmax(drive_v - growth_v, fmin(drive_v + growth_v, state->behind));
+    const double growth_v = growth_of(state, state->rate);
+    state->behind = clamp(drive_v - growth_v, state->behind, drive_v + growth_v);
 }
 
 /* How the drive bends through a sample: the smaller of two bends in turn, or none where they differ in direction, as
  * about a corner; and no further than to rest at one end of the sample, as where a hold begins. */
 static double smooth_bend(double before, double now, double change) {
-    const double most = fmin(2.0 * fabs(change), fmin(fabs(before), fabs(now)));
+    const double smaller = fabs(before) < fabs(now) ? fabs(before) : fabs(now);
+    const double most = smaller < 2.0 * fabs(change) ? smaller : 2.0 * fabs(change);
     return before * now > 0.0 ? copysign(most, now) : 0.0;
 }
 
 static void follow_through_sample(state_t *state, double drive_v) {
-    const double change = drive_v - state->input, bend = change - state->change;
-    const double smooth = smooth_bend(state->bend, bend, change);
-    /* A rate that nothing smooths has changed behind a corner, before the drive has moved. */
-    for (int i = state->rate_gain < 1.0 ? 1 : 0; i <= INSTANTS; i++) {
-        const double part = (double)i / INSTANTS;
-        state->rate += state->rate_gain * (change + smooth * (part - 0.5) - state->rate);
-        follow(state, state->input + change * part - 0.5 * smooth * part * (1.0 - part));
-    }
+    const double input = state->input, change = drive_v - input, bend = change - state->change;
+    const double smooth = smooth_bend(state->bend, bend, change), gain = state->rate_gain;
+    double rate = state->rate, behind = state->behind;
     state->change = change;
     state->bend = bend;
+    if (change == 0.0 && fabs(rate) < at_rest) {
+        state->rate = 0.0;
+        state->behind = drive_v;
+        return;
+    }
+    /* A rate that nothing smooths has changed behind a corner, before the drive has moved. */
+    for (int i = gain < 1.0 ? 1 : 0; i <= INSTANTS; i++) {
+        const double part = (double)i / INSTANTS;
+        const double drive = input + change * part - 0.5 * smooth * part * (1.0 - part);
+        rate += gain * (change + smooth * (part - 0.5) - rate);
+        const double growth_v = growth_of(state, rate);
+        behind = clamp(drive - growth_v, behind, drive + growth_v);
+    }
+    state->rate = rate;
+    state->behind = behind;
 }
 
 static void step(void *memory, signal_t *signal) {

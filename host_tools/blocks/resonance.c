@@ -10,14 +10,13 @@
 #include "compile_job.h"
 #include "smooth_drive.h"
 #include <gsl/gsl_math.h>
-#include <string.h>
 
 static const parameter_info_t parameters[] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e9, .text = "undamped natural frequency"},
     {.name = "damping_ratio", .unit = "1", .low = 1e-5, .high = 0.999, .text = "of critical damping"}};
 
 typedef struct {
-    double input[3];     /* u, the newest first */
+    drive_window_t drive;
     double output, rate; /* y, y' at the last sample; y' per sample */
     double lag, square;  /* 2 zeta / omega, 1 / omega^2 in samples */
     double transition[2][2];
@@ -41,15 +40,16 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
-    state->input[0] = state->input[1] = state->input[2] = state->output = signal->value;
+    drive_window_settle(&state->drive, signal->value);
+    state->output = signal->value;
     state->rate = 0.0;
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    double *u = state->input;
-    const double x[6] = {signal->ahead[1], signal->ahead[0], signal->value, u[0], u[1], u[2]};
-    const double part = state->square < 1.0 / (slow * slow) ? smooth_drive(x, signal->known_ahead) : 0.0;
+    const double *x = state->drive.x;
+    drive_window_next(&state->drive, signal);
+    const double part = state->square < 1.0 / (slow * slow) ? state->drive.smooth : 0.0;
     const double line = x[2] - x[3];
     const double a1 = line + part * ((6.0 * x[2] - x[1] - 3.0 * x[3] - 2.0 * x[4]) / 6.0 - line),
                  a2 = part * (x[2] - 2.0 * x[3] + x[4]) / 2.0,
@@ -59,8 +59,6 @@ static void step(void *memory, signal_t *signal) {
     const double d = state->output - b0, d_rate = state->rate - b1;
     state->output = b0 + b1 + b2 + b3 + state->transition[0][0] * d + state->transition[0][1] * d_rate;
     state->rate = b1 + 2.0 * b2 + 3.0 * b3 + state->transition[1][0] * d + state->transition[1][1] * d_rate;
-    memmove(u + 1, u, 2 * sizeof *u);
-    u[0] = signal->value;
     signal->value = state->output;
 }
 

@@ -7,7 +7,7 @@
 #ifndef SMOOTH_DRIVE_H
 #define SMOOTH_DRIVE_H
 
-#include <stddef.h>
+#include "block.h"
 
 /**
  * How smooth the signal is between the inner two of six samples in a row, the newest first: the part of the cubic in
@@ -17,5 +17,15 @@
  * side alone would swing beyond the end of a step, and a hysteresis remembers that.
  */
 double smooth_drive(const double x[6], size_t known_ahead);
+
+/** The samples about the interval from the last sample, x[3], to this one, x[2], and how smooth the signal is there. */
+typedef struct {
+    double x[6], smooth;
+} drive_window_t;
+
+/** As if that had been there for ever. */
+void drive_window_settle(drive_window_t *window, double value);
+/** The next sample comes in. */
+void drive_window_next(drive_window_t *window, const signal_t *signal);
 
 #endif

@@ -2,6 +2,7 @@
 #include "noise_filter.h"
 #include "failure.h"
 #include "gsl_errors.h"
+#include "parallel.h"
 #include "simplex.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_linalg.h>
@@ -37,39 +38,59 @@ void noise_filter_whiten(const noise_filter_t *filter, const double *x, size_t l
     }
 }
 
+/* Products of the whitened columns are summed over so many pieces of the rows at once, whatever the processors: the sum
+ * is the same then. */
+enum { ROW_PARTS = 4 };
+
 typedef struct {
     const explained_noise_t *noise;
     size_t count, freedom; /* samples less columns */
     double *white;         /* of one noise: its columns and, last, what they leave */
+    double *products;      /* of these, of each part of the rows */
 } job_t;
 
-static void whiten_all(const job_t *job, const explained_noise_t *noise, const noise_filter_t *filter) {
-    const size_t n = noise->explained.columns, rows = noise->explained.rows;
-    for (size_t j = 0; j <= n; j++) {
-        const double *column = j < n ? noise->explained.column + j * rows : noise->left;
-        double *white = job->white + j * rows;
-        memset(white, 0, rows * sizeof(double));
-        for (size_t piece = 0; piece < noise->pieces; piece++) {
-            const size_t begin = noise->begin[piece];
-            noise_filter_whiten(filter, column + begin, noise->end[piece] - begin, white + begin);
-        }
+/* One of them under one filter. */
+typedef struct {
+    const job_t *job;
+    const explained_noise_t *noise;
+    const noise_filter_t *filter;
+} whitening_t;
+
+static void whiten_one(void *context, size_t column) {
+    const whitening_t *w = context;
+    const size_t rows = w->noise->explained.rows;
+    const double *x =
+        column < w->noise->explained.columns ? w->noise->explained.column + column * rows : w->noise->left;
+    double *white = w->job->white + column * rows;
+    memset(white, 0, rows * sizeof(double));
+    for (size_t piece = 0; piece < w->noise->pieces; piece++) {
+        const size_t begin = w->noise->begin[piece];
+        noise_filter_whiten(w->filter, x + begin, w->noise->end[piece] - begin, white + begin);
     }
+}
+
+static void multiply_part(void *context, size_t part) {
+    const whitening_t *w = context;
+    const size_t n = w->noise->explained.columns + 1, rows = w->noise->explained.rows;
+    const size_t from = rows * part / ROW_PARTS, to = rows * (part + 1) / ROW_PARTS;
+    /* The upper half by columns is the lower one by rows. */
+    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, (int)(to - from), 1.0, w->job->white + from, (int)rows,
+                0.0, w->job->products + part * n * n, (int)n);
 }
 
 /* Adds the logarithm of the determinant of the whitened columns' products, and the square of what they leave. false:
  * this filter makes columns too much alike. */
-static bool factorise(const job_t *job, const explained_noise_t *noise, double *determinant, double *square) {
-    const size_t n = noise->explained.columns, rows = noise->explained.rows;
-    gsl_matrix *factor = gsl_matrix_alloc(n + 1, n + 1);
-    /* The upper half by columns is the lower one by rows. */
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n + 1, (int)rows, 1.0, job->white, (int)rows, 0.0,
-                factor->data, (int)n + 1);
-    const bool good = gsl_linalg_cholesky_decomp1(factor) == GSL_SUCCESS;
-    for (size_t j = 0; good && j < n; j++) {
-        *determinant += 2.0 * log(gsl_matrix_get(factor, j, j));
+static bool factorise(const job_t *job, size_t columns, double *determinant, double *square) {
+    const size_t n = columns + 1;
+    gsl_matrix_view factor = gsl_matrix_view_array(job->products, n, n);
+    for (size_t part = 1; part < ROW_PARTS; part++) {
+        cblas_daxpy((int)(n * n), 1.0, job->products + part * n * n, 1, job->products, 1);
     }
-    *square += good ? gsl_pow_2(gsl_matrix_get(factor, n, n)) : 0.0;
-    gsl_matrix_free(factor);
+    const bool good = gsl_linalg_cholesky_decomp1(&factor.matrix) == GSL_SUCCESS;
+    for (size_t j = 0; good && j < columns; j++) {
+        *determinant += 2.0 * log(gsl_matrix_get(&factor.matrix, j, j));
+    }
+    *square += good ? gsl_pow_2(gsl_matrix_get(&factor.matrix, columns, columns)) : 0.0;
     return good;
 }
 
@@ -77,9 +98,12 @@ static bool factorise(const job_t *job, const explained_noise_t *noise, double *
 static double likelihood(const job_t *job, const noise_filter_t *filter, double *variance) {
     double determinant = 0.0, square = 0.0;
     for (size_t i = 0; i < job->count; i++) {
-        whiten_all(job, &job->noise[i], filter);
+        const size_t columns = job->noise[i].explained.columns;
+        whitening_t whitening = {.job = job, .noise = &job->noise[i], .filter = filter};
+        parallel(columns + 1, whiten_one, &whitening);
+        parallel(ROW_PARTS, multiply_part, &whitening);
         determinant += (double)job->noise[i].pieces * log(noise_filter_gain(filter));
-        if (!factorise(job, &job->noise[i], &determinant, &square)) {
+        if (!factorise(job, columns, &determinant, &square)) {
             return HUGE_VAL;
         }
     }
@@ -98,16 +122,18 @@ static double unlikelihood(const double *numbers, void *context) {
 double noise_filter_restricted(const explained_noise_t *noise, size_t count, noise_filter_t *filter) {
     enum { MOST_ITERATIONS = 25 };
     job_t job = {.noise = noise, .count = count};
-    size_t room = 0;
+    size_t room = 0, most = 0;
     for (size_t i = 0; i < count; i++) {
         const size_t columns = noise[i].explained.columns, rows = noise[i].explained.rows;
         room = (columns + 1) * rows > room ? (columns + 1) * rows : room;
+        most = columns + 1 > most ? columns + 1 : most;
         for (size_t piece = 0; piece < noise[i].pieces; piece++) {
             job.freedom += noise[i].end[piece] - noise[i].begin[piece];
         }
         job.freedom -= columns;
     }
     job.white = allocate(room, sizeof(double));
+    job.products = allocate(ROW_PARTS * most * most, sizeof(double));
     const simplex_job_t simplex = {.function = unlikelihood,
                                    .context = &job,
                                    .dimensions = NOISE_FILTER_NUMBERS,
@@ -125,5 +151,6 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
         variance = 0.0;
     }
     free(job.white);
+    free(job.products);
     return variance;
 }

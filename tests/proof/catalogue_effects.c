@@ -124,42 +124,39 @@ static void interleaved(passage_t *passage, const double *parameter) {
     }
 }
 
-/* A straight line over the logarithm of time from 0.1 s to 1000 s: relaxations, eight a decade. */
-static void creep(passage_t *passage, const double *parameter) {
-    enum { A_DECADE = 8, CELLS = 4 * A_DECADE };
-    double state[CELLS], decay[CELLS];
-    for (size_t i = 0; i < CELLS; i++) {
-        const double tau_s = 0.1 * pow(10.0, ((double)i + 0.5) / A_DECADE);
-        decay[i] = -expm1(-passage->step_s / tau_s);
-        state[i] = passage->value[0];
+/* Adds relaxations that begin with the recording: `growth` of what comes in with every decade of time. */
+static void add_relaxations(passage_t *passage, double shortest_s, size_t decades, size_t a_decade, double growth) {
+    const size_t cells = decades * a_decade;
+    const double first = passage->value[0];
+    double *state = proof_allocate(cells, sizeof *state), *gain = proof_allocate(cells, sizeof *gain);
+    for (size_t i = 0; i < cells; i++) {
+        gain[i] = -expm1(-passage->step_s / (shortest_s * pow(10.0, ((double)i + 0.5) / (double)a_decade)));
     }
     for (size_t k = 0; k < passage->count; k++) {
         double sum = 0.0;
-        for (size_t i = 0; i < CELLS; i++) {
-            state[i] += decay[i] * (passage->value[k] - state[i]);
-            sum += state[i] - passage->value[0];
+        for (size_t i = 0; i < cells; i++) { /* states count from the first value */
+            state[i] += gain[i] * (passage->value[k] - first - state[i]);
+            sum += state[i];
         }
-        passage->value[k] += parameter[0] * sum / A_DECADE;
+        passage->value[k] += growth / (double)a_decade * sum;
     }
+    free(state);
+    free(gain);
+}
+
+/* A straight line over the logarithm of time from 0.1 s to 1000 s. */
+static void creep(passage_t *passage, const double *parameter) {
+    add_relaxations(passage, 0.1, 4, 8, parameter[0]);
 }
 
 /* The same lag at all frequencies, by relaxations of six decades. Of a response of 1 at once and g more with every
- * decade of time, the sine part is pi / (2 ln 10) g. */
+ * decade of time, the sine part is pi / (2 ln 10) g. What rests has relaxed: 1 + 6 g in all, here called 1. */
 static void constant_phase(passage_t *passage, const double *parameter) {
-    enum { DECADES = 6, A_DECADE = 4, CELLS = DECADES * A_DECADE };
-    const double growth = 2.0 * log(10.0) / pi * parameter[0];
-    double state[CELLS], gain[CELLS];
-    for (size_t i = 0; i < CELLS; i++) {
-        gain[i] = -expm1(-passage->step_s / (1e-4 * pow(10.0, ((double)i + 0.5) / A_DECADE)));
-        state[i] = passage->value[0];
-    }
+    enum { DECADES = 6 };
+    const double growth = 2.0 * log(10.0) / pi * parameter[0], first = passage->value[0];
+    add_relaxations(passage, 1e-4, DECADES, 4, growth);
     for (size_t k = 0; k < passage->count; k++) {
-        double sum = 0.0;
-        for (size_t i = 0; i < CELLS; i++) {
-            state[i] += gain[i] * (passage->value[k] - state[i]);
-            sum += state[i];
-        }
-        passage->value[k] = (passage->value[k] + growth / A_DECADE * sum) / (1.0 + DECADES * growth);
+        passage->value[k] = first + (passage->value[k] - first) / (1.0 + DECADES * growth);
     }
 }
 

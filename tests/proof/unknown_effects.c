@@ -101,11 +101,15 @@ static void stiffening_mode(passage_t *passage, const double *parameter) {
     }
 }
 
-/* Below some position the mount loses contact. */
+/* In the lowest quarter of the stroke the mount loses contact. */
 static void contact(passage_t *passage, const double *parameter) {
-    const double from = passage->actuator->offset_um - 0.5 * passage->actuator->um_per_half_range;
+    double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t k = 0; k < passage->count; k++) {
-        passage->value[k] -= parameter[0] * fmin(0.0, passage->value[k] - from);
+        low = fmin(low, passage->value[k]);
+        high = fmax(high, passage->value[k]);
+    }
+    for (size_t k = 0; k < passage->count; k++) {
+        passage->value[k] -= parameter[0] * fmin(0.0, passage->value[k] - low - 0.25 * (high - low));
     }
 }
 
