@@ -3,6 +3,7 @@
 #ifndef REFINE_PROBLEM_H
 #define REFINE_PROBLEM_H
 
+#include "chain_stream.h"
 #include "least_squares.h"
 #include "refine.h"
 
@@ -33,6 +34,9 @@ void refine_set(const refine_problem_t *problem, size_t unknown, double x);
 double refine_low(const refine_problem_t *problem, size_t unknown);
 double refine_high(const refine_problem_t *problem, size_t unknown);
 
+/** The simulation of recording i from one stage on, with the numbers as they stand; not yet settled. */
+chain_stream_t refine_stream(const refine_problem_t *problem, size_t i, size_t first);
+
 /** displacement - simulation - offset over the samples of recording i that count. False when the model is refused or
  * its simulation is not finite. */
 bool refine_residual(const refine_problem_t *problem, size_t i, double *residual, double *offset_um);
@@ -40,7 +44,7 @@ bool refine_residual(const refine_problem_t *problem, size_t i, double *residual
 /** Sum of squared residuals; HUGE_VAL when the model is refused or runs away. */
 double refine_cost(const refine_problem_t *problem);
 
-/** The equations whose solution is the Gauss-Newton step. The caller frees *equations. */
+/** The equations whose solution is the Gauss-Newton step (refine_equations.c). The caller frees *equations. */
 void refine_equations(const refine_problem_t *problem, normal_equations_t *equations);
 
 #endif
