@@ -7,6 +7,7 @@
 #include "lattice.h"
 #include "measured_columns.h"
 #include "names.h"
+#include "search.h"
 #include "sides.h"
 #include <math.h>
 #include <stdlib.h>
@@ -53,7 +54,7 @@ unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model) {
     return blocks;
 }
 
-static void name(const evidence_t *evidence, const search_t *found, finding_t *finding) {
+static void name(const evidence_t *evidence, const candidates_t *found, finding_t *finding) {
     const candidate_t *best = &found->candidate[0];
     *finding = (finding_t){.block = best->block,
                            .t = best->test.t,
@@ -113,7 +114,7 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
 }
 
 /* Keeps the best of a round for the outputs. */
-static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
+static void remember(diagnosis_t *d, const candidates_t *found, outcome_t best) {
     enum { MOST = DIAGNOSIS_MOST_CONSIDERED / 10 };
     d->rounds++;
     for (size_t i = 0; i < found->count && i < MOST && d->considered < DIAGNOSIS_MOST_CONSIDERED; i++) {
@@ -133,7 +134,7 @@ static void remember(diagnosis_t *d, const search_t *found, outcome_t best) {
 }
 
 /* What the blocks that were tried in vain would have had to be like to be seen. */
-static void note_unseen(diagnosis_t *d, const search_t *found) {
+static void note_unseen(diagnosis_t *d, const candidates_t *found) {
     for (size_t i = 0; i < found->count && d->unseen_count < DIAGNOSIS_MOST_UNSEEN; i++) {
         const candidate_t *c = &found->candidate[i];
         const double least_um = c->block->probe->shape && d->family != NULL ? least_curve * d->noise.rms_um : 0.0;
@@ -160,11 +161,16 @@ double attempt_excess(const diagnosis_t *d, double held) {
 /* One more block of those that the question is about, or none. */
 static bool find_among(attempt_t *job, evidence_t *evidence, question_t question, bool *found_one) {
     diagnosis_t *d = job->diagnosis;
-    search_t found;
+    const search_problem_t problem = {.evidence = evidence,
+                                      .noise = &d->noise,
+                                      .baseline = &d->model,
+                                      .setting = &job->setting,
+                                      .without = job->without};
+    candidates_t found;
     finding_t finding;
     bool good = true;
     evidence_ask(evidence, question);
-    search(evidence, &d->noise, &d->model, &job->setting, job->without, &found);
+    search(&problem, &found);
     attempt_advance(job);
     d->tested += found.tested;
     const bool significant_one = found.count > 0 && candidate_convinces(job, evidence, &found);
@@ -177,7 +183,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     if (!*found_one && question != ASK_ANYTHING) {
         note_unseen(d, &found);
     }
-    search_free(&found);
+    candidates_free(&found);
     return good;
 }
 
@@ -366,7 +372,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = find_one(job, &found);
     }
-    good = good && attempt_reconsider(job, search_least_size, 0) && names_settle(job) && sides_settle(job) &&
+    good = good && attempt_reconsider(job, candidate_least_size, 0) && names_settle(job) && sides_settle(job) &&
            find_errors(job) && temperature_settle(job) &&
            attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {

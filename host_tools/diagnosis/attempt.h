@@ -4,6 +4,7 @@
 #define ATTEMPT_H
 
 #include "diagnose.h"
+#include "joint_fit.h"
 #include "lines.h"
 #include "progress.h"
 

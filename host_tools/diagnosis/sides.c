@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "sides.h"
+#include "candidate.h"
 #include "catalogue.h"
 #include "findings.h"
 #include "golden_section.h"
@@ -263,7 +264,7 @@ static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_
     const unsigned held_fast = set_by_voltage(d, &proposal.model, pair->before);
     const bool good = weigh(job, &proposal.model, held_fast, &proposal.power, &proposal.preference);
     const preference_t *p = &proposal.preference;
-    if (good && p->held_out > attempt_least_support && p->position > attempt_naming_margin + search_number_price &&
+    if (good && p->held_out > attempt_least_support && p->position > attempt_naming_margin + candidate_number_price &&
         p->columns > 0.0 &&
         (best->pair == NULL || p->position + p->columns > best->preference.position + best->preference.columns)) {
         if (best->pair != NULL) {
