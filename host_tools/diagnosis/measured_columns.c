@@ -5,6 +5,7 @@
 #include "column_test.h"
 #include "findings.h"
 #include "golden_section.h"
+#include "reconsider.h"
 #include "sides.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
@@ -250,7 +251,7 @@ bool temperature_settle(attempt_t *job) {
         }
         settled = f == 0;
         if (good && !settled) {
-            good = attempt_take_out(job, f - 1, CONTRADICTED) && findings_errors(d, job->failure);
+            good = reconsider_take_out(job, f - 1, CONTRADICTED) && findings_errors(d, job->failure);
         }
     }
     return good;

@@ -4,6 +4,7 @@
 #include "catalogue.h"
 #include "findings.h"
 #include "golden_section.h"
+#include "reconsider.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -184,7 +185,7 @@ static bool tidy(attempt_t *job, const block_t *before, unsigned spared) {
     model_t again;
     joint_power_t power;
     preference_t ignored;
-    if (!attempt_reconsider(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
+    if (!reconsider_superfluous(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
         return false;
     }
     model_copy(&again, &d->model);
