@@ -4,6 +4,7 @@
 #define ATTEMPT_H
 
 #include "diagnose.h"
+#include "joint_fit.h"
 #include "lines.h"
 #include "progress.h"
 
@@ -25,8 +26,9 @@ typedef struct {
 void attempt_advance(attempt_t *job);
 
 /**
- * Fits the chain's hysteresis, then finds block after block, takes out those that were superfluous or not determined,
- * and judges what remains. Fills the job's diagnosis, whose samples and noise are known, and its power.
+ * Fits the chain's hysteresis, then finds block after block (search_round.h), settles which of them stay
+ * (reconsider.h), their names (names.h) and their sides (sides.h), and judges what remains (verdict.h). Fills the job's
+ * diagnosis, whose samples and noise are known, and its power.
  */
 bool attempt_from(attempt_t *job, const model_t *given);
 
@@ -35,14 +37,6 @@ bool attempt_measure(const attempt_t *job, const model_t *model, double *percent
 
 /** The blocks of the model that the baseline does not have, as bits. */
 unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model);
-
-/** Takes out the findings, the latest first, that the others make superfluous: without them the fit is worse by less
- * than this size (root mean square, in parts of the noise), or the held-out samples do not miss them. spared: bits,
- * those that stay, by index. */
-bool attempt_reconsider(attempt_t *job, double least_size, unsigned spared);
-
-/** Takes a finding out, and fits the rest again. */
-bool attempt_take_out(attempt_t *job, size_t finding, outcome_t why);
 
 /** Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be
  * their error. */

@@ -5,6 +5,7 @@
 #include "fit.h"
 #include "lines.h"
 #include "parallel.h"
+#include "search.h"
 #include "shape_judgement.h"
 #include "smooth_bank.h"
 #include "smooth_plane.h"
@@ -82,16 +83,17 @@ size_t baseline_lines(const samples_t *samples, const double *residual, double *
 static size_t best_signatures(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
                               const model_t *model, double **signature, failure_t *failure) {
     evidence_t *evidence = evidence_open(model, samples, noise, failure);
+    const search_problem_t problem = {.evidence = evidence, .noise = noise, .baseline = model, .setting = setting};
     size_t count = 0;
     for (int asked = 0; evidence != NULL && asked < 2; asked++) {
-        search_t found;
+        candidates_t found;
         evidence_ask(evidence, asked == 0 ? ASK_EFFECTS : ASK_SHAPES);
-        search_probes(evidence, noise, model, setting, NULL, &found);
+        search_probes(&problem, &found);
         for (size_t i = 0; i < found.count; i++) {
             signature[count++] = found.candidate[i].signature;
             found.candidate[i].signature = NULL;
         }
-        search_free(&found);
+        candidates_free(&found);
     }
     evidence_close(evidence);
     return count;

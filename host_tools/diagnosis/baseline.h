@@ -4,7 +4,7 @@
 #define BASELINE_H
 
 #include "family.h"
-#include "search.h"
+#include "noise.h"
 
 enum { BASELINE_SHAPES = 4 };
 

@@ -32,10 +32,6 @@ static bool jointly_significant(const attempt_t *job, const candidate_t *candida
            (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
 }
 
-double candidate_own_um(const candidate_t *candidate) {
-    return candidate->test.amplitude * candidate->test.own_um;
-}
-
 /* What the blocks that were found change: a column. NULL: the chain does not run without them. */
 static double *change_found(const attempt_t *job) {
     const diagnosis_t *d = job->diagnosis;
@@ -55,7 +51,7 @@ static double *change_found(const attempt_t *job) {
 /* Beyond J. Where it acts, it has to be more than the error of what was found may be. */
 static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const diagnosis_t *d = job->diagnosis;
-    const double least_um = (job->coarse ? least_part_of_steps : search_least_size) * d->noise.sigma_um;
+    const double least_um = (job->coarse ? least_part_of_steps : candidate_least_size) * d->noise.sigma_um;
     bool large = candidate_own_um(candidate) > least_um;
     if (large && d->findings > 0) {
         double *found = change_found(job);
@@ -93,7 +89,7 @@ static bool worth_telling(const attempt_t *job, const evidence_t *evidence, cons
     return large && (question == ASK_EFFECTS || explains_most(job, candidate));
 }
 
-bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const search_t *found) {
+bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const candidates_t *found) {
     const candidate_t *best = &found->candidate[0];
     return !candidate_contradicted(best) &&
            (significant(best, found->tested) ||

@@ -4,15 +4,12 @@
 #define CANDIDATE_JUDGEMENT_H
 
 #include "attempt.h"
-#include "search.h"
-
-/** Root mean square of what J leaves of its signature, at its amplitude. */
-double candidate_own_um(const candidate_t *candidate);
+#include "candidate.h"
 
 /** By the measured voltage or current, as surely as it takes to make a name. */
 bool candidate_contradicted(const candidate_t *candidate);
 
 /** The first of the candidates, of which there is one at least. That the held-out samples support it is not asked. */
-bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const search_t *found);
+bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const candidates_t *found);
 
 #endif

@@ -2,6 +2,7 @@
 #include "column_test.h"
 #include "attempt.h"
 #include "basis.h"
+#include "candidate.h"
 #include "nuisance.h"
 #include "signals.h"
 #include <gsl/gsl_cblas.h>
@@ -168,7 +169,7 @@ column_trial_t column_try(column_test_t *test, const double *column, column_spee
     column_trial_t trial = {.coefficient = found.amplitude, .sigma = found.sigma, .least = HUGE_VAL};
     if (column_test_enough(test) && found.square > 0.0 && after > 0.0) {
         const double size = sqrt(found.square / (double)test->fitted.rows);
-        const double least_um = fmax(search_least_size * sigma_um, attempt_least_part_of_found * test->found_um);
+        const double least_um = fmax(candidate_least_size * sigma_um, attempt_least_part_of_found * test->found_um);
         trial.least = fmax(found.sigma * regression_quantile(&found, test->chance), least_um / size);
         trial.likelihood = gsl_pow_2(found.amplitude / sigma_um) * found.square;
         trial.share = 1.0 - after / before;

@@ -10,8 +10,8 @@
  *
  * - the coefficient is larger than chance makes it, by a standard error that does not take neighbours for independent
  *   (regression.h);
- * - what it explains is at least 0.08 of the noise, as for a block (search.h), and a tenth of what the model's findings
- *   change: their simulation is right to about that;
+ * - what it explains is at least 0.08 of the noise, as for a block (candidate.h), and a tenth of what the model's
+ * findings change: their simulation is right to about that;
  * - 2 log likelihood of the held-out samples at this coefficient, J and half waves free, is at least 12.
  */
 #ifndef COLUMN_TEST_H

@@ -2,6 +2,7 @@
 #include "diagnose.h"
 #include "attempt.h"
 #include "baseline.h"
+#include "hysteresis_numbers.h"
 #include "lattice.h"
 #include "parallel.h"
 #include <math.h>

@@ -13,7 +13,6 @@
 
 #include "family.h"
 #include "remainder.h"
-#include "search.h"
 
 enum { DIAGNOSIS_MOST_FINDINGS = 6, DIAGNOSIS_MOST_RIVALS = 4 };
 
@@ -48,7 +47,7 @@ enum { DIAGNOSIS_MOST_CONSIDERED = 64, DIAGNOSIS_MOST_UNSEEN = 32 };
 typedef struct {
     const block_t *block;
     size_t round;                   /**< from 1 on; the last one finds nothing */
-    double likelihood, t, t_blocks; /**< of the block at its best (search.h) */
+    double likelihood, t, t_blocks; /**< of the block at its best (candidate.h) */
     outcome_t outcome;
 } considered_t;
 

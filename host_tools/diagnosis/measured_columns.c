@@ -5,6 +5,7 @@
 #include "column_test.h"
 #include "findings.h"
 #include "golden_section.h"
+#include "reconsider.h"
 #include "sides.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
@@ -13,7 +14,7 @@
 
 /* Chance of one false relation in a diagnosis, over all columns, lags and models. */
 static const double false_alarm = 0.01;
-/* 2 log likelihood that a lag has to be worth, as a number of a block is (search.c), and its search besides. */
+/* 2 log likelihood that a lag has to be worth, as a number of a block is (candidate.h), and its search besides. */
 static const double lag_price = 20.0;
 /* Time constants in parts of the longest recording. */
 static const double lags[] = {0.003, 0.01, 0.03, 0.1, 0.3};
@@ -250,7 +251,7 @@ bool temperature_settle(attempt_t *job) {
         }
         settled = f == 0;
         if (good && !settled) {
-            good = attempt_take_out(job, f - 1, CONTRADICTED) && findings_errors(d, job->failure);
+            good = reconsider_take_out(job, f - 1, CONTRADICTED) && findings_errors(d, job->failure);
         }
     }
     return good;

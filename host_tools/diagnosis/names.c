@@ -4,7 +4,7 @@
 #include "electrical.h"
 #include "findings.h"
 #include "parallel.h"
-#include "search.h"
+#include "probing.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ static void fit(const attempt_t *job, const model_t *without, reading_t *reading
     if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ATTEMPT_ITERATIONS,
                   &reading->power, &refusal)) {
         reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
-                              (double)d->samples.held * log(reading->power.held) - search_price(reading->block) +
+                              (double)d->samples.held * log(reading->power.held) - candidate_price(reading->block) +
                               electrical_likelihood(&d->samples, without, &reading->model, reading->block);
     }
 }
@@ -37,27 +37,27 @@ static void fit(const attempt_t *job, const model_t *without, reading_t *reading
 /* What the readings of a finding are made from. */
 typedef struct {
     const attempt_t *job;
-    const evidence_t *evidence;
-    const model_t *without;
+    search_problem_t problem; /* its baseline: the chain without the finding */
     reading_t *reading;
 } anew_t;
 
 /* Another block's best numbers, in the finding's place. */
 static void read_anew(void *context, size_t index) {
     const anew_t *anew = context;
-    const diagnosis_t *d = anew->job->diagnosis;
+    const model_t *without = anew->problem.baseline;
     reading_t *reading = &anew->reading[index];
     candidate_t candidate;
     reading->likelihood = -HUGE_VAL;
     if (index > 0) { /* the first one is the finding's own */
-        if (!search_block(anew->evidence, &d->noise, anew->without, &anew->job->setting, reading->block, &candidate)) {
-            model_copy(&reading->model, anew->without);
+        if (!probe_block(&anew->problem, reading->block, &candidate)) {
+            model_copy(&reading->model, without);
             return;
         }
+        candidate_refine(&anew->problem, &candidate);
         model_copy(&reading->model, &candidate.model);
         candidate_free(&candidate);
     }
-    fit(anew->job, anew->without, reading);
+    fit(anew->job, without, reading);
 }
 
 /* The finding's own block, and every other one of its group that can stand there. Returns how many. */
@@ -123,7 +123,10 @@ static bool settle(attempt_t *job, finding_t *finding) {
     model_copy(&reading[0].model, &d->model);
     evidence_t *evidence = evidence_open(&without, &d->samples, &d->noise, job->failure);
     if (evidence != NULL) {
-        anew_t anew = {.job = job, .evidence = evidence, .without = &without, .reading = reading};
+        anew_t anew = {
+            .job = job,
+            .problem = {.evidence = evidence, .noise = &d->noise, .baseline = &without, .setting = &job->setting},
+            .reading = reading};
         size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
         parallel(count, read_anew, &anew);

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "sides.h"
+#include "candidate.h"
 #include "catalogue.h"
 #include "findings.h"
 #include "golden_section.h"
+#include "reconsider.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -183,7 +185,7 @@ static bool tidy(attempt_t *job, const block_t *before, unsigned spared) {
     model_t again;
     joint_power_t power;
     preference_t ignored;
-    if (!attempt_reconsider(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
+    if (!reconsider_superfluous(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
         return false;
     }
     model_copy(&again, &d->model);
@@ -263,7 +265,7 @@ static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_
     const unsigned held_fast = set_by_voltage(d, &proposal.model, pair->before);
     const bool good = weigh(job, &proposal.model, held_fast, &proposal.power, &proposal.preference);
     const preference_t *p = &proposal.preference;
-    if (good && p->held_out > attempt_least_support && p->position > attempt_naming_margin + search_number_price &&
+    if (good && p->held_out > attempt_least_support && p->position > attempt_naming_margin + candidate_number_price &&
         p->columns > 0.0 &&
         (best->pair == NULL || p->position + p->columns > best->preference.position + best->preference.columns)) {
         if (best->pair != NULL) {

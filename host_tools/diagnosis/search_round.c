@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "search_round.h"
+#include "baseline.h"
+#include "candidate_judgement.h"
+#include "search.h"
+#include <math.h>
+#include <string.h>
+
+/* Cosine from which on these recordings can hardly tell two signatures apart. */
+static const double same_signature = 0.95;
+/* What the held-out samples have to say for it, in parts of what the others say, sample by sample. */
+static const double least_support = 0.3;
+/* And in any case enough. */
+static const double support_enough = 100.0;
+/* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise. */
+static const double least_curve = 3.0;
+
+static void name(const evidence_t *evidence, const candidates_t *found, finding_t *finding) {
+    const candidate_t *best = &found->candidate[0];
+    *finding = (finding_t){.block = best->block,
+                           .t = best->test.t,
+                           .t_blocks = best->test.t_blocks,
+                           .margin = HUGE_VAL,
+                           .certainty = NAMED};
+    for (size_t i = 1; i < found->count; i++) {
+        const candidate_t *rival = &found->candidate[i];
+        if (rival->signature == NULL) {
+            continue;
+        }
+        const double margin = search_margin(found, i);
+        finding->margin = fmin(finding->margin, margin);
+        if (margin < attempt_naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
+            finding->rival[finding->rivals++] = rival->block;
+            if (finding->certainty == NAMED) {
+                finding->certainty = ISOLATED;
+            }
+            if (strcmp(rival->block->probe->group, best->block->probe->group) != 0 &&
+                fabs(evidence_cosine(evidence, best->signature, rival->signature)) < same_signature) {
+                finding->certainty = DETECTED;
+            }
+        }
+    }
+}
+
+/* Takes the candidate into the chain if the held-out samples support it. */
+static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *finding, bool *accepted) {
+    diagnosis_t *d = job->diagnosis;
+    const double share = fmin((double)d->samples.held / (double)d->samples.fitted, candidate->test.held_share);
+    joint_power_t power;
+    double ignored;
+    model_t augmented;
+    model_copy(&augmented, &candidate->model);
+    *accepted = false;
+    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_found(d, &augmented), ATTEMPT_ITERATIONS, &power,
+                   job->failure) ||
+        !attempt_measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
+        !attempt_measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
+        model_free(&augmented);
+        return false;
+    }
+    finding->support = (double)d->samples.held * log(job->power.held / power.held);
+    *accepted = finding->held_out_after_percent < finding->held_out_before_percent &&
+                finding->support >
+                    fmax(attempt_least_support, fmin(least_support * share * candidate->likelihood, support_enough));
+    if (*accepted) {
+        model_free(&d->model);
+        d->model = augmented;
+        d->finding[d->findings++] = *finding;
+        job->power = power;
+        job->found_um = hypot(job->found_um, candidate_own_um(candidate));
+    } else {
+        model_free(&augmented);
+    }
+    return true;
+}
+
+/* Keeps the best of a round for the outputs. */
+static void remember(diagnosis_t *d, const candidates_t *found, outcome_t best) {
+    enum { MOST = DIAGNOSIS_MOST_CONSIDERED / 10 };
+    d->rounds++;
+    for (size_t i = 0; i < found->count && i < MOST && d->considered < DIAGNOSIS_MOST_CONSIDERED; i++) {
+        const candidate_t *c = &found->candidate[i];
+        if (c->likelihood > 0.0) {
+            d->consideration[d->considered++] =
+                (considered_t){.block = c->block,
+                               .round = d->rounds,
+                               .likelihood = c->likelihood,
+                               .t = c->test.t,
+                               .t_blocks = c->test.t_blocks,
+                               .outcome = candidate_contradicted(c)           ? CONTRADICTED
+                                          : i == 0 || best == NOT_SIGNIFICANT ? best
+                                                                              : LESS_LIKELY};
+        }
+    }
+}
+
+/* What the blocks that were tried in vain would have had to be like to be seen. */
+static void note_unseen(diagnosis_t *d, const candidates_t *found) {
+    for (size_t i = 0; i < found->count && d->unseen_count < DIAGNOSIS_MOST_UNSEEN; i++) {
+        const candidate_t *c = &found->candidate[i];
+        const double least_um = c->block->probe->shape && d->family != NULL ? least_curve * d->noise.rms_um : 0.0;
+        const double smallest_um = fmax(c->smallest_um, least_um), larger = smallest_um / c->smallest_um;
+        unseen_t unseen = {.block = c->block,
+                           .testable = isfinite(c->smallest_um),
+                           .smallest_um = smallest_um,
+                           .parameter = c->block->parameters};
+        for (size_t p = c->block->parameters; p-- > 0;) {
+            if (c->block->parameter[p].proportional && c->smallest_value[p] != 0.0) {
+                unseen.parameter = p;
+                unseen.value = larger * c->smallest_value[p];
+                unseen.testable = unseen.testable && fabs(unseen.value) <= c->block->parameter[p].high;
+            }
+        }
+        d->unseen[d->unseen_count++] = unseen;
+    }
+}
+
+/* One more block of those that the question is about, or none. */
+static bool find_among(attempt_t *job, evidence_t *evidence, question_t question, bool *found_one) {
+    diagnosis_t *d = job->diagnosis;
+    const search_problem_t problem = {.evidence = evidence,
+                                      .noise = &d->noise,
+                                      .baseline = &d->model,
+                                      .setting = &job->setting,
+                                      .without = job->without};
+    candidates_t found;
+    finding_t finding;
+    bool good = true;
+    evidence_ask(evidence, question);
+    search(&problem, &found);
+    attempt_advance(job);
+    d->tested += found.tested;
+    const bool significant_one = found.count > 0 && candidate_convinces(job, evidence, &found);
+    if (significant_one) {
+        name(evidence, &found, &finding);
+        finding.shape = question != ASK_EFFECTS;
+        good = accept(job, &found.candidate[0], &finding, found_one);
+    }
+    remember(d, &found, !significant_one ? NOT_SIGNIFICANT : *found_one ? TAKEN : NOT_SUPPORTED);
+    if (!*found_one && question != ASK_ANYTHING) {
+        note_unseen(d, &found);
+    }
+    candidates_free(&found);
+    return good;
+}
+
+bool search_round(attempt_t *job, bool *found_one) {
+    diagnosis_t *d = job->diagnosis;
+    evidence_t *evidence = evidence_open(&d->model, &d->samples, &d->noise, job->failure);
+    bool good = evidence != NULL;
+    *found_one = false;
+    attempt_advance(job);
+    if (good) {
+        d->unseen_count = 0;
+        job->setting.lines = baseline_lines(&d->samples, evidence_residual(evidence), job->line_hz);
+    }
+    for (question_t question = ASK_EFFECTS; good && !*found_one && question <= ASK_ANYTHING; question++) {
+        if (question != ASK_ANYTHING || attempt_excess(d, job->power.held) > attempt_worth_explaining) {
+            good = find_among(job, evidence, question, found_one);
+        }
+    }
+    evidence_close(evidence);
+    return good;
+}

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "verdict.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* Blocks that leave so much of what was missing, and structure in it, are not what is missing but what comes nearest to
+ * it. In parts of the square. */
+static const double leaves_too_much = 1.0 / 12.0;
+
+static bool comes_near_only(const attempt_t *job, double missing) {
+    const diagnosis_t *d = job->diagnosis;
+    return attempt_blocks_found(d, &d->model) != 0 && attempt_excess(d, job->power.held) > leaves_too_much * missing;
+}
+
+static void judge(attempt_t *job, double missing) {
+    diagnosis_t *d = job->diagnosis;
+    if (!d->remainder.structured) {
+        d->verdict = d->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    } else if (d->findings > 0 && !comes_near_only(job, missing)) {
+        d->verdict = PARTLY_EXPLAINED;
+    } else {
+        d->verdict = UNKNOWN_PHYSICS;
+        for (size_t f = 0; f < d->findings; f++) {
+            if (!d->finding[f].in_readings) {
+                d->finding[f].certainty = DETECTED;
+            }
+        }
+    }
+}
+
+bool verdict_reach(attempt_t *job, double missing) {
+    diagnosis_t *d = job->diagnosis;
+    double *simulated = samples_column(&d->samples);
+    model_t smooth;
+    model_copy(&smooth, &d->model);
+    attempt_without_noise(&smooth);
+    double *change = samples_change(&d->samples, &smooth, &d->baseline, job->failure);
+    const bool good = change != NULL && samples_simulate(&d->samples, &smooth, simulated, job->failure);
+    if (good) {
+        d->remainder = remainder_of(&d->samples, &d->noise, simulated, change, job->step_um / sqrt(12.0));
+        judge(job, missing);
+    }
+    model_free(&smooth);
+    free(simulated);
+    free(change);
+    return good;
+}

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** What an attempt comes to, when nothing more is found. */
+#ifndef VERDICT_H
+#define VERDICT_H
+
+#include "attempt.h"
+
+/**
+ * Looks for structure in what the model leaves (remainder.h), and writes remainder and verdict into the diagnosis.
+ * missing: what the baseline left (attempt_excess). Blocks that leave too much of it, and structure, are not what is
+ * missing but what comes nearest to it: they are detected, not named.
+ */
+bool verdict_reach(attempt_t *job, double missing);
+
+#endif
