@@ -29,8 +29,8 @@ static const double rough_at_most = 0.97;
 enum { FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
- * candidate. */
-static const double worth_trying = 1.3;
+ * candidate. The bank may leave more: it is what an effect that a table can imitate is seen against. */
+static const double worth_trying = 1.3, worth_trying_bank = 4.0;
 
 static bool fit_family(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
                        failure_t *failure) {
@@ -198,7 +198,6 @@ static int by_promise(const void *one, const void *other) {
     return (a->held > b->held) - (a->held < b->held);
 }
 
-/* The bank stays: it is what an effect that a table can imitate is seen against. */
 static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
     size_t kept = 0;
     double least = HUGE_VAL;
@@ -207,7 +206,7 @@ static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
     }
     for (size_t i = 0; i < *count; i++) {
         const bool bank = baseline[i].family == family_find(shapes[BANK].family);
-        if (bank || baseline[i].held < worth_trying * least) {
+        if (baseline[i].held < (bank ? worth_trying_bank : worth_trying) * least) {
             baseline[kept++] = baseline[i];
         } else {
             model_free(&baseline[i].model);

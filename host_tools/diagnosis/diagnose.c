@@ -14,6 +14,8 @@
 static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for. */
 static const double worth_another_shape = 0.04;
+/* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
+static const double better_plane = 0.99;
 
 static void describe(attempt_t *job, const recording_t *recordings, size_t count) {
     probe_setting_t *s = &job->setting;
@@ -168,8 +170,30 @@ static bool answers_all(const trial_t *first, const baseline_t *baseline) {
            attempt_excess(d, first->attempt.power.held) < worth_another_shape;
 }
 
-/* From the first shape, and where that is not the whole answer from the others at the same time. A shape among those
- * may not apply. */
+/* A free plane that promises no more than a symmetric one. */
+static bool is_no_better(const baseline_t *free_plane, const baseline_t *baseline, size_t shapes) {
+    for (size_t shape = 0; shape < shapes && free_plane->many_numbers; shape++) {
+        if (baseline[shape].family == free_plane->family && !baseline[shape].many_numbers) {
+            return free_plane->held > better_plane * baseline[shape].held;
+        }
+    }
+    return false;
+}
+
+/* Shapes from one on, to before another one, at the same time. One of them may not apply. */
+static void try_some(attempt_t *job, trial_t *trial, size_t from, size_t to) {
+    for (size_t shape = from; shape < to; shape++) {
+        trial[shape].attempt.left = trial[0].attempt.left;
+    }
+    parallel(to - from, try_shape, trial + from);
+    for (size_t shape = from; shape < to; shape++) {
+        if (trial[shape].good) {
+            keep_better(job, &trial[shape].diagnosis, &trial[shape].attempt.power);
+        }
+    }
+}
+
+/* From the first shape, and where that is not the whole answer from the others. */
 static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes) {
     trial_t *trial = allocate(shapes, sizeof *trial);
     for (size_t shape = 0; shape < shapes; shape++) {
@@ -185,14 +209,11 @@ static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes
         job->power = trial[0].attempt.power;
     }
     if (good && !answers_all(&trial[0], &baseline[0])) {
-        for (size_t shape = 1; shape < shapes; shape++) {
-            trial[shape].attempt.left = trial[0].attempt.left;
-        }
-        parallel(shapes - 1, try_shape, trial + 1);
-        for (size_t shape = 1; shape < shapes; shape++) {
-            if (trial[shape].good) {
-                keep_better(job, &trial[shape].diagnosis, &trial[shape].attempt.power);
-            }
+        /* The free plane is the last one. What it has and the others have not is that it imitates curves. */
+        const bool later = !shape_found(job->diagnosis) && is_no_better(&baseline[shapes - 1], baseline, shapes);
+        try_some(job, trial, 1, later ? shapes - 1 : shapes);
+        if (later && shape_found(job->diagnosis)) {
+            try_some(job, trial, shapes - 1, shapes);
         }
     }
     free(trial);
