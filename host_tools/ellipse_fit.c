@@ -86,7 +86,7 @@ static bool elliptic_eigenvector(gsl_matrix *reduced, double quadratic[3]) {
 }
 
 static bool fit_conic(const double scatter[6][6], conic_t *conic) {
-    double s3[9], t[3][3], reduced[9], quadratic[3], linear[3] = {0};
+    double s3[9], t[3][3], reduced[9], quadratic[3] = {0}, linear[3] = {0};
     gsl_matrix_view s3_view = gsl_matrix_view_array(s3, 3, 3), reduced_view = gsl_matrix_view_array(reduced, 3, 3);
     for (size_t i = 0; i < 9; i++) {
         s3[i] = scatter[3 + i / 3][3 + i % 3];
