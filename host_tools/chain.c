@@ -132,12 +132,18 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
     return chain;
 }
 
+bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
+                 failure_t *failure) {
+    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz, .seed = seed};
+    return recording_preload(recording, &setup->preload_n, failure) &&
+           may_run(model, recording->sample_rate_hz, failure);
+}
+
 bool chain_run(const model_t *model, const recording_t *recording, uint64_t seed, size_t first, size_t last,
                signal_t *signal, failure_t *failure) {
-    stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz, .seed = seed};
+    stage_setup_t setup;
     size_t order[MODEL_MAX_BLOCKS];
-    if (!recording_preload(recording, &setup.preload_n, failure) ||
-        !may_run(model, recording->sample_rate_hz, failure)) {
+    if (!chain_setup(model, recording, seed, &setup, failure)) {
         return false;
     }
     chain_order(model, order);

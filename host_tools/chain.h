@@ -35,6 +35,10 @@ void chain_close(chain_t *chain);
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure);
 
+/** What the stages of a recording's simulation are opened with. false: the model may not run, or not for it. */
+bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
+                 failure_t *failure);
+
 /**
  * Part of a simulation: stages [first, last) of chain_order on a recording's signal, which they replace. signal[0] is
  * what the stages settle on (chain_settle), signal[1 + k] belongs to sample k; in front of stage 0 all but the drive is

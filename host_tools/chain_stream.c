@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "chain_stream.h"
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -72,4 +73,29 @@ void chain_stream_run(chain_stream_t *stream, const stream_piece_t *piece, strea
                         stream->seen[stage] - passed);
         stream->passed[stage] = stream->out;
     }
+}
+
+bool chain_stream_position(const model_t *model, const recording_t *recording, size_t first, const signal_t *signal,
+                           double *position_um, failure_t *failure) {
+    stage_setup_t setup;
+    if (!chain_setup(model, recording, 0, &setup, failure)) {
+        return false;
+    }
+    chain_stream_t stream = chain_stream_open(model, first, &setup);
+    stream_piece_t piece = {.ends = false};
+    bool finite = true;
+    chain_stream_settle(&stream, signal[0], NULL);
+    for (size_t start = 0, k = 0; finite && k < recording->samples; start += piece.count) {
+        const size_t left = recording->samples - start;
+        piece.count = left < STREAM_PIECE ? left : STREAM_PIECE;
+        piece.ends = piece.count == left;
+        memcpy(piece.signal, signal + 1 + start, piece.count * sizeof *signal);
+        chain_stream_run(&stream, &piece, NULL);
+        for (size_t i = 0; i < stream.out; i++, k++) {
+            position_um[k] = stream.signal[i].value;
+            finite = finite && isfinite(position_um[k]);
+        }
+    }
+    chain_stream_close(&stream);
+    return finite || fail(failure, "the model runs away");
 }

@@ -51,4 +51,9 @@ void chain_stream_fill(const chain_stream_t *stream, const recording_t *recordin
  */
 void chain_stream_run(chain_stream_t *stream, const stream_piece_t *piece, stream_piece_t *entered);
 
+/** Runs the stages from `first` on for a whole recording. signal: what comes in there, as chain_run takes it. Returns
+ * false if the model cannot be simulated, or is not finite. */
+bool chain_stream_position(const model_t *model, const recording_t *recording, size_t first, const signal_t *signal,
+                           double *position_um, failure_t *failure);
+
 #endif

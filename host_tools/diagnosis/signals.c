@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "signals.h"
+#include "chain_stream.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,20 +70,12 @@ void signals_close(signals_t *signals) {
 
 bool signals_altered(const signals_t *signals, const model_t *altered, size_t stage, double *position) {
     const samples_t *samples = signals->samples;
-    size_t order[MODEL_MAX_BLOCKS];
-    const size_t stages = chain_order(altered, order);
     bool good = true;
     for (size_t i = 0; good && i < samples->count; i++) {
-        const recording_t *recording = &samples->recordings[i];
-        signal_t *signal = reallocate(NULL, recording->samples + 1, sizeof *signal); /* all of it is written */
         failure_t refusal;
-        memcpy(signal, signals->before[stage] + begin_of(samples, i), (recording->samples + 1) * sizeof(signal_t));
-        good = chain_run(altered, recording, 0, stage, stages, signal, &refusal);
-        for (size_t k = 0; good && k < recording->samples; k++) {
-            position[samples->begin[i] + k] = signal[1 + k].value;
-            good = isfinite(signal[1 + k].value);
-        }
-        free(signal);
+        good = chain_stream_position(altered, &samples->recordings[i], stage,
+                                     signals->before[stage] + begin_of(samples, i), position + samples->begin[i],
+                                     &refusal);
     }
     return good;
 }
