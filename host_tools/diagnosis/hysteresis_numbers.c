@@ -104,6 +104,12 @@ static size_t list_elements(const parameter_info_t *info, parameter_t *parameter
     return parameter->count;
 }
 
+/* A term that a shape may have and this one has not: it would be an effect (interleaved_hysteresis) under another name.
+ */
+static bool is_absent(const parameter_info_t *info, const parameter_t *parameter) {
+    return info->optional && !info->array && info->default_value == 0.0 && parameter->value[0] == 0.0;
+}
+
 /* number may be NULL. */
 static size_t list(model_block_t *block, hysteresis_number_t *number) {
     size_t count = 0;
@@ -113,7 +119,8 @@ static size_t list(model_block_t *block, hysteresis_number_t *number) {
             count += list_smooth_plane(block, &block->parameter[p], next);
         } else if (is_fine_bank(block, p)) {
             count += list_smooth_bank(block, &block->parameter[p], next);
-        } else if (!block->block->parameter[p].chosen) {
+        } else if (!block->block->parameter[p].chosen &&
+                   !is_absent(&block->block->parameter[p], &block->parameter[p])) {
             count += list_elements(&block->block->parameter[p], &block->parameter[p], next);
         }
     }
