@@ -7,57 +7,53 @@
 
 enum { FIT_ITERATIONS = 6 }; /* of two blocks, which have never been fitted together */
 
-/* The candidate of a block, by name; the number of candidates if there is none. */
-static size_t candidate_of(const candidates_t *found, const char *name) {
+/* The candidate of a block that was fitted, by name; the number of candidates if there is none. */
+static size_t fitted_candidate(const candidates_t *found, const char *name) {
     size_t i = 0;
-    while (i < found->count && strcmp(found->candidate[i].block->name, name) != 0) {
+    while (i < found->count && !(found->candidate[i].joint && strcmp(found->candidate[i].block->name, name) == 0)) {
         i++;
     }
     return i;
 }
 
-static void copy_numbers(const candidate_t *candidate, double *value) {
-    for (size_t p = 0; p < candidate->block->parameters; p++) {
-        const parameter_t *parameter = &candidate->model.block[candidate->at].parameter[p];
-        value[p] = parameter->count > 0 ? parameter->value[0] : 0.0;
+/* The chain with the first of the two and, at its best in that chain, the second one. Returns which blocks of it these
+ * are, as bits; 0: the second one cannot be simulated there. */
+static unsigned add_second(const search_problem_t *problem, const candidate_t *first, const block_t *block,
+                           model_t *pair) {
+    failure_t refusal;
+    search_problem_t beside = *problem;
+    evidence_t *evidence = evidence_open(&first->model, evidence_samples(problem->evidence), problem->noise, &refusal);
+    unsigned blocks = 0;
+    candidate_t second;
+    if (evidence == NULL) {
+        return 0;
     }
-}
-
-/* A block's numbers at its best, alone: as the search has found them, or found now. false: it cannot be simulated. */
-static bool find_numbers(const search_problem_t *problem, const candidates_t *found, const block_t *block,
-                         double *value) {
-    const size_t known = candidate_of(found, block->name);
-    candidate_t alone;
-    if (known < found->count && found->candidate[known].refined) {
-        copy_numbers(&found->candidate[known], value);
-        return true;
+    evidence_ask(evidence, evidence_question(problem->evidence));
+    beside.evidence = evidence;
+    beside.baseline = &first->model;
+    if (probe_block(&beside, block, &second)) {
+        candidate_refine(&beside, &second);
+        blocks = 1U << second.at | 1U << (first->at + (second.at <= first->at ? 1 : 0));
+        model_copy(pair, &second.model);
+        candidate_free(&second);
     }
-    if (!probe_block(problem, block, &alone)) {
-        return false;
-    }
-    candidate_refine(problem, &alone);
-    copy_numbers(&alone, value);
-    candidate_free(&alone);
-    return true;
+    evidence_close(evidence);
+    return blocks;
 }
 
 /* Sum of squares that a candidate leaves together with another block, all numbers fitted; HUGE_VAL if it cannot be. */
-static double left_together(const search_problem_t *problem, const candidates_t *found, const candidate_t *candidate,
-                            const block_t *other) {
-    double value[BLOCK_MAX_PARAMETERS] = {0.0};
+static double left_together(const search_problem_t *problem, const candidate_t *first, const block_t *block) {
     model_t pair;
-    joint_power_t power = {.fitted = HUGE_VAL};
     failure_t refusal;
-    if (find_numbers(problem, found, other, value)) {
-        const size_t at = candidate_insert(&pair, &candidate->model, other, value);
-        const unsigned blocks = 1U << at | 1U << (candidate->at + (at <= candidate->at ? 1 : 0));
-        if (!joint_fit(evidence_samples(problem->evidence), problem->noise, &pair, blocks, FIT_ITERATIONS, &power,
-                       &refusal)) {
-            power.fitted = HUGE_VAL;
-        }
-        model_free(&pair);
+    joint_power_t power;
+    const unsigned blocks = add_second(problem, first, block, &pair);
+    if (blocks == 0) {
+        return HUGE_VAL;
     }
-    return power.fitted;
+    const bool good =
+        joint_fit(evidence_samples(problem->evidence), problem->noise, &pair, blocks, FIT_ITERATIONS, &power, &refusal);
+    model_free(&pair);
+    return good ? power.fitted : HUGE_VAL;
 }
 
 size_t block_pair_first(const search_problem_t *problem, const candidates_t *found) {
@@ -66,11 +62,11 @@ size_t block_pair_first(const search_problem_t *problem, const candidates_t *fou
     if (names == NULL || names[0] == NULL || !best->joint || model_find(problem->baseline, names[1]) != NULL) {
         return 0;
     }
-    const size_t first = candidate_of(found, names[0]);
-    if (first == found->count || !found->candidate[first].joint) {
+    const size_t first = fitted_candidate(found, names[0]);
+    if (first == found->count) {
         return 0;
     }
-    const double left = left_together(problem, found, &found->candidate[first], catalogue_find(names[1]));
+    const double left = left_together(problem, &found->candidate[first], catalogue_find(names[1]));
     const double gain = (double)evidence_samples(problem->evidence)->fitted * log(best->power.fitted / left);
     return gain > 3.0 * candidate_number_price ? first : 0;
 }

@@ -53,7 +53,6 @@ static void start_from_amplitude(candidate_t *candidate) {
 void candidate_refine(const search_problem_t *problem, candidate_t *candidate) {
     const evidence_t *evidence = problem->evidence;
     start_from_amplitude(candidate);
-    candidate->refined = true;
     const double left = evidence_refine(evidence, &candidate->model, candidate->at);
     free(candidate->signature);
     candidate->signature = evidence_signature(evidence, &candidate->model, candidate->at);

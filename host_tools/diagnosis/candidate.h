@@ -34,7 +34,6 @@ typedef struct {
                           0, if it cannot be simulated there */
     evidence_test_t test; /**< of that signature; amplitude near 1 once it is refined */
     double likelihood;    /**< 2 log of the likelihood ratio to the baseline, beyond J */
-    bool refined;         /**< its numbers are at their best, alone */
     bool joint;           /**< fitted together with the hysteresis */
     joint_power_t power;  /**< what is left then */
     double electrical;    /**< 2 log likelihood by the measured voltage and current (electrical.h) */
