@@ -99,8 +99,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
            reconsider_undetermined(job) && temperature_settle(job) &&
            attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
-        d->noise_percent =
-            100.0 * d->noise.rms_um / (job->setting.displacement_high_um - job->setting.displacement_low_um);
+        d->noise_percent = samples_percent(&d->samples, d->noise.rms_um);
         find_steps(job);
         good = verdict_reach(job, missing);
     }

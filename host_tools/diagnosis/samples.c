@@ -138,13 +138,26 @@ double *samples_change(const samples_t *samples, const model_t *with, const mode
     return change;
 }
 
+static double stroke_um(const recording_t *recording) {
+    double range[2];
+    values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, range);
+    return range[1] - range[0];
+}
+
+double samples_percent(const samples_t *samples, double rms_um) {
+    double worst = 0.0;
+    for (size_t i = 0; i < samples->count; i++) {
+        worst = fmax(worst, 100.0 * rms_um / stroke_um(&samples->recordings[i]));
+    }
+    return worst;
+}
+
 double samples_nrmse_percent(const samples_t *samples, samples_part_t part, const double *simulated) {
     double worst = 0.0;
     for (size_t i = 0; i < samples->count; i++) {
         const double *measured = samples->recordings[i].column[COLUMN_DISPLACEMENT];
-        double squares = 0.0, range[2];
+        double squares = 0.0;
         size_t used = 0;
-        values_range(measured + samples->from[i], samples->recordings[i].samples - samples->from[i], range);
         for (size_t k = samples->from[i]; k < samples->recordings[i].samples; k++) {
             const size_t at = samples->begin[i] + k;
             if (samples->part[at] == part) {
@@ -152,7 +165,9 @@ double samples_nrmse_percent(const samples_t *samples, samples_part_t part, cons
                 used++;
             }
         }
-        worst = fmax(worst, used > 0 ? 100.0 * sqrt(squares / (double)used) / (range[1] - range[0]) : 0.0);
+        if (used > 0) {
+            worst = fmax(worst, 100.0 * sqrt(squares / (double)used) / stroke_um(&samples->recordings[i]));
+        }
     }
     return worst;
 }

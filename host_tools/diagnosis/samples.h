@@ -55,8 +55,10 @@ bool samples_simulate(const samples_t *samples, const model_t *model, double *co
 /** Simulation of one model less that of the other: a column, to be freed. NULL if either cannot be simulated. */
 double *samples_change(const samples_t *samples, const model_t *with, const model_t *without, failure_t *failure);
 
-/** Error of a simulation over the samples of a part: root mean square over peak-to-peak displacement, in percent, of
- * the worst recording. */
+/** Error of a simulation over the samples of a part: root mean square over the peak-to-peak displacement of the whole
+ * recording, in percent, of the worst recording. */
 double samples_nrmse_percent(const samples_t *samples, samples_part_t part, const double *simulated);
+/** What an error of that root mean square in all recordings would be by the same measure. */
+double samples_percent(const samples_t *samples, double rms_um);
 
 #endif
