@@ -192,13 +192,19 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
            compile_to_fixed(job, gain_of(filter_s, job->rate_hz), 30, "rate gain", &p->pi_rate_gain);
 }
 
+/* A rate that is smoothed over longer is no rate: thresholds that have grown for a while behind a motion let the
+ * position go on, as creep does. */
+#define LONGEST_FILTER_S 0.02
+
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     /* Thresholds grow by 5 % of half the range at the largest rate. */
     value[BETA] = 0.025 * (setting->drive_high_v - setting->drive_low_v) / setting->largest_rate_v_per_s;
     value[LIMIT] = HUGE_VAL;
     value[IMMEDIATE] = 1.0;
-    return index == 0 || probe_between(4.0 / setting->sample_rate_hz, 16.0 / setting->sample_rate_hz, 2, index - 1,
-                                       &value[RATE_FILTER]);
+    const bool there = index == 0 || probe_between(4.0 / setting->sample_rate_hz, 16.0 / setting->sample_rate_hz, 2,
+                                                   index - 1, &value[RATE_FILTER]);
+    value[RATE_FILTER] = fmin(value[RATE_FILTER], LONGEST_FILTER_S);
+    return there;
 }
 
 static const probe_t looked_for = {.group = "rate",
@@ -207,6 +213,7 @@ static const probe_t looked_for = {.group = "rate",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
                                    .searched = 1U << BETA | 1U << RATE_FILTER,
+                                   .most = {[RATE_FILTER] = LONGEST_FILTER_S},
                                    .accuracy = {0.04}};
 
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",

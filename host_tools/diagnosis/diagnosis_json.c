@@ -37,7 +37,7 @@ static json_t *parameters_to_json(const diagnosis_t *diagnosis, const finding_t 
     json_t *parameters = json_object();
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
-        if (finding_searched(finding, p)) {
+        if (finding_tells(finding, p)) {
             json_object_set_new(
                 parameters, block->block->parameter[p].name,
                 json_pack("{s:f, s:o, s:s}", "value", parameter->value[0], "sigma",

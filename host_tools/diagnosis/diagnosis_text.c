@@ -163,7 +163,7 @@ void parameter_text(const model_block_t *block, size_t parameter, char text[DIAG
     } else {
         text_append(text, "%s = %.4g", info->name, value);
         append_unit(text, info);
-        text_append(text, " (%s)", sigma == 0.0 ? "at its bound" : "not determined");
+        text_append(text, " (%s)", info->chosen ? "chosen" : sigma == 0.0 ? "at its bound" : "not determined");
     }
 }
 
@@ -282,7 +282,7 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     print_wrapped("   what", text);
     text[0] = '\0';
     for (size_t p = 0; p < block->block->parameters; p++) {
-        if (finding_searched(finding, p)) {
+        if (finding_tells(finding, p)) {
             parameter_text(block, p, number);
             text_append(text, "%s%s", first ? "" : ", ", number);
             first = false;

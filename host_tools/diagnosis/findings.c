@@ -12,6 +12,11 @@ bool finding_searched(const finding_t *finding, size_t parameter) {
     return (finding->block->probe->searched >> parameter & 1U) != 0;
 }
 
+bool finding_tells(const finding_t *finding, size_t parameter) {
+    const parameter_info_t *info = &finding->block->parameter[parameter];
+    return finding_searched(finding, parameter) || info->center_of != NULL || info->half_of != NULL;
+}
+
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block) {
     for (size_t f = 0; f < diagnosis->findings; f++) {
         if (diagnosis->finding[f].block == block) {
