@@ -86,6 +86,9 @@ static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
     job->power = reading->power;
 }
 
+/* 2 log likelihood by which a name has to win where the held-out samples by themselves are for the other one. */
+static const double margin_if_contradicted = 100.0;
+
 /* Of the group, those that are nearly as likely; others stay what they were. */
 static void list_rivals(finding_t *finding, const reading_t *reading, size_t count, size_t best) {
     size_t rivals = 0;
@@ -101,8 +104,10 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
     for (size_t i = 0; i < count; i++) {
         const double margin = reading[best].likelihood - reading[i].likelihood;
         if (i != best) {
+            const bool contradicted = reading[i].power.held < reading[best].power.held;
             finding->margin = fmin(finding->margin, margin);
-            if (margin < attempt_naming_margin && rivals < DIAGNOSIS_MOST_RIVALS) {
+            if (margin < (contradicted ? margin_if_contradicted : attempt_naming_margin) &&
+                rivals < DIAGNOSIS_MOST_RIVALS) {
                 finding->rival[rivals++] = reading[i].block;
             }
         }
@@ -161,9 +166,33 @@ static bool alone_in_group(const block_t *block) {
     return members == 1;
 }
 
+static bool found_beside(const diagnosis_t *d, const finding_t *finding, const block_t *rival) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (&d->finding[f] != finding && !d->finding[f].in_readings && same_group(d->finding[f].block, rival)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Rivals of which one has been found, too, are none: both are there. */
+static void forget_found(const diagnosis_t *d, finding_t *finding) {
+    size_t rivals = 0;
+    for (size_t r = 0; r < finding->rivals; r++) {
+        if (!found_beside(d, finding, finding->rival[r])) {
+            finding->rival[rivals++] = finding->rival[r];
+        }
+    }
+    finding->certainty = rivals > 0 || finding->rivals == 0 ? finding->certainty : NAMED;
+    finding->rivals = rivals;
+}
+
 bool names_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool good = true;
+    for (size_t f = 0; f < d->findings; f++) {
+        forget_found(d, &d->finding[f]);
+    }
     for (size_t f = 0; good && f < d->findings; f++) {
         if (!d->finding[f].in_readings && !alone_in_group(d->finding[f].block)) {
             attempt_advance(job);
