@@ -265,9 +265,7 @@ static void test_a_small_effect_is_seen_where_a_large_one_rests(void) {
     find_two(&block_resonance, mode_truth, &block_creep, slight_creep);
 }
 
-/* Far from linear in its numbers: beside their derivatives a lag hardly shows, and a rate-independent fit of them is
- * beside the truth. Only all numbers together say what it is. */
-static void test_a_delay_before_bouc_wen_is_named(void) {
+static void move_as_bouc_wen(void) {
     model_free(&truth);
     model_create(&truth, rate_hz);
     model_block_t *hysteresis = model_append(&truth, &block_bouc_wen);
@@ -279,11 +277,30 @@ static void test_a_delay_before_bouc_wen_is_named(void) {
     model_set(hysteresis, "beta", 2.5);
     model_set(hysteresis, "gamma", 0.6);
     model_set(hysteresis, "exponent", 1.4);
+}
+
+/* Far from linear in its numbers: beside their derivatives a lag hardly shows, and a rate-independent fit of them is
+ * beside the truth. Only all numbers together say what it is. */
+static void test_a_delay_before_bouc_wen_is_named(void) {
+    move_as_bouc_wen();
     plant(&block_transport_delay, delay_truth);
     measure(0.0);
     look(false);
     TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
     expect_numbers(&block_transport_delay, delay_truth);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    expect_noise_is_left();
+}
+
+/* The Bouc-Wen block has a bilinear gain of its own, which is absent here: it must not take in what is a block. */
+static void test_interleaved_loops_of_bouc_wen_are_named(void) {
+    static const numbers_t bilinear_truth = {0.01, 50.0, 50.0};
+    move_as_bouc_wen();
+    plant(&block_interleaved_hysteresis, bilinear_truth);
+    measure(0.0);
+    look(false);
+    TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
+    expect_numbers(&block_interleaved_hysteresis, bilinear_truth);
     TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
     expect_noise_is_left();
 }
@@ -371,6 +388,7 @@ int main(void) {
         RUN_TEST(test_a_superfluous_finding_does_not_stay);
         RUN_TEST(test_a_small_effect_is_seen_where_a_large_one_rests);
         RUN_TEST(test_a_delay_before_bouc_wen_is_named);
+        RUN_TEST(test_interleaved_loops_of_bouc_wen_are_named);
         RUN_TEST(test_dielectric_loss_is_no_creep);
         RUN_TEST(test_what_only_comes_near_is_no_name);
         RUN_TEST(test_what_the_model_has_is_not_missing);

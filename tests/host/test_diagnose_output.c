@@ -63,6 +63,20 @@ static void test_json_has_the_format_of_the_contract(void) {
 }
 
 /* The mode is where the simulations with and without it differ, though the hysteresis is fitted again. */
+/* A curve's numbers say nothing without the range that they refer to. */
+static void test_what_numbers_refer_to_is_told(void) {
+    const finding_t curve = {.block = &block_static_nonlinearity}, mode = {.block = &block_resonance};
+    const char *told = "";
+    for (size_t p = 0; p < curve.block->parameters; p++) {
+        TEST_ASSERT_TRUE_MESSAGE(finding_tells(&curve, p), curve.block->parameter[p].name);
+        told = finding_searched(&curve, p) ? told : curve.block->parameter[p].name;
+    }
+    TEST_ASSERT_EQUAL_STRING("half_range_um", told);
+    for (size_t p = 0; p < mode.block->parameters; p++) {
+        TEST_ASSERT_EQUAL(finding_searched(&mode, p), finding_tells(&mode, p));
+    }
+}
+
 static void test_a_mode_is_located_at_its_frequency(void) {
     work_out();
     const ranges_t *hz = &account.where[0].frequency_hz;
@@ -182,6 +196,7 @@ int main(void) {
     rng = random_start("diagnose_output", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_json_has_the_format_of_the_contract);
+    RUN_TEST(test_what_numbers_refer_to_is_told);
     RUN_TEST(test_a_mode_is_located_at_its_frequency);
     RUN_TEST(test_standard_errors_are_those_of_the_noise);
     RUN_TEST(test_the_augmented_model_is_complete);

@@ -143,6 +143,27 @@ static double rms_between(const model_t *one, const model_t *other) {
 /* From weights that are too large and a mode that is elsewhere. p numbers from n samples leave a simulation that is
  * wrong by noise sqrt(p / n) on average over its noise; twice that. The sums of squares have a deviation of sqrt(2 /
  * n). */
+/* Both in percent of a stroke, and the worst recording counts: an error that is the same in all of them is told as the
+ * noise of that size is. */
+static void test_noise_and_error_have_one_measure(void) {
+    const double error_um = 0.02;
+    double *simulated = samples_column(&samples), least_um = HUGE_VAL;
+    measure(&bank, 0.0);
+    for (size_t i = 0; i < RECORDINGS; i++) {
+        const double *measured = recordings[i].column[COLUMN_DISPLACEMENT];
+        double range_um[2];
+        for (size_t k = 0; k < lengths[i]; k++) {
+            simulated[samples.begin[i] + k] = measured[k] + (k % 2 == 0 ? error_um : -error_um);
+        }
+        values_range(measured, lengths[i], range_um);
+        least_um = fmin(least_um, range_um[1] - range_um[0]);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 100.0 * error_um / least_um, samples_percent(&samples, error_um));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, samples_percent(&samples, error_um),
+                              samples_nrmse_percent(&samples, SAMPLE_HELD_OUT, simulated));
+    free(simulated);
+}
+
 static void test_weights_and_a_mode_are_fitted_together(void) {
     model_t truth, model;
     joint_power_t power, again;
@@ -376,6 +397,7 @@ int main(void) {
     rng = random_start("diagnosis_fit", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_a_changed_block_is_simulated_from_there_on);
+    RUN_TEST(test_noise_and_error_have_one_measure);
     RUN_TEST(test_weights_and_a_mode_are_fitted_together);
     RUN_TEST(test_other_blocks_stay);
     RUN_TEST(test_weights_do_not_become_negative);

@@ -177,6 +177,21 @@ static void test_a_smooth_bank_is_near_the_bank(void) {
     model_free(&smooth);
 }
 
+/* A term that a shape has not is none of its numbers. */
+static void test_absent_terms_are_no_numbers(void) {
+    model_t model;
+    model_create(&model, rate_hz);
+    model_block_t *bouc_wen = model_append(&model, &block_bouc_wen);
+    model_set(bouc_wen, "direct_um", 5.0);
+    model_set(bouc_wen, "hysteretic_um", -1.0);
+    model_set(bouc_wen, "beta", 1.3);
+    model_set(bouc_wen, "gamma", 0.0); /* 0, and a number of every such shape */
+    TEST_ASSERT_EQUAL(6, hysteresis_numbers_count(&model));
+    model_set(bouc_wen, "bilinear_gain", 1e-9);
+    TEST_ASSERT_EQUAL(7, hysteresis_numbers_count(&model));
+    model_free(&model);
+}
+
 /* To the last bit, or an exponent that rests on its bound falls below it. */
 static void test_numbers_are_restored_to_the_last_bit(void) {
     model_t model[3];
@@ -253,6 +268,7 @@ int main(void) {
     RUN_TEST(test_a_plane_grows_to_the_range_it_is_asked_for);
     RUN_TEST(test_symmetric_planes_stay_symmetric);
     RUN_TEST(test_a_smooth_bank_is_near_the_bank);
+    RUN_TEST(test_absent_terms_are_no_numbers);
     RUN_TEST(test_numbers_are_restored_to_the_last_bit);
     RUN_TEST(test_errors_are_the_scatter);
     return UNITY_END();
