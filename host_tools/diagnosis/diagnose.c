@@ -210,7 +210,8 @@ static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes
     }
     if (good && !answers_all(&trial[0], &baseline[0])) {
         /* The free plane is the last one. What it has and the others have not is that it imitates curves. */
-        const bool later = !shape_found(job->diagnosis) && is_no_better(&baseline[shapes - 1], baseline, shapes);
+        const bool later = job->diagnosis->remainder.structured && !shape_found(job->diagnosis) &&
+                           is_no_better(&baseline[shapes - 1], baseline, shapes);
         try_some(job, trial, 1, later ? shapes - 1 : shapes);
         if (later && shape_found(job->diagnosis)) {
             try_some(job, trial, shapes - 1, shapes);
