@@ -12,7 +12,8 @@
 /**
  * How smooth the signal is between the inner two of six samples in a row, the newest first: the part of the cubic in
  * what is drawn between them, 0 (the line) to 1, without a jump, which a fit could not cross. It is 1 where the second
- * differences at both and at a third one, on either side, are alike: two alone are a flat top between two lines. x[0]
+ * differences at both and at a third one, on either side, are alike (two alone are a flat top between two lines), or
+ * where the four of them lie on a line, as about an inflection. x[0]
  * is known if known_ahead is 2, x[1] if it is 1. Without the next sample it is the line: a cubic through samples on one
  * side alone would swing beyond the end of a step, and a hysteresis remembers that.
  */
