@@ -7,8 +7,8 @@
  * quarter of the other, 0.8 if it is half, as at the end of a rounded step. */
 static const double begins = 0.2, all = 0.7;
 /* How far second differences may be from a line, in parts of their size, for the cubic to count, and to be all. Corners
- * and short ramps have 1 and more; in the middle of a step that is rounded over eight samples it is 0.07. */
-static const double too_bent = 0.5, straight = 0.25;
+ * and short ramps have 1 and more, the end of a step that is rounded over eight samples has 0.4, its middle 0.07. */
+static const double too_bent = 0.3, straight = 0.15;
 
 static double second_difference(const double *x) {
     return x[-1] - 2.0 * x[0] + x[1];

@@ -148,6 +148,23 @@ static void test_interpolation_does_not_swing_beyond_a_step(void) {
     }
 }
 
+/* The middle of such a step is an inflection, where second differences are not alike: the lag is that of the curve. */
+static void test_an_inflection_is_no_line(void) {
+    const double rate = 1000.0, delay_s = 0.5e-3, end = 40.0;
+    double x[24];
+    for (int k = 0; k < 24; k++) {
+        x[k] = k < 8 ? 0.0 : k < 16 ? 0.5 * end * (1.0 - cos(M_PI * (k - 8) / 8.0)) : end;
+    }
+    pass_block(&block_transport_delay, &delay_s, rate, 24, x);
+    /* A quarter behind the middle, and before. A cubic is off by 3/128 of the fourth difference there, (pi / 8)^4 of
+     * the half cosine's own; a line by an eighth of the second one. */
+    for (int k = 12; k <= 13; k++) {
+        const double curve = 0.5 * end * (1.0 - cos(M_PI * (k - 8.5) / 8.0));
+        const double own = fabs(0.5 * end * cos(M_PI * (k - 8.5) / 8.0));
+        TEST_ASSERT_DOUBLE_WITHIN(1.2 * 3.0 / 128.0 * own * pow(M_PI / 8.0, 4.0), curve, x[k]);
+    }
+}
+
 static void test_delay_is_exact_in_whole_samples(void) {
     const double rate = 1000.0;
     random_t random = {3};
@@ -362,6 +379,7 @@ int main(void) {
     RUN_TEST(test_a_mode_answers_sines_as_its_equation_does);
     RUN_TEST(test_the_hysteresis_remembers_turns_between_samples);
     RUN_TEST(test_interpolation_does_not_swing_beyond_a_step);
+    RUN_TEST(test_an_inflection_is_no_line);
     RUN_TEST(test_delay_is_exact_in_whole_samples);
     RUN_TEST(test_delay_between_samples_follows_cubics_and_polygons);
     RUN_TEST(test_settled_means_at_rest);
