@@ -180,6 +180,23 @@ static void test_strengths_are_reached(void) {
     }
 }
 
+/* Every effect that no catalogue has is there with at least half of the strength that was asked for, on every source
+ * and wherever the stroke lies: some come in steps, or only in a part of the stroke. */
+static void test_unknown_effects_are_there(void) {
+    for (size_t e = 0; e < unknown_effect_count; e++) {
+        for (size_t source = 0; source < SOURCE_COUNT; source++) {
+            case_t item = bare_case((source_t)source, EXCITATION_SHORT);
+            excitation_t excitation = excitation_of(&item);
+            item.effects = 1;
+            item.effect[0] =
+                (presence_t){.effect = &unknown_effects[e], .strength = 3.0, .seed = random_bits(&chance)};
+            reach_strengths(&item, &excitation);
+            TEST_ASSERT_TRUE_MESSAGE(item.effect[0].strength > 1.5, unknown_effects[e].name);
+            excitation_free(&excitation);
+        }
+    }
+}
+
 static void test_noise_is_as_told(void) {
     static const double correlation[] = {0.0, 0.9};
     for (size_t i = 0; i < 2; i++) {
@@ -228,6 +245,7 @@ int main(void) {
     RUN_TEST(test_creep_is_logarithmic);
     RUN_TEST(test_dielectric_loss_is_the_same_at_all_frequencies);
     RUN_TEST(test_strengths_are_reached);
+    RUN_TEST(test_unknown_effects_are_there);
     RUN_TEST(test_noise_is_as_told);
     RUN_TEST(test_list_has_what_was_asked_for);
     return UNITY_END();
