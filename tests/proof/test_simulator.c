@@ -188,8 +188,7 @@ static void test_unknown_effects_are_there(void) {
             case_t item = bare_case((source_t)source, EXCITATION_SHORT);
             excitation_t excitation = excitation_of(&item);
             item.effects = 1;
-            item.effect[0] =
-                (presence_t){.effect = &unknown_effects[e], .strength = 3.0, .seed = random_bits(&chance)};
+            item.effect[0] = (presence_t){.effect = &unknown_effects[e], .strength = 3.0, .seed = random_bits(&chance)};
             reach_strengths(&item, &excitation);
             TEST_ASSERT_TRUE_MESSAGE(item.effect[0].strength > 1.5, unknown_effects[e].name);
             excitation_free(&excitation);
