@@ -36,6 +36,7 @@ typedef struct {
     double likelihood;    /**< 2 log of the likelihood ratio to the baseline, beyond J */
     bool joint;           /**< fitted together with the hysteresis */
     joint_power_t power;  /**< what is left then */
+    bool refused;         /**< by the held-out samples (search_round.h) */
     double electrical;    /**< 2 log likelihood by the measured voltage and current (electrical.h) */
     double merit;         /**< what candidates are ordered by (search.h) */
     double smallest_um;   /**< of all its probes: least root mean square of the change of the position that would be

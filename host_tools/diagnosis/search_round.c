@@ -24,7 +24,7 @@ static void name(const evidence_t *evidence, const candidates_t *found, finding_
                            .certainty = NAMED};
     for (size_t i = 1; i < found->count; i++) {
         const candidate_t *rival = &found->candidate[i];
-        if (rival->signature == NULL) {
+        if (rival->signature == NULL || rival->refused) {
             continue;
         }
         const double margin = search_margin(found, i);
@@ -88,6 +88,7 @@ static void remember(diagnosis_t *d, const candidates_t *found, outcome_t best) 
                                .t = c->test.t,
                                .t_blocks = c->test.t_blocks,
                                .outcome = candidate_contradicted(c)           ? CONTRADICTED
+                                          : c->refused                        ? NOT_SUPPORTED
                                           : i == 0 || best == NOT_SIGNIFICANT ? best
                                                                               : LESS_LIKELY};
         }
@@ -115,6 +116,35 @@ static void note_unseen(diagnosis_t *d, const candidates_t *found) {
     }
 }
 
+/* The next one as the first. */
+static void put_first(candidates_t *found, size_t index) {
+    const candidate_t first = found->candidate[index];
+    memmove(&found->candidate[1], &found->candidate[0], index * sizeof first);
+    found->candidate[0] = first;
+}
+
+/* The best one; or, where the held-out samples refuse that, one that explains less: of two effects at once, the larger
+ * alone may need numbers that hold nowhere else. */
+static bool take_one(attempt_t *job, const evidence_t *evidence, question_t question, candidates_t *found,
+                     bool *convinces, bool *found_one) {
+    enum { MOST_TRIED = 3 };
+    bool good = true;
+    *convinces = false;
+    for (size_t i = 0; good && !*found_one && i < found->count && i < MOST_TRIED; i++) {
+        finding_t finding;
+        put_first(found, i);
+        if (!candidate_convinces(job, evidence, found)) {
+            break;
+        }
+        *convinces = true;
+        name(evidence, found, &finding);
+        finding.shape = question != ASK_EFFECTS;
+        good = accept(job, &found->candidate[0], &finding, found_one);
+        found->candidate[0].refused = good && !*found_one;
+    }
+    return good;
+}
+
 /* One more block of those that the question is about, or none. */
 static bool find_among(attempt_t *job, evidence_t *evidence, question_t question, bool *found_one) {
     diagnosis_t *d = job->diagnosis;
@@ -124,19 +154,13 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
                                       .setting = &job->setting,
                                       .without = job->without};
     candidates_t found;
-    finding_t finding;
-    bool good = true;
+    bool convinces;
     evidence_ask(evidence, question);
     search(&problem, &found);
     attempt_advance(job);
     d->tested += found.tested;
-    const bool significant_one = found.count > 0 && candidate_convinces(job, evidence, &found);
-    if (significant_one) {
-        name(evidence, &found, &finding);
-        finding.shape = question != ASK_EFFECTS;
-        good = accept(job, &found.candidate[0], &finding, found_one);
-    }
-    remember(d, &found, !significant_one ? NOT_SIGNIFICANT : *found_one ? TAKEN : NOT_SUPPORTED);
+    const bool good = take_one(job, evidence, question, &found, &convinces, found_one);
+    remember(d, &found, *found_one ? TAKEN : convinces ? LESS_LIKELY : NOT_SIGNIFICANT);
     if (!*found_one && question != ASK_ANYTHING) {
         note_unseen(d, &found);
     }
