@@ -13,7 +13,7 @@
  * shape of hysteresis can imitate; and, in parts of their deviation, one that is not the whole answer. */
 static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for. */
-static const double worth_another_shape = 0.04;
+static const double worth_another_shape = 0.03;
 /* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
 static const double better_plane = 0.99;
 
