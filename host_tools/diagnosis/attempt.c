@@ -99,7 +99,8 @@ bool attempt_from(attempt_t *job, const model_t *given) {
            reconsider_undetermined(job) && temperature_settle(job) &&
            attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
-        d->noise_percent = samples_percent(&d->samples, d->noise.rms_um);
+        d->noise_percent =
+            remainder_knows_noise(&d->samples, &d->noise) ? samples_percent(&d->samples, d->noise.rms_um) : HUGE_VAL;
         find_steps(job);
         good = verdict_reach(job, missing);
     }

@@ -70,7 +70,8 @@ typedef struct {
     model_t baseline, model; /**< its hysteresis fitted again; with everything that was found */
     double given_nrmse_percent, given_held_out_percent;
     double baseline_nrmse_percent, baseline_held_out_percent;
-    double nrmse_percent, held_out_percent, noise_percent;
+    double nrmse_percent, held_out_percent;
+    double noise_percent; /**< HUGE_VAL: not known (remainder.h) */
     size_t findings;
     finding_t finding[DIAGNOSIS_MOST_FINDINGS];
     size_t tested;

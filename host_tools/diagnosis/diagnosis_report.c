@@ -100,7 +100,8 @@ static bool fitted_again(const diagnosis_t *d) {
 static void write_errors(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
     const bool was_given = d->family == NULL;
-    double most = fmax(fmax(d->baseline_held_out_percent, d->held_out_percent), d->noise_percent);
+    const bool noise_known = isfinite(d->noise_percent);
+    double most = fmax(fmax(d->baseline_held_out_percent, d->held_out_percent), noise_known ? d->noise_percent : 0.0);
     most = was_given ? fmax(most, d->given_held_out_percent) : most;
     for (size_t f = 0; f < d->findings; f++) {
         most = fmax(most, d->finding[f].held_out_after_percent);
@@ -125,7 +126,9 @@ static void write_errors(const page_t *page) {
     if (fitted_again(d)) {
         write_bar(page->file, "all, fitted together", d->held_out_percent, most, " last");
     }
-    write_bar(page->file, "noise", d->noise_percent, most, " noise");
+    if (noise_known) {
+        write_bar(page->file, "noise", d->noise_percent, most, " noise");
+    }
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">RMS error over the peak-to-peak displacement, worst recording, "
             "on the blocks of time that were held out: each third one of 36. On the others: ");

@@ -85,8 +85,14 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     }
     if (d->findings > 0) {
         append_names(d, text);
-        text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, the noise is %.3g %%.%s",
-                    d->baseline_held_out_percent, d->held_out_percent, d->noise_percent,
+        text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, ", d->baseline_held_out_percent,
+                    d->held_out_percent);
+        if (isfinite(d->noise_percent)) {
+            text_append(text, "the noise is %.3g %%.", d->noise_percent);
+        } else {
+            text_append(text, "the noise is not known, as the drive never rests.");
+        }
+        text_append(text, "%s",
                     d->verdict == PARTLY_EXPLAINED
                         ? " What remains is more than noise, and in no block of the catalogue."
                         : "");
@@ -334,7 +340,9 @@ static void print_errors(const diagnosis_t *d) {
     append_steps(text, d, d->given_nrmse_percent, d->baseline_nrmse_percent, d->nrmse_percent);
     text_append(text, ", held out ");
     append_steps(text, d, d->given_held_out_percent, d->baseline_held_out_percent, d->held_out_percent);
-    text_append(text, "; noise %.4f %%", d->noise_percent);
+    if (isfinite(d->noise_percent)) {
+        text_append(text, "; noise %.4f %%", d->noise_percent);
+    }
     putchar('\n');
     print_wrapped("error", text);
     if (d->family == NULL) {

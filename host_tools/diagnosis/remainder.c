@@ -83,20 +83,11 @@ static bool is_more(const samples_t *samples, double noise_um, double memory, co
     return held_out_rms(samples, left) > hypot(noise_um * sqrt(1.0 + chance), least_um);
 }
 
-/* What a rich model leaves is taken for noise where the drive never rests. More than this part of a stroke no sensor
- * has. */
-static const double most_noise = 0.05;
+/* Of a stroke: more noise than that no sensor has. */
+static const double most_noise_percent = 5.0;
 
-static bool is_no_noise(const samples_t *samples, const noise_t *noise) {
-    for (size_t i = 0; i < samples->count && !noise->at_rest; i++) {
-        const recording_t *recording = &samples->recordings[i];
-        double range[2];
-        values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, range);
-        if (noise->rms_um > most_noise * (range[1] - range[0])) {
-            return true;
-        }
-    }
-    return false;
+bool remainder_knows_noise(const samples_t *samples, const noise_t *noise) {
+    return noise->at_rest || samples_percent(samples, noise->rms_um) < most_noise_percent;
 }
 
 remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
@@ -130,7 +121,7 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     }
     found.rms_um = sqrt(fmax(0.0, excess) / (double)(samples->fitted + samples->held));
     found.structured =
-        is_no_noise(samples, noise) ||
+        !remainder_knows_noise(samples, noise) ||
         found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * samples_rms(samples, effect) ||
         found.outliers > few_outliers ||
         /* Both: jumps stand out when whitened, a slow noise's own size is not well known. */

@@ -19,6 +19,10 @@ typedef struct {
     bool structured;        /**< by any of them */
 } remainder_t;
 
+/** What a rich model leaves is taken for noise where the drive never rests; false where that is more than a sensor's.
+ */
+bool remainder_knows_noise(const samples_t *samples, const noise_t *noise);
+
 /**
  * simulated, effect: columns of the model's simulation, and of its difference from the one without what was found, of
  * which a few percent may be the simulation's error. floor_um: root mean square of what counts as noise besides (steps
