@@ -86,6 +86,43 @@ static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
     job->power = reading->power;
 }
 
+/* Whether any number of the finding is told from nothing, as the model now is. */
+static bool is_determined(attempt_t *job, const finding_t *finding) {
+    failure_t refusal;
+    return findings_errors(job->diagnosis, &refusal) && finding_determined(job->diagnosis, finding);
+}
+
+/* The likeliest one but those that are out, from one on; its own index if there is no other. */
+static size_t next_best(const reading_t *reading, size_t count, const bool *out, size_t best) {
+    size_t next = best;
+    for (size_t i = 0; i < count; i++) {
+        const bool in = !out[i] && isfinite(reading[i].likelihood);
+        next = in && (next == best || reading[i].likelihood > reading[next].likelihood) ? i : next;
+    }
+    return next;
+}
+
+/* Takes the best reading; or, where two numbers of that take each other's place so that none of them is known (a creep
+ * that begins when the recording ends), the next one that has its numbers. Returns which. */
+static size_t take_determined(attempt_t *job, finding_t *finding, reading_t *reading, size_t count, size_t best) {
+    bool *out = allocate(count, sizeof *out);
+    size_t taken = best;
+    take(job, finding, &reading[best]);
+    while (!is_determined(job, finding)) {
+        out[taken] = true;
+        const size_t next = next_best(reading, count, out, best);
+        if (next == best) { /* none has */
+            take(job, finding, &reading[best]);
+            taken = best;
+            break;
+        }
+        take(job, finding, &reading[next]);
+        taken = next;
+    }
+    free(out);
+    return taken;
+}
+
 /* 2 log likelihood by which a name has to win where the held-out samples by themselves are for the other one. */
 static const double margin_if_contradicted = 100.0;
 
@@ -142,7 +179,7 @@ static bool settle(attempt_t *job, finding_t *finding) {
                        : best;
         }
         if (isfinite(reading[best].likelihood)) {
-            take(job, finding, &reading[best]);
+            best = take_determined(job, finding, reading, count, best);
             if (noise_is_left || best > 0) {
                 list_rivals(finding, reading, count, best);
             }
