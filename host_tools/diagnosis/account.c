@@ -2,8 +2,10 @@
 #include "account.h"
 #include "fit_ranges.h"
 #include "json_output.h"
+#include "past.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Below these, likelihoods are halved by chance alone: see the header. */
 static const double support_scale = 5.0, margin_scale = 9.1, never_certain = 0.99;
@@ -26,14 +28,26 @@ typedef struct {
     double **difference; /* room for one a recording */
 } job_t;
 
+/* Into a room: the simulation of each recording, with what an unknown past left. */
+static bool simulate(const diagnosis_t *d, const model_t *model, double **room, failure_t *failure) {
+    const samples_t *samples = &d->samples;
+    double *column = samples_column(samples);
+    const bool good = past_simulate(samples, &d->noise, model, column, failure);
+    for (size_t i = 0; good && i < samples->count; i++) {
+        memcpy(room[i], column + samples->begin[i], samples->recordings[i].samples * sizeof(double));
+    }
+    free(column);
+    return good;
+}
+
 static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
     model_t without;
     bool good;
     finding_left_out(job->diagnosis, finding, &without);
     joint_power_t ignored;
-    good = joint_fit(&job->diagnosis->samples, &job->diagnosis->noise, &without, 0, 1, &ignored, failure);
+    good = joint_fit(&job->diagnosis->samples, &job->diagnosis->noise, &without, 0, 1, &ignored, failure) &&
+           simulate(job->diagnosis, &without, job->difference, failure);
     for (size_t i = 0; good && i < job->count; i++) {
-        good = chain_simulate(&without, &job->recordings[i], 0, job->difference[i], failure);
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
             job->difference[i][k] = job->account->after[i][k] - job->difference[i][k];
         }
@@ -83,16 +97,13 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
                  .count = count,
                  .account = account,
                  .difference = recordings_room(recordings, count)};
-    bool good = true;
     *account = (account_t){.before = recordings_room(recordings, count),
                            .after = recordings_room(recordings, count),
                            .from = allocate(count, sizeof(size_t)),
                            .recordings = count};
-    for (size_t i = 0; good && i < count; i++) {
-        account->from[i] = diagnosis->samples.from[i];
-        good = chain_simulate(&diagnosis->baseline, &recordings[i], 0, account->before[i], failure) &&
-               chain_simulate(&diagnosis->model, &recordings[i], 0, account->after[i], failure);
-    }
+    memcpy(account->from, diagnosis->samples.from, count * sizeof(size_t));
+    bool good = simulate(diagnosis, &diagnosis->baseline, account->before, failure) &&
+                simulate(diagnosis, &diagnosis->model, account->after, failure);
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
         good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], failure);
     }

@@ -5,6 +5,7 @@
 #include "lattice.h"
 #include "measured_columns.h"
 #include "names.h"
+#include "past.h"
 #include "reconsider.h"
 #include "search_round.h"
 #include "sides.h"
@@ -29,7 +30,7 @@ void attempt_advance(attempt_t *job) {
 bool attempt_measure(const attempt_t *job, const model_t *model, double *percent, double *held_out_percent) {
     const samples_t *samples = &job->diagnosis->samples;
     double *simulated = samples_column(samples);
-    const bool good = samples_simulate(samples, model, simulated, job->failure);
+    const bool good = past_simulate(samples, &job->diagnosis->noise, model, simulated, job->failure);
     if (good) {
         *percent = samples_nrmse_percent(samples, SAMPLE_FITTED, simulated);
         *held_out_percent = samples_nrmse_percent(samples, SAMPLE_HELD_OUT, simulated);

@@ -32,7 +32,7 @@ void attempt_advance(attempt_t *job);
  */
 bool attempt_from(attempt_t *job, const model_t *given);
 
-/** NRMSE of a model over the samples that are fitted, and held out. */
+/** NRMSE of a model over the samples that are fitted, and held out; beyond what an unknown past left (past.h). */
 bool attempt_measure(const attempt_t *job, const model_t *model, double *percent, double *held_out_percent);
 
 /** The blocks of the model that the baseline does not have, as bits. */

@@ -9,6 +9,7 @@
 #include "shape_judgement.h"
 #include "smooth_bank.h"
 #include "smooth_plane.h"
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -121,8 +122,12 @@ static void add_rich(void *context, const double *column, nuisance_layer_t layer
 
 static bool noise_of_rich_model(const samples_t *samples, const model_t *model, const probe_setting_t *setting,
                                 noise_t *noise, failure_t *failure) {
-    const nuisance_options_t options = {
-        .plays = true, .shapes = true, .trends = true, .line_hz = setting->line_hz, .lines = setting->lines};
+    const nuisance_options_t options = {.past = true,
+                                        .plays = true,
+                                        .shapes = true,
+                                        .trends = true,
+                                        .line_hz = setting->line_hz,
+                                        .lines = setting->lines};
     const noise_t white = {.sigma_um = 1.0, .rms_um = 1.0};
     rich_t rich = {.samples = samples, .scratch = samples_column(samples)};
     double **signature = allocate(catalogue_count, sizeof *signature), *left = samples_column(samples);
@@ -153,40 +158,6 @@ bool baseline_noise(const samples_t *samples, const model_t *model, const probe_
                     failure_t *failure) {
     return noise_at_rest(samples, setting->line_hz, setting->lines, noise) ||
            noise_of_rich_model(samples, model, setting, noise, failure);
-}
-
-static bool memory_unknown(const samples_t *samples) {
-    for (size_t i = 0; i < samples->count; i++) {
-        if (samples->from[i] == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Where the recordings do not determine the memory they begin with: the past as it was estimated, or a sweep that came
- * to the first level from above or from below, whichever leaves least. */
-static void choose_past(const samples_t *samples, const noise_t *noise, model_t *model) {
-    double range_v[2];
-    joint_power_t least;
-    failure_t refusal;
-    recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range_v);
-    if (!joint_fit(samples, noise, model, 0, FIT_ITERATIONS, &least, &refusal)) {
-        least.fitted = HUGE_VAL;
-    }
-    for (size_t end = 0; end < 2; end++) {
-        joint_power_t power;
-        model_t other;
-        model_copy(&other, model);
-        model_set_array(&other.block[hysteresis_index(&other)], "past_v", 1, &range_v[end], NULL);
-        if (joint_fit(samples, noise, &other, 0, FIT_ITERATIONS, &power, &refusal) && power.fitted < least.fitted) {
-            model_free(model);
-            *model = other;
-            least = power;
-        } else {
-            model_free(&other);
-        }
-    }
 }
 
 /* Few numbers first: a table imitates much. Then the better one. */
@@ -226,21 +197,89 @@ typedef struct {
     bool good[SHAPES];
 } judgement_t;
 
-static void judge(const judgement_t *job, baseline_t *baseline) {
-    baseline->held = shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures);
-}
-
-static bool has_past(const baseline_t *baseline) {
-    return baseline->family != family_find(shapes[BANK].family);
-}
-
-static void fit_and_judge(const judgement_t *job, baseline_t *baseline) {
+static void fit_hysteresis(const judgement_t *job, baseline_t *baseline) {
     joint_power_t ignored;
     failure_t refusal;
-    if (has_past(baseline) && memory_unknown(job->samples)) {
-        choose_past(job->samples, job->noise, &baseline->model);
+    joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+}
+
+static void judge(const judgement_t *job, baseline_t *baseline) {
+    baseline->held =
+        shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures, true).held;
+}
+
+/* With this past, and no other. */
+static double left_of_judged(const judgement_t *job, baseline_t *baseline) {
+    fit_hysteresis(job, baseline);
+    return shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures, false).fitted;
+}
+
+/* What is left of the samples that take no part, since the past is in them, but for a constant: that may be anything's.
+ */
+static double left_of_beginning(const judgement_t *job, baseline_t *baseline) {
+    const samples_t *samples = job->samples;
+    double *simulated = samples_column(samples), sum = 0.0;
+    failure_t refusal;
+    const bool good = samples_simulate(samples, &baseline->model, simulated, &refusal);
+    for (size_t i = 0; good && i < samples->count; i++) {
+        double *left = simulated + samples->begin[i];
+        for (size_t k = 0; k < samples->from[i]; k++) {
+            left[k] -= samples->recordings[i].column[COLUMN_DISPLACEMENT][k];
+        }
+        sum += samples->from[i] > 0 ? gsl_stats_tss(left, 1, samples->from[i]) : 0.0;
+    }
+    free(simulated);
+    return good ? sum : HUGE_VAL;
+}
+
+/* A sweep that ended there. */
+static void set_past(model_block_t *hysteresis, double end_v, bool low) {
+    if (hysteresis->block != &block_prandtl_ishlinskii) {
+        model_set_array(hysteresis, "past_v", 1, &end_v, NULL);
+        return;
+    }
+    const parameter_t *threshold_v = model_parameter(hysteresis, "thresholds_v");
+    double *memory_v = allocate(threshold_v->count, sizeof(double));
+    for (size_t i = 0; i < threshold_v->count; i++) {
+        memory_v[i] = low ? end_v + threshold_v->value[i] : end_v - threshold_v->value[i];
+    }
+    model_set_array(hysteresis, "initial_memory_v", threshold_v->count, memory_v, NULL);
+    free(memory_v);
+}
+
+/* The past as it was estimated, or a sweep that came to the first level from above or from below, whichever leaves
+ * least. */
+static void choose_past(const judgement_t *job, baseline_t *baseline,
+                        double (*left_of)(const judgement_t *, baseline_t *)) {
+    double range_v[2];
+    recordings_range(job->samples->recordings, job->samples->count, COLUMN_DRIVE, range_v);
+    baseline_t other[2];
+    for (size_t end = 0; end < 2; end++) {
+        copy_of(&other[end], baseline);
+        set_past(&other[end].model.block[hysteresis_index(&other[end].model)], range_v[end], end == 0);
+    }
+    double least = left_of(job, baseline);
+    for (size_t end = 0; end < 2; end++) {
+        const double left = left_of(job, &other[end]);
+        if (left < least) {
+            const baseline_t worse = *baseline;
+            *baseline = other[end];
+            other[end] = worse;
+            least = left;
+        }
+    }
+    baseline_free(other, 2);
+}
+
+/* At its best, with its past. Where the recordings do not determine the memory they begin with, that is weighed beside
+ * what may be missing, since a drift looks like another past. Elsewhere the hysteresis forgets its past, but what is
+ * slow begins with the position that it had then. */
+static void settle(const judgement_t *job, baseline_t *baseline) {
+    if (job->samples->past_matters) {
+        choose_past(job, baseline, left_of_judged);
     } else {
-        joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+        fit_hysteresis(job, baseline);
+        choose_past(job, baseline, left_of_beginning);
     }
     judge(job, baseline);
 }
@@ -248,8 +287,14 @@ static void fit_and_judge(const judgement_t *job, baseline_t *baseline) {
 /* A few operators with gaps between them are no smooth bank. */
 static void choose_bank(judgement_t *job) {
     baseline_t *bank = &job->shape[BANK];
+    if (job->samples->past_matters) {
+        choose_past(job, bank, left_of_judged);
+        choose_past(job, job->rough, left_of_judged);
+    } else {
+        fit_hysteresis(job, job->rough);
+    }
     judge(job, bank);
-    fit_and_judge(job, job->rough);
+    judge(job, job->rough);
     if (job->rough->held < rough_at_most * bank->held) {
         const baseline_t smooth = *bank;
         *bank = *job->rough;
@@ -262,7 +307,7 @@ static void find_bouc_wen(judgement_t *job) {
     job->good[BOUC_WEN] =
         fit_family(BOUC_WEN, job->samples->recordings, job->samples->count, &job->shape[BOUC_WEN], &refusal);
     if (job->good[BOUC_WEN]) {
-        fit_and_judge(job, &job->shape[BOUC_WEN]);
+        settle(job, &job->shape[BOUC_WEN]);
     }
 }
 
@@ -280,7 +325,7 @@ static void smooth_plane(void *context, size_t index) {
     if (!job->good[shape]) {
         model_free(&plane->model);
     } else {
-        fit_and_judge(job, plane);
+        settle(job, plane);
     }
 }
 

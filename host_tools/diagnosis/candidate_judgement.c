@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "candidate_judgement.h"
+#include "remainder.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,6 +17,9 @@ static const double wrong_where_it_acts = 0.2;
 /* Of what the held-out samples have beyond the noise, what a block has to explain that another shape of hysteresis
  * could imitate, or to less than this. */
 static const double most_of_it = 0.6, little_left = 0.06;
+/* Where the noise is not known: what a block has to take of the sum of squares that is left, most of which is no noise
+ * and may look like anything in part. */
+static const double much_of_it = 0.2;
 
 /* Significant by both standard errors, corrected for the number of signatures tried. */
 static bool significant(const candidate_t *candidate, size_t tested) {
@@ -80,13 +84,20 @@ static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
            attempt_excess(job->diagnosis, candidate->power.held) < fmax((1.0 - most_of_it) * before, little_left);
 }
 
+/* Where the noise is known, others judge that. */
+static bool explains_much(const attempt_t *job, const candidate_t *candidate) {
+    const diagnosis_t *d = job->diagnosis;
+    return remainder_knows_noise(&d->samples, &d->noise) ||
+           (candidate->joint && candidate->power.fitted < (1.0 - much_of_it) * job->power.fitted);
+}
+
 /* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
 static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const question_t question = evidence_question(evidence);
     const bool large = question == ASK_ANYTHING && !job->coarse
                            ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
                            : large_enough(job, evidence, candidate);
-    return large && (question == ASK_EFFECTS || explains_most(job, candidate));
+    return large && explains_much(job, candidate) && (question == ASK_EFFECTS || explains_most(job, candidate));
 }
 
 bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const candidates_t *found) {

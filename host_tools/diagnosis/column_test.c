@@ -105,7 +105,7 @@ static bool measure_found(column_test_t *test, failure_t *failure) {
 }
 
 column_test_t *column_test_open(const diagnosis_t *d, const model_t *model, double chance, failure_t *failure) {
-    const nuisance_options_t options = {.plays = true, .shapes = true, .trends = true};
+    const nuisance_options_t options = {.past = true, .plays = true, .shapes = true, .trends = true};
     const samples_t *samples = &d->samples;
     column_test_t *test = allocate(1, sizeof *test);
     *test = (column_test_t){.diagnosis = d, .chance = chance};

@@ -353,6 +353,14 @@ static void print_errors(const diagnosis_t *d) {
     }
 }
 
+/* Why errors are smaller than a simulation from the first sample on has them. */
+static void print_past(const diagnosis_t *d) {
+    if (d->samples.past_matters) {
+        print_wrapped("", "(beyond what drives before the recording left in it, which it does not erase: a function of "
+                          "the highest and the lowest drive since it began)");
+    }
+}
+
 static void print_unseen(const diagnosis_t *d) {
     enum { NAME_WIDTH = 26 };
     const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
@@ -386,6 +394,7 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
         print_finding(d, account, f, recordings, count);
     }
     print_errors(d);
+    print_past(d);
     remainder_text(d, text);
     print_wrapped("remaining", text);
     if (something_remains(d) && account->remaining.somewhere) {

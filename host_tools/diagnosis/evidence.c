@@ -62,7 +62,7 @@ static void add_to_basis(void *context, const double *column, nuisance_layer_t l
 }
 
 static void fill_basis(evidence_t *e) {
-    const nuisance_options_t options = {.plays = true, .shapes = true};
+    const nuisance_options_t options = {.past = true, .plays = true, .shapes = true};
     waiting_t waiting = {.evidence = e, .layer = NUISANCE_OWN, .rows = allocate(AT_ONCE * e->rows, sizeof(double))};
     basis_open(&e->basis, e->rows, nuisance_most(&e->signals, &options));
     nuisance(&e->signals, &options, add_to_basis, &waiting);

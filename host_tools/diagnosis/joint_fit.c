@@ -3,6 +3,7 @@
 #include "autocorrelation.h"
 #include "least_squares.h"
 #include "parallel.h"
+#include "past.h"
 #include "searched.h"
 #include "signals.h"
 #include <gsl/gsl_cblas.h>
@@ -42,7 +43,8 @@ typedef struct {
     double *matrix;          /* unknowns columns of whitened derivatives, fitted samples each */
     bool fresh;              /* the hysteresis' columns are those of the model as it is */
     double *gram;            /* of the matrix */
-    double *residual, *held; /* whitened, the samples of either part */
+    double *residual, *held; /* whitened, the samples of either part, */
+    past_t past;             /* less what this explains of them */
 } job_t;
 
 static void take_residual(job_t *job, const double *simulated, joint_power_t *power) {
@@ -50,6 +52,7 @@ static void take_residual(job_t *job, const double *simulated, joint_power_t *po
     noise_whiten(job->noise, job->samples, job->column, job->white);
     const int fitted = (int)samples_pick(job->samples, SAMPLE_FITTED, job->white, job->residual);
     const int held = (int)samples_pick(job->samples, SAMPLE_HELD_OUT, job->white, job->held);
+    past_take_out(&job->past, job->residual, job->held);
     power->fitted = cblas_ddot(fitted, job->residual, 1, job->residual, 1);
     power->held = cblas_ddot(held, job->held, 1, job->held, 1);
 }
@@ -102,6 +105,7 @@ static void take_column(void *context, size_t index) {
     double *rows = job->matrix + unknown * job->samples->fitted, *column = samples_column(job->samples);
     if (derive(job, derivation->signals, unknown, column)) {
         noise_whiten_fitted(job->noise, job->samples, column, rows);
+        past_take_out(&job->past, rows, NULL);
     } else {
         memset(rows, 0, job->samples->fitted * sizeof(double));
     }
@@ -213,6 +217,7 @@ static bool improve(job_t *job, joint_power_t *power) {
 
 static void open_job(job_t *job, const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks) {
     *job = (job_t){.samples = samples, .noise = noise, .model = model, .fresh = true};
+    past_open(&job->past, samples, noise);
     hysteresis_numbers_open(model, &job->hysteresis);
     job->unknowns = job->hysteresis.count;
     for (size_t b = 0; b < model->blocks; b++) {
@@ -232,6 +237,7 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
 }
 
 static void close_job(job_t *job) {
+    past_close(&job->past);
     hysteresis_numbers_close(&job->hysteresis);
     free(job->moved);
     free(job->white);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * Fits the numbers of a model's hysteresis together with the searched parameters (probe.h) of some of its blocks, by
- * Gauss and Newton's method: least squares of the whitened residual over the samples that are not held out.
+ * Gauss and Newton's method: least squares of the whitened residual over the samples that are not held out, beyond what
+ * an unknown past left in them (past.h).
  */
 #ifndef JOINT_FIT_H
 #define JOINT_FIT_H

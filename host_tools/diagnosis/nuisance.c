@@ -2,6 +2,7 @@
 #include "nuisance.h"
 #include "drive_period.h"
 #include "parallel.h"
+#include "past.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -110,6 +111,14 @@ static void fill_hat(const job_t *job, const wanted_t *wanted, double *column) {
     }
 }
 
+static void fill_past(const job_t *job, const wanted_t *wanted, double *column) {
+    const samples_t *s = job->samples;
+    past_column(s, wanted->index, column);
+    for (size_t i = 0; i < s->count; i++) {
+        pass_through(job->signals->model, &s->recordings[i], column + s->begin[i]);
+    }
+}
+
 static void fill_offset(const job_t *job, const wanted_t *wanted, double *column) {
     const samples_t *s = job->samples;
     memset(column, 0, s->all * sizeof(double));
@@ -167,7 +176,7 @@ static void want_product(job_t *job, double **z, int drive_power, int power, nui
     want(job, (wanted_t){.fill = fill_product, .layer = layer, .z = z, .drive_power = drive_power, .power = power});
 }
 
-static void want_own(job_t *job, bool plays) {
+static void want_own(job_t *job, const nuisance_options_t *options) {
     const samples_t *samples = job->samples;
     for (size_t i = 0; i < samples->count; i++) {
         want(job, (wanted_t){.fill = fill_offset, .layer = NUISANCE_OWN, .index = i});
@@ -175,7 +184,10 @@ static void want_own(job_t *job, bool plays) {
     for (size_t n = 0; n < job->numbers.count; n++) {
         want(job, (wanted_t){.fill = fill_derivative, .layer = NUISANCE_OWN, .index = n});
     }
-    const double hz = plays ? loop_hz(samples) : 0.0;
+    for (size_t i = 0; options->past && samples->past_matters && i < PAST_COLUMNS; i++) {
+        want(job, (wanted_t){.fill = fill_past, .layer = NUISANCE_OWN, .index = i});
+    }
+    const double hz = options->plays ? loop_hz(samples) : 0.0;
     for (int harmonic = 1;
          harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz; harmonic++) {
         want_line(job, harmonic * hz, NUISANCE_OWN);
@@ -197,7 +209,7 @@ static void want_shapes(job_t *job) {
 }
 
 static void want_all(job_t *job, const nuisance_options_t *options) {
-    want_own(job, options->plays);
+    want_own(job, options);
     if (options->plays) {
         want_product(job, job->drive, 0, 1, NUISANCE_PLAYS);
         for (size_t j = 0; j < OPERATORS; j++) {
@@ -263,6 +275,7 @@ void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
 
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options) {
     return signals->samples->count + hysteresis_numbers_count(signals->model) +
+           (options->past && signals->samples->past_matters ? PAST_COLUMNS : 0) +
            (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
            (options->shapes ? 2 + 3 * SHAPES + 2 * BRANCH_NODES : 0) + (options->trends ? TRENDS : 0) +
            2 * options->lines;

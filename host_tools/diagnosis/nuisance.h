@@ -2,7 +2,8 @@
 /**
  * J: what a model's own numbers, and a hysteresis of another shape, can imitate, to first order. docs/DIAGNOSIS.md.
  *
- *     offset of each recording; derivatives by the numbers of the model's hysteresis; of a drive that repeats one loop
+ *     offset of each recording; derivatives by the numbers of the model's hysteresis; what an
+ *     unknown past left (past.h); of a drive that repeats one loop
  * again and again, the harmonics; the drive and play operators behind the model's electronics; [their squares, cubes
  * and products with the drive, and free functions of the drive on rising and falling branches: a hysteresis that is
  *     asymmetric or not congruent]; all through the model's slow, mechanical and sensor blocks
@@ -13,6 +14,7 @@
 #include "signals.h"
 
 typedef struct {
+    bool past;             /**< with what an unknown past left */
     bool plays;            /**< with the harmonics, the drive and the play operators */
     bool shapes;           /**< with the columns in brackets */
     bool trends;           /**< with half waves over each recording: for finding the noise's filter */

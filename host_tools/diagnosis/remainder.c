@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "remainder.h"
+#include "past.h"
 #include "spectrum.h"
+#include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_statistics_double.h>
 #include <stdlib.h>
@@ -97,7 +99,12 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     double *white = samples_column(samples), *found_white = samples_column(samples), *left = samples_column(samples);
     double most = 0.0, excess = 0.0;
     const double lowest_hz = 1.0 / samples_longest_s(samples);
-    samples_residual(samples, simulated, left);
+    past_t past;
+    past_open(&past, samples, noise);
+    cblas_dcopy((int)samples->all, simulated, 1, found_white, 1);
+    past_add(&past, samples, noise, found_white);
+    past_close(&past);
+    samples_residual(samples, found_white, left);
     noise_whiten(noise, samples, left, white);
     noise_whiten(noise, samples, effect, found_white);
     for (size_t i = 0; i < samples->count; i++) {

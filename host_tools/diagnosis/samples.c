@@ -6,26 +6,76 @@
 
 /* Nearer to an end of the range than this part of it counts as having been there. */
 static const double at_the_end = 0.02;
+/* Of a recording. A past that takes longer to be forgotten is a matter of the model; but several recordings have one
+ * model, and each its own past. */
+static const double most_left_out = 0.2, most_of_several = 0.75;
 enum { FEWEST = 24 };
 
-bool held_out(size_t samples, size_t sample) {
-    return sample * SAMPLES_TIME_BLOCKS / samples % 3 == 2;
+/* Which of three blocks of time is held out, if nothing speaks against it. */
+enum { EVERY = 3, USUALLY = 2 };
+/* An amplifier's rails show where the drive is so near to an end of its range. */
+static const double rails_show = 0.05;
+/* Of the samples there, in parts of what would be each part's share: fewer than this are too few. */
+static const double least_share = 0.3;
+
+static bool held_out(size_t samples, size_t sample, size_t which) {
+    return sample * SAMPLES_TIME_BLOCKS / samples % EVERY == which;
 }
 
-static size_t first_that_counts(const model_t *model, const recording_t *recording) {
+/* How evenly the samples near one end of the range (0: the low one) fall to both parts: 1, or less. */
+static double evenness(const recording_t *recording, size_t from, size_t which, size_t end, const double range[2]) {
+    const double *drive = recording->column[COLUMN_DRIVE], near_v = rails_show * (range[1] - range[0]);
+    double held = 0.0, all = 0.0;
+    for (size_t k = from; k < recording->samples; k++) {
+        if (fabs(drive[k] - range[end]) <= near_v) {
+            held += held_out(recording->samples, k, which) ? 1.0 : 0.0;
+            all += 1.0;
+        }
+    }
+    const double share = 1.0 / EVERY, part = all > 0.0 ? held / all : share;
+    return fmin(part / share, (1.0 - part) / (1.0 - share));
+}
+
+/* Which of three blocks of time is held out, by the drive alone: what happens only near an end of its range can be
+ * found only where both parts have samples there. */
+static size_t choose_held_out(const recording_t *recording, size_t from) {
+    double range[2], most = 0.0;
+    size_t best = USUALLY;
+    values_range(recording->column[COLUMN_DRIVE] + from, recording->samples - from, range);
+    for (size_t i = 0; i < EVERY && most < least_share; i++) {
+        const size_t which = (USUALLY + i) % EVERY;
+        const double even =
+            fmin(evenness(recording, from, which, 0, range), evenness(recording, from, which, 1, range));
+        if (even > most) {
+            most = even;
+            best = which;
+        }
+    }
+    return best;
+}
+
+/* When the drive has first been at both ends of what it covers until then. */
+static size_t covered(const recording_t *recording, size_t until) {
     const double *drive = recording->column[COLUMN_DRIVE];
-    const size_t determined = chain_memory_determined(model, recording, recording->samples);
-    double range[2], margin;
-    size_t at_low = recording->samples, at_high = recording->samples, from;
-    values_range(drive, recording->samples, range);
-    margin = at_the_end * (range[1] - range[0]);
-    for (size_t k = recording->samples; k-- > 0;) {
+    size_t at_low = until, at_high = until;
+    double range[2];
+    values_range(drive, until, range);
+    const double margin = at_the_end * (range[1] - range[0]);
+    for (size_t k = until; k-- > 0;) {
         at_low = drive[k] <= range[0] + margin ? k : at_low;
         at_high = drive[k] >= range[1] - margin ? k : at_high;
     }
-    from = at_low > at_high ? at_low : at_high;
-    from = from > determined ? from : determined;
-    return recording->samples - from < recording->samples / 4 ? 0 : from;
+    return at_low > at_high ? at_low : at_high;
+}
+
+static size_t first_that_counts(const model_t *model, const recording_t *recording, double most, bool *past_matters) {
+    const size_t samples = recording->samples, determined = chain_memory_determined(model, recording, samples);
+    const size_t both_ends = covered(recording, samples), known = both_ends > determined ? both_ends : determined;
+    if ((double)known <= most * (double)samples) {
+        return known;
+    }
+    *past_matters = true;
+    return covered(recording, (size_t)(most_left_out * (double)samples));
 }
 
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
@@ -36,7 +86,8 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
                            .from = allocate(count, sizeof(size_t))};
     for (size_t i = 0; i < count; i++) {
         samples->begin[i + 1] = samples->begin[i] + recordings[i].samples;
-        samples->from[i] = first_that_counts(model, &recordings[i]);
+        samples->from[i] = first_that_counts(model, &recordings[i], count == 1 ? most_left_out : most_of_several,
+                                             &samples->past_matters);
         if (recordings[i].samples - samples->from[i] < FEWEST) {
             fail(failure, "%s: %zu samples are too few for a diagnosis", recordings[i].name, recordings[i].samples);
             samples_close(samples);
@@ -46,8 +97,9 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
     samples->all = samples->begin[count];
     samples->part = allocate(samples->all, 1);
     for (size_t i = 0; i < count; i++) {
+        const size_t which = choose_held_out(&recordings[i], samples->from[i] + SAMPLES_SKIPPED);
         for (size_t k = samples->from[i] + SAMPLES_SKIPPED; k < recordings[i].samples; k++) {
-            const bool held = held_out(recordings[i].samples, k);
+            const bool held = held_out(recordings[i].samples, k, which);
             samples->part[samples->begin[i] + k] = held ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
             *(held ? &samples->held : &samples->fitted) += 1;
         }

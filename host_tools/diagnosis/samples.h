@@ -18,17 +18,21 @@ typedef struct {
     size_t *from;        /**< of a recording's samples, the first that takes part */
     size_t all;          /**< length of a column */
     size_t fitted, held; /**< samples that take part: fitted, and held out */
+    bool past_matters;   /**< some that take part depend on drives before the recording */
     unsigned char *part; /**< of each sample: samples_part_t */
 } samples_t;
 
 typedef enum { SAMPLE_LEFT_OUT, SAMPLE_FITTED, SAMPLE_HELD_OUT } samples_part_t;
 
-/** Whether a sample is kept from every fit and every test of a diagnosis: of 36 blocks of time, each third one. */
-bool held_out(size_t samples, size_t sample);
-
 /**
+ * Of 36 blocks of time each third one is held out: kept from every fit and every test. Which ones are, of three ways, a
+ * recording's drive decides by itself: the last of three; or, where one part had hardly a sample near an end of the
+ * range, so that nobody could find an amplifier's rails and confirm them, the ones that share those samples better.
+ *
  * Takes part what comes after the hysteresis' memory is determined and the drive has been at both ends of its range (a
- * model whose plane ends there cannot have another past); everything, if that left less than a quarter of a recording.
+ * model whose plane ends there cannot have another past). Where that would leave out more than 20 % of a recording (of
+ * several: 75 %, since they have one model, and each its own past), what comes after the drive has been at both ends of
+ * what it covers in the first 20 %: the rest of the past is then a matter of the model.
  * The recordings must outlive it. Fails when a recording is too short.
  */
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,

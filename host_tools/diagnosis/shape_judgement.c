@@ -12,6 +12,8 @@ static const double settled = 0.999;
 /* Keeps numbers finite that the samples say nothing about. */
 static const double small_weight = 1e-9;
 
+static const joint_power_t nothing_simulated = {.fitted = HUGE_VAL, .held = HUGE_VAL};
+
 /* Columns of one shape: whitened, the fitted and the held-out samples. */
 typedef struct {
     const samples_t *samples;
@@ -31,13 +33,19 @@ static void add_rows(void *context, const double *column, nuisance_layer_t layer
     }
 }
 
-/* Sum of squares that the last column keeps among the held-out samples when the others are fitted to it. change: of the
- * numbers of the hysteresis, which stand behind the offsets. */
-static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers, double *change) {
+/* Sum of squares that the last of these columns keeps when x times the others is taken out of it. */
+static double left_of(double *columns, size_t rows, size_t n, const double *x) {
+    double *last = columns + n * rows;
+    cblas_dgemv(CblasColMajor, CblasNoTrans, (int)rows, (int)n, -1.0, columns, (int)rows, x, 1, 1.0, last, 1);
+    return cblas_ddot((int)rows, last, 1, last, 1);
+}
+
+/* What the last column keeps when the others are fitted to it. change: of the numbers of the hysteresis, which stand
+ * behind the offsets. */
+static joint_power_t power_of(const rows_t *rows, size_t offsets, size_t numbers, double *change) {
     const size_t n = rows->columns - 1;
-    const int held = (int)rows->samples->held;
     double *x = allocate(n, sizeof(double)), *lower = allocate(n, sizeof(double)), *unit = allocate(n, sizeof(double));
-    double *left = rows->held + n * rows->samples->held, power = HUGE_VAL;
+    joint_power_t power = nothing_simulated;
     normal_equations_t equations;
     failure_t singular;
     normal_equations_create(&equations, n);
@@ -53,8 +61,8 @@ static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers,
         unit[i] = 0.0;
     }
     if (solve_bounded(&equations, lower, x, NULL, &singular)) {
-        cblas_dgemv(CblasColMajor, CblasNoTrans, held, (int)n, -1.0, rows->held, held, x, 1, 1.0, left, 1);
-        power = cblas_ddot(held, left, 1, left, 1);
+        power.fitted = left_of(rows->fitted, rows->samples->fitted, n, x);
+        power.held = left_of(rows->held, rows->samples->held, n, x);
         memcpy(change, x + offsets, numbers * sizeof(double));
     }
     normal_equations_free(&equations);
@@ -64,13 +72,12 @@ static double held_out_power(const rows_t *rows, size_t offsets, size_t numbers,
     return power;
 }
 
-/* What a shape leaves of the held-out samples together with the signatures; and the change of its numbers that it
- * takes. HUGE_VAL: it cannot be simulated. */
-static double judge_once(const samples_t *samples, const noise_t *noise, const model_t *model, double **signature,
-                         size_t signatures, size_t numbers, double *change) {
-    const nuisance_options_t options = {0};
+/* What a shape leaves together with the signatures; and the change of its numbers that it takes. */
+static joint_power_t judge_once(const samples_t *samples, const noise_t *noise, const model_t *model,
+                                double **signature, size_t signatures, bool past, size_t numbers, double *change) {
+    const nuisance_options_t options = {.past = past};
     rows_t rows = {.samples = samples, .noise = noise, .white = samples_column(samples)};
-    double power = HUGE_VAL;
+    joint_power_t power = nothing_simulated;
     signals_t signals;
     failure_t refusal;
     if (signals_open(&signals, samples, model, &refusal)) {
@@ -84,7 +91,7 @@ static double judge_once(const samples_t *samples, const noise_t *noise, const m
         }
         samples_residual(samples, signals.simulated, residual);
         add_rows(&rows, residual, NUISANCE_TRENDS);
-        power = held_out_power(&rows, samples->count, numbers, change);
+        power = power_of(&rows, samples->count, numbers, change);
         free(residual);
         signals_close(&signals);
     }
@@ -94,24 +101,25 @@ static double judge_once(const samples_t *samples, const noise_t *noise, const m
     return power;
 }
 
-double shape_judgement(const samples_t *samples, const noise_t *noise, model_t *model, double **signature,
-                       size_t signatures) {
+joint_power_t shape_judgement(const samples_t *samples, const noise_t *noise, model_t *model, double **signature,
+                              size_t signatures, bool past) {
     enum { STEPS = 4 };
     hysteresis_numbers_t numbers;
     hysteresis_numbers_open(model, &numbers);
     double *change = allocate(numbers.count, sizeof(double));
     double *ignored = allocate(numbers.count, sizeof(double));
-    double least = judge_once(samples, noise, model, signature, signatures, numbers.count, change);
-    for (int step = 0; step < STEPS && hysteresis_numbers_few(numbers.count) && isfinite(least); step++) {
+    joint_power_t least = judge_once(samples, noise, model, signature, signatures, past, numbers.count, change);
+    for (int step = 0; step < STEPS && hysteresis_numbers_few(numbers.count) && isfinite(least.held); step++) {
         failure_t refusal;
         hysteresis_numbers_keep(&numbers);
         for (size_t i = 0; i < numbers.count; i++) {
             hysteresis_number_add(&numbers.number[i], change[i]);
         }
-        const double power = model_check(model, "model", &refusal)
-                                 ? judge_once(samples, noise, model, signature, signatures, numbers.count, ignored)
-                                 : HUGE_VAL;
-        if (!(power < settled * least)) {
+        const joint_power_t power =
+            model_check(model, "model", &refusal)
+                ? judge_once(samples, noise, model, signature, signatures, past, numbers.count, ignored)
+                : nothing_simulated;
+        if (!(power.held < settled * least.held)) {
             hysteresis_numbers_restore(&numbers);
             break;
         }

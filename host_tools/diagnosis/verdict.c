@@ -7,9 +7,12 @@
  * it. In parts of the square. */
 static const double leaves_too_much = 1.0 / 12.0;
 
+/* missing, and what is left now, are beyond the noise; where that is not known, all of them counts. */
 static bool comes_near_only(const attempt_t *job, double missing) {
     const diagnosis_t *d = job->diagnosis;
-    return attempt_blocks_found(d, &d->model) != 0 && attempt_excess(d, job->power.held) > leaves_too_much * missing;
+    const double noise = remainder_knows_noise(&d->samples, &d->noise) ? 0.0 : 1.0;
+    return attempt_blocks_found(d, &d->model) != 0 &&
+           attempt_excess(d, job->power.held) + noise > leaves_too_much * (missing + noise);
 }
 
 static void judge(attempt_t *job, double missing) {
