@@ -210,7 +210,6 @@ static void judge(const judgement_t *job, baseline_t *baseline) {
 
 /* With this past, and no other. */
 static double left_of_judged(const judgement_t *job, baseline_t *baseline) {
-    fit_hysteresis(job, baseline);
     return shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures, false).fitted;
 }
 
@@ -253,12 +252,12 @@ static void choose_past(const judgement_t *job, baseline_t *baseline,
                         double (*left_of)(const judgement_t *, baseline_t *)) {
     double range_v[2];
     recordings_range(job->samples->recordings, job->samples->count, COLUMN_DRIVE, range_v);
+    double least = left_of(job, baseline);
     baseline_t other[2];
     for (size_t end = 0; end < 2; end++) {
         copy_of(&other[end], baseline);
         set_past(&other[end].model.block[hysteresis_index(&other[end].model)], range_v[end], end == 0);
     }
-    double least = left_of(job, baseline);
     for (size_t end = 0; end < 2; end++) {
         const double left = left_of(job, &other[end]);
         if (left < least) {
@@ -277,6 +276,7 @@ static void choose_past(const judgement_t *job, baseline_t *baseline,
 static void settle(const judgement_t *job, baseline_t *baseline) {
     if (job->samples->past_matters) {
         choose_past(job, baseline, left_of_judged);
+        fit_hysteresis(job, baseline);
     } else {
         fit_hysteresis(job, baseline);
         choose_past(job, baseline, left_of_beginning);
@@ -290,9 +290,8 @@ static void choose_bank(judgement_t *job) {
     if (job->samples->past_matters) {
         choose_past(job, bank, left_of_judged);
         choose_past(job, job->rough, left_of_judged);
-    } else {
-        fit_hysteresis(job, job->rough);
     }
+    fit_hysteresis(job, job->rough);
     judge(job, bank);
     judge(job, job->rough);
     if (job->rough->held < rough_at_most * bank->held) {
