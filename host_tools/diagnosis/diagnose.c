@@ -13,7 +13,7 @@
  * shape of hysteresis can imitate; and, in parts of their deviation, one that is not the whole answer. */
 static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for. */
-static const double worth_another_shape = 0.03;
+static const double worth_another_shape = 0.03, little_more = 0.1;
 /* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
 static const double better_plane = 0.99;
 
@@ -163,11 +163,23 @@ static void try_without_the_first(attempt_t *job) {
     job->left = again.attempt.left;
 }
 
-/* Whether the answer from the first shape leaves nothing for another one. */
-static bool answers_all(const trial_t *first, const baseline_t *baseline) {
+/* What the best of the other shapes leaves beside all that may be missing (shape_judgement.h). */
+static double promised(const baseline_t *baseline, size_t shapes) {
+    double least = HUGE_VAL;
+    for (size_t shape = 1; shape < shapes; shape++) {
+        least = fmin(least, baseline[shape].held);
+    }
+    return least;
+}
+
+/* Whether the answer from the first shape leaves nothing for another one: hardly more than noise; or little more, and
+ * no more than another one promises. */
+static bool answers_all(const trial_t *first, const baseline_t *baseline, size_t shapes) {
     const diagnosis_t *d = &first->diagnosis;
-    return !d->remainder.structured && !shape_found(d) && !baseline->many_numbers &&
-           attempt_excess(d, first->attempt.power.held) < worth_another_shape;
+    const double held = first->attempt.power.held, excess = attempt_excess(d, held);
+    return !d->remainder.structured && !baseline->many_numbers &&
+           ((!shape_found(d) && excess < worth_another_shape) ||
+            (excess < little_more && cost_of(d, held) < promised(baseline, shapes)));
 }
 
 /* A free plane that promises no more than a symmetric one. */
@@ -208,7 +220,7 @@ static bool try_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes
         *job->diagnosis = trial[0].diagnosis;
         job->power = trial[0].attempt.power;
     }
-    if (good && !answers_all(&trial[0], &baseline[0])) {
+    if (good && !answers_all(&trial[0], baseline, shapes)) {
         /* The free plane is the last one. What it has and the others have not is that it imitates curves. */
         const bool later = job->diagnosis->remainder.structured && !shape_found(job->diagnosis) &&
                            is_no_better(&baseline[shapes - 1], baseline, shapes);
