@@ -55,6 +55,7 @@ typedef struct {
     double sample_rate_hz; /**< of the simulation */
     uint64_t seed;         /**< for noise; differs from stage to stage */
     double preload_n;      /**< force on the actuator: key preload_n of the recording, 0 without */
+    double clock_s;        /**< when the recording begins, for what runs freely: clock_s of the recording */
 } stage_setup_t;
 
 /** Samples that a block may look ahead. */

@@ -134,7 +134,7 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
 
 bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
                  failure_t *failure) {
-    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz, .seed = seed};
+    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz, .seed = seed, .clock_s = recording->clock_s};
     return recording_preload(recording, &setup->preload_n, failure) &&
            may_run(model, recording->sample_rate_hz, failure);
 }

@@ -42,6 +42,7 @@ typedef struct {
     char *name; /**< path it was read from, for messages */
     double sample_rate_hz;
     double start_s;               /**< t of the first sample */
+    double clock_s;               /**< how far a clock of the surroundings was then: line_clock.h; 0: nobody knows */
     size_t samples;               /**< 2 or more after a successful read */
     double *column[COLUMN_COUNT]; /**< samples values each, NULL where the recording has no such column */
     size_t keys;

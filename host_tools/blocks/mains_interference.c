@@ -18,7 +18,7 @@ static const parameter_info_t parameters[] = {
      .low = -2.0 * M_PI,
      .high = 2.0 * M_PI,
      .optional = true,
-     .text = "of the sine when the recording begins"}};
+     .text = "of the sine when the recording begins; of several, the first"}};
 
 /* A vector that turns by the same angle at each sample. Each turn rounds it, so it is made anew every so often: it
  * stays within 1e-13 of the sine (tests/host/test_effects.c). */
@@ -35,7 +35,8 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     state_t *state = memory;
     state->turns_per_sample = parameter[FREQUENCY].value[0] / setup->sample_rate_hz;
     state->amplitude_um = parameter[AMPLITUDE].value[0];
-    state->phase_rad = parameter[PHASE].value[0];
+    state->phase_rad =
+        parameter[PHASE].value[0] + 2.0 * M_PI * remainder(parameter[FREQUENCY].value[0] * setup->clock_s, 1.0);
     state->turn_cos = cos(2.0 * M_PI * remainder(state->turns_per_sample, 1.0));
     state->turn_sin = sin(2.0 * M_PI * remainder(state->turns_per_sample, 1.0));
 }

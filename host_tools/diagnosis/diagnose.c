@@ -2,8 +2,10 @@
 #include "diagnose.h"
 #include "attempt.h"
 #include "baseline.h"
+#include "catalogue.h"
 #include "hysteresis_numbers.h"
 #include "lattice.h"
+#include "line_clock.h"
 #include "parallel.h"
 #include <math.h>
 #include <stdlib.h>
@@ -70,6 +72,9 @@ static bool find_noise(attempt_t *job, const model_t *model) {
     if (good) {
         samples_residual(&d->samples, simulated, residual);
         job->setting.lines = baseline_lines(&d->samples, residual, job->line_hz);
+        if (model_find(model, block_mains_interference.name) == NULL) {
+            line_clock_set(&d->samples, residual, job->line_hz, job->setting.lines);
+        }
         good = baseline_noise(&d->samples, model, &job->setting, &d->noise, job->failure);
         count_steps_as_noise(job, &d->noise);
     }

@@ -69,12 +69,10 @@ static double rms(const double *x, size_t count) {
     return sqrt(sum / (double)count);
 }
 
-/* The difference that two pasts make, sweeps from -40 V and from 140 V: 2 % of it is left, and more of the difference
- * to demagnetised, which nodes 10 V apart follow less well. The held-out samples are no worse, though they take no
- * part.
- */
+/* What sweeps leave that ended at -40 V and at 140 V, beside one that ended at 8 V: lines between nodes 10 V apart
+ * leave 1.6 and 1.1 % of it, and in the held-out samples, which take no part, 1.5 %. */
 static void test_past_explains_what_sweeps_left(void) {
-    static const struct { double end_v, sign, most; } pasts[] = {{-40.0, 1.0, 0.02}, {140.0, -1.0, 0.02}};
+    static const double end_v[] = {-40.0, 140.0}, sign[] = {1.0, -1.0}, most = 0.02;
     open_samples();
     TEST_ASSERT_TRUE(samples.past_matters);
     past_t past;
@@ -84,7 +82,7 @@ static void test_past_explains_what_sweeps_left(void) {
     for (size_t i = 0; i < 2; i++) {
         sweep(8.0, 1.0);
         TEST_ASSERT_TRUE_MESSAGE(samples_simulate(&samples, &model, one, &failure), failure.text);
-        sweep(pasts[i].end_v, pasts[i].sign);
+        sweep(end_v[i], sign[i]);
         TEST_ASSERT_TRUE_MESSAGE(samples_simulate(&samples, &model, other, &failure), failure.text);
         for (size_t k = 0; k < SAMPLES; k++) {
             other[k] -= one[k] + other[SAMPLES - 1] - one[SAMPLES - 1];
@@ -93,11 +91,11 @@ static void test_past_explains_what_sweeps_left(void) {
         samples_pick(&samples, SAMPLE_HELD_OUT, other, held);
         const double before = rms(fitted, samples.fitted), held_before = rms(held, samples.held);
         past_take_out(&past, fitted, held);
-        printf("sweep that ended at %g V: %.4f um, leaves %.4f; held out %.4f um, leaves %.4f\n", pasts[i].end_v,
+        printf("sweep that ended at %g V: %.4f um, leaves %.4f; held out %.4f um, leaves %.4f\n", end_v[i],
                before, rms(fitted, samples.fitted), held_before, rms(held, samples.held));
         TEST_ASSERT_TRUE(before > 10.0 * noise_um);
-        TEST_ASSERT_TRUE(rms(fitted, samples.fitted) < pasts[i].most * before);
-        TEST_ASSERT_TRUE(rms(held, samples.held) < 2.0 * pasts[i].most * held_before);
+        TEST_ASSERT_TRUE(rms(fitted, samples.fitted) < most * before);
+        TEST_ASSERT_TRUE(rms(held, samples.held) < most * held_before);
     }
     free(one);
     free(other);
