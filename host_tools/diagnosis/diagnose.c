@@ -16,6 +16,8 @@
 static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for. */
 static const double worth_another_shape = 0.03, little_more = 0.1;
+/* A promise leaves out what blocks do that are far from linear: beyond this, it is none. */
+static const double known_promise = 0.5;
 /* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
 static const double better_plane = 0.99;
 
@@ -182,9 +184,12 @@ static double promised(const baseline_t *baseline, size_t shapes) {
 static bool answers_all(const trial_t *first, const baseline_t *baseline, size_t shapes) {
     const diagnosis_t *d = &first->diagnosis;
     const double held = first->attempt.power.held, excess = attempt_excess(d, held);
-    return !d->remainder.structured && !baseline->many_numbers &&
-           ((!shape_found(d) && excess < worth_another_shape) ||
-            (excess < little_more && cost_of(d, held) < promised(baseline, shapes)));
+    const double promise = promised(baseline, shapes);
+    if (d->remainder.structured || baseline->many_numbers || excess > little_more) {
+        return false;
+    }
+    return shape_found(d) ? attempt_excess(d, promise) < known_promise && cost_of(d, held) < promise
+                          : excess < worth_another_shape || cost_of(d, held) < promise;
 }
 
 /* A free plane that promises no more than a symmetric one. */

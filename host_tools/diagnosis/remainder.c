@@ -70,19 +70,37 @@ static void add_recording(const samples_t *samples, const noise_t *noise, size_t
     spectrum_free(&s);
 }
 
-/* Root mean square of a column over the held-out samples. */
-static double held_out_rms(const samples_t *samples, const double *column) {
-    return sqrt(samples_square(samples, SAMPLE_HELD_OUT, column) / (double)samples->held);
+/* Root mean square of a column over the samples of one part. */
+static double rms_of(const samples_t *samples, samples_part_t part, const double *column) {
+    const size_t count = part == SAMPLE_FITTED ? samples->fitted : samples->held;
+    return sqrt(samples_square(samples, part, column) / (double)count);
 }
+
+/* What is left, and what was found: as they are, and whitened. */
+typedef struct {
+    const samples_t *samples;
+    const noise_t *noise;
+    double *left, *white, *found_white;
+    const double *found;
+    double floor_um;
+} columns_t;
 
 /* memory: of the noise in these columns, between neighbours. Its mean square is known to the fewer, the longer that is.
  */
-static bool is_more(const samples_t *samples, double noise_um, double memory, const double *left, const double *effect,
-                    double floor_um) {
+static bool is_more(const columns_t *c, samples_part_t part, double noise_um, double memory, const double *left,
+                    const double *found) {
+    const double count = (double)(part == SAMPLE_FITTED ? c->samples->fitted : c->samples->held);
     const double neighbours = (1.0 + memory * memory) / (1.0 - memory * memory);
-    const double chance = beyond_chance_altogether * sqrt(2.0 * neighbours / (double)samples->held);
-    const double least_um = worth_mentioning * noise_um + floor_um + part_of_effect * held_out_rms(samples, effect);
-    return held_out_rms(samples, left) > hypot(noise_um * sqrt(1.0 + chance), least_um);
+    const double chance = beyond_chance_altogether * sqrt(2.0 * neighbours / count);
+    const double least_um =
+        worth_mentioning * noise_um + c->floor_um + part_of_effect * rms_of(c->samples, part, found);
+    return rms_of(c->samples, part, left) > hypot(noise_um * sqrt(1.0 + chance), least_um);
+}
+
+/* Both as it is and whitened: jumps stand out when whitened, a slow noise's own size is not well known. */
+static bool more_than_noise(const columns_t *c, samples_part_t part) {
+    return is_more(c, part, c->noise->sigma_um, 0.0, c->white, c->found_white) &&
+           is_more(c, part, c->noise->rms_um, c->noise->filter.memory, c->left, c->found);
 }
 
 /* Of a stroke: more noise than that no sensor has. */
@@ -92,23 +110,25 @@ bool remainder_knows_noise(const samples_t *samples, const noise_t *noise) {
     return noise->at_rest || samples_percent(samples, noise->rms_um) < most_noise_percent;
 }
 
-remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
-                         double floor_um) {
-    remainder_t found = {0};
-    band_t band[BANDS] = {{0}};
-    double *white = samples_column(samples), *found_white = samples_column(samples), *left = samples_column(samples);
-    double most = 0.0, excess = 0.0;
-    const double lowest_hz = 1.0 / samples_longest_s(samples);
+/* What the simulation leaves, beyond what an unknown past left. */
+static void take_columns(columns_t *c, const double *simulated) {
+    double *explained = c->found_white;
     past_t past;
-    past_open(&past, samples, noise);
-    cblas_dcopy((int)samples->all, simulated, 1, found_white, 1);
-    past_add(&past, samples, noise, found_white);
+    past_open(&past, c->samples, c->noise);
+    cblas_dcopy((int)c->samples->all, simulated, 1, explained, 1);
+    past_add(&past, c->samples, c->noise, explained);
     past_close(&past);
-    samples_residual(samples, found_white, left);
-    noise_whiten(noise, samples, left, white);
-    noise_whiten(noise, samples, effect, found_white);
-    for (size_t i = 0; i < samples->count; i++) {
-        add_recording(samples, noise, i, white, lowest_hz, band);
+    samples_residual(c->samples, explained, c->left);
+    noise_whiten(c->noise, c->samples, c->left, c->white);
+    noise_whiten(c->noise, c->samples, c->found, c->found_white);
+}
+
+static void look_at_bands(const columns_t *c, remainder_t *remainder) {
+    const double lowest_hz = 1.0 / samples_longest_s(c->samples);
+    double most = 0.0, excess = 0.0;
+    band_t band[BANDS] = {{0}};
+    for (size_t i = 0; i < c->samples->count; i++) {
+        add_recording(c->samples, c->noise, i, c->white, lowest_hz, band);
     }
     for (size_t b = 0; b < BANDS; b++) {
         if (band[b].ordinates > 0.0 &&
@@ -117,25 +137,44 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
             excess += band[b].raw;
             if (band[b].raw > most) {
                 most = band[b].raw;
-                found.low_hz = lowest_hz * exp2(0.5 * (double)b);
-                found.high_hz = lowest_hz * exp2(0.5 * (double)(b + 1));
+                remainder->low_hz = lowest_hz * exp2(0.5 * (double)b);
+                remainder->high_hz = lowest_hz * exp2(0.5 * (double)(b + 1));
             }
         }
     }
-    for (size_t k = 0; k < samples->all; k++) {
-        const double expected = outlier * hypot(noise->sigma_um, floor_um) + part_of_sample * fabs(found_white[k]);
-        found.outliers += samples->part[k] != SAMPLE_LEFT_OUT && fabs(white[k]) > expected ? 1 : 0;
+    remainder->rms_um = sqrt(fmax(0.0, excess) / (double)(c->samples->fitted + c->samples->held));
+}
+
+static size_t count_outliers(const columns_t *c) {
+    size_t outliers = 0;
+    for (size_t k = 0; k < c->samples->all; k++) {
+        const double expected =
+            outlier * hypot(c->noise->sigma_um, c->floor_um) + part_of_sample * fabs(c->found_white[k]);
+        outliers += c->samples->part[k] != SAMPLE_LEFT_OUT && fabs(c->white[k]) > expected ? 1 : 0;
     }
-    found.rms_um = sqrt(fmax(0.0, excess) / (double)(samples->fitted + samples->held));
-    found.structured =
-        !remainder_knows_noise(samples, noise) ||
-        found.rms_um > worth_mentioning * noise->rms_um + floor_um + part_of_effect * samples_rms(samples, effect) ||
-        found.outliers > few_outliers ||
-        /* Both: jumps stand out when whitened, a slow noise's own size is not well known. */
-        (is_more(samples, noise->sigma_um, 0.0, white, found_white, floor_um) &&
-         is_more(samples, noise->rms_um, noise->filter.memory, left, effect, floor_um));
-    free(found_white);
-    free(white);
-    free(left);
-    return found;
+    return outliers;
+}
+
+remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
+                         double floor_um) {
+    columns_t c = {.samples = samples,
+                   .noise = noise,
+                   .left = samples_column(samples),
+                   .white = samples_column(samples),
+                   .found_white = samples_column(samples),
+                   .found = effect,
+                   .floor_um = floor_um};
+    remainder_t remainder = {0};
+    take_columns(&c, simulated);
+    look_at_bands(&c, &remainder);
+    remainder.outliers = count_outliers(&c);
+    remainder.structured = !remainder_knows_noise(samples, noise) ||
+                           remainder.rms_um > worth_mentioning * noise->rms_um + floor_um +
+                                                  part_of_effect * samples_rms(samples, effect) ||
+                           remainder.outliers > few_outliers || more_than_noise(&c, SAMPLE_HELD_OUT) ||
+                           more_than_noise(&c, SAMPLE_FITTED);
+    free(c.left);
+    free(c.white);
+    free(c.found_white);
+    return remainder;
 }

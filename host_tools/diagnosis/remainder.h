@@ -5,7 +5,7 @@
  * The whitened residual of a complete model is flat over frequency. Where a band of frequencies (half an octave) holds
  * more than the noise at rest accounts for, something is left: a drift in the lowest, a mode or a wandering tone in one
  * of them, jumps and jitter in all. Single samples far outside the noise count too; and so
- * does what the held-out samples hold altogether.
+ * does what the samples of either part, fitted or held out, hold altogether.
  */
 #ifndef REMAINDER_H
 #define REMAINDER_H
