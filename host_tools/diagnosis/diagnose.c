@@ -51,7 +51,10 @@ static void describe(attempt_t *job, const recording_t *recordings, size_t count
 static bool begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count) {
     describe(job, recordings, count);
     job->step_um = lattice_step_um(recordings, count, &job->step_sigma_um);
-    return samples_open(&job->diagnosis->samples, model, recordings, count, job->failure);
+    diagnosis_t *d = job->diagnosis;
+    d->recordings = allocate(count, sizeof *recordings);
+    memcpy(d->recordings, recordings, count * sizeof *recordings);
+    return samples_open(&d->samples, model, d->recordings, count, job->failure);
 }
 
 /* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is
@@ -75,7 +78,7 @@ static bool find_noise(attempt_t *job, const model_t *model) {
         samples_residual(&d->samples, simulated, residual);
         job->setting.lines = baseline_lines(&d->samples, residual, job->line_hz);
         if (model_find(model, block_mains_interference.name) == NULL) {
-            line_clock_set(&d->samples, residual, job->line_hz, job->setting.lines);
+            line_clock_set(d->recordings, &d->samples, residual, job->line_hz, job->setting.lines);
         }
         good = baseline_noise(&d->samples, model, &job->setting, &d->noise, job->failure);
         count_steps_as_noise(job, &d->noise);
@@ -139,8 +142,10 @@ static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, c
     trial->attempt.failure = &trial->refusal;
     trial->attempt.setting.line_hz = trial->attempt.line_hz;
     trial->attempt.found_um = 0.0;
-    trial->diagnosis =
-        (diagnosis_t){.samples = job->diagnosis->samples, .noise = job->diagnosis->noise, .family = family};
+    trial->diagnosis = (diagnosis_t){.recordings = job->diagnosis->recordings,
+                                     .samples = job->diagnosis->samples,
+                                     .noise = job->diagnosis->noise,
+                                     .family = family};
 }
 
 static void try_shape(void *context, size_t index) {
@@ -292,5 +297,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
 
 void diagnosis_free(diagnosis_t *diagnosis) {
     samples_close(&diagnosis->samples);
+    free(diagnosis->recordings);
+    diagnosis->recordings = NULL;
     free_models(diagnosis);
 }

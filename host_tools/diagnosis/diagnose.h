@@ -63,7 +63,8 @@ typedef struct {
 typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;
 
 typedef struct {
-    samples_t samples;
+    recording_t *recordings; /**< as they were given, but for clock_s (line_clock.h); their columns are the caller's */
+    samples_t samples;       /**< of these */
     noise_t noise;
     const family_t *family;  /**< of the baseline, NULL when a model was given */
     model_t given;           /**< with a model: as it came in; without: the baseline */

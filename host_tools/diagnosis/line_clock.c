@@ -55,7 +55,8 @@ static double sharpen(const samples_t *samples, const double *residual, double h
     return hz + remainder(gained / (2.0 * M_PI), 1.0) / half_s;
 }
 
-void line_clock_set(samples_t *samples, const double *residual, const double *line_hz, size_t lines) {
+void line_clock_set(recording_t *recordings, const samples_t *samples, const double *residual, const double *line_hz,
+                    size_t lines) {
     if (lines == 0) {
         return;
     }
@@ -65,6 +66,6 @@ void line_clock_set(samples_t *samples, const double *residual, const double *li
         const double phase = phase_of(samples, residual, i, 0, samples->recordings[i].samples, hz);
         first = i == 0 ? phase : first;
         const double turns = (phase - first) / (2.0 * M_PI);
-        samples->recordings[i].clock_s = (turns - floor(turns)) / hz;
+        recordings[i].clock_s = (turns - floor(turns)) / hz;
     }
 }

@@ -11,10 +11,11 @@
 #include "samples.h"
 
 /**
- * Sets clock_s of the samples' recordings, 0 to a period, 0 for the first one. residual: a column; only samples that
- * are fitted are looked at. Of the lines the first one counts that is within 1 % of a multiple of 50 or 60 Hz, or else
- * the first one. Without lines nothing is done.
+ * Sets clock_s of these recordings, which are the samples', 0 to a period, 0 for the first one. residual: a column;
+ * only samples that are fitted are looked at. Of the lines the first one counts that is within 1 % of a multiple of 50
+ * or 60 Hz, or else the first one. Without lines nothing is done.
  */
-void line_clock_set(samples_t *samples, const double *residual, const double *line_hz, size_t lines);
+void line_clock_set(recording_t *recordings, const samples_t *samples, const double *residual, const double *line_hz,
+                    size_t lines);
 
 #endif

@@ -80,11 +80,10 @@ static size_t first_that_counts(const model_t *model, const recording_t *recordi
 
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
                   failure_t *failure) {
-    *samples = (samples_t){.recordings = allocate(count, sizeof *recordings),
+    *samples = (samples_t){.recordings = recordings,
                            .count = count,
                            .begin = allocate(count + 1, sizeof(size_t)),
                            .from = allocate(count, sizeof(size_t))};
-    memcpy(samples->recordings, recordings, count * sizeof *recordings);
     for (size_t i = 0; i < count; i++) {
         samples->begin[i + 1] = samples->begin[i] + recordings[i].samples;
         samples->from[i] = first_that_counts(model, &recordings[i], count == 1 ? most_left_out : most_of_several,
@@ -109,7 +108,6 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
 }
 
 void samples_close(samples_t *samples) {
-    free(samples->recordings);
     free(samples->begin);
     free(samples->from);
     free(samples->part);

@@ -12,7 +12,7 @@
 enum { SAMPLES_TIME_BLOCKS = 36, SAMPLES_SKIPPED = 6 /* at the beginning of each recording, for filters */ };
 
 typedef struct {
-    recording_t *recordings; /**< as they are given, but for clock_s; their columns are not its own */
+    const recording_t *recordings;
     size_t count;
     size_t *begin;       /**< of each recording in a column, and the column's length: count + 1 */
     size_t *from;        /**< of a recording's samples, the first that takes part */

@@ -91,8 +91,8 @@ static void test_past_explains_what_sweeps_left(void) {
         samples_pick(&samples, SAMPLE_HELD_OUT, other, held);
         const double before = rms(fitted, samples.fitted), held_before = rms(held, samples.held);
         past_take_out(&past, fitted, held);
-        printf("sweep that ended at %g V: %.4f um, leaves %.4f; held out %.4f um, leaves %.4f\n", end_v[i],
-               before, rms(fitted, samples.fitted), held_before, rms(held, samples.held));
+        printf("sweep that ended at %g V: %.4f um, leaves %.4f; held out %.4f um, leaves %.4f\n", end_v[i], before,
+               rms(fitted, samples.fitted), held_before, rms(held, samples.held));
         TEST_ASSERT_TRUE(before > 10.0 * noise_um);
         TEST_ASSERT_TRUE(rms(fitted, samples.fitted) < most * before);
         TEST_ASSERT_TRUE(rms(held, samples.held) < most * held_before);
