@@ -3,6 +3,7 @@
 #include "basis.h"
 #include "catalogue.h"
 #include "fit.h"
+#include "hysteresis_numbers.h"
 #include "lines.h"
 #include "parallel.h"
 #include "search.h"
@@ -27,6 +28,8 @@ static const struct {
                     [PLANE] = {"preisach", 14, true}};
 /* Of the held-out samples' sum of squares: a bank whose operators are not spread smoothly has to be so much better. */
 static const double rough_at_most = 0.97;
+/* Of the sum of squares that a fit had left: another one that leaves so much more has gone astray. */
+static const double no_way_back = 1.1;
 enum { FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
@@ -197,10 +200,12 @@ typedef struct {
     bool good[SHAPES];
 } judgement_t;
 
-static void fit_hysteresis(const judgement_t *job, baseline_t *baseline) {
-    joint_power_t ignored;
+/* What that leaves of the samples it is fitted to. */
+static double fit_hysteresis(const judgement_t *job, baseline_t *baseline) {
+    joint_power_t power;
     failure_t refusal;
-    joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &ignored, &refusal);
+    return joint_fit(job->samples, job->noise, &baseline->model, 0, FIT_ITERATIONS, &power, &refusal) ? power.fitted
+                                                                                                      : HUGE_VAL;
 }
 
 static void judge(const judgement_t *job, baseline_t *baseline) {
@@ -270,18 +275,38 @@ static void choose_past(const judgement_t *job, baseline_t *baseline,
     baseline_free(other, 2);
 }
 
+/* Beside the signatures its numbers go where the search begins. If from there no fit finds back (numbers of Bouc-Wen
+ * may end where gamma = beta, and no further), they stay where they were. left: as they are. */
+static void judge_and_keep_way(const judgement_t *job, baseline_t *baseline, double left) {
+    baseline_t before, fitted;
+    copy_of(&before, baseline);
+    judge(job, baseline);
+    if (hysteresis_far_from_linear(&baseline->model)) {
+        copy_of(&fitted, baseline);
+        if (fit_hysteresis(job, &fitted) > no_way_back * left) {
+            before.held = baseline->held;
+            const baseline_t lost = *baseline;
+            *baseline = before;
+            before = lost;
+        }
+        baseline_free(&fitted, 1);
+    }
+    baseline_free(&before, 1);
+}
+
 /* At its best, with its past. Where the recordings do not determine the memory they begin with, that is weighed beside
  * what may be missing, since a drift looks like another past. Elsewhere the hysteresis forgets its past, but what is
  * slow begins with the position that it had then. */
 static void settle(const judgement_t *job, baseline_t *baseline) {
+    double left;
     if (job->samples->past_matters) {
         choose_past(job, baseline, left_of_judged);
-        fit_hysteresis(job, baseline);
+        left = fit_hysteresis(job, baseline);
     } else {
-        fit_hysteresis(job, baseline);
+        left = fit_hysteresis(job, baseline);
         choose_past(job, baseline, left_of_beginning);
     }
-    judge(job, baseline);
+    judge_and_keep_way(job, baseline, left);
 }
 
 /* A few operators with gaps between them are no smooth bank. */

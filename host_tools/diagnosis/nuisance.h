@@ -2,11 +2,11 @@
 /**
  * J: what a model's own numbers, and a hysteresis of another shape, can imitate, to first order. docs/DIAGNOSIS.md.
  *
- *     offset of each recording; derivatives by the numbers of the model's hysteresis; what an
- *     unknown past left (past.h); of a drive that repeats one loop
- * again and again, the harmonics; the drive and play operators behind the model's electronics; [their squares, cubes
- * and products with the drive, and free functions of the drive on rising and falling branches: a hysteresis that is
- *     asymmetric or not congruent]; all through the model's slow, mechanical and sensor blocks
+ *     offset of each recording; derivatives by the numbers of the model's hysteresis; what an unknown past left
+ *     (past.h); of a drive that repeats one loop again and again, the harmonics; the drive and play operators behind
+ *     the model's electronics; [their squares, cubes and products with the drive, and free functions of the drive on
+ *     rising and falling branches: a hysteresis that is asymmetric or not congruent]; all through the model's slow,
+ *     mechanical and sensor blocks
  */
 #ifndef NUISANCE_H
 #define NUISANCE_H
