@@ -12,6 +12,8 @@ static const double block_false_alarm = 0.05;
 /* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not
  * average out as noise does. */
 static const double least_part_of_steps = 0.25;
+/* That of a shape: on a loop that repeats itself the steps' error is a function of the drive, as a curve is. */
+static const double least_part_for_shapes = 0.5;
 /* What the simulation of what was found may be wrong by where that acts, in parts of it. */
 static const double wrong_where_it_acts = 0.2;
 /* Of what the held-out samples have beyond the noise, what a block has to explain that another shape of hysteresis
@@ -94,9 +96,11 @@ static bool explains_much(const attempt_t *job, const candidate_t *candidate) {
 /* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
 static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const question_t question = evidence_question(evidence);
-    const bool large = question == ASK_ANYTHING && !job->coarse
-                           ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
-                           : large_enough(job, evidence, candidate);
+    bool large = question == ASK_ANYTHING && !job->coarse
+                     ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
+                     : large_enough(job, evidence, candidate);
+    large = large && (!job->coarse || question == ASK_EFFECTS ||
+                      joint_size_um(job, candidate) > least_part_for_shapes * job->diagnosis->noise.sigma_um);
     return large && explains_much(job, candidate) && (question == ASK_EFFECTS || explains_most(job, candidate));
 }
 

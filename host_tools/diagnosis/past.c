@@ -6,8 +6,9 @@
 #include <string.h>
 
 enum { NODES = PAST_COLUMNS / 2 };
-/* A column of which those before leave less than this part is one of them. */
-static const double dependent = 1e-6;
+/* A column of which those before leave less than this part is taken for one of them: where the drive goes further in a
+ * held-out block, the fitted samples can hardly tell two ramps apart, and would give them any weight. */
+static const double dependent = 0.1;
 
 /* Of the way from one end of the range to the other, how much of the part from one node to the next lies behind the
  * furthest drive until now. */
