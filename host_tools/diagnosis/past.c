@@ -33,10 +33,11 @@ void past_column(const samples_t *samples, size_t index, double *column) {
     }
 }
 
-/* Less what the columns before explain of it, and of unit length over the samples that are fitted. */
+/* Less what the columns before explain of it, and of unit length over the samples that are fitted. Not if these have
+ * hardly any of it: a ramp in a held-out block, of which a filter's last trace is in the next. */
 static bool make_orthonormal(const past_t *past, double *of_fitted, double *of_held, double *raw) {
     const int fitted = (int)past->fitted;
-    const double before = cblas_dnrm2(fitted, of_fitted, 1);
+    const double before = hypot(cblas_dnrm2(fitted, of_fitted, 1), cblas_dnrm2((int)past->held, of_held, 1));
     for (size_t i = 0; i < past->columns; i++) {
         const double *unit = past->of_fitted + i * past->fitted;
         const double share = cblas_ddot(fitted, unit, 1, of_fitted, 1);

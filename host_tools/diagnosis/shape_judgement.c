@@ -55,7 +55,8 @@ static joint_power_t power_of(const rows_t *rows, size_t offsets, size_t numbers
         lower[i] = -HUGE_VAL;
     }
     for (size_t i = 0; i < n; i++) {
-        const double own = equations.gram[i * n + i];
+        const double *held = rows->held + i * rows->samples->held;
+        const double own = equations.gram[i * n + i] + cblas_ddot((int)rows->samples->held, held, 1, held, 1);
         unit[i] = 1.0;
         normal_equations_penalise(&equations, unit, own > 0.0 ? small_weight * own : 1.0);
         unit[i] = 0.0;

@@ -127,6 +127,35 @@ static void test_past_is_a_projection(void) {
     past_close(&past);
 }
 
+/* A step up in the middle of a held-out block, where the filter of a slow noise has forgotten it before the next fitted
+ * sample: nothing is known of it, and nothing is made of it. */
+static void test_what_only_held_out_samples_see_is_left_alone(void) {
+    static const noise_t slow = {.filter = {.memory = 0.5}, .sigma_um = 1.0, .rms_um = 1.0};
+    const size_t peak = 20 * BLOCK + BLOCK / 3;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const bool high = k >= peak && k < peak + 20;
+        recording.column[COLUMN_DRIVE][k] = high ? 95.0 : 50.0 + 25.0 * sin(2.0 * M_PI * (double)k / 900.0);
+    }
+    open_samples();
+    TEST_ASSERT_TRUE(samples.past_matters);
+    TEST_ASSERT_EQUAL_INT(SAMPLE_HELD_OUT, samples.part[peak]);
+    past_t past;
+    past_open(&past, &samples, &slow);
+    double *fitted = samples_column(&samples), *held = samples_column(&samples);
+    for (size_t k = 0; k < samples.fitted; k++) {
+        fitted[k] = random_normal(&rng);
+    }
+    for (size_t k = 0; k < samples.held; k++) {
+        held[k] = random_normal(&rng);
+    }
+    past_take_out(&past, fitted, held);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 1.0, rms(fitted, samples.fitted)); /* noise of 1, of 9000 and of 4000 samples */
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 1.0, rms(held, samples.held));
+    free(fitted);
+    free(held);
+    past_close(&past);
+}
+
 static void test_a_swept_recording_has_no_past(void) {
     const double corner[] = {0.0, 100.0, 20.0, 80.0, 40.0};
     fill_lines(recording.column[COLUMN_DRIVE], SAMPLES, corner, 5, 300);
@@ -231,6 +260,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_past_explains_what_sweeps_left);
     RUN_TEST(test_past_is_a_projection);
+    RUN_TEST(test_what_only_held_out_samples_see_is_left_alone);
     RUN_TEST(test_a_swept_recording_has_no_past);
     RUN_TEST(test_little_is_left_out);
     RUN_TEST(test_both_parts_see_the_ends);
