@@ -296,7 +296,7 @@ static void judge_and_keep_way(const judgement_t *job, baseline_t *baseline, dou
 
 /* At its best, with its past. Where the recordings do not determine the memory they begin with, that is weighed beside
  * what may be missing, since a drift looks like another past. Elsewhere the hysteresis forgets its past, but what is
- * slow begins with the position that it had then. */
+ * slow begins with the position that it had then; of several recordings each had its own, and the model has one. */
 static void settle(const judgement_t *job, baseline_t *baseline) {
     double left;
     if (job->samples->past_matters) {
@@ -304,7 +304,9 @@ static void settle(const judgement_t *job, baseline_t *baseline) {
         left = fit_hysteresis(job, baseline);
     } else {
         left = fit_hysteresis(job, baseline);
-        choose_past(job, baseline, left_of_beginning);
+        if (job->samples->count == 1) {
+            choose_past(job, baseline, left_of_beginning);
+        }
     }
     judge_and_keep_way(job, baseline, left);
 }
