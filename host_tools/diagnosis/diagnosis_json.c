@@ -107,6 +107,7 @@ static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *
     const remainder_t *remainder = &diagnosis->remainder;
     json_t *json = errors_to_json(diagnosis->nrmse_percent, diagnosis->held_out_percent);
     json_object_set_new(json, "noise_floor_percent", json_number_or_null(diagnosis->noise_percent));
+    json_object_set_new(json, "past_unknown", json_boolean(diagnosis->samples.past_matters));
     json_object_set_new(json, "structured", json_boolean(something_remains(diagnosis)));
     json_object_set_new(json, "rms_um", json_number_or_null(remainder->rms_um));
     json_object_set_new(json, "band_hz",

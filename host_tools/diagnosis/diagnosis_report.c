@@ -138,7 +138,8 @@ static void write_errors(const page_t *page) {
     if (d->findings > 0) {
         fprintf(page->file, "%.4f&nbsp;%% before, ", d->baseline_nrmse_percent);
     }
-    fprintf(page->file, "%.4f&nbsp;%%%s. Noise: %s.</p>\n", d->nrmse_percent, d->findings > 0 ? " after" : "",
+    fprintf(page->file, "%.4f&nbsp;%%%s. %s%sNoise: %s.</p>\n", d->nrmse_percent, d->findings > 0 ? " after" : "",
+            errors_caveat(d) != NULL ? errors_caveat(d) : "", errors_caveat(d) != NULL ? " " : "",
             d->noise.at_rest ? "what the reading does while the drive rests"
                              : "what a rich model leaves, as the drive never rests for long");
 }

@@ -242,6 +242,13 @@ const char *unseen_caveat(const diagnosis_t *d) {
                : NULL;
 }
 
+const char *errors_caveat(const diagnosis_t *d) {
+    return d->samples.past_matters
+               ? "Errors are those beyond what drives before the recording left in it, which it does not erase: a "
+                 "function of the highest and the lowest drive since it began."
+               : NULL;
+}
+
 const char *next_probe(const diagnosis_t *d) {
     for (size_t f = 0; f < d->findings; f++) {
         if (d->finding[f].certainty != NAMED) {
@@ -353,14 +360,6 @@ static void print_errors(const diagnosis_t *d) {
     }
 }
 
-/* Why errors are smaller than a simulation from the first sample on has them. */
-static void print_past(const diagnosis_t *d) {
-    if (d->samples.past_matters) {
-        print_wrapped("", "(beyond what drives before the recording left in it, which it does not erase: a function of "
-                          "the highest and the lowest drive since it began)");
-    }
-}
-
 static void print_unseen(const diagnosis_t *d) {
     enum { NAME_WIDTH = 26 };
     const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
@@ -394,7 +393,9 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
         print_finding(d, account, f, recordings, count);
     }
     print_errors(d);
-    print_past(d);
+    if (errors_caveat(d) != NULL) {
+        print_wrapped("", errors_caveat(d));
+    }
     remainder_text(d, text);
     print_wrapped("remaining", text);
     if (something_remains(d) && account->remaining.somewhere) {

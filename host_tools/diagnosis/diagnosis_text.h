@@ -45,6 +45,9 @@ void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]);
 /** What these sizes do not allow for, a sentence; NULL: nothing. */
 const char *unseen_caveat(const diagnosis_t *diagnosis);
 
+/** Why errors are smaller than a simulation from the first sample on has them, a sentence; NULL: they are not. */
+const char *errors_caveat(const diagnosis_t *diagnosis);
+
 /** What `hyst record --probe` is to play next: the first finding that is not named, or "all". */
 const char *next_probe(const diagnosis_t *diagnosis);
 

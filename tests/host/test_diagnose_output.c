@@ -23,15 +23,16 @@ static void test_json_has_the_format_of_the_contract(void) {
     json_t *json = as_json(), *names, *chain, *findings, *where, *parameters, *confusable, *remaining, *unseen, *band;
     double given, before, held_out, nrmse, floor_percent, confidence, value, sigma, rms;
     const char *text, *place, *certainty, *unit, *explanation, *excitation, *loop, *name;
-    int structured, outliers;
-    expect_format(json,
-                  "{s:s, s:o, s:{s:f, s:f}, s:{s:o, s:f, s:f}, s:o, s:o, s:{s:f, s:f, s:f, s:b, s:f, s:o, s:i, s:o}, "
-                  "s:s}",
-                  "format", &text, "recordings", &names, "given", "nrmse_percent", &given, "held_out_nrmse_percent",
-                  &held_out, "baseline", "chain", &chain, "nrmse_percent", &before, "held_out_nrmse_percent", &held_out,
-                  "findings", &findings, "not_found", &unseen, "remaining", "nrmse_percent", &nrmse,
-                  "held_out_nrmse_percent", &held_out, "noise_floor_percent", &floor_percent, "structured", &structured,
-                  "rms_um", &rms, "band_hz", &band, "outliers", &outliers, "where", &remaining, "verdict", &place);
+    int past_unknown, structured, outliers;
+    expect_format(
+        json,
+        "{s:s, s:o, s:{s:f, s:f}, s:{s:o, s:f, s:f}, s:o, s:o, s:{s:f, s:f, s:f, s:b, s:b, s:f, s:o, s:i, s:o}, "
+        "s:s}",
+        "format", &text, "recordings", &names, "given", "nrmse_percent", &given, "held_out_nrmse_percent", &held_out,
+        "baseline", "chain", &chain, "nrmse_percent", &before, "held_out_nrmse_percent", &held_out, "findings",
+        &findings, "not_found", &unseen, "remaining", "nrmse_percent", &nrmse, "held_out_nrmse_percent", &held_out,
+        "noise_floor_percent", &floor_percent, "past_unknown", &past_unknown, "structured", &structured, "rms_um", &rms,
+        "band_hz", &band, "outliers", &outliers, "where", &remaining, "verdict", &place);
     TEST_ASSERT_EQUAL_DOUBLE(1.9, given);
     TEST_ASSERT_EQUAL_DOUBLE(0.9, before);
     TEST_ASSERT_TRUE(json_is_null(band));

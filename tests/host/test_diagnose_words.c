@@ -194,6 +194,23 @@ static void test_what_remains_is_told_in_words(void) {
     account_free(&account);
 }
 
+static void test_an_unknown_past_is_told(void) {
+    static const char sentence[] = "those beyond what drives before the recording left in it";
+    work_out();
+    for (int unknown = 0; unknown < 2; unknown++) {
+        diagnosis.samples.past_matters = unknown != 0;
+        json_t *json = as_json(), *told = json_object_get(json_object_get(json, "remaining"), "past_unknown");
+        char *text = printed(), *html = page();
+        TEST_ASSERT_EQUAL_INT(unknown, json_is_true(told));
+        TEST_ASSERT_EQUAL_INT(unknown, strstr(text, sentence) != NULL);
+        TEST_ASSERT_EQUAL_INT(unknown, strstr(html, sentence) != NULL);
+        free(text);
+        free(html);
+        json_decref(json);
+    }
+    account_free(&account);
+}
+
 static void test_nothing_found(void) {
     char text[DIAGNOSIS_LINE];
     model_free(&diagnosis.model);
@@ -265,6 +282,7 @@ int main(void) {
     RUN_TEST(test_what_was_not_found_tells_its_smallest_size);
     RUN_TEST(test_only_a_given_model_came_in);
     RUN_TEST(test_what_remains_is_told_in_words);
+    RUN_TEST(test_an_unknown_past_is_told);
     RUN_TEST(test_nothing_found);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
     RUN_TEST(test_bars_end_at_the_error_of_the_chain);
