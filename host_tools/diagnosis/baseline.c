@@ -74,10 +74,7 @@ void baseline_free(baseline_t *baseline, size_t count) {
 }
 
 size_t baseline_lines(const samples_t *samples, const double *residual, double *line_hz) {
-    size_t longest = 0;
-    for (size_t i = 1; i < samples->count; i++) {
-        longest = samples->recordings[i].samples > samples->recordings[longest].samples ? i : longest;
-    }
+    const size_t longest = samples_longest(samples);
     const size_t from = samples->from[longest];
     return find_lines(residual + samples->begin[longest] + from, samples->recordings[longest].samples - from,
                       samples->recordings[longest].sample_rate_hz, line_hz);
@@ -278,20 +275,21 @@ static void choose_past(const judgement_t *job, baseline_t *baseline,
 /* Beside the signatures its numbers go where the search begins. If from there no fit finds back (numbers of Bouc-Wen
  * may end where gamma = beta, and no further), they stay where they were. left: as they are. */
 static void judge_and_keep_way(const judgement_t *job, baseline_t *baseline, double left) {
-    baseline_t before, fitted;
-    copy_of(&before, baseline);
-    judge(job, baseline);
-    if (hysteresis_far_from_linear(&baseline->model)) {
-        copy_of(&fitted, baseline);
-        if (fit_hysteresis(job, &fitted) > no_way_back * left) {
-            before.held = baseline->held;
-            const baseline_t lost = *baseline;
-            *baseline = before;
-            before = lost;
-        }
-        baseline_free(&fitted, 1);
+    if (!hysteresis_far_from_linear(&baseline->model)) {
+        judge(job, baseline);
+        return;
     }
-    baseline_free(&before, 1);
+    baseline_t judged, fitted;
+    copy_of(&judged, baseline);
+    judge(job, &judged);
+    copy_of(&fitted, &judged);
+    const bool finds_back = fit_hysteresis(job, &fitted) <= no_way_back * left;
+    baseline_free(&fitted, 1);
+    baseline->held = judged.held;
+    baseline_free(finds_back ? baseline : &judged, 1);
+    if (finds_back) {
+        *baseline = judged;
+    }
 }
 
 /* At its best, with its past. Where the recordings do not determine the memory they begin with, that is weighed beside

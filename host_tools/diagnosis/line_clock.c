@@ -44,10 +44,7 @@ static double phase_of(const samples_t *samples, const double *residual, size_t 
 /* A line between two bins of a spectrum: by the phase that it gains from one half of the longest recording to the
  * other. What is left of its error would be taken for another phase in a recording of another length. */
 static double sharpen(const samples_t *samples, const double *residual, double hz) {
-    size_t longest = 0;
-    for (size_t i = 1; i < samples->count; i++) {
-        longest = samples->recordings[i].samples > samples->recordings[longest].samples ? i : longest;
-    }
+    const size_t longest = samples_longest(samples);
     const size_t from = samples->from[longest], to = samples->recordings[longest].samples, middle = (from + to) / 2;
     const double half_s = (double)(middle - from) / samples->recordings[longest].sample_rate_hz;
     const double gained =

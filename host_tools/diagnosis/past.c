@@ -94,7 +94,8 @@ void past_take_out(const past_t *past, double *fitted, double *held) {
     }
 }
 
-void past_add(const past_t *past, const samples_t *samples, const noise_t *noise, double *simulated) {
+/* What explains most of the residual that the simulation leaves. */
+static void add(const past_t *past, const samples_t *samples, const noise_t *noise, double *simulated) {
     if (past->columns == 0) {
         return;
     }
@@ -116,7 +117,7 @@ bool past_simulate(const samples_t *samples, const noise_t *noise, const model_t
         return false;
     }
     past_open(&past, samples, noise);
-    past_add(&past, samples, noise, column);
+    add(&past, samples, noise, column);
     past_close(&past);
     return true;
 }

@@ -28,9 +28,8 @@ void past_open(past_t *past, const samples_t *samples, const noise_t *noise);
 void past_close(past_t *past);
 /** Takes it out of rows of both parts (samples_pick), whitened. held may be NULL. */
 void past_take_out(const past_t *past, double *fitted, double *held);
-/** Adds to a model's simulation, a column, what explains most of the residual that it leaves. */
-void past_add(const past_t *past, const samples_t *samples, const noise_t *noise, double *simulated);
-/** A model's simulation with that added: what is then left is what the model is judged by. */
+/** A model's simulation, a column, with what explains most of the residual that it leaves added to it: what is left
+ * then is what the model is judged by. */
 bool past_simulate(const samples_t *samples, const noise_t *noise, const model_t *model, double *column,
                    failure_t *failure);
 

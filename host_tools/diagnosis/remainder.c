@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "remainder.h"
-#include "past.h"
 #include "spectrum.h"
-#include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_statistics_double.h>
 #include <stdlib.h>
@@ -110,15 +108,8 @@ bool remainder_knows_noise(const samples_t *samples, const noise_t *noise) {
     return noise->at_rest || samples_percent(samples, noise->rms_um) < most_noise_percent;
 }
 
-/* What the simulation leaves, beyond what an unknown past left. */
 static void take_columns(columns_t *c, const double *simulated) {
-    double *explained = c->found_white;
-    past_t past;
-    past_open(&past, c->samples, c->noise);
-    cblas_dcopy((int)c->samples->all, simulated, 1, explained, 1);
-    past_add(&past, c->samples, c->noise, explained);
-    past_close(&past);
-    samples_residual(c->samples, explained, c->left);
+    samples_residual(c->samples, simulated, c->left);
     noise_whiten(c->noise, c->samples, c->left, c->white);
     noise_whiten(c->noise, c->samples, c->found, c->found_white);
 }

@@ -24,9 +24,9 @@ typedef struct {
 bool remainder_knows_noise(const samples_t *samples, const noise_t *noise);
 
 /**
- * simulated, effect: columns of the model's simulation, and of its difference from the one without what was found, of
- * which a few percent may be the simulation's error. floor_um: root mean square of what counts as noise besides (steps
- * of the converter). What an unknown past left (past.h) is no structure.
+ * simulated, effect: columns of the model's simulation (past_simulate), and of its difference from the one without what
+ * was found, of which a few percent may be the simulation's error. floor_um: root mean square of what counts as noise
+ * besides (steps of the converter).
  */
 remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const double *simulated, const double *effect,
                          double floor_um);

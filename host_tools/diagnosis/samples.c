@@ -138,6 +138,14 @@ size_t samples_pick(const samples_t *samples, samples_part_t part, const double 
     return count;
 }
 
+size_t samples_longest(const samples_t *samples) {
+    size_t longest = 0;
+    for (size_t i = 1; i < samples->count; i++) {
+        longest = samples->recordings[i].samples > samples->recordings[longest].samples ? i : longest;
+    }
+    return longest;
+}
+
 double samples_longest_s(const samples_t *samples) {
     double longest_s = 0.0;
     for (size_t i = 0; i < samples->count; i++) {

@@ -46,6 +46,8 @@ void samples_residual(const samples_t *samples, const double *simulated, double 
 /** Picks the samples of one part, in their order. Returns how many. */
 size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked);
 
+/** The recording with the most samples, the first of them. */
+size_t samples_longest(const samples_t *samples);
 /** Duration of the longest recording. */
 double samples_longest_s(const samples_t *samples);
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "verdict.h"
+#include "past.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -38,7 +39,7 @@ bool verdict_reach(attempt_t *job, double missing) {
     model_copy(&smooth, &d->model);
     attempt_without_noise(&smooth);
     double *change = samples_change(&d->samples, &smooth, &d->baseline, job->failure);
-    const bool good = change != NULL && samples_simulate(&d->samples, &smooth, simulated, job->failure);
+    const bool good = change != NULL && past_simulate(&d->samples, &d->noise, &smooth, simulated, job->failure);
     if (good) {
         d->remainder = remainder_of(&d->samples, &d->noise, simulated, change, job->step_um / sqrt(12.0));
         judge(job, missing);
