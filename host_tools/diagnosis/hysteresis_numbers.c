@@ -3,6 +3,7 @@
 #include "catalogue.h"
 #include "smooth_bank.h"
 #include "smooth_plane.h"
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +11,8 @@
 /* Of the mean size of a parameter's elements: small enough for what bends behind the hysteresis, large enough for
  * double precision. */
 static const double step_part = 1e-3;
+/* Of its mean size. */
+static const double expected_change = 0.5;
 
 size_t hysteresis_index(const model_t *model) {
     size_t i = 0;
@@ -187,6 +190,10 @@ static void add(const hysteresis_number_t *number, double change, parameter_t *p
     for (size_t e = 0; e < number->elements; e++) {
         value[e] += change * (number->factor != NULL ? number->factor[e] : 1.0);
     }
+}
+
+double hysteresis_number_stays(const hysteresis_number_t *number, double variance) {
+    return variance / gsl_pow_2(expected_change * number->mean_size);
 }
 
 void hysteresis_number_add(const hysteresis_number_t *number, double change) {

@@ -37,6 +37,10 @@ bool hysteresis_numbers_few(size_t count);
  * effect beside them is then little more than a hint. */
 bool hysteresis_far_from_linear(const model_t *model);
 
+/** The weight of a change's square in a sum of squares whose samples have that variance: a number is expected to change
+ * by half of its mean size, so that what the samples say nothing about stays where it was. */
+double hysteresis_number_stays(const hysteresis_number_t *number, double variance);
+
 /** Changes the model. */
 void hysteresis_number_add(const hysteresis_number_t *number, double change);
 /** A copy of the model (to be freed) in which one of its numbers has changed. */

@@ -7,15 +7,13 @@
 #include "searched.h"
 #include "signals.h"
 #include <gsl/gsl_cblas.h>
-#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* What the samples say nothing about stays where it was. Of a bank, whose numbers are few, each is expected within this
- * part of their mean size; of a table, whose neighbours determine each other, changes weigh this part of what the
- * samples give the mean element. */
-static const double expected_change = 0.5, stay_part_many = 1e-3;
+/* What the samples say nothing about stays where it was: of a table, whose neighbours determine each other, changes
+ * weigh this part of what the samples give the mean element. */
+static const double stay_part_many = 1e-3;
 static const size_t many = 65;
 /* A hysteresis of fewer numbers is not linear in them: it takes more iterations, and they cost little. A table takes
  * fewer. */
@@ -128,7 +126,7 @@ static void stay_near(const job_t *job, double variance, double searched_part, n
         const double own = equations->gram[j * n + j];
         double weight = searched_part * own + (own > 0.0 ? 0.0 : 1.0);
         if (j < plays && plays < many) {
-            weight = variance / gsl_pow_2(expected_change * job->hysteresis.number[j].mean_size);
+            weight = hysteresis_number_stays(&job->hysteresis.number[j], variance);
             equations->moment[j] += -weight * job->moved[j];
         } else if (j < plays) {
             weight = stay_part_many * mean;

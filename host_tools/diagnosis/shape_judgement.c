@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "shape_judgement.h"
+#include "hysteresis_numbers.h"
 #include "least_squares.h"
 #include "nuisance.h"
 #include <gsl/gsl_cblas.h>
@@ -9,8 +10,8 @@
 
 /* A further step is worth it while the sum of squares falls below this part. */
 static const double settled = 0.999;
-/* Keeps numbers finite that the samples say nothing about. */
-static const double small_weight = 1e-9;
+/* Keeps amplitudes finite that the samples hardly say anything about. */
+static const double small_weight = 1e-4;
 
 static const joint_power_t nothing_simulated = {.fitted = HUGE_VAL, .held = HUGE_VAL};
 
@@ -40,11 +41,30 @@ static double left_of(double *columns, size_t rows, size_t n, const double *x) {
     return cblas_ddot((int)rows, last, 1, last, 1);
 }
 
-/* What the last column keeps when the others are fitted to it. change: of the numbers of the hysteresis, which stand
- * behind the offsets. */
-static joint_power_t power_of(const rows_t *rows, size_t offsets, size_t numbers, double *change) {
+/* What the samples hardly say anything about stays where it is: a number that shows in held-out samples alone, of whose
+ * filters the fitted ones have a trace, would be anything. */
+static void stay_near(const rows_t *rows, const hysteresis_numbers_t *numbers, normal_equations_t *equations) {
+    const size_t n = rows->columns - 1, first = rows->samples->count; /* the numbers stand behind the offsets */
+    const double variance = equations->power / (double)rows->samples->fitted;
+    double *unit = allocate(n, sizeof(double));
+    for (size_t i = 0; i < n; i++) {
+        const double *held = rows->held + i * rows->samples->held;
+        const double own = equations->gram[i * n + i] + cblas_ddot((int)rows->samples->held, held, 1, held, 1);
+        const bool number = i >= first && i < first + numbers->count;
+        unit[i] = 1.0;
+        normal_equations_penalise(equations, unit,
+                                  number      ? hysteresis_number_stays(&numbers->number[i - first], variance)
+                                  : own > 0.0 ? small_weight * own
+                                              : 1.0);
+        unit[i] = 0.0;
+    }
+    free(unit);
+}
+
+/* What the last column keeps when the others are fitted to it. change: of the numbers of the hysteresis. */
+static joint_power_t power_of(const rows_t *rows, const hysteresis_numbers_t *numbers, double *change) {
     const size_t n = rows->columns - 1;
-    double *x = allocate(n, sizeof(double)), *lower = allocate(n, sizeof(double)), *unit = allocate(n, sizeof(double));
+    double *x = allocate(n, sizeof(double)), *lower = allocate(n, sizeof(double));
     joint_power_t power = nothing_simulated;
     normal_equations_t equations;
     failure_t singular;
@@ -54,28 +74,22 @@ static joint_power_t power_of(const rows_t *rows, size_t offsets, size_t numbers
     for (size_t i = 0; i < n; i++) {
         lower[i] = -HUGE_VAL;
     }
-    for (size_t i = 0; i < n; i++) {
-        const double *held = rows->held + i * rows->samples->held;
-        const double own = equations.gram[i * n + i] + cblas_ddot((int)rows->samples->held, held, 1, held, 1);
-        unit[i] = 1.0;
-        normal_equations_penalise(&equations, unit, own > 0.0 ? small_weight * own : 1.0);
-        unit[i] = 0.0;
-    }
+    stay_near(rows, numbers, &equations);
     if (solve_bounded(&equations, lower, x, NULL, &singular)) {
         power.fitted = left_of(rows->fitted, rows->samples->fitted, n, x);
         power.held = left_of(rows->held, rows->samples->held, n, x);
-        memcpy(change, x + offsets, numbers * sizeof(double));
+        memcpy(change, x + rows->samples->count, numbers->count * sizeof(double));
     }
     normal_equations_free(&equations);
     free(x);
     free(lower);
-    free(unit);
     return power;
 }
 
 /* What a shape leaves together with the signatures; and the change of its numbers that it takes. */
 static joint_power_t judge_once(const samples_t *samples, const noise_t *noise, const model_t *model,
-                                double **signature, size_t signatures, bool past, size_t numbers, double *change) {
+                                double **signature, size_t signatures, bool past, const hysteresis_numbers_t *numbers,
+                                double *change) {
     const nuisance_options_t options = {.past = past};
     rows_t rows = {.samples = samples, .noise = noise, .white = samples_column(samples)};
     joint_power_t power = nothing_simulated;
@@ -92,7 +106,7 @@ static joint_power_t judge_once(const samples_t *samples, const noise_t *noise, 
         }
         samples_residual(samples, signals.simulated, residual);
         add_rows(&rows, residual, NUISANCE_TRENDS);
-        power = power_of(&rows, samples->count, numbers, change);
+        power = power_of(&rows, numbers, change);
         free(residual);
         signals_close(&signals);
     }
@@ -109,7 +123,7 @@ joint_power_t shape_judgement(const samples_t *samples, const noise_t *noise, mo
     hysteresis_numbers_open(model, &numbers);
     double *change = allocate(numbers.count, sizeof(double));
     double *ignored = allocate(numbers.count, sizeof(double));
-    joint_power_t least = judge_once(samples, noise, model, signature, signatures, past, numbers.count, change);
+    joint_power_t least = judge_once(samples, noise, model, signature, signatures, past, &numbers, change);
     for (int step = 0; step < STEPS && hysteresis_numbers_few(numbers.count) && isfinite(least.held); step++) {
         failure_t refusal;
         hysteresis_numbers_keep(&numbers);
@@ -118,7 +132,7 @@ joint_power_t shape_judgement(const samples_t *samples, const noise_t *noise, mo
         }
         const joint_power_t power =
             model_check(model, "model", &refusal)
-                ? judge_once(samples, noise, model, signature, signatures, past, numbers.count, ignored)
+                ? judge_once(samples, noise, model, signature, signatures, past, &numbers, ignored)
                 : nothing_simulated;
         if (!(power.held < settled * least.held)) {
             hysteresis_numbers_restore(&numbers);
