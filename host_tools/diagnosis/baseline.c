@@ -6,14 +6,13 @@
 #include "hysteresis_numbers.h"
 #include "lines.h"
 #include "parallel.h"
+#include "past_choice.h"
 #include "search.h"
 #include "shape_judgement.h"
 #include "smooth_bank.h"
 #include "smooth_plane.h"
-#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Fitted with so many operators, or intervals of a plane, and then turned into smooth ones (smooth_bank.h,
  * smooth_plane.h) of few numbers: few enough to be fitted again often. */
@@ -35,6 +34,9 @@ _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
  * candidate. The bank may leave more: it is what an effect that a table can imitate is seen against. */
 static const double worth_trying = 1.3, worth_trying_bank = 4.0;
+/* What all leave so many times the noise's square of says nothing: blocks that are far from linear do more than their
+ * best probes, and each shape imitates another part of that. */
+static const double known = 1.5;
 
 static bool fit_family(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
                        failure_t *failure) {
@@ -169,11 +171,14 @@ static int by_promise(const void *one, const void *other) {
     return (a->held > b->held) - (a->held < b->held);
 }
 
-static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
+static void leave_out_hopeless(const samples_t *samples, const noise_t *noise, baseline_t *baseline, size_t *count) {
     size_t kept = 0;
     double least = HUGE_VAL;
     for (size_t i = 0; i < *count; i++) {
         least = fmin(least, baseline[i].held);
+    }
+    if (least > known * (double)samples->held * noise->sigma_um * noise->sigma_um) {
+        return;
     }
     for (size_t i = 0; i < *count; i++) {
         const bool bank = baseline[i].family == family_find(shapes[BANK].family);
@@ -211,65 +216,9 @@ static void judge(const judgement_t *job, baseline_t *baseline) {
 }
 
 /* With this past, and no other. */
-static double left_of_judged(const judgement_t *job, baseline_t *baseline) {
-    return shape_judgement(job->samples, job->noise, &baseline->model, job->signature, job->signatures, false).fitted;
-}
-
-/* What is left of the samples that take no part, since the past is in them, but for a constant: that may be anything's.
- */
-static double left_of_beginning(const judgement_t *job, baseline_t *baseline) {
-    const samples_t *samples = job->samples;
-    double *simulated = samples_column(samples), sum = 0.0;
-    failure_t refusal;
-    const bool good = samples_simulate(samples, &baseline->model, simulated, &refusal);
-    for (size_t i = 0; good && i < samples->count; i++) {
-        double *left = simulated + samples->begin[i];
-        for (size_t k = 0; k < samples->from[i]; k++) {
-            left[k] -= samples->recordings[i].column[COLUMN_DISPLACEMENT][k];
-        }
-        sum += samples->from[i] > 0 ? gsl_stats_tss(left, 1, samples->from[i]) : 0.0;
-    }
-    free(simulated);
-    return good ? sum : HUGE_VAL;
-}
-
-/* A sweep that ended there. */
-static void set_past(model_block_t *hysteresis, double end_v, bool low) {
-    if (hysteresis->block != &block_prandtl_ishlinskii) {
-        model_set_array(hysteresis, "past_v", 1, &end_v, NULL);
-        return;
-    }
-    const parameter_t *threshold_v = model_parameter(hysteresis, "thresholds_v");
-    double *memory_v = allocate(threshold_v->count, sizeof(double));
-    for (size_t i = 0; i < threshold_v->count; i++) {
-        memory_v[i] = low ? end_v + threshold_v->value[i] : end_v - threshold_v->value[i];
-    }
-    model_set_array(hysteresis, "initial_memory_v", threshold_v->count, memory_v, NULL);
-    free(memory_v);
-}
-
-/* The past as it was estimated, or a sweep that came to the first level from above or from below, whichever leaves
- * least. */
-static void choose_past(const judgement_t *job, baseline_t *baseline,
-                        double (*left_of)(const judgement_t *, baseline_t *)) {
-    double range_v[2];
-    recordings_range(job->samples->recordings, job->samples->count, COLUMN_DRIVE, range_v);
-    double least = left_of(job, baseline);
-    baseline_t other[2];
-    for (size_t end = 0; end < 2; end++) {
-        copy_of(&other[end], baseline);
-        set_past(&other[end].model.block[hysteresis_index(&other[end].model)], range_v[end], end == 0);
-    }
-    for (size_t end = 0; end < 2; end++) {
-        const double left = left_of(job, &other[end]);
-        if (left < least) {
-            const baseline_t worse = *baseline;
-            *baseline = other[end];
-            other[end] = worse;
-            least = left;
-        }
-    }
-    baseline_free(other, 2);
+static double left_of_judged(void *context, const samples_t *samples, model_t *model) {
+    const judgement_t *job = context;
+    return shape_judgement(samples, job->noise, model, job->signature, job->signatures, false).fitted;
 }
 
 /* Beside the signatures its numbers go where the search begins. If from there no fit finds back (numbers of Bouc-Wen
@@ -295,15 +244,15 @@ static void judge_and_keep_way(const judgement_t *job, baseline_t *baseline, dou
 /* At its best, with its past. Where the recordings do not determine the memory they begin with, that is weighed beside
  * what may be missing, since a drift looks like another past. Elsewhere the hysteresis forgets its past, but what is
  * slow begins with the position that it had then; of several recordings each had its own, and the model has one. */
-static void settle(const judgement_t *job, baseline_t *baseline) {
+static void settle(judgement_t *job, baseline_t *baseline) {
     double left;
     if (job->samples->past_matters) {
-        choose_past(job, baseline, left_of_judged);
+        choose_past(job->samples, left_of_judged, job, &baseline->model);
         left = fit_hysteresis(job, baseline);
     } else {
         left = fit_hysteresis(job, baseline);
         if (job->samples->count == 1) {
-            choose_past(job, baseline, left_of_beginning);
+            choose_past(job->samples, left_of_beginning, NULL, &baseline->model);
         }
     }
     judge_and_keep_way(job, baseline, left);
@@ -313,8 +262,8 @@ static void settle(const judgement_t *job, baseline_t *baseline) {
 static void choose_bank(judgement_t *job) {
     baseline_t *bank = &job->shape[BANK];
     if (job->samples->past_matters) {
-        choose_past(job, bank, left_of_judged);
-        choose_past(job, job->rough, left_of_judged);
+        choose_past(job->samples, left_of_judged, job, &bank->model);
+        choose_past(job->samples, left_of_judged, job, &job->rough->model);
     }
     fit_hysteresis(job, job->rough);
     judge(job, bank);
@@ -383,7 +332,7 @@ bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe
         }
     }
     qsort(baseline, *count, sizeof(baseline_t), by_promise);
-    leave_out_hopeless(baseline, count);
+    leave_out_hopeless(samples, noise, baseline, count);
     for (size_t i = 0; i < job.signatures; i++) {
         free(job.signature[i]);
     }

@@ -96,5 +96,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
  */
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);
+/** Its models only, of one that shares all else with another. */
+void diagnosis_free_models(diagnosis_t *diagnosis);
 
 #endif

@@ -224,10 +224,11 @@ static void set_curved_sensor(const passage_t *passage, double size, random_t *r
     parameter[0] = sign * size * part;
     parameter[1] = sign * size * (1.0 - part);
     parameter[2] = passage->actuator->um_per_half_range;
+    parameter[3] = passage->actuator->offset_um;
 }
 
 static void curved_sensor(passage_t *passage, const double *parameter) {
-    const double middle = passage->actuator->offset_um, half = parameter[2];
+    const double half = parameter[2], middle = parameter[3];
     for (size_t k = 0; k < passage->count; k++) {
         const double s = (passage->value[k] - middle) / half;
         passage->value[k] += half * s * s * (parameter[0] + parameter[1] * s);
@@ -302,7 +303,7 @@ const effect_t catalogue_effects[] = {
     {"sensor_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_POSITION, false},
     {"static_nonlinearity",
      "shape",
-     {"quadratic", "cubic", "half_range_um"},
+     {"quadratic", "cubic", "half_range_um", "center_um"},
      0.01,
      0.3,
      set_curved_sensor,

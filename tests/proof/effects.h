@@ -11,7 +11,7 @@
 
 #include "actuator.h"
 
-enum { EFFECT_PARAMETERS = 3 };
+enum { EFFECT_PARAMETERS = 4 };
 
 /** In the order of the signal, as is the table of effects. */
 typedef enum { STAGE_ELECTRONICS, STAGE_HYSTERESIS, STAGE_POSITION, STAGE_SAMPLES } stage_t;

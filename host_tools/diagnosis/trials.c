@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "trials.h"
+#include "hysteresis_numbers.h"
+#include "parallel.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* 2 log likelihood of the held-out samples by which a diagnosis has to be better that contains a block which another
+ * shape of hysteresis can imitate; and, in parts of their deviation, one that is not the whole answer. */
+static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
+/* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for; or
+ * one that promises to leave less. */
+static const double worth_another_shape = 0.03, little_more = 0.1;
+/* A promise leaves out what blocks do that are far from linear: beyond this, it is none. */
+static const double known_promise = 0.5;
+/* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
+static const double better_plane = 0.99;
+/* Of what the first shape leaves: another one that promises to leave more is not tried even where much is left. */
+static const double worth_trying = 1.3;
+enum { PROMISE_ITERATIONS = 8 };
+
+static bool shape_found(const diagnosis_t *d) {
+    for (size_t i = 0; i < d->findings; i++) {
+        if (d->finding[i].shape) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
+ * it is not the whole answer. */
+static double cost_of(const diagnosis_t *d, double held) {
+    const double price =
+        (shape_found(d) ? shape_price : 0.0) + number_price * (double)hysteresis_numbers_count(&d->model);
+    return held * exp(price / (double)d->samples.held) *
+           (d->remainder.structured ? incomplete_handicap * incomplete_handicap : 1.0);
+}
+
+/* Keeps the better of two diagnoses of the same samples, and frees what the other one holds of its own. */
+static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t *power) {
+    diagnosis_t *d = job->diagnosis;
+    diagnosis_t worse = *other;
+    if (cost_of(other, power->held) < cost_of(d, job->power.held)) {
+        worse = *d;
+        *d = *other;
+        job->power = *power;
+    }
+    diagnosis_free_models(&worse);
+}
+
+/* The search from one shape. */
+typedef struct {
+    const model_t *from;
+    attempt_t attempt;
+    diagnosis_t diagnosis;
+    failure_t refusal;
+    bool good;
+} trial_t;
+
+/* What all have in common is in `job`. */
+static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, const family_t *family) {
+    trial->from = from;
+    trial->attempt = *job;
+    trial->attempt.diagnosis = &trial->diagnosis;
+    trial->attempt.failure = &trial->refusal;
+    trial->attempt.setting.line_hz = trial->attempt.line_hz;
+    trial->attempt.found_um = 0.0;
+    trial->diagnosis = (diagnosis_t){.recordings = job->diagnosis->recordings,
+                                     .samples = job->diagnosis->samples,
+                                     .noise = job->diagnosis->noise,
+                                     .family = family};
+}
+
+static void try_shape(void *context, size_t index) {
+    trial_t *trial = &((trial_t *)context)[index];
+    trial->good = attempt_from(&trial->attempt, trial->from);
+    if (!trial->good) {
+        diagnosis_free_models(&trial->diagnosis);
+    }
+}
+
+void trial_without_the_first(attempt_t *job) {
+    const diagnosis_t *d = job->diagnosis;
+    if (!d->remainder.structured || d->findings == 0 || d->finding[0].in_readings ||
+        d->finding[0].block->probe->shape || !hysteresis_numbers_few(hysteresis_numbers_count(&d->model))) {
+        return;
+    }
+    trial_t again;
+    prepare(&again, job, &d->given, d->family);
+    again.attempt.without = d->finding[0].block;
+    try_shape(&again, 0);
+    if (again.good) {
+        keep_better(job, &again.diagnosis, &again.attempt.power);
+    }
+    job->progress = again.attempt.progress;
+    job->left = again.attempt.left;
+}
+
+/* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */
+typedef struct {
+    const attempt_t *first; /* the answer from the first shape */
+    const baseline_t *baseline;
+    double *least; /* of each shape */
+} promises_t;
+
+/* The same chain with the hysteresis of another one. */
+static void with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model) {
+    model_t other;
+    model_copy(model, chain);
+    model_copy_place(&other, from, PLACE_HYSTERESIS);
+    model_block_t *one = &model->block[hysteresis_index(model)], *two = &other.block[hysteresis_index(&other)];
+    const model_block_t was = *one;
+    *one = *two;
+    *two = was;
+    model_free(&other);
+}
+
+/* What was found and this shape, fitted together. */
+static double left_beside_found(const attempt_t *first, const model_t *shape) {
+    const diagnosis_t *d = first->diagnosis;
+    joint_power_t power;
+    failure_t refusal;
+    model_t model;
+    with_hysteresis_of(shape, &d->model, &model);
+    attempt_without_noise(&model);
+    const bool good = joint_fit(&d->samples, &d->noise, &model, attempt_blocks_found(d, &model), PROMISE_ITERATIONS,
+                                &power, &refusal);
+    model_free(&model);
+    return good ? power.held : HUGE_VAL;
+}
+
+static double priced(const samples_t *samples, size_t numbers, double held) {
+    return held * exp(number_price * (double)numbers / (double)samples->held);
+}
+
+/* Beside the best probe of every block (shape_judgement.h), which leaves out what they do that is far from linear; and
+ * beside what was found, fitted. */
+static void find_promise(void *context, size_t index) {
+    const promises_t *promises = context;
+    const size_t shape = 1 + index;
+    const baseline_t *baseline = &promises->baseline[shape];
+    const diagnosis_t *d = promises->first->diagnosis;
+    const double beside_found = left_beside_found(promises->first, &baseline->model);
+    const double least =
+        attempt_excess(d, baseline->held) < known_promise ? fmin(baseline->held, beside_found) : beside_found;
+    promises->least[shape] = priced(&d->samples, hysteresis_numbers_count(&baseline->model), least);
+}
+
+/* Whether the answer from the first shape leaves so little that no other one is asked what it promises. */
+static bool leaves_nothing(const attempt_t *first, const baseline_t *baseline) {
+    const diagnosis_t *d = first->diagnosis;
+    return !d->remainder.structured && !shape_found(d) && !baseline->many_numbers &&
+           attempt_excess(d, first->power.held) < worth_another_shape;
+}
+
+/* Whether another shape may do better: where the first left structure, or what is more than little, every one that
+ * promises to come near it. */
+static bool may_do_better(const attempt_t *first, const baseline_t *baseline, double promise) {
+    const diagnosis_t *d = first->diagnosis;
+    const bool whole =
+        !d->remainder.structured && !baseline->many_numbers && attempt_excess(d, first->power.held) <= little_more;
+    return promise < (whole ? 1.0 : worth_trying) * cost_of(d, first->power.held);
+}
+
+/* A free plane that promises no more than a symmetric one. */
+static bool is_no_better(const promises_t *promises, size_t shapes) {
+    const baseline_t *last = &promises->baseline[shapes - 1];
+    for (size_t shape = 1; shape < shapes && last->many_numbers; shape++) {
+        if (promises->baseline[shape].family == last->family && !promises->baseline[shape].many_numbers) {
+            return promises->least[shapes - 1] > better_plane * promises->least[shape];
+        }
+    }
+    return false;
+}
+
+/* Some shapes at the same time. One of them may not apply. */
+typedef struct {
+    trial_t *trial; /* of each shape */
+    size_t count, shape[BASELINE_SHAPES];
+} choice_t;
+
+static void try_chosen(void *context, size_t index) {
+    const choice_t *choice = context;
+    try_shape(choice->trial, choice->shape[index]);
+}
+
+static void try_some(attempt_t *job, choice_t *choice) {
+    for (size_t i = 0; i < choice->count; i++) {
+        choice->trial[choice->shape[i]].attempt.left = choice->trial[0].attempt.left;
+    }
+    parallel(choice->count, try_chosen, choice);
+    for (size_t i = 0; i < choice->count; i++) {
+        trial_t *trial = &choice->trial[choice->shape[i]];
+        if (trial->good) {
+            keep_better(job, &trial->diagnosis, &trial->attempt.power);
+        }
+    }
+}
+
+/* The others that may do better than the first. */
+static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes, trial_t *trial) {
+    double least[BASELINE_SHAPES] = {
+        priced(&job->diagnosis->samples, hysteresis_numbers_count(&baseline->model), job->power.held)};
+    promises_t promises = {.first = job, .baseline = baseline, .least = least};
+    choice_t choice = {.trial = trial}, later = {.trial = trial};
+    parallel(shapes - 1, find_promise, &promises);
+    const bool free_plane_later =
+        job->diagnosis->remainder.structured && !shape_found(job->diagnosis) && is_no_better(&promises, shapes);
+    for (size_t shape = 1; shape < shapes; shape++) {
+        if (may_do_better(job, baseline, least[shape])) {
+            choice_t *when = free_plane_later && shape == shapes - 1 ? &later : &choice;
+            when->shape[when->count++] = shape;
+        }
+    }
+    try_some(job, &choice);
+    /* What the free plane has and the others have not is that it imitates curves. */
+    if (shape_found(job->diagnosis)) {
+        try_some(job, &later);
+    }
+}
+
+bool trials_of_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes) {
+    trial_t *trial = allocate(shapes, sizeof *trial);
+    for (size_t shape = 0; shape < shapes; shape++) {
+        prepare(&trial[shape], job, &baseline[shape].model, baseline[shape].family);
+        trial[shape].attempt.progress.terminal = job->progress.terminal && shape < 2; /* one bar at a time */
+    }
+    try_shape(trial, 0);
+    const bool good = trial[0].good;
+    if (!good) {
+        *job->failure = trial[0].refusal;
+    } else {
+        *job->diagnosis = trial[0].diagnosis;
+        job->power = trial[0].attempt.power;
+        if (!leaves_nothing(job, baseline)) {
+            try_others(job, baseline, shapes, trial);
+        }
+    }
+    free(trial);
+    return good;
+}
