@@ -114,6 +114,11 @@ static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *
                         remainder->high_hz > 0.0 ? json_pack("[f, f]", remainder->low_hz, remainder->high_hz)
                                                  : json_null());
     json_object_set_new(json, "outliers", json_integer((json_int_t)remainder->outliers));
+    json_object_set_new(json, "by_level", json_real(remainder->by_level.part));
+    json_object_set_new(json, "levels_um",
+                        remainder->by_level.part > 0.0
+                            ? json_pack("[f, f]", remainder->by_level.low_um, remainder->by_level.high_um)
+                            : json_null());
     json_object_set_new(json, "where", location_to_json(&account->remaining, recordings));
     return json;
 }

@@ -186,7 +186,12 @@ void remainder_text(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
         text_append(text, "; %zu single sample%s far outside the noise", remainder->outliers,
                     remainder->outliers == 1 ? "" : "s");
     }
-    if (!remainder->structured && (remainder->rms_um > 0.0 || remainder->outliers > 0)) {
+    if (remainder->by_level.part > 0.0) {
+        text_append(text, "; %.2g of the noise goes with the position, most of it at %.4g .. %.4g um",
+                    remainder->by_level.part, remainder->by_level.low_um, remainder->by_level.high_um);
+    }
+    if (!remainder->structured &&
+        (remainder->rms_um > 0.0 || remainder->outliers > 0 || remainder->by_level.part > 0.0)) {
         text_append(text, ": too little to ask for a reason");
     }
 }

@@ -10,6 +10,9 @@
 static const double worth_mentioning = 0.4;
 /* By how much the simulation of what was found may be off, in parts of it: altogether, and at one sample. */
 static const double part_of_effect = 0.05, part_of_sample = 0.2;
+/* The same for what goes with the position: errors of a simulation are where the drive is fast or turns, so that little
+ * of them does. */
+static const double worth_mentioning_at_levels = 0.15, part_of_effect_at_levels = 0.01;
 static const double outlier = 7.0;
 static const size_t few_outliers = 4;
 /* A band, or all of them together, hold more than noise when chance explains it less often than this many deviations.
@@ -136,6 +139,13 @@ static void look_at_bands(const columns_t *c, remainder_t *remainder) {
     remainder->rms_um = sqrt(fmax(0.0, excess) / (double)(c->samples->fitted + c->samples->held));
 }
 
+static bool look_at_levels(const columns_t *c, const double *simulated, remainder_t *remainder) {
+    const double sigma_um = c->noise->sigma_um;
+    const double off_um = part_of_effect_at_levels * rms_of(c->samples, SAMPLE_FITTED, c->found_white) + c->floor_um;
+    remainder->by_level = by_level(c->samples, sigma_um, simulated, c->white);
+    return remainder->by_level.part > worth_mentioning_at_levels + off_um / sigma_um;
+}
+
 static size_t count_outliers(const columns_t *c) {
     size_t outliers = 0;
     for (size_t k = 0; k < c->samples->all; k++) {
@@ -158,8 +168,9 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     remainder_t remainder = {0};
     take_columns(&c, simulated);
     look_at_bands(&c, &remainder);
+    remainder.at_levels = look_at_levels(&c, simulated, &remainder);
     remainder.outliers = count_outliers(&c);
-    remainder.structured = !remainder_knows_noise(samples, noise) ||
+    remainder.structured = !remainder_knows_noise(samples, noise) || remainder.at_levels ||
                            remainder.rms_um > worth_mentioning * noise->rms_um + floor_um +
                                                   part_of_effect * samples_rms(samples, effect) ||
                            remainder.outliers > few_outliers || more_than_noise(&c, SAMPLE_HELD_OUT) ||

@@ -4,18 +4,21 @@
  *
  * The whitened residual of a complete model is flat over frequency. Where a band of frequencies (half an octave) holds
  * more than the noise at rest accounts for, something is left: a drift in the lowest, a mode or a wandering tone in one
- * of them, jumps and jitter in all. Single samples far outside the noise count too; and so
- * does what the samples of either part, fitted or held out, hold altogether.
+ * of them, jumps and jitter in all. Single samples far outside the noise count too; so does what goes with the position
+ * (by_level.h), and what the samples of either part, fitted or held out, hold altogether.
  */
 #ifndef REMAINDER_H
 #define REMAINDER_H
 
+#include "by_level.h"
 #include "noise.h"
 
 typedef struct {
     double rms_um;          /**< of what is left beside the noise, all bands that hold more than noise together */
     double low_hz, high_hz; /**< the band that holds most of it; 0, 0: none */
     size_t outliers;        /**< samples of the whitened residual beyond 7 deviations */
+    by_level_t by_level;    /**< what goes with the position */
+    bool at_levels;         /**< that is more than the simulation may be off by */
     bool structured;        /**< by any of them */
 } remainder_t;
 

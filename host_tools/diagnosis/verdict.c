@@ -8,12 +8,21 @@
  * it. In parts of the square. */
 static const double leaves_too_much = 1.0 / 12.0;
 
+/* A curve of few numbers takes most of any other curve. If what it leaves goes with the position, it is another one. */
+static bool is_another_curve(const diagnosis_t *d) {
+    bool curves_only = d->findings > 0;
+    for (size_t f = 0; f < d->findings; f++) {
+        curves_only = curves_only && (d->finding[f].shape || d->finding[f].in_readings);
+    }
+    return curves_only && d->remainder.at_levels;
+}
+
 /* missing, and what is left now, are beyond the noise; where that is not known, all of them counts. */
 static bool comes_near_only(const attempt_t *job, double missing) {
     const diagnosis_t *d = job->diagnosis;
     const double noise = remainder_knows_noise(&d->samples, &d->noise) ? 0.0 : 1.0;
     return attempt_blocks_found(d, &d->model) != 0 &&
-           attempt_excess(d, job->power.held) + noise > leaves_too_much * (missing + noise);
+           (is_another_curve(d) || attempt_excess(d, job->power.held) + noise > leaves_too_much * (missing + noise));
 }
 
 static void judge(attempt_t *job, double missing) {

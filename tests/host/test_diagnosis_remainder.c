@@ -110,6 +110,7 @@ static void test_noise_alone_is_nothing(void) {
             TEST_ASSERT_FALSE(found.structured);
             TEST_ASSERT_EQUAL_UINT64(0, found.outliers);
             TEST_ASSERT_TRUE(found.rms_um >= 0.0 && found.rms_um < 0.4 * rms_um);
+            TEST_ASSERT_TRUE(found.by_level.part < 0.15);
         }
     }
 }
@@ -140,6 +141,56 @@ static void test_what_is_small_is_not_mentioned(void) {
             add(shapes[i].shape, 0.25 * rms_um);
             TEST_ASSERT_FALSE(look(&noise, 0.0).structured);
         }
+    }
+}
+
+/* Of the position that the model has, and of its direction. */
+typedef double of_position_t(double part_of_stroke, double direction);
+
+static double bend(double part_of_stroke, double direction) {
+    (void)direction;
+    return part_of_stroke > 0.75 ? 2.0 : 0.0;
+}
+
+static double play(double part_of_stroke, double direction) {
+    (void)part_of_stroke;
+    return direction;
+}
+
+static void add_of_position(of_position_t *shape, double size_um, const double range[2]) {
+    for (size_t i = 0; i < RECORDINGS; i++) {
+        const double *x = simulated + samples.begin[i];
+        for (size_t k = 1; k < lengths[i]; k++) {
+            recordings[i].column[COLUMN_DISPLACEMENT][k] +=
+                size_um * shape((x[k] - range[0]) / (range[1] - range[0]), x[k] > x[k - 1] ? 1.0 : -1.0);
+        }
+    }
+}
+
+/* What is always at the same position is seen where it is a quarter of the noise: 6500 samples in 96 means know it to
+ * sqrt(96 / 6500) = 0.12 of the noise in the square, 0.09 of 0.25 in the root. Bands of frequencies do not. */
+static void test_what_goes_with_the_position(void) {
+    double range[2];
+    values_range(simulated, samples.all, range);
+    for (int rising_and_falling = 0; rising_and_falling < 2; rising_and_falling++) {
+        const noise_t noise = measure(0.0);
+        add_of_position(rising_and_falling ? play : bend, 0.25 * rms_um, range);
+        const remainder_t found = look(&noise, 0.0);
+        TEST_ASSERT_TRUE(found.at_levels && found.structured);
+        TEST_ASSERT_TRUE(found.rms_um < 0.4 * rms_um);
+        TEST_ASSERT_DOUBLE_WITHIN(0.09, 0.25, found.by_level.part);
+        if (!rising_and_falling) {
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * (range[1] - range[0]), 0.25 * range[0] + 0.75 * range[1],
+                                      found.by_level.low_um);
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * (range[1] - range[0]), range[1], found.by_level.high_um);
+        }
+        for (size_t k = 0; k < samples.all; k++) {
+            effect[k] = (k / 50 % 2 == 0 ? 1.0 : -1.0) * 30.0 * rms_um; /* simulated to a percent */
+        }
+        TEST_ASSERT_FALSE(look(&noise, 0.0).at_levels);
+        TEST_ASSERT_TRUE(look(&noise, 0.0).by_level.part > 0.0);
+        memset(effect, 0, samples.all * sizeof(double));
+        TEST_ASSERT_FALSE(look(&noise, rms_um).at_levels); /* what steps of a converter may make */
     }
 }
 
@@ -198,6 +249,7 @@ int main(void) {
     RUN_TEST(test_noise_alone_is_nothing);
     RUN_TEST(test_what_is_large_is_seen);
     RUN_TEST(test_what_is_small_is_not_mentioned);
+    RUN_TEST(test_what_goes_with_the_position);
     RUN_TEST(test_spikes_are_seen);
     RUN_TEST(test_part_of_what_was_found_is_no_news);
     RUN_TEST(test_a_perfect_simulation);
