@@ -12,7 +12,8 @@
  *      "not_found": [{"block":, "testable":, "smallest_um": number | null,
  *                     "parameter": {"name":, "value":, "unit":} | null, "separating_excitation":, "probe":}],
  *      "remaining": {"nrmse_percent":, "held_out_nrmse_percent":, "noise_floor_percent":, "structured":, "rms_um":,
- *                    "band_hz": [from, to] | null, "outliers":, "where": {..}},
+ *                    "band_hz": [from, to] | null, "outliers":, "by_level":, "levels_um": [from, to] | null,
+ *                    "where": {..}},
  *      "verdict":}
  *
  * With measured columns also "measured_columns" and, in findings, "measured" (measured_columns_text.h).

@@ -179,14 +179,24 @@ static void test_what_remains_is_told_in_words(void) {
                      "0.0004 um rms beside the noise, most of it at 10 .. 14.1 Hz: too little to ask for a reason");
     expect_remainder((remainder_t){.outliers = 9, .structured = true},
                      "noise at all frequencies; 9 single samples far outside the noise");
-    diagnosis.remainder =
-        (remainder_t){.rms_um = 0.012, .low_hz = 2.0, .high_hz = 2.83, .outliers = 5, .structured = true};
+    expect_remainder((remainder_t){.by_level = {.part = 0.1, .low_um = 2.0, .high_um = 3.0}},
+                     "noise at all frequencies; 0.1 of the noise goes with the position, most of it at 2 .. 3 um: too "
+                     "little to ask for a reason");
+    diagnosis.remainder = (remainder_t){.rms_um = 0.012,
+                                        .low_hz = 2.0,
+                                        .high_hz = 2.83,
+                                        .outliers = 5,
+                                        .by_level = {.part = 0.25, .low_um = 1.0, .high_um = 4.0},
+                                        .structured = true};
     work_out();
     json_t *json = as_json(), *remaining = json_object_get(json, "remaining");
     expect_format(json_object_get(remaining, "band_hz"), "[f, f]", &low, &high);
     TEST_ASSERT_TRUE(low == 2.0 && high == 2.83);
     TEST_ASSERT_EQUAL_INT(5, json_integer_value(json_object_get(remaining, "outliers")));
     TEST_ASSERT_EQUAL_DOUBLE(0.012, json_number_value(json_object_get(remaining, "rms_um")));
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, json_number_value(json_object_get(remaining, "by_level")));
+    expect_format(json_object_get(remaining, "levels_um"), "[f, f]", &low, &high);
+    TEST_ASSERT_TRUE(low == 1.0 && high == 4.0);
     TEST_ASSERT_TRUE(json_is_true(json_object_get(remaining, "structured")));
     expect_all(printed(), told, 1);
     expect_all(page(), shown, 1);
