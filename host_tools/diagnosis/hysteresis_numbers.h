@@ -37,6 +37,9 @@ bool hysteresis_numbers_few(size_t count);
  * effect beside them is then little more than a hint. */
 bool hysteresis_far_from_linear(const model_t *model);
 
+/** Whether it has so many that it imitates curves in or behind a hysteresis: a plane without symmetry. */
+bool hysteresis_imitates_curves(const model_t *model);
+
 /** The weight of a change's square in a sum of squares whose samples have that variance: a number is expected to change
  * by half of its mean size, so that what the samples say nothing about stays where it was. */
 double hysteresis_number_stays(const hysteresis_number_t *number, double variance);

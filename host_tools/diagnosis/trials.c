@@ -1,13 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "trials.h"
+#include "findings.h"
 #include "hysteresis_numbers.h"
 #include "parallel.h"
 #include <math.h>
 #include <stdlib.h>
 
 /* 2 log likelihood of the held-out samples by which a diagnosis has to be better that contains a block which another
- * shape of hysteresis can imitate; and, in parts of their deviation, one that is not the whole answer. */
-static const double shape_price = 10.0, number_price = 1.0, incomplete_handicap = 1.05;
+ * shape of hysteresis can imitate; and for each number of its hysteresis. */
+static const double shape_price = 10.0, number_price = 1.0;
+/* In parts of the square of what is left, by how much a diagnosis has to be better that is not the whole answer; and
+ * one with a curve, or with a hysteresis that imitates curves: 0.15 of the noise, since no shape of few numbers is
+ * right to much less. */
+static const double incomplete_handicap = 0.1025, curve_handicap = 0.0225;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for; or
  * one that promises to leave less. */
 static const double worth_another_shape = 0.03, little_more = 0.1;
@@ -28,13 +33,18 @@ static bool shape_found(const diagnosis_t *d) {
     return false;
 }
 
+/* Of a model: what it leaves, raised by what its hysteresis may imitate. curve: and by a block that is a curve. */
+static double raised(const samples_t *samples, const model_t *model, bool curve, double held) {
+    const double price = number_price * (double)hysteresis_numbers_count(model) + (curve ? shape_price : 0.0);
+    return held * exp(price / (double)samples->held) *
+           (1.0 + (curve || hysteresis_imitates_curves(model) ? curve_handicap : 0.0));
+}
+
 /* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
  * it is not the whole answer. */
 static double cost_of(const diagnosis_t *d, double held) {
-    const double price =
-        (shape_found(d) ? shape_price : 0.0) + number_price * (double)hysteresis_numbers_count(&d->model);
-    return held * exp(price / (double)d->samples.held) *
-           (d->remainder.structured ? incomplete_handicap * incomplete_handicap : 1.0);
+    return raised(&d->samples, &d->model, shape_found(d), held) *
+           (1.0 + (d->remainder.structured ? incomplete_handicap : 0.0));
 }
 
 /* Keeps the better of two diagnoses of the same samples, and frees what the other one holds of its own. */
@@ -116,7 +126,7 @@ static void with_hysteresis_of(const model_t *from, const model_t *chain, model_
     model_free(&other);
 }
 
-/* What was found and this shape, fitted together. */
+/* What was found, but for curves, and this shape, fitted together. */
 static double left_beside_found(const attempt_t *first, const model_t *shape) {
     const diagnosis_t *d = first->diagnosis;
     joint_power_t power;
@@ -124,14 +134,16 @@ static double left_beside_found(const attempt_t *first, const model_t *shape) {
     model_t model;
     with_hysteresis_of(shape, &d->model, &model);
     attempt_without_noise(&model);
+    for (size_t b = model.blocks; b-- > 0;) {
+        const finding_t *finding = finding_of(d, model.block[b].block);
+        if (finding != NULL && finding->shape) {
+            model_remove(&model, b);
+        }
+    }
     const bool good = joint_fit(&d->samples, &d->noise, &model, attempt_blocks_found(d, &model), PROMISE_ITERATIONS,
                                 &power, &refusal);
     model_free(&model);
     return good ? power.held : HUGE_VAL;
-}
-
-static double priced(const samples_t *samples, size_t numbers, double held) {
-    return held * exp(number_price * (double)numbers / (double)samples->held);
 }
 
 /* Beside the best probe of every block (shape_judgement.h), which leaves out what they do that is far from linear; and
@@ -141,10 +153,10 @@ static void find_promise(void *context, size_t index) {
     const size_t shape = 1 + index;
     const baseline_t *baseline = &promises->baseline[shape];
     const diagnosis_t *d = promises->first->diagnosis;
-    const double beside_found = left_beside_found(promises->first, &baseline->model);
-    const double least =
-        attempt_excess(d, baseline->held) < known_promise ? fmin(baseline->held, beside_found) : beside_found;
-    promises->least[shape] = priced(&d->samples, hysteresis_numbers_count(&baseline->model), least);
+    const double beside_probes = attempt_excess(d, baseline->held) < known_promise ? baseline->held : HUGE_VAL;
+    promises->least[shape] =
+        fmin(raised(&d->samples, &baseline->model, shape_found(d), beside_probes),
+             raised(&d->samples, &baseline->model, false, left_beside_found(promises->first, &baseline->model)));
 }
 
 /* Whether the answer from the first shape leaves so little that no other one is asked what it promises. */
@@ -166,7 +178,7 @@ static bool may_do_better(const attempt_t *first, const baseline_t *baseline, do
 /* A free plane that promises no more than a symmetric one. */
 static bool is_no_better(const promises_t *promises, size_t shapes) {
     const baseline_t *last = &promises->baseline[shapes - 1];
-    for (size_t shape = 1; shape < shapes && last->many_numbers; shape++) {
+    for (size_t shape = 0; shape < shapes && last->many_numbers; shape++) {
         if (promises->baseline[shape].family == last->family && !promises->baseline[shape].many_numbers) {
             return promises->least[shapes - 1] > better_plane * promises->least[shape];
         }
@@ -200,13 +212,12 @@ static void try_some(attempt_t *job, choice_t *choice) {
 
 /* The others that may do better than the first. */
 static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes, trial_t *trial) {
-    double least[BASELINE_SHAPES] = {
-        priced(&job->diagnosis->samples, hysteresis_numbers_count(&baseline->model), job->power.held)};
+    const diagnosis_t *d = job->diagnosis;
+    double least[BASELINE_SHAPES] = {raised(&d->samples, &d->model, shape_found(d), job->power.held)};
     promises_t promises = {.first = job, .baseline = baseline, .least = least};
     choice_t choice = {.trial = trial}, later = {.trial = trial};
     parallel(shapes - 1, find_promise, &promises);
-    const bool free_plane_later =
-        job->diagnosis->remainder.structured && !shape_found(job->diagnosis) && is_no_better(&promises, shapes);
+    const bool free_plane_later = d->remainder.structured && !shape_found(d) && is_no_better(&promises, shapes);
     for (size_t shape = 1; shape < shapes; shape++) {
         if (may_do_better(job, baseline, least[shape])) {
             choice_t *when = free_plane_later && shape == shapes - 1 ? &later : &choice;
