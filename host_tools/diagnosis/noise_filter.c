@@ -2,6 +2,7 @@
 #include "noise_filter.h"
 #include "failure.h"
 #include "gsl_errors.h"
+#include "noise_bands.h"
 #include "parallel.h"
 #include "simplex.h"
 #include <gsl/gsl_cblas.h>
@@ -28,6 +29,12 @@ double noise_filter_gain(const noise_filter_t *filter) {
     return 1.0 + gsl_pow_2(filter->memory - filter->mix) / (1.0 - gsl_pow_2(filter->memory));
 }
 
+double noise_filter_power(const noise_filter_t *filter, double turns) {
+    const double c = cos(2.0 * M_PI * turns);
+    return (1.0 - 2.0 * filter->mix * c + gsl_pow_2(filter->mix)) /
+           (1.0 - 2.0 * filter->memory * c + gsl_pow_2(filter->memory));
+}
+
 void noise_filter_whiten(const noise_filter_t *filter, const double *x, size_t length, double *white) {
     const double gain = noise_filter_gain(filter);
     double e = x[0] / gain;
@@ -47,6 +54,8 @@ typedef struct {
     size_t count, freedom; /* samples less columns */
     double *white;         /* of one noise: its columns and, last, what they leave */
     double *products;      /* of these, of each part of the rows */
+    bool by_bands;         /* there is one noise, */
+    noise_bands_t bands;   /* whose products are known for all filters */
 } job_t;
 
 /* One of them under one filter. */
@@ -78,14 +87,17 @@ static void multiply_part(void *context, size_t part) {
                 0.0, w->job->products + part * n * n, (int)n);
 }
 
+static void add_parts(const job_t *job, size_t n) {
+    for (size_t part = 1; part < ROW_PARTS; part++) {
+        cblas_daxpy((int)(n * n), 1.0, job->products + part * n * n, 1, job->products, 1);
+    }
+}
+
 /* Adds the logarithm of the determinant of the whitened columns' products, and the square of what they leave. false:
  * this filter makes columns too much alike. */
 static bool factorise(const job_t *job, size_t columns, double *determinant, double *square) {
     const size_t n = columns + 1;
     gsl_matrix_view factor = gsl_matrix_view_array(job->products, n, n);
-    for (size_t part = 1; part < ROW_PARTS; part++) {
-        cblas_daxpy((int)(n * n), 1.0, job->products + part * n * n, 1, job->products, 1);
-    }
     const bool good = gsl_linalg_cholesky_decomp1(&factor.matrix) == GSL_SUCCESS;
     for (size_t j = 0; good && j < columns; j++) {
         *determinant += 2.0 * log(gsl_matrix_get(&factor.matrix, j, j));
@@ -94,16 +106,27 @@ static bool factorise(const job_t *job, size_t columns, double *determinant, dou
     return good;
 }
 
+/* Products of one noise's vectors under a filter. Returns the logarithm of the determinant of the noise's covariance.
+ */
+static double multiply(const job_t *job, size_t index, const noise_filter_t *filter) {
+    const explained_noise_t *noise = &job->noise[index];
+    if (job->by_bands) {
+        noise_bands_products(&job->bands, filter, job->products);
+        return noise_bands_determinant(&job->bands, filter);
+    }
+    whitening_t whitening = {.job = job, .noise = noise, .filter = filter};
+    parallel(noise->explained.columns + 1, whiten_one, &whitening);
+    parallel(ROW_PARTS, multiply_part, &whitening);
+    add_parts(job, noise->explained.columns + 1);
+    return (double)noise->pieces * log(noise_filter_gain(filter));
+}
+
 /* Minus twice the logarithm of the likelihood, HUGE_VAL where there is none; the variance of e. */
 static double likelihood(const job_t *job, const noise_filter_t *filter, double *variance) {
     double determinant = 0.0, square = 0.0;
     for (size_t i = 0; i < job->count; i++) {
-        const size_t columns = job->noise[i].explained.columns;
-        whitening_t whitening = {.job = job, .noise = &job->noise[i], .filter = filter};
-        parallel(columns + 1, whiten_one, &whitening);
-        parallel(ROW_PARTS, multiply_part, &whitening);
-        determinant += (double)job->noise[i].pieces * log(noise_filter_gain(filter));
-        if (!factorise(job, columns, &determinant, &square)) {
+        determinant += multiply(job, i, filter);
+        if (!factorise(job, job->noise[i].explained.columns, &determinant, &square)) {
             return HUGE_VAL;
         }
     }
@@ -119,21 +142,38 @@ static double unlikelihood(const double *numbers, void *context) {
     return likelihood(context, &filter, &ignored) - log(1.0 - filter.memory);
 }
 
-double noise_filter_restricted(const explained_noise_t *noise, size_t count, noise_filter_t *filter) {
-    enum { MOST_ITERATIONS = 25 };
-    job_t job = {.noise = noise, .count = count};
+static void open_job(const explained_noise_t *noise, size_t count, job_t *job) {
     size_t room = 0, most = 0;
+    *job = (job_t){.noise = noise, .count = count, .by_bands = count == 1 && noise_bands_suit(noise)};
     for (size_t i = 0; i < count; i++) {
         const size_t columns = noise[i].explained.columns, rows = noise[i].explained.rows;
         room = (columns + 1) * rows > room ? (columns + 1) * rows : room;
         most = columns + 1 > most ? columns + 1 : most;
         for (size_t piece = 0; piece < noise[i].pieces; piece++) {
-            job.freedom += noise[i].end[piece] - noise[i].begin[piece];
+            job->freedom += noise[i].end[piece] - noise[i].begin[piece];
         }
-        job.freedom -= columns;
+        job->freedom -= columns;
     }
-    job.white = allocate(room, sizeof(double));
-    job.products = allocate(ROW_PARTS * most * most, sizeof(double));
+    job->products = allocate(ROW_PARTS * most * most, sizeof(double));
+    if (job->by_bands) {
+        noise_bands_open(noise, &job->bands);
+        job->freedom = job->bands.freedom;
+    } else {
+        job->white = allocate(room, sizeof(double));
+    }
+}
+
+static void close_job(job_t *job) {
+    if (job->by_bands) {
+        noise_bands_close(&job->bands);
+    }
+    free(job->white);
+    free(job->products);
+}
+
+double noise_filter_restricted(const explained_noise_t *noise, size_t count, noise_filter_t *filter) {
+    enum { MOST_ITERATIONS = 25 };
+    job_t job;
     const simplex_job_t simplex = {.function = unlikelihood,
                                    .context = &job,
                                    .dimensions = NOISE_FILTER_NUMBERS,
@@ -142,6 +182,7 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
                                    .most_iterations = MOST_ITERATIONS};
     double numbers[NOISE_FILTER_NUMBERS], variance = 0.0;
     gsl_returns_errors();
+    open_job(noise, count, &job);
     noise_filter_numbers(filter, numbers);
     (void)simplex_minimise(&simplex, numbers);
     const noise_filter_t found = noise_filter_at(numbers);
@@ -150,7 +191,6 @@ double noise_filter_restricted(const explained_noise_t *noise, size_t count, noi
     } else {
         variance = 0.0;
     }
-    free(job.white);
-    free(job.products);
+    close_job(&job);
     return variance;
 }

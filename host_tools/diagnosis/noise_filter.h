@@ -8,6 +8,7 @@
 #define NOISE_FILTER_H
 
 #include "basis.h"
+#include <stdbool.h>
 
 typedef struct {
     double memory, mix;
@@ -21,6 +22,8 @@ void noise_filter_numbers(const noise_filter_t *filter, double numbers[NOISE_FIL
 
 /** Variance of x, in parts of e's. */
 double noise_filter_gain(const noise_filter_t *filter);
+/** Power of x at a frequency, in parts of the sample rate, over that of e. */
+double noise_filter_power(const noise_filter_t *filter, double turns);
 
 /** e of a piece of x. Its first sample stands for all that was before, and is made as small as e is. */
 void noise_filter_whiten(const noise_filter_t *filter, const double *x, size_t length, double *white);
@@ -36,8 +39,8 @@ typedef struct {
 /**
  * The filter, from a first one, by the likelihood of what is beyond the columns' reach (restricted likelihood,
  * Patterson and Thompson 1971): of a slow noise a few columns take most, and what they leave looks smaller and quicker
- * than the noise was. Returns the variance of e; 0 where the columns
- * cannot be told apart in these rows, and then the filter stays what it was.
+ * than the noise was. In few long pieces by frequency (noise_bands.h), else sample by sample. Returns the variance of
+ * e; 0 where the columns cannot be told apart in these rows, and then the filter stays what it was.
  */
 double noise_filter_restricted(const explained_noise_t *noise, size_t count, noise_filter_t *filter);
 

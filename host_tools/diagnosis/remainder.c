@@ -20,14 +20,6 @@ static const size_t few_outliers = 4;
 static const double beyond_chance = 6.0, beyond_chance_altogether = 4.0;
 enum { BANDS = 64, LEVEL_BANDS = 64 };
 
-/* Power of the filter's inverse at a frequency, in parts of the sample rate: from the whitened residual to the
- * residual. */
-static double gain_at(const noise_t *noise, double turns) {
-    const double c = cos(2.0 * M_PI * turns);
-    return (1.0 - 2.0 * noise->filter.mix * c + gsl_pow_2(noise->filter.mix)) /
-           (1.0 - 2.0 * noise->filter.memory * c + gsl_pow_2(noise->filter.memory));
-}
-
 typedef struct {
     double energy, expected, ordinates, raw; /* raw: what is too much, before whitening */
 } band_t;
@@ -66,7 +58,8 @@ static void add_recording(const samples_t *samples, const noise_t *noise, size_t
         b->energy += s.energy[f];
         b->expected += expected;
         b->ordinates += finer / 1.5; /* Hann's window: 1.5 bins */
-        b->raw += (s.energy[f] - expected) * gain_at(noise, (double)f * s.step_hz / recording->sample_rate_hz);
+        b->raw += (s.energy[f] - expected) *
+                  noise_filter_power(&noise->filter, (double)f * s.step_hz / recording->sample_rate_hz);
     }
     spectrum_free(&s);
 }
