@@ -20,8 +20,9 @@ static const double worth_another_shape = 0.03, little_more = 0.1;
 static const double known_promise = 0.5;
 /* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
 static const double better_plane = 0.99;
-/* Of what the first shape leaves: another one that promises to leave more is not tried even where much is left. */
-static const double worth_trying = 1.3;
+/* Of what the first shape leaves: another one that promises to leave more is not tried even where that is not the whole
+ * answer. */
+static const double worth_trying = 1.05;
 enum { PROMISE_ITERATIONS = 8 };
 
 static bool shape_found(const diagnosis_t *d) {
@@ -166,13 +167,12 @@ static bool leaves_nothing(const attempt_t *first, const baseline_t *baseline) {
            attempt_excess(d, first->power.held) < worth_another_shape;
 }
 
-/* Whether another shape may do better: where the first left structure, or what is more than little, every one that
- * promises to come near it. */
-static bool may_do_better(const attempt_t *first, const baseline_t *baseline, double promise) {
+/* Whether another shape may do better, by what the first leaves and the other promises. */
+static bool may_do_better(const attempt_t *first, const baseline_t *baseline, double left, double promise) {
     const diagnosis_t *d = first->diagnosis;
     const bool whole =
         !d->remainder.structured && !baseline->many_numbers && attempt_excess(d, first->power.held) <= little_more;
-    return promise < (whole ? 1.0 : worth_trying) * cost_of(d, first->power.held);
+    return promise < (whole ? 1.0 : worth_trying) * left;
 }
 
 /* A free plane that promises no more than a symmetric one. */
@@ -219,7 +219,7 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     parallel(shapes - 1, find_promise, &promises);
     const bool free_plane_later = d->remainder.structured && !shape_found(d) && is_no_better(&promises, shapes);
     for (size_t shape = 1; shape < shapes; shape++) {
-        if (may_do_better(job, baseline, least[shape])) {
+        if (may_do_better(job, baseline, least[0], least[shape])) {
             choice_t *when = free_plane_later && shape == shapes - 1 ? &later : &choice;
             when->shape[when->count++] = shape;
         }
