@@ -4,6 +4,7 @@
 #include "parallel.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_fft_real.h>
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +12,10 @@
 /* A column of which less than this part of the square is left was a line. */
 static const double taken = 1e-9;
 /* Frequencies of a piece that are bands of their own; above them, bands an octave. */
-enum { SINGLE = 8, BANDS_PER_OCTAVE = 8, MOST_BANDS = 256 };
+enum { SINGLE = 8, BANDS_PER_OCTAVE = 16, MOST_BANDS = 320 };
 enum { MOST_PIECES = 4, LEAST_SAMPLES = 4000 };
+/* A piece's end is this part of it: a mean over as much knows where a column ends, and little of a quick noise. */
+enum { END = 96 };
 
 bool noise_bands_suit(const explained_noise_t *noise) {
     bool suit = noise->pieces <= MOST_PIECES;
@@ -60,8 +63,11 @@ static void transform(void *context, size_t vector) {
                       (vector < explained->columns ? explained->column + vector * explained->rows : piece->noise->left);
     double *y = piece->spectrum + vector * n;
     gsl_fft_real_workspace *workspace = gsl_fft_real_workspace_alloc(n);
+    const size_t end = n / END;
+    const double first = gsl_stats_mean(x, 1, end), last = gsl_stats_mean(x + n - end, 1, end);
     for (size_t k = 0; k < n; k++) {
-        y[k] = x[k] - x[0] - (x[n - 1] - x[0]) * (double)k / (double)(n - 1);
+        const double part = ((double)k - 0.5 * (double)(end - 1)) / (double)(n - end);
+        y[k] = x[k] - first - (last - first) * part;
     }
     gsl_fft_real_transform(y, 1, n, piece->wavetable, workspace);
     cblas_dscal((int)n, sqrt(2.0 / (double)n), y, 1);

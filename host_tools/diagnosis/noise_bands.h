@@ -5,8 +5,7 @@
  * Whitening multiplies a column's spectrum by the filter's, so that products of whitened columns are sums over
  * frequencies, of products that do not know the filter (Whittle 1953). Summed over bands in which no filter of first
  * order changes much, they are made once; then a filter costs next to nothing. In a long piece: a spectrum takes it for
- * one period, so that the line through its ends is taken out of all columns before, and what remains of the ends goes
- * with their part in it.
+ * one period, so that the line through its ends (means over a ninety-sixth part) is taken out of all columns before.
  */
 #ifndef NOISE_BANDS_H
 #define NOISE_BANDS_H
