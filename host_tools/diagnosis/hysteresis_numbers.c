@@ -147,9 +147,8 @@ bool hysteresis_far_from_linear(const model_t *model) {
 
 bool hysteresis_imitates_curves(const model_t *model) {
     const model_block_t *block = &model->block[hysteresis_index(model)];
-    return block->block == &block_preisach &&
-           !smooth_plane_is_symmetric(model_parameter(block, "levels_v")->count,
-                                      model_parameter(block, "everett_um")->value);
+    return block->block == &block_preisach && !smooth_plane_is_symmetric(model_parameter(block, "levels_v")->count,
+                                                                         model_parameter(block, "everett_um")->value);
 }
 
 void hysteresis_numbers_open(model_t *model, hysteresis_numbers_t *numbers) {
