@@ -32,11 +32,10 @@ static const double no_way_back = 1.1;
 enum { FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 /* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
- * candidate. The bank may leave more: it is what an effect that a table can imitate is seen against. */
-static const double worth_trying = 1.3, worth_trying_bank = 4.0;
-/* What all leave so many times the noise's square of says nothing: blocks that are far from linear do more than their
- * best probes, and each shape imitates another part of that. */
-static const double known = 1.5;
+ * candidate. Not a few times: of what the effects do that are missing, each shape has taken another part. */
+static const double worth_trying = 10.0;
+/* Of the noise's square. */
+static const double known = 1.15;
 
 static bool fit_family(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
                        failure_t *failure) {
@@ -171,18 +170,18 @@ static int by_promise(const void *one, const void *other) {
     return (a->held > b->held) - (a->held < b->held);
 }
 
-static void leave_out_hopeless(const samples_t *samples, const noise_t *noise, baseline_t *baseline, size_t *count) {
+bool baseline_says(const samples_t *samples, const noise_t *noise, double held) {
+    return held < known * (double)samples->held * noise->sigma_um * noise->sigma_um;
+}
+
+static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
     size_t kept = 0;
     double least = HUGE_VAL;
     for (size_t i = 0; i < *count; i++) {
         least = fmin(least, baseline[i].held);
     }
-    if (least > known * (double)samples->held * noise->sigma_um * noise->sigma_um) {
-        return;
-    }
     for (size_t i = 0; i < *count; i++) {
-        const bool bank = baseline[i].family == family_find(shapes[BANK].family);
-        if (baseline[i].held < (bank ? worth_trying_bank : worth_trying) * least) {
+        if (baseline[i].held < worth_trying * least) {
             baseline[kept++] = baseline[i];
         } else {
             model_free(&baseline[i].model);
@@ -332,7 +331,7 @@ bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe
         }
     }
     qsort(baseline, *count, sizeof(baseline_t), by_promise);
-    leave_out_hopeless(samples, noise, baseline, count);
+    leave_out_hopeless(baseline, count);
     for (size_t i = 0; i < job.signatures; i++) {
         free(job.signature[i]);
     }

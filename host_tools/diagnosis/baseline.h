@@ -15,6 +15,11 @@ typedef struct {
     double held;       /**< what it leaves of the held-out samples beside the signatures of all blocks */
 } baseline_t;
 
+/** Whether what a shape leaves of the held-out samples beside the best probes says something about it: not where that
+ * is more than 1.15 times the noise's square. Then blocks are missing that are far from linear and do more than their
+ * probes, and each shape imitates another part of that. */
+bool baseline_says(const samples_t *samples, const noise_t *noise, double held);
+
 /** The play bank that everything begins with; and as it was fitted, before it was made smooth. */
 bool baseline_bank(const recording_t *recordings, size_t count, baseline_t *bank, baseline_t *rough,
                    failure_t *failure);

@@ -10,6 +10,9 @@
 
 /* A column of which J leaves less than this part is imitated. */
 static const double imitated = 1e-6;
+/* Of a square, what rounding makes of it where a basis has taken nearly all; and the part of what is looked for that
+ * may be rounding. */
+static const double rounding = 1e-13, rounding_at_most = 1e-4;
 /* Columns that go through J together. */
 enum { AT_ONCE = 16 };
 
@@ -272,10 +275,11 @@ static void open_refinement(refinement_t *r, const evidence_t *e, model_t *alter
     }
 }
 
-/* The signature as the model now is, and what it leaves: |residual - signature|^2 beyond J. */
+/* The signature as the model now is, and what it leaves: |residual - signature|^2 beyond J. HUGE_VAL where it cannot be
+ * simulated, or is so large that what J leaves of it is rounding. */
 static double look(const refinement_t *r, const signature_rows_t *s) {
     const evidence_t *e = r->evidence;
-    if (!rows_of(e, r->altered, r->at, s->rows)) {
+    if (!rows_of(e, r->altered, r->at, s->rows) || rounding * square_of(e, s->rows) > rounding_at_most * e->power) {
         return HUGE_VAL;
     }
     basis_shares(&e->basis, s->rows, 1, room_of_one(e), s->share);

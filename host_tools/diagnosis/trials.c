@@ -16,8 +16,6 @@ static const double incomplete_handicap = 0.1025, curve_handicap = 0.0225;
 /* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for; or
  * one that promises to leave less. */
 static const double worth_another_shape = 0.03, little_more = 0.1;
-/* A promise leaves out what blocks do that are far from linear: beyond this, it is none. */
-static const double known_promise = 0.5;
 /* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
 static const double better_plane = 0.99;
 /* Of what the first shape leaves: another one that promises to leave more is not tried even where that is not the whole
@@ -147,14 +145,13 @@ static double left_beside_found(const attempt_t *first, const model_t *shape) {
     return good ? power.held : HUGE_VAL;
 }
 
-/* Beside the best probe of every block (shape_judgement.h), which leaves out what they do that is far from linear; and
- * beside what was found, fitted. */
+/* Beside the best probe of every block, and beside what was found, fitted. */
 static void find_promise(void *context, size_t index) {
     const promises_t *promises = context;
     const size_t shape = 1 + index;
     const baseline_t *baseline = &promises->baseline[shape];
     const diagnosis_t *d = promises->first->diagnosis;
-    const double beside_probes = attempt_excess(d, baseline->held) < known_promise ? baseline->held : HUGE_VAL;
+    const double beside_probes = baseline_says(&d->samples, &d->noise, baseline->held) ? baseline->held : HUGE_VAL;
     promises->least[shape] =
         fmin(raised(&d->samples, &baseline->model, shape_found(d), beside_probes),
              raised(&d->samples, &baseline->model, false, left_beside_found(promises->first, &baseline->model)));

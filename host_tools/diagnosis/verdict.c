@@ -8,13 +8,15 @@
  * it. In parts of the square. */
 static const double leaves_too_much = 1.0 / 12.0;
 
-/* A curve of few numbers takes most of any other curve. If what it leaves goes with the position, it is another one. */
+/* A curve of few numbers takes most of any other curve. If nothing else was found, and what it leaves goes with the
+ * position, it is another one. */
 static bool is_another_curve(const diagnosis_t *d) {
-    bool curves_only = d->findings > 0;
+    size_t curves = 0, others = 0;
     for (size_t f = 0; f < d->findings; f++) {
-        curves_only = curves_only && (d->finding[f].shape || d->finding[f].in_readings);
+        curves += d->finding[f].shape ? 1 : 0;
+        others += d->finding[f].shape || d->finding[f].in_readings ? 0 : 1;
     }
-    return curves_only && d->remainder.at_levels;
+    return curves > 0 && others == 0 && d->remainder.at_levels;
 }
 
 /* missing, and what is left now, are beyond the noise; where that is not known, all of them counts. */

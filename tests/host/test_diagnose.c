@@ -318,6 +318,26 @@ static void test_what_only_comes_near_is_no_name(void) {
     }
 }
 
+/* The actuator leaves its seat in the lowest quarter of the stroke: a line with a bend. A sensor's curve takes most of
+ * that, and what it leaves is another curve. */
+static void test_a_curve_that_leaves_a_curve_is_no_name(void) {
+    double range[2];
+    measure(0.0);
+    recordings_range(&recording, 1, COLUMN_DISPLACEMENT, range);
+    const double seat_um = 0.75 * range[0] + 0.25 * range[1];
+    for (size_t k = 0; k < SAMPLES; k++) {
+        double *x = &recording.column[COLUMN_DISPLACEMENT][k];
+        *x += 0.05 * fmax(0.0, seat_um - *x);
+    }
+    look(false);
+    TEST_ASSERT_EQUAL_INT(UNKNOWN_PHYSICS, diagnosis.verdict);
+    TEST_ASSERT_TRUE(diagnosis.remainder.at_levels);
+    for (size_t f = 0; f < diagnosis.findings; f++) {
+        TEST_ASSERT_TRUE(diagnosis.finding[f].shape);
+        TEST_ASSERT_EQUAL_INT(DETECTED, diagnosis.finding[f].certainty);
+    }
+}
+
 /* A model that says it all, its noise included. */
 static void test_what_the_model_has_is_not_missing(void) {
     model_t more;
@@ -385,6 +405,7 @@ int main(void) {
         RUN_TEST(test_interleaved_loops_of_bouc_wen_are_named);
         RUN_TEST(test_dielectric_loss_is_no_creep);
         RUN_TEST(test_what_only_comes_near_is_no_name);
+        RUN_TEST(test_a_curve_that_leaves_a_curve_is_no_name);
         RUN_TEST(test_what_the_model_has_is_not_missing);
         RUN_TEST(test_the_same_recording_gives_the_same_answer);
     }
