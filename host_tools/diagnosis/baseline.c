@@ -13,6 +13,7 @@
 #include "smooth_plane.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Fitted with so many operators, or intervals of a plane, and then turned into smooth ones (smooth_bank.h,
  * smooth_plane.h) of few numbers: few enough to be fitted again often. */
@@ -36,6 +37,8 @@ _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
 static const double worth_trying = 10.0;
 /* Of the noise's square. */
 static const double known = 1.15;
+/* Of what the best one leaves. */
+static const double far_behind = 1.05;
 
 static bool fit_family(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
                        failure_t *failure) {
@@ -172,6 +175,20 @@ static int by_promise(const void *one, const void *other) {
 
 bool baseline_says(const samples_t *samples, const noise_t *noise, double held) {
     return held < known * (double)samples->held * noise->sigma_um * noise->sigma_um;
+}
+
+/* Where the best one says nothing, the bank comes first, which is linear in its numbers, unless it is far behind. */
+static void prefer_bank(const samples_t *samples, const noise_t *noise, baseline_t *baseline, size_t count) {
+    size_t bank = 0;
+    while (bank + 1 < count && baseline[bank].family != family_find(shapes[BANK].family)) {
+        bank++;
+    }
+    if (!baseline_says(samples, noise, baseline[0].held) && baseline[bank].held < far_behind * baseline[0].held &&
+        baseline[bank].family == family_find(shapes[BANK].family)) {
+        const baseline_t first = baseline[bank];
+        memmove(&baseline[1], &baseline[0], bank * sizeof first);
+        baseline[0] = first;
+    }
 }
 
 static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
@@ -332,6 +349,7 @@ bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe
     }
     qsort(baseline, *count, sizeof(baseline_t), by_promise);
     leave_out_hopeless(baseline, count);
+    prefer_bank(samples, noise, baseline, *count);
     for (size_t i = 0; i < job.signatures; i++) {
         free(job.signature[i]);
     }

@@ -12,7 +12,7 @@ static const double worth_mentioning = 0.4;
 static const double part_of_effect = 0.05, part_of_sample = 0.2;
 /* The same for what goes with the position: errors of a simulation are where the drive is fast or turns, so that little
  * of them does. */
-static const double worth_mentioning_at_levels = 0.15, part_of_effect_at_levels = 0.01;
+static const double worth_mentioning_at_levels = 0.15, part_of_effect_at_levels = 0.02;
 static const double outlier = 7.0;
 static const size_t few_outliers = 4;
 /* A band, or all of them together, hold more than noise when chance explains it less often than this many deviations.

@@ -20,7 +20,7 @@ static const double worth_another_shape = 0.03, little_more = 0.1;
 static const double better_plane = 0.99;
 /* Of what the first shape leaves: another one that promises to leave more is not tried even where that is not the whole
  * answer. */
-static const double worth_trying = 1.05;
+static const double worth_trying = 1.3;
 enum { PROMISE_ITERATIONS = 8 };
 
 static bool shape_found(const diagnosis_t *d) {
@@ -214,7 +214,8 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     promises_t promises = {.first = job, .baseline = baseline, .least = least};
     choice_t choice = {.trial = trial}, later = {.trial = trial};
     parallel(shapes - 1, find_promise, &promises);
-    const bool free_plane_later = d->remainder.structured && !shape_found(d) && is_no_better(&promises, shapes);
+    const bool free_plane_later = remainder_knows_noise(&d->samples, &d->noise) && d->remainder.structured &&
+                                  !shape_found(d) && is_no_better(&promises, shapes);
     for (size_t shape = 1; shape < shapes; shape++) {
         if (may_do_better(job, baseline, least[0], least[shape])) {
             choice_t *when = free_plane_later && shape == shapes - 1 ? &later : &choice;

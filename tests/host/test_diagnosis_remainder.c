@@ -185,7 +185,7 @@ static void test_what_goes_with_the_position(void) {
             TEST_ASSERT_DOUBLE_WITHIN(0.05 * (range[1] - range[0]), range[1], found.by_level.high_um);
         }
         for (size_t k = 0; k < samples.all; k++) {
-            effect[k] = (k / 50 % 2 == 0 ? 1.0 : -1.0) * 30.0 * rms_um; /* simulated to a percent */
+            effect[k] = (k / 50 % 2 == 0 ? 1.0 : -1.0) * 15.0 * rms_um; /* simulated to two percent */
         }
         TEST_ASSERT_FALSE(look(&noise, 0.0).at_levels);
         TEST_ASSERT_TRUE(look(&noise, 0.0).by_level.part > 0.0);
