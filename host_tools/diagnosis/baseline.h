@@ -35,8 +35,9 @@ bool baseline_noise(const samples_t *samples, const model_t *model, const probe_
 
 /**
  * baseline[0] is the bank. Adds the other shapes of hysteresis (Bouc-Wen, Preisach), and sorts: the one whose
- * derivatives, together with the best probe of every block, leave least of the held-out samples first. Those far behind
- * it are left out. baseline[0] and *rough change places where the smooth bank is the worse one.
+ * derivatives, together with the best probe of every block, leave least of the held-out samples first; where that says
+ * nothing, the bank, unless it is 5 % behind. Those that leave ten times as much are left out. baseline[0] and *rough
+ * change places where the smooth bank is the worse one.
  */
 bool baseline_shapes(const samples_t *samples, const noise_t *noise, const probe_setting_t *setting,
                      baseline_t baseline[BASELINE_SHAPES], baseline_t *rough, size_t *count, failure_t *failure);
