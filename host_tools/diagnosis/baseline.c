@@ -179,15 +179,14 @@ bool baseline_says(const samples_t *samples, const noise_t *noise, double held) 
 
 /* Where the best one says nothing, the bank comes first, which is linear in its numbers, unless it is far behind. */
 static void prefer_bank(const samples_t *samples, const noise_t *noise, baseline_t *baseline, size_t count) {
-    size_t bank = 0;
-    while (bank + 1 < count && baseline[bank].family != family_find(shapes[BANK].family)) {
-        bank++;
-    }
-    if (!baseline_says(samples, noise, baseline[0].held) && baseline[bank].held < far_behind * baseline[0].held &&
-        baseline[bank].family == family_find(shapes[BANK].family)) {
-        const baseline_t first = baseline[bank];
-        memmove(&baseline[1], &baseline[0], bank * sizeof first);
-        baseline[0] = first;
+    const double least = baseline[0].held;
+    for (size_t i = 1; i < count && !baseline_says(samples, noise, least); i++) {
+        if (baseline[i].family == family_find(shapes[BANK].family) && baseline[i].held < far_behind * least) {
+            const baseline_t bank = baseline[i];
+            memmove(&baseline[1], &baseline[0], i * sizeof bank);
+            baseline[0] = bank;
+            return;
+        }
     }
 }
 

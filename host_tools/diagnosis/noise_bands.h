@@ -11,6 +11,7 @@
 #define NOISE_BANDS_H
 
 #include "noise_filter.h"
+#include <stdbool.h>
 
 typedef struct {
     size_t vectors;        /**< columns, and what they leave behind them */

@@ -8,7 +8,6 @@
 #define NOISE_FILTER_H
 
 #include "basis.h"
-#include <stdbool.h>
 
 typedef struct {
     double memory, mix;

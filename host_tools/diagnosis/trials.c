@@ -81,8 +81,7 @@ static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, c
                                      .family = family};
 }
 
-static void try_shape(void *context, size_t index) {
-    trial_t *trial = &((trial_t *)context)[index];
+static void try_shape(trial_t *trial) {
     trial->good = attempt_from(&trial->attempt, trial->from);
     if (!trial->good) {
         diagnosis_free_models(&trial->diagnosis);
@@ -98,7 +97,7 @@ void trial_without_the_first(attempt_t *job) {
     trial_t again;
     prepare(&again, job, &d->given, d->family);
     again.attempt.without = d->finding[0].block;
-    try_shape(&again, 0);
+    try_shape(&again);
     if (again.good) {
         keep_better(job, &again.diagnosis, &again.attempt.power);
     }
@@ -191,7 +190,7 @@ typedef struct {
 
 static void try_chosen(void *context, size_t index) {
     const choice_t *choice = context;
-    try_shape(choice->trial, choice->shape[index]);
+    try_shape(&choice->trial[choice->shape[index]]);
 }
 
 static void try_some(attempt_t *job, choice_t *choice) {
@@ -235,7 +234,7 @@ bool trials_of_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes)
         prepare(&trial[shape], job, &baseline[shape].model, baseline[shape].family);
         trial[shape].attempt.progress.terminal = job->progress.terminal && shape < 2; /* one bar at a time */
     }
-    try_shape(trial, 0);
+    try_shape(&trial[0]);
     const bool good = trial[0].good;
     if (!good) {
         *job->failure = trial[0].refusal;
