@@ -63,28 +63,31 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     }
 }
 
-/* Goes to the drive, and returns where the operator is then. */
-static inline double follow(double *play, double drive_v, double threshold_v) {
+/* Where an operator is that the drive leads. */
+static inline double follow(double play, double drive_v, double threshold_v) {
     const double low = drive_v - threshold_v, high = drive_v + threshold_v;
-    *play = *play < low ? low : *play;
-    *play = *play > high ? high : *play;
-    return *play;
+    const double above = play > low ? play : low;
+    return above < high ? above : high;
 }
 
-/* Operators do not wait for each other: four sums, so that additions do not either. */
-static double sum_of_operators(state_t *state, double drive_v) {
+/* Operators do not wait for each other: four sums, so that additions do not either, and loops in which nothing branches,
+ * so that a compiler can take several at once. */
+static double sum_of_operators(size_t n, const double *restrict weight, const double *restrict threshold,
+                               double *restrict play, double drive_v) {
     enum { SUMS = 4 };
-    const size_t n = state->operators;
-    const double *weight = state->array, *threshold = state->array + n;
-    double *play = state->array + 3 * n, sum[SUMS] = {0.0};
+    double sum[SUMS] = {0.0};
     size_t i = 0;
     for (; i + SUMS <= n; i += SUMS) {
         for (size_t j = 0; j < SUMS; j++) {
-            sum[j] += weight[i + j] * follow(&play[i + j], drive_v, threshold[i + j]);
+            play[i + j] = follow(play[i + j], drive_v, threshold[i + j]);
+        }
+        for (size_t j = 0; j < SUMS; j++) {
+            sum[j] += weight[i + j] * play[i + j];
         }
     }
     for (; i < n; i++) {
-        sum[0] += weight[i] * follow(&play[i], drive_v, threshold[i]);
+        play[i] = follow(play[i], drive_v, threshold[i]);
+        sum[0] += weight[i] * play[i];
     }
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
@@ -92,8 +95,10 @@ static double sum_of_operators(state_t *state, double drive_v) {
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double drive_v = signal->value, behind_v = signal->value - signal->slack_v;
+    const size_t n = state->operators;
     if (!state->moved || drive_v != state->drive_v || behind_v != state->behind_v) {
-        state->position_um = state->offset_um + state->direct * drive_v + sum_of_operators(state, behind_v);
+        state->position_um = state->offset_um + state->direct * drive_v +
+                             sum_of_operators(n, state->array, state->array + n, state->array + 3 * n, behind_v);
         state->drive_v = drive_v;
         state->behind_v = behind_v;
         state->moved = true;
