@@ -35,18 +35,23 @@ double noise_filter_power(const noise_filter_t *filter, double turns) {
            (1.0 - 2.0 * filter->memory * c + gsl_pow_2(filter->memory));
 }
 
-/* What is smaller is 0. Where a column is 0 for long, e would decay through the smallest numbers that there are, with
- * which processors reckon ten times slower, and so would everything that is made of the column. */
+/* Where a column is 0 for long, its whitened one would decay through the smallest numbers that there are, with which
+ * processors reckon ten times slower, and so would everything that is made of it. So what is smaller than this counts
+ * as 0; it is looked for now and then, as a comparison a sample would take as long as the filter. */
 static const double vanishes = 1e-200;
+enum { NOW_AND_THEN = 64 };
 
 void noise_filter_whiten(const noise_filter_t *filter, const double *x, size_t length, double *white) {
-    const double gain = noise_filter_gain(filter);
+    const double memory = filter->memory, mix = filter->mix, gain = noise_filter_gain(filter);
     double e = x[0] / gain;
     white[0] = x[0] / sqrt(gain);
-    for (size_t k = 1; k < length; k++) {
-        e = x[k] - filter->memory * x[k - 1] + filter->mix * e;
+    for (size_t k = 1; k < length;) {
+        const size_t end = length - k < NOW_AND_THEN ? length : k + NOW_AND_THEN;
+        for (; k < end; k++) {
+            e = x[k] - memory * x[k - 1] + mix * e;
+            white[k] = e;
+        }
         e = fabs(e) < vanishes ? 0.0 : e;
-        white[k] = e;
     }
 }
 
