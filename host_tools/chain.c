@@ -20,23 +20,25 @@ void chain_stage_close(chain_stage_t *stage) {
     stage->state = NULL;
 }
 
-static void note_drive(const chain_stage_t *stage, signal_t *signal) {
+void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
     if (block_is_hysteresis(stage->block)) {
         signal->drive_v = signal->value;
     }
-}
-
-void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
-    note_drive(stage, signal);
     stage->block->settle(stage->state, signal);
 }
 
-void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
-    note_drive(stage, signal);
+static inline void stage_step(const chain_stage_t *stage, bool hysteresis, signal_t *signal) {
+    if (hysteresis) {
+        signal->drive_v = signal->value;
+    }
     if (signal->turned && stage->block->pass != NULL && signal->slack_v == 0.0) {
         stage->block->pass(stage->state, signal->turn_v);
     }
     stage->block->step(stage->state, signal);
+}
+
+void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
+    stage_step(stage, block_is_hysteresis(stage->block), signal);
 }
 
 /* As chain_run takes them: what is settled on, and the samples. */
@@ -50,13 +52,14 @@ static signal_t *signals_of(const double *value, size_t count) {
 }
 
 void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there) {
+    const bool hysteresis = block_is_hysteresis(stage->block);
     for (size_t k = 0; k < count; k++) {
-        size_t known = 0;
-        for (; known < SIGNAL_AHEAD && k + 1 + known < there; known++) {
-            signal[k].ahead[known] = signal[k + 1 + known].value;
+        const size_t known = there - k - 1 < SIGNAL_AHEAD ? there - k - 1 : SIGNAL_AHEAD;
+        for (size_t i = 0; i < known; i++) {
+            signal[k].ahead[i] = signal[k + 1 + i].value;
         }
         signal[k].known_ahead = known;
-        chain_stage_step(stage, &signal[k]);
+        stage_step(stage, hysteresis, &signal[k]);
     }
 }
 

@@ -53,18 +53,19 @@ static void forget(chain_stream_t *stream) {
     stream->out = 0;
 }
 
-void chain_stream_run(chain_stream_t *stream, const stream_piece_t *piece, stream_piece_t *entered) {
+void chain_stream_run(chain_stream_t *stream, const signal_t *signal, size_t count, bool ends,
+                      stream_piece_t *entered) {
     forget(stream);
-    assert(stream->count + piece->count <= STREAM_MOST);
-    memcpy(stream->signal + stream->count, piece->signal, piece->count * sizeof(signal_t));
-    stream->count += piece->count;
+    assert(stream->count + count <= STREAM_MOST);
+    memcpy(stream->signal + stream->count, signal, count * sizeof(signal_t));
+    stream->count += count;
     stream->out = stream->count;
     for (size_t stage = stream->first; stage < stream->stages; stage++) {
         const size_t seen = stream->seen[stage], passed = stream->passed[stage];
-        const size_t behind = piece->ends ? 0 : SIGNAL_AHEAD;
+        const size_t behind = ends ? 0 : SIGNAL_AHEAD;
         if (entered != NULL) {
             entered[stage].count = stream->out - seen;
-            entered[stage].ends = piece->ends;
+            entered[stage].ends = ends;
             memcpy(entered[stage].signal, stream->signal + seen, entered[stage].count * sizeof(signal_t));
         }
         stream->seen[stage] = stream->out;
@@ -82,15 +83,11 @@ bool chain_stream_position(const model_t *model, const recording_t *recording, s
         return false;
     }
     chain_stream_t stream = chain_stream_open(model, first, &setup);
-    stream_piece_t piece = {.ends = false};
     bool finite = true;
     chain_stream_settle(&stream, signal[0], NULL);
-    for (size_t start = 0, k = 0; finite && k < recording->samples; start += piece.count) {
-        const size_t left = recording->samples - start;
-        piece.count = left < STREAM_PIECE ? left : STREAM_PIECE;
-        piece.ends = piece.count == left;
-        memcpy(piece.signal, signal + 1 + start, piece.count * sizeof *signal);
-        chain_stream_run(&stream, &piece, NULL);
+    for (size_t start = 0, k = 0; finite && k < recording->samples; start += STREAM_PIECE) {
+        const size_t left = recording->samples - start, count = left < STREAM_PIECE ? left : STREAM_PIECE;
+        chain_stream_run(&stream, signal + 1 + start, count, count == left, NULL);
         for (size_t i = 0; i < stream.out; i++, k++) {
             position_um[k] = stream.signal[i].value;
             finite = finite && isfinite(position_um[k]);

@@ -49,7 +49,7 @@ void chain_stream_fill(const chain_stream_t *stream, const recording_t *recordin
  * begins earlier has got there. stream->signal then holds the stream->out samples that come out next.
  * entered: gets what comes in at each stage, by its number in chain_order; or NULL.
  */
-void chain_stream_run(chain_stream_t *stream, const stream_piece_t *piece, stream_piece_t *entered);
+void chain_stream_run(chain_stream_t *stream, const signal_t *signal, size_t count, bool ends, stream_piece_t *entered);
 
 /** Runs the stages from `first` on for a whole recording. signal: what comes in there, as chain_run takes it. Returns
  * false if the model cannot be simulated, or is not finite. */

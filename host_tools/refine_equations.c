@@ -98,7 +98,8 @@ static void fill_column(walk_t *walk, size_t unknown) {
     if (walk->step[unknown] == 0.0) {
         return; /* stays 0, as if it had no effect */
     }
-    chain_stream_run(moved, &walk->entered[moved->first], NULL);
+    const stream_piece_t *entered = &walk->entered[moved->first];
+    chain_stream_run(moved, entered->signal, entered->count, entered->ends, NULL);
     for (size_t k = 0; k < moved->out; k++) {
         const double difference = moved->signal[k].value - walk->chain.signal[k].value;
         const bool good = isfinite(difference);
@@ -136,7 +137,7 @@ static void add_recording(walk_t *walk, normal_equations_t *equations) {
     walk_open(walk);
     for (size_t start = 0, k = 0; k < to; start += piece.count) {
         chain_stream_fill(&walk->chain, &problem->job->recordings[walk->recording], start, to, &piece);
-        chain_stream_run(&walk->chain, &piece, walk->entered);
+        chain_stream_run(&walk->chain, piece.signal, piece.count, piece.ends, walk->entered);
         for (size_t u = 0; u < problem->job->unknowns; u++) {
             fill_column(walk, u);
         }

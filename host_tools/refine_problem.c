@@ -109,7 +109,7 @@ bool refine_residual(const refine_problem_t *problem, size_t i, double *residual
     chain_stream_settle(&chain, (signal_t){.value = recording->column[COLUMN_DRIVE][0]}, NULL);
     for (size_t start = 0, k = 0; k < to; start += piece.count) {
         chain_stream_fill(&chain, recording, start, to, &piece);
-        chain_stream_run(&chain, &piece, NULL);
+        chain_stream_run(&chain, piece.signal, piece.count, piece.ends, NULL);
         for (size_t j = 0; j < chain.out && k < to; j++, k++) {
             if (k >= from) {
                 residual[k - from] = recording->column[COLUMN_DISPLACEMENT][k] - chain.signal[j].value;

@@ -107,7 +107,7 @@ static size_t best_signatures(const samples_t *samples, const noise_t *noise, co
 typedef struct {
     const samples_t *samples;
     basis_t basis;
-    double *scratch;
+    basis_queue_t queue;
 } rich_t;
 
 /* Samples that do not count are 0 in a column, whatever it is there. */
@@ -120,8 +120,7 @@ static void blank(const samples_t *samples, const double *column, double *counte
 static void add_rich(void *context, const double *column, nuisance_layer_t layer) {
     (void)layer;
     rich_t *rich = context;
-    blank(rich->samples, column, rich->scratch);
-    basis_add(&rich->basis, rich->scratch, 1);
+    blank(rich->samples, column, basis_queue_next(&rich->queue));
 }
 
 static bool noise_of_rich_model(const samples_t *samples, const model_t *model, const probe_setting_t *setting,
@@ -133,26 +132,29 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
                                         .line_hz = setting->line_hz,
                                         .lines = setting->lines};
     const noise_t white = {.sigma_um = 1.0, .rms_um = 1.0};
-    rich_t rich = {.samples = samples, .scratch = samples_column(samples)};
-    double **signature = allocate(catalogue_count, sizeof *signature), *left = samples_column(samples);
+    rich_t rich = {.samples = samples};
+    double **signature = allocate(catalogue_count, sizeof *signature), *residual = samples_column(samples),
+           *left = samples_column(samples);
     signals_t signals;
     const bool good = signals_open(&signals, samples, model, failure);
     if (good) {
         const size_t signatures = best_signatures(samples, &white, setting, model, signature, failure);
         basis_open(&rich.basis, samples->all, nuisance_most(&signals, &options) + signatures);
+        basis_queue_open(&rich.queue, &rich.basis);
         nuisance(&signals, &options, add_rich, &rich);
         for (size_t i = 0; i < signatures; i++) {
             add_rich(&rich, signature[i], NUISANCE_TRENDS);
             free(signature[i]);
         }
-        samples_residual(samples, signals.simulated, rich.scratch);
-        blank(samples, rich.scratch, left);
+        basis_queue_close(&rich.queue);
+        samples_residual(samples, signals.simulated, residual);
+        blank(samples, residual, left);
         basis_project(&rich.basis, left, 1);
         noise_of(samples, &rich.basis, left, noise);
         basis_close(&rich.basis);
         signals_close(&signals);
     }
-    free(rich.scratch);
+    free(residual);
     free(signature);
     free(left);
     return good;

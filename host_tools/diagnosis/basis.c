@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "basis.h"
 #include "failure.h"
+#include "parallel.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdbool.h>
@@ -27,39 +28,89 @@ void basis_close(basis_t *basis) {
     *basis = (basis_t){0};
 }
 
-void basis_shares(const basis_t *basis, const double *x, size_t count, size_t stride, double *share) {
-    if (basis->columns > 0 && count == 1) {
-        cblas_dgemv(CblasColMajor, CblasTrans, (int)basis->rows, (int)basis->columns, 1.0, basis->column,
-                    (int)basis->rows, x, 1, 0.0, share, 1);
-    } else if (basis->columns > 0 && count > 0) {
-        cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)basis->columns, (int)count, (int)basis->rows, 1.0,
-                    basis->column, (int)basis->rows, x, (int)stride, 0.0, share, (int)stride);
+/* Products are made of so many parts of the rows at once, whatever the processors: the sum is the same then. */
+enum { ROW_PARTS = 4 };
+/* Of rows, columns and vectors together: with fewer, other threads would start when all is done. */
+static const double worth_threads = 1e6;
+
+typedef struct {
+    const basis_t *basis;
+    const double *x; /* vectors, */
+    double *left;    /* or NULL: what is left of them, in their place */
+    size_t count, stride, parts;
+    double *share; /* of each part: a column each, for every vector */
+} product_t;
+
+static size_t part_begins(const product_t *product, size_t part) {
+    return product->basis->rows * part / product->parts;
+}
+
+/* One vector alone: OpenBLAS's product of matrices is slower than that of a matrix and a vector. */
+static void multiply_part(void *context, size_t part) {
+    const product_t *p = context;
+    const size_t from = part_begins(p, part), to = part_begins(p, part + 1), columns = p->basis->columns;
+    const int rows = (int)(to - from), stride = (int)p->basis->rows;
+    double *share = p->share + part * columns * p->count;
+    if (p->count == 1) {
+        cblas_dgemv(CblasColMajor, CblasTrans, rows, (int)columns, 1.0, p->basis->column + from, stride, p->x + from, 1,
+                    0.0, share, 1);
+    } else {
+        cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)columns, (int)p->count, rows, 1.0,
+                    p->basis->column + from, stride, p->x + from, (int)p->stride, 0.0, share, (int)columns);
     }
 }
 
-/* Once. One vector alone: OpenBLAS's product of matrices is slower than that of a matrix and a vector. */
-static void project_once(const basis_t *basis, double *x, size_t count, double *share) {
-    const int rows = (int)basis->rows, columns = (int)basis->columns, vectors = (int)count;
-    if (count == 1) {
-        cblas_dgemv(CblasColMajor, CblasTrans, rows, columns, 1.0, basis->column, rows, x, 1, 0.0, share, 1);
-        cblas_dgemv(CblasColMajor, CblasNoTrans, rows, columns, -1.0, basis->column, rows, share, 1, 1.0, x, 1);
+static void take_out_part(void *context, size_t part) {
+    const product_t *p = context;
+    const size_t from = part_begins(p, part), to = part_begins(p, part + 1), columns = p->basis->columns;
+    const int rows = (int)(to - from), stride = (int)p->basis->rows;
+    if (p->count == 1) {
+        cblas_dgemv(CblasColMajor, CblasNoTrans, rows, (int)columns, -1.0, p->basis->column + from, stride, p->share, 1,
+                    1.0, p->left + from, 1);
     } else {
-        cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, columns, vectors, rows, 1.0, basis->column, rows, x, rows,
-                    0.0, share, columns);
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, vectors, columns, -1.0, basis->column, rows, share,
-                    columns, 1.0, x, rows);
+        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, (int)p->count, (int)columns, -1.0,
+                    p->basis->column + from, stride, p->share, (int)columns, 1.0, p->left + from, (int)p->stride);
     }
+}
+
+/* Leaves the shares of all parts in those of the first; to be freed by the caller. */
+static void multiply(product_t *p) {
+    const size_t length = p->basis->columns * p->count;
+    p->parts = (double)p->basis->rows * (double)length < worth_threads ? 1 : ROW_PARTS;
+    p->share = allocate(p->parts * length, sizeof(double));
+    parallel(p->parts, multiply_part, p);
+    for (size_t part = 1; part < p->parts; part++) {
+        cblas_daxpy((int)length, 1.0, p->share + part * length, 1, p->share, 1);
+    }
+}
+
+void basis_shares(const basis_t *basis, const double *x, size_t count, size_t stride, double *share) {
+    product_t product = {.basis = basis, .x = x, .count = count, .stride = stride};
+    if (basis->columns > 0 && count > 0) {
+        multiply(&product);
+        for (size_t i = 0; i < count; i++) {
+            memcpy(share + i * stride, product.share + i * basis->columns, basis->columns * sizeof(double));
+        }
+        free(product.share);
+    }
+}
+
+static void project_once(const basis_t *basis, double *x, size_t count) {
+    product_t product = {.basis = basis, .x = x, .left = x, .count = count, .stride = basis->rows};
+    multiply(&product);
+    parallel(product.parts, take_out_part, &product);
+    free(product.share);
 }
 
 /* Not more often than this, if it leaves little. */
 static void project(const basis_t *basis, double *x, size_t count, int most_passes) {
-    double *share = allocate(basis->columns * count, sizeof(double)), *before = allocate(count, sizeof(double));
+    double *before = allocate(count, sizeof(double));
     bool again = basis->columns > 0 && count > 0;
     for (size_t i = 0; i < count && most_passes > 1; i++) {
         before[i] = length_of(basis, x + i * basis->rows);
     }
     for (int pass = 1; again; pass++) {
-        project_once(basis, x, count, share);
+        project_once(basis, x, count);
         again = false;
         for (size_t i = 0; i < count && pass < most_passes; i++) {
             const double after = length_of(basis, x + i * basis->rows);
@@ -67,7 +118,6 @@ static void project(const basis_t *basis, double *x, size_t count, int most_pass
             before[i] = after;
         }
     }
-    free(share);
     free(before);
 }
 
@@ -76,18 +126,21 @@ void basis_project(const basis_t *basis, double *x, size_t count) {
     project(basis, x, count, MOST_PASSES);
 }
 
-/* Adds what the columns leave of each vector, if that is longer than least[i]. The vectors may stand where the next
- * columns go. */
-static void add_what_is_left(basis_t *basis, double *x, size_t count, const double *least) {
-    const size_t rows = basis->rows, known = basis->columns;
-    project(basis, x, count, 1);
-    for (size_t i = 0; i < count && basis->columns < basis->most; i++) {
+/* Adds vectors out of which all columns have been taken, each if it is longer than least[i] beside those added before:
+ * one half, and what that leaves of the other one, so that most products are those of matrices. The vectors may stand
+ * where the next columns go. */
+static void add_halves(basis_t *basis, double *x, size_t count, const double *least) {
+    const size_t rows = basis->rows, known = basis->columns, half = count / 2;
+    if (count > 1) {
+        add_halves(basis, x, half, least);
         const basis_t added = {.rows = rows, .columns = basis->columns - known, .column = basis->column + known * rows};
-        basis_project(&added, x + i * rows, 1);
-        const double length = length_of(basis, x + i * rows);
-        if (length > least[i]) {
+        basis_project(&added, x + half * rows, count - half);
+        add_halves(basis, x + half * rows, count - half, least + half);
+    } else if (count == 1 && basis->columns < basis->most) {
+        const double length = length_of(basis, x);
+        if (length > *least) {
             double *column = basis->column + basis->columns++ * rows;
-            memmove(column, x + i * rows, rows * sizeof(double));
+            memmove(column, x, rows * sizeof(double));
             cblas_dscal((int)rows, 1.0 / length, column, 1);
         }
     }
@@ -99,14 +152,41 @@ void basis_add(basis_t *basis, double *x, size_t count) {
     for (size_t i = 0; i < count; i++) {
         least[i] = imitated * length_of(basis, x + i * rows);
     }
-    add_what_is_left(basis, x, count, least);
+    project(basis, x, count, 1);
+    add_halves(basis, x, count, least);
     /* Twice: where little of a vector was left, what rounding has left of the known columns is a large part of that;
      * and where it is all of that, hardly anything is left the second time. */
     const size_t added = basis->columns - known;
+    double *again = basis->column + known * rows;
     for (size_t i = 0; i < added; i++) {
         least[i] = rounding;
     }
     basis->columns = known;
-    add_what_is_left(basis, basis->column + known * rows, added, least);
+    project(basis, again, added, 1);
+    add_halves(basis, again, added, least);
     free(least);
+}
+
+enum { AT_ONCE = 16 };
+
+void basis_queue_open(basis_queue_t *queue, basis_t *basis) {
+    *queue = (basis_queue_t){.basis = basis, .x = allocate(AT_ONCE * basis->rows, sizeof(double))};
+}
+
+double *basis_queue_next(basis_queue_t *queue) {
+    if (queue->count == AT_ONCE) {
+        basis_queue_add(queue);
+    }
+    return queue->x + queue->count++ * queue->basis->rows;
+}
+
+void basis_queue_add(basis_queue_t *queue) {
+    basis_add(queue->basis, queue->x, queue->count);
+    queue->count = 0;
+}
+
+void basis_queue_close(basis_queue_t *queue) {
+    basis_queue_add(queue);
+    free(queue->x);
+    *queue = (basis_queue_t){0};
 }

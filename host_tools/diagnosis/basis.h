@@ -17,6 +17,22 @@ void basis_close(basis_t *basis);
 
 /** Adds vectors in their order, except those of which the columns before leave less than 1e-6. They are changed. */
 void basis_add(basis_t *basis, double *x, size_t count);
+
+/** Vectors that wait, to be added some at a time. */
+typedef struct {
+    basis_t *basis;
+    size_t count;
+    double *x;
+} basis_queue_t;
+
+void basis_queue_open(basis_queue_t *queue, basis_t *basis);
+/** Where the next vector goes, which waits from then on. */
+double *basis_queue_next(basis_queue_t *queue);
+/** Adds those that wait, in their order. */
+void basis_queue_add(basis_queue_t *queue);
+/** Adds those that wait. The basis stays. */
+void basis_queue_close(basis_queue_t *queue);
+
 /** share = what each column explains of the vectors: basis->columns for each, `stride` apart, as the vectors are. */
 void basis_shares(const basis_t *basis, const double *x, size_t count, size_t stride, double *share);
 /** Takes out of the vectors what the columns explain. */

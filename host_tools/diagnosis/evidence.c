@@ -42,14 +42,12 @@ static double square_of(const evidence_t *e, const double *x) {
 typedef struct {
     evidence_t *evidence;
     nuisance_layer_t layer;
-    size_t count;
-    double *rows;
+    basis_queue_t queue;
 } waiting_t;
 
 static void add_waiting(waiting_t *waiting) {
     evidence_t *e = waiting->evidence;
-    basis_add(&e->basis, waiting->rows, waiting->count);
-    waiting->count = 0;
+    basis_queue_add(&waiting->queue);
     e->columns_for[ASK_EFFECTS] = e->basis.columns;
     e->columns_for[ASK_SHAPES] = waiting->layer <= NUISANCE_PLAYS ? e->basis.columns : e->columns_for[ASK_SHAPES];
     e->columns_for[ASK_ANYTHING] = waiting->layer <= NUISANCE_OWN ? e->basis.columns : e->columns_for[ASK_ANYTHING];
@@ -57,20 +55,21 @@ static void add_waiting(waiting_t *waiting) {
 
 static void add_to_basis(void *context, const double *column, nuisance_layer_t layer) {
     waiting_t *waiting = context;
-    if (waiting->count == AT_ONCE || layer != waiting->layer) {
+    if (layer != waiting->layer) {
         add_waiting(waiting);
     }
     waiting->layer = layer;
-    take_rows(waiting->evidence, column, waiting->rows + waiting->count++ * waiting->evidence->rows);
+    take_rows(waiting->evidence, column, basis_queue_next(&waiting->queue));
 }
 
 static void fill_basis(evidence_t *e) {
     const nuisance_options_t options = {.past = true, .plays = true, .shapes = true};
-    waiting_t waiting = {.evidence = e, .layer = NUISANCE_OWN, .rows = allocate(AT_ONCE * e->rows, sizeof(double))};
+    waiting_t waiting = {.evidence = e, .layer = NUISANCE_OWN};
     basis_open(&e->basis, e->rows, nuisance_most(&e->signals, &options));
+    basis_queue_open(&waiting.queue, &e->basis);
     nuisance(&e->signals, &options, add_to_basis, &waiting);
     add_waiting(&waiting);
-    free(waiting.rows);
+    basis_queue_close(&waiting.queue);
 }
 
 void evidence_ask(evidence_t *e, question_t question) {

@@ -83,10 +83,10 @@ static void stream_along(const model_t *model, const recording_t *recording, ran
     }
     for (size_t start = 0; !piece->ends; start += piece->count) {
         cut(piece, recording, start, random);
-        chain_stream_run(&stream[0], piece, entered);
+        chain_stream_run(&stream[0], piece->signal, piece->count, piece->ends, entered);
         for (size_t s = 0; s < STAGES; s++) {
             if (s > 0) {
-                chain_stream_run(&stream[s], &entered[s], NULL);
+                chain_stream_run(&stream[s], entered[s].signal, entered[s].count, entered[s].ends, NULL);
             }
             TEST_ASSERT_EQUAL_UINT64(stream[0].out, stream[s].out);
             for (size_t j = 0; j < stream[s].out; j++) {
@@ -134,7 +134,7 @@ static void test_fills_as_far_as_asked(void) {
         for (; done < end; start += piece->count) {
             chain_stream_fill(&stream, &recording, start, end, piece);
             TEST_ASSERT_TRUE(piece->count > 0 && piece->count <= STREAM_PIECE);
-            chain_stream_run(&stream, piece, NULL);
+            chain_stream_run(&stream, piece->signal, piece->count, piece->ends, NULL);
             for (size_t j = 0; j < stream.out; j++, done++) {
                 TEST_ASSERT_TRUE(stream.signal[j].value == recording.column[COLUMN_DISPLACEMENT][done]);
             }
