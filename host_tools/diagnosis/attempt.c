@@ -83,6 +83,14 @@ void attempt_without_noise(model_t *model) {
     }
 }
 
+/* A hysteresis that was fitted to an effect as well has taken a part of it. */
+static bool begin_elsewhere(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    model_free(&d->model);
+    model_copy(&d->model, job->begin);
+    return joint_power(&d->samples, &d->noise, &d->model, &job->power, job->failure);
+}
+
 bool attempt_from(attempt_t *job, const model_t *given) {
     diagnosis_t *d = job->diagnosis;
     bool found = true, good;
@@ -93,6 +101,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     const double missing = attempt_excess(d, job->power.held);
     good = good && attempt_measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
            attempt_measure(job, &d->baseline, &d->baseline_nrmse_percent, &d->baseline_held_out_percent);
+    good = good && (job->begin == NULL || begin_elsewhere(job));
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = search_round(job, &found);
     }

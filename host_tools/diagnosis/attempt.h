@@ -14,6 +14,7 @@ typedef struct {
     probe_setting_t setting;
     double line_hz[LINES_MOST];
     const block_t *without;        /* not looked for */
+    const model_t *begin;          /* what the search begins with in place of the fitted chain; NULL: that */
     joint_power_t power;           /* of the model as it is */
     double found_um;               /* what all that was found changes, whitened, beyond J */
     double step_um, step_sigma_um; /* of the converter, 0: none to be seen */
@@ -26,7 +27,7 @@ typedef struct {
 void attempt_advance(attempt_t *job);
 
 /**
- * Fits the chain's hysteresis, then finds block after block (search_round.h), settles which of them stay
+ * Fits the chain's hysteresis, then, from there or from job->begin, finds block after block (search_round.h), settles which of them stay
  * (reconsider.h), their names (names.h) and their sides (sides.h), and judges what remains (verdict.h). Fills the job's
  * diagnosis, whose samples and noise are known, and its power.
  */

@@ -109,7 +109,8 @@ void trial_without_the_first(attempt_t *job) {
 typedef struct {
     const attempt_t *first; /* the answer from the first shape */
     const baseline_t *baseline;
-    double *least; /* of each shape */
+    double *least;  /* of each shape */
+    model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
 } promises_t;
 
 /* The same chain with the hysteresis of another one. */
@@ -124,23 +125,26 @@ static void with_hysteresis_of(const model_t *from, const model_t *chain, model_
     model_free(&other);
 }
 
-/* What was found, but for curves, and this shape, fitted together. */
-static double left_beside_found(const attempt_t *first, const model_t *shape) {
+static void remove_found(const diagnosis_t *d, bool curves_only, model_t *model) {
+    for (size_t b = model->blocks; b-- > 0;) {
+        const finding_t *finding = finding_of(d, model->block[b].block);
+        if (finding != NULL && (finding->shape || !curves_only)) {
+            model_remove(model, b);
+        }
+    }
+}
+
+/* What was found, but for curves, and this shape, fitted together. model: gets the shape, to be freed. */
+static double left_beside_found(const attempt_t *first, const model_t *shape, model_t *model) {
     const diagnosis_t *d = first->diagnosis;
     joint_power_t power;
     failure_t refusal;
-    model_t model;
-    with_hysteresis_of(shape, &d->model, &model);
-    attempt_without_noise(&model);
-    for (size_t b = model.blocks; b-- > 0;) {
-        const finding_t *finding = finding_of(d, model.block[b].block);
-        if (finding != NULL && finding->shape) {
-            model_remove(&model, b);
-        }
-    }
-    const bool good = joint_fit(&d->samples, &d->noise, &model, attempt_blocks_found(d, &model), PROMISE_ITERATIONS,
+    with_hysteresis_of(shape, &d->model, model);
+    attempt_without_noise(model);
+    remove_found(d, true, model);
+    const bool good = joint_fit(&d->samples, &d->noise, model, attempt_blocks_found(d, model), PROMISE_ITERATIONS,
                                 &power, &refusal);
-    model_free(&model);
+    remove_found(d, false, model);
     return good ? power.held : HUGE_VAL;
 }
 
@@ -150,10 +154,17 @@ static void find_promise(void *context, size_t index) {
     const size_t shape = 1 + index;
     const baseline_t *baseline = &promises->baseline[shape];
     const diagnosis_t *d = promises->first->diagnosis;
+    model_t model;
     const double beside_probes = baseline_says(&d->samples, &d->noise, baseline->held) ? baseline->held : HUGE_VAL;
-    promises->least[shape] =
-        fmin(raised(&d->samples, &baseline->model, shape_found(d), beside_probes),
-             raised(&d->samples, &baseline->model, false, left_beside_found(promises->first, &baseline->model)));
+    const double linear = raised(&d->samples, &baseline->model, shape_found(d), beside_probes);
+    const double beside_found = raised(&d->samples, &baseline->model, false,
+                                       left_beside_found(promises->first, &baseline->model, &model));
+    promises->least[shape] = fmin(linear, beside_found);
+    if (beside_found < linear) {
+        promises->begin[shape] = model;
+    } else {
+        model_free(&model);
+    }
 }
 
 /* Whether the answer from the first shape leaves so little that no other one is asked what it promises. */
@@ -210,12 +221,14 @@ static void try_some(attempt_t *job, choice_t *choice) {
 static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes, trial_t *trial) {
     const diagnosis_t *d = job->diagnosis;
     double least[BASELINE_SHAPES] = {raised(&d->samples, &d->model, shape_found(d), job->power.held)};
-    promises_t promises = {.first = job, .baseline = baseline, .least = least};
+    model_t begin[BASELINE_SHAPES] = {0};
+    promises_t promises = {.first = job, .baseline = baseline, .least = least, .begin = begin};
     choice_t choice = {.trial = trial}, later = {.trial = trial};
     parallel(shapes - 1, find_promise, &promises);
     const bool free_plane_later = remainder_knows_noise(&d->samples, &d->noise) && d->remainder.structured &&
                                   !shape_found(d) && is_no_better(&promises, shapes);
     for (size_t shape = 1; shape < shapes; shape++) {
+        trial[shape].attempt.begin = begin[shape].blocks > 0 ? &begin[shape] : NULL;
         if (may_do_better(job, baseline, least[0], least[shape])) {
             choice_t *when = free_plane_later && shape == shapes - 1 ? &later : &choice;
             when->shape[when->count++] = shape;
@@ -225,6 +238,9 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     /* What the free plane has and the others have not is that it imitates curves. */
     if (shape_found(job->diagnosis)) {
         try_some(job, &later);
+    }
+    for (size_t shape = 1; shape < shapes; shape++) {
+        model_free(&begin[shape]);
     }
 }
 

@@ -12,9 +12,11 @@
 #include "catalogue.h"
 #include "family.h"
 #include "least_squares.h"
+#include "parallel.h"
 #include "simplex.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { BETA, RATIO, EXPONENT, SHAPES };
 enum { OFFSET, FLATTEST, RETARD, COLUMNS }; /* y = OFFSET + FLATTEST u + RETARD (f u - h) */
@@ -148,25 +150,35 @@ static double descend(search_t *search, size_t rows, double step, double shape[S
     return simplex_minimise(&job, shape);
 }
 
+/* Loops that saturate late, in the middle of the range and early; round and sharp ones. */
+static const double starts[][SHAPES] = {{-0.7, 0.0, -1.0}, {0.7, 0.0, -1.0}, {1.8, 0.0, -1.0}, {0.0, 0.5, -0.2}};
+enum { STARTS = sizeof starts / sizeof starts[0] };
+
+typedef struct {
+    search_t search;
+    failure_t refusal; /* of one pair of numbers; others follow */
+    double shape[SHAPES], error;
+} descent_t;
+
+static void descend_from(void *context, size_t index) {
+    descent_t *descent = (descent_t *)context + index;
+    descent->search.failure = &descent->refusal;
+    memcpy(descent->shape, starts[index], sizeof descent->shape);
+    descent->error = descend(&descent->search, SEARCH_ROWS, 0.4, descent->shape);
+}
+
 static void search_shapes(search_t *search, double best[SHAPES]) {
-    /* Loops that saturate late, in the middle of the range and early; round and sharp ones. */
-    static const double starts[][SHAPES] = {{-0.7, 0.0, -1.0}, {0.7, 0.0, -1.0}, {1.8, 0.0, -1.0}, {0.0, 0.5, -0.2}};
-    enum { STARTS = sizeof starts / sizeof starts[0] };
-    double least = HUGE_VAL;
+    descent_t descent[STARTS];
+    size_t least = 0;
     for (size_t i = 0; i < STARTS; i++) {
-        double shape[SHAPES];
-        for (size_t j = 0; j < SHAPES; j++) {
-            shape[j] = starts[i][j];
-        }
-        const double error = descend(search, SEARCH_ROWS, 0.4, shape);
-        if (error < least || i == 0) {
-            least = error;
-            for (size_t j = 0; j < SHAPES; j++) {
-                best[j] = shape[j];
-            }
-        }
-        progress_update(search->job->progress, (double)(i + 1) / STARTS);
+        descent[i].search = *search;
     }
+    parallel(STARTS, descend_from, descent);
+    for (size_t i = 1; i < STARTS; i++) {
+        least = descent[i].error < descent[least].error ? i : least;
+    }
+    memcpy(best, descent[least].shape, sizeof descent[least].shape);
+    progress_update(search->job->progress, 0.9);
     (void)descend(search, FINAL_ROWS, 0.02, best);
 }
 
