@@ -58,6 +58,9 @@ typedef struct {
     /** How far the numbers that are found may be from the actuator's because of the block's own approximations, in
      * parts of them, by index; 0: as far as the first. Part of their standard errors. */
     double accuracy[4];
+    /** What the block does has corners that move from sample to sample with its numbers: what is left then has little
+     * minima beside the true one. */
+    bool corners;
     /** Two blocks that together do nearly what this one does, by name; NULL: none do. It is taken only where it
      * explains as much as they do. */
     const char *together[2];

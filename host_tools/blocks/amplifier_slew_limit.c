@@ -71,6 +71,7 @@ static const probe_t looked_for = {.group = "slew",
                                    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS | PROBE_BURST,
                                    .probe = probe,
                                    .searched = 1U,
+                                   .corners = true,
                                    .accuracy = {0.005}};
 
 const block_t block_amplifier_slew_limit = {.name = "amplifier_slew_limit",

@@ -317,36 +317,68 @@ static void find_step(refinement_t *r, double *step) {
     searched_solve(n, gram, moment, step);
 }
 
+/* Takes a part of the step if that leaves less. Returns what is left then. */
+static double take_part(refinement_t *r, const double *step, double part, double left) {
+    searched_move(&r->searched, step, part);
+    const double tried = look(r, &r->then);
+    if (!(tried < left)) {
+        searched_back(&r->searched);
+        return left;
+    }
+    const signature_rows_t before = r->now;
+    r->now = r->then;
+    r->then = before;
+    return tried;
+}
+
 /* Takes the step, a third of it, a ninth .. Returns what is left then: no less than before if none of them helps. */
 static double take_step(refinement_t *r, const double *step, double left) {
     enum { MOST_TRIALS = 5 };
-    double part = 1.0;
-    for (int trial = 0; trial < MOST_TRIALS; trial++) {
-        searched_move(&r->searched, step, part);
-        const double tried = look(r, &r->then);
-        if (tried < left) {
-            const signature_rows_t before = r->now;
-            r->now = r->then;
-            r->then = before;
-            return tried;
-        }
-        searched_back(&r->searched);
+    double part = 1.0, now = left;
+    for (int trial = 0; trial < MOST_TRIALS && !(now < left); trial++) {
+        now = take_part(r, step, part, left);
         part *= 0.3;
+    }
+    return now;
+}
+
+/* Gauss and Newton, to the nearest minimum. */
+static double descend(refinement_t *r, double left, double settled) {
+    enum { MOST_ITERATIONS = 10 };
+    double before = HUGE_VAL;
+    for (int i = 0; i < MOST_ITERATIONS && isfinite(left) && before - left > settled; i++) {
+        double step[BLOCK_MAX_PARAMETERS];
+        find_step(r, step);
+        before = left;
+        left = take_step(r, step, left);
+    }
+    return left;
+}
+
+/* Looks for less in the neighbourhood: in parts of each number. */
+static double look_around(refinement_t *r, double left) {
+    static const double around[] = {0.003, -0.003, 0.01, -0.01, 0.03, -0.03};
+    for (size_t i = 0; i < r->searched.count; i++) {
+        double step[BLOCK_MAX_PARAMETERS] = {0.0};
+        step[i] = 1.0;
+        for (size_t k = 0; k < sizeof around / sizeof around[0]; k++) {
+            left = take_part(r, step, around[k], left);
+        }
     }
     return left;
 }
 
 double evidence_refine(const evidence_t *e, model_t *altered, size_t at) {
-    enum { MOST_ITERATIONS = 10 };
+    enum { MOST_MINIMA = 3 };
     const double settled = 0.1 * e->power / (double)e->rows; /* 0.1 in 2 log likelihood */
+    const bool corners = altered->block[at].block->probe->corners;
     refinement_t r;
     open_refinement(&r, e, altered, at);
-    double left = look(&r, &r.now), before = HUGE_VAL;
-    for (int i = 0; i < MOST_ITERATIONS && isfinite(left) && before - left > settled; i++) {
-        double step[BLOCK_MAX_PARAMETERS];
-        find_step(&r, step);
+    double left = descend(&r, look(&r, &r.now), settled), before = HUGE_VAL;
+    for (int minima = 1; corners && minima < MOST_MINIMA && isfinite(left) && before - left > settled; minima++) {
         before = left;
-        left = take_step(&r, step, left);
+        left = look_around(&r, left);
+        left = before - left > settled ? descend(&r, left, settled) : left;
     }
     free(r.room);
     return isfinite(left) ? left / e->power : HUGE_VAL;
