@@ -13,6 +13,9 @@ static const double imitated = 1e-6;
 /* Of a square, what rounding makes of it where a basis has taken nearly all; and the part of what is looked for that
  * may be rounding. */
 static const double rounding = 1e-13, rounding_at_most = 1e-4;
+/* A derivative of whose square J leaves no more than this part is imitated: what is left of it is rounding, and so
+ * would be a step. */
+static const double imitated_square = 1e-10;
 /* Columns that go through J together. */
 enum { AT_ONCE = 16 };
 
@@ -307,11 +310,17 @@ static void find_step(refinement_t *r, double *step) {
     basis_shares(&e->basis, r->derivative[0].rows, n, room_of_one(e), r->derivative[0].share);
     for (size_t i = 0; i < n; i++) {
         const signature_rows_t *d = &r->derivative[i];
+        const double own = beyond(e, d->rows, d->share, d->rows, d->share);
+        if (own <= imitated_square * square_of(e, d->rows)) {
+            continue;
+        }
         moment[i] = cblas_ddot((int)e->rows, d->rows, 1, e->residual, 1) -
                     beyond(e, d->rows, d->share, r->now.rows, r->now.share);
-        for (size_t j = 0; j <= i; j++) {
+        gram[i * n + i] = own;
+        for (size_t j = 0; j < i; j++) {
             gram[i * n + j] = gram[j * n + i] =
-                beyond(e, d->rows, d->share, r->derivative[j].rows, r->derivative[j].share);
+                gram[j * n + j] > 0.0 ? beyond(e, d->rows, d->share, r->derivative[j].rows, r->derivative[j].share)
+                                      : 0.0;
         }
     }
     searched_solve(n, gram, moment, step);
@@ -344,7 +353,7 @@ static double take_step(refinement_t *r, const double *step, double left) {
 
 /* Gauss and Newton, to the nearest minimum. */
 static double descend(refinement_t *r, double left, double settled) {
-    enum { MOST_ITERATIONS = 10 };
+    enum { MOST_ITERATIONS = 25 }; /* a number may be several powers of e away, and moves by one at a time */
     double before = HUGE_VAL;
     for (int i = 0; i < MOST_ITERATIONS && isfinite(left) && before - left > settled; i++) {
         double step[BLOCK_MAX_PARAMETERS];

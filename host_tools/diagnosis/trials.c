@@ -226,7 +226,7 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     choice_t choice = {.trial = trial}, later = {.trial = trial};
     parallel(shapes - 1, find_promise, &promises);
     const bool free_plane_later = remainder_knows_noise(&d->samples, &d->noise) && d->remainder.structured &&
-                                  !shape_found(d) && is_no_better(&promises, shapes);
+                                  is_no_better(&promises, shapes);
     for (size_t shape = 1; shape < shapes; shape++) {
         trial[shape].attempt.begin = begin[shape].blocks > 0 ? &begin[shape] : NULL;
         if (may_do_better(job, baseline, least[0], least[shape])) {
