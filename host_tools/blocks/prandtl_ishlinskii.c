@@ -70,8 +70,8 @@ static inline double follow(double play, double drive_v, double threshold_v) {
     return above < high ? above : high;
 }
 
-/* Operators do not wait for each other: four sums, so that additions do not either, and loops in which nothing branches,
- * so that a compiler can take several at once. */
+/* Operators do not wait for each other: four sums, so that additions do not either, and loops in which nothing
+ * branches, so that a compiler can take several at once. */
 static double sum_of_operators(size_t n, const double *restrict weight, const double *restrict threshold,
                                double *restrict play, double drive_v) {
     enum { SUMS = 4 };

@@ -27,9 +27,9 @@ typedef struct {
 void attempt_advance(attempt_t *job);
 
 /**
- * Fits the chain's hysteresis, then, from there or from job->begin, finds block after block (search_round.h), settles which of them stay
- * (reconsider.h), their names (names.h) and their sides (sides.h), and judges what remains (verdict.h). Fills the job's
- * diagnosis, whose samples and noise are known, and its power.
+ * Fits the chain's hysteresis, then, from there or from job->begin, finds block after block (search_round.h), settles
+ * which of them stay (reconsider.h), their names (names.h) and their sides (sides.h), and judges what remains
+ * (verdict.h). Fills the job's diagnosis, whose samples and noise are known, and its power.
  */
 bool attempt_from(attempt_t *job, const model_t *given);
 

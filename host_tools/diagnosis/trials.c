@@ -142,8 +142,8 @@ static double left_beside_found(const attempt_t *first, const model_t *shape, mo
     with_hysteresis_of(shape, &d->model, model);
     attempt_without_noise(model);
     remove_found(d, true, model);
-    const bool good = joint_fit(&d->samples, &d->noise, model, attempt_blocks_found(d, model), PROMISE_ITERATIONS,
-                                &power, &refusal);
+    const bool good =
+        joint_fit(&d->samples, &d->noise, model, attempt_blocks_found(d, model), PROMISE_ITERATIONS, &power, &refusal);
     remove_found(d, false, model);
     return good ? power.held : HUGE_VAL;
 }
@@ -157,8 +157,8 @@ static void find_promise(void *context, size_t index) {
     model_t model;
     const double beside_probes = baseline_says(&d->samples, &d->noise, baseline->held) ? baseline->held : HUGE_VAL;
     const double linear = raised(&d->samples, &baseline->model, shape_found(d), beside_probes);
-    const double beside_found = raised(&d->samples, &baseline->model, false,
-                                       left_beside_found(promises->first, &baseline->model, &model));
+    const double beside_found =
+        raised(&d->samples, &baseline->model, false, left_beside_found(promises->first, &baseline->model, &model));
     promises->least[shape] = fmin(linear, beside_found);
     if (beside_found < linear) {
         promises->begin[shape] = model;
@@ -225,8 +225,8 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     promises_t promises = {.first = job, .baseline = baseline, .least = least, .begin = begin};
     choice_t choice = {.trial = trial}, later = {.trial = trial};
     parallel(shapes - 1, find_promise, &promises);
-    const bool free_plane_later = remainder_knows_noise(&d->samples, &d->noise) && d->remainder.structured &&
-                                  is_no_better(&promises, shapes);
+    const bool free_plane_later =
+        remainder_knows_noise(&d->samples, &d->noise) && d->remainder.structured && is_no_better(&promises, shapes);
     for (size_t shape = 1; shape < shapes; shape++) {
         trial[shape].attempt.begin = begin[shape].blocks > 0 ? &begin[shape] : NULL;
         if (may_do_better(job, baseline, least[0], least[shape])) {

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Orthonormal columns: what they explain and what they leave, of one vector and of many. */
 #include "diagnosis/basis.h"
+#include "failure.h"
+#include "parallel.h"
 #include "random.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static random_t rng;
@@ -129,11 +133,65 @@ static void test_neighbours_that_are_nearly_the_same(void) {
     basis_close(&basis);
 }
 
+/* So many rows that products are made by parts of them: the same on one processor and on three, to the last bit, and
+ * what one product of each column with each vector gives, to rounding. And vectors that wait are added as they came. */
+static void test_parts_of_the_rows(void) {
+    enum { ROWS = 40000, KNOWN = 20, VECTORS = 19 };
+    double *x = allocate(VECTORS * ROWS, sizeof(double)), *again = allocate(VECTORS * ROWS, sizeof(double)),
+           *share = allocate(VECTORS * ROWS, sizeof(double)), *other = allocate(VECTORS * ROWS, sizeof(double));
+    basis_t basis[2];
+    for (size_t k = 0; k < VECTORS * ROWS; k++) {
+        x[k] = random_normal(&rng);
+    }
+    for (int b = 0; b < 2; b++) {
+        basis_queue_t queue;
+        parallel_limit(b == 0 ? 1 : 3);
+        basis_open(&basis[b], ROWS, KNOWN + VECTORS);
+        basis_queue_open(&queue, &basis[b]);
+        for (size_t j = 0; j < KNOWN; j++) {
+            double *next = basis_queue_next(&queue);
+            for (size_t k = 0; k < ROWS; k++) {
+                next[k] = cos((double)j * (double)k * 1e-3) + 0.1 * x[(KNOWN - 1 - j) % VECTORS * ROWS + k];
+            }
+        }
+        basis_queue_close(&queue);
+        TEST_ASSERT_EQUAL_UINT64(KNOWN, basis[b].columns);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(basis[0].column, basis[1].column, KNOWN * ROWS * sizeof(double));
+    memcpy(again, x, VECTORS * ROWS * sizeof(double));
+    parallel_limit(1);
+    basis_shares(&basis[0], x, VECTORS, ROWS, share);
+    basis_project(&basis[0], x, VECTORS);
+    parallel_limit(3);
+    basis_shares(&basis[1], again, VECTORS, ROWS, other);
+    basis_project(&basis[1], again, VECTORS);
+    parallel_limit(0);
+    TEST_ASSERT_EQUAL_MEMORY(x, again, VECTORS * ROWS * sizeof(double));
+    for (size_t i = 0; i < VECTORS; i++) {
+        for (size_t j = 0; j < KNOWN; j++) {
+            const double *column = basis[0].column + j * ROWS;
+            TEST_ASSERT_EQUAL_DOUBLE(share[i * ROWS + j], other[i * ROWS + j]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-11, 0.0,
+                                      cblas_ddot(ROWS, column, 1, x + i * ROWS, 1)); /* of 200, its length */
+            cblas_daxpy(ROWS, share[i * ROWS + j], column, 1, again + i * ROWS, 1);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-11, share[i * ROWS + j],
+                                      cblas_ddot(ROWS, column, 1, again + i * ROWS, 1)); /* back again */
+        }
+    }
+    basis_close(&basis[0]);
+    basis_close(&basis[1]);
+    free(x);
+    free(again);
+    free(share);
+    free(other);
+}
+
 int main(void) {
     rng = random_start("diagnosis_basis", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_what_is_projected_is_orthogonal);
     RUN_TEST(test_neighbours_that_are_nearly_the_same);
     RUN_TEST(test_some_vectors_at_a_time_are_the_same);
+    RUN_TEST(test_parts_of_the_rows);
     return UNITY_END();
 }

@@ -5,6 +5,7 @@
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -393,6 +394,67 @@ static void test_refining_finds_a_delay_and_a_mode(void) {
     }
 }
 
+/* A leakage's rest is a constant, which the offset imitates: a step of it would be rounding divided by rounding. It
+ * stays where it is, and the time constant is found from one that is 30 times shorter: at 100 times the noise within a
+ * part in
+ * 20. Under another noise rounding is another one. */
+static void test_refining_leaves_what_is_imitated(void) {
+    const double truth_s = 40.0;
+    for (int i = 0; i < 12; i++) {
+        model_t truth, altered;
+        noise.filter.memory = 0.07 * i;
+        with_block(&truth, &block_charge_leakage, (const double[]){truth_s, 0.0, 0.0});
+        with_block(&altered, &block_charge_leakage, (const double[]){truth_s / 30.0, 0.0, 0.0});
+        measure(&truth, noise_um);
+        const size_t at = (size_t)(model_find(&truth, "charge_leakage") - truth.block);
+        evidence_t *evidence = evidence_of();
+        const double left = evidence_refine(evidence, &altered, at);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, *number_of(&altered, "charge_leakage", "rest_um"));
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * truth_s, truth_s, *number_of(&altered, "charge_leakage", "time_constant_s"));
+        TEST_ASSERT_TRUE(left > 0.0 && left < 0.1);
+        evidence_close(evidence);
+        model_free(&truth);
+        model_free(&altered);
+    }
+}
+
+/* Beside the right slew limit there are little minima, since corners move from sample to sample. From wherever the
+ * search begins it comes to the right one, but for one start in ten at most (measured: 2 of 66; without a look around
+ * 14). */
+static void test_refining_finds_a_slew_limit(void) {
+    static const double parts[] = {0.4, 0.6}; /* of the largest rate */
+    const double slowest_hz = 8.3, fastest_hz = slowest_hz + 7.1 * 3.0, amplitude_v = 50.0;
+    size_t searches = 0, right = 0;
+    for (size_t i = 0; i < RECORDINGS; i++) { /* sines of several sizes and frequencies */
+        for (size_t k = 0; k < lengths[i]; k++) {
+            const double hz = slowest_hz + 7.1 * (double)(k / 1300), v = amplitude_v - 15.0 * (double)(k / 433 % 3);
+            recordings[i].column[COLUMN_DRIVE][k] = 50.0 - v * cos(2.0 * M_PI * hz * (double)k / rate_hz);
+        }
+    }
+    noise.filter.memory = 0.99;
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        const double limit = parts[i] * amplitude_v * 2.0 * M_PI * fastest_hz;
+        model_t truth;
+        with_block(&truth, &block_amplifier_slew_limit, &limit);
+        measure(&truth, 0.0);
+        const size_t at = (size_t)(model_find(&truth, "amplifier_slew_limit") - truth.block);
+        for (int start = 0; start < 33; start++) {
+            const double value = limit * (0.7 + 0.02 * start);
+            model_t altered;
+            with_block(&altered, &block_amplifier_slew_limit, &value);
+            evidence_t *evidence = evidence_of();
+            (void)evidence_refine(evidence, &altered, at);
+            searches++;
+            right += fabs(*number_of(&altered, "amplifier_slew_limit", "limit_v_per_s") / limit - 1.0) < 1e-5;
+            evidence_close(evidence);
+            model_free(&altered);
+        }
+        model_free(&truth);
+    }
+    printf("slew limits: %zu of %zu\n", right, searches);
+    TEST_ASSERT_TRUE(10 * (searches - right) <= searches);
+}
+
 int main(void) {
     rng = random_start("diagnosis_fit", 20261121);
     UNITY_BEGIN();
@@ -407,5 +469,7 @@ int main(void) {
     RUN_TEST(test_what_the_model_imitates_is_no_evidence);
     RUN_TEST(test_questions_are_nested);
     RUN_TEST(test_refining_finds_a_delay_and_a_mode);
+    RUN_TEST(test_refining_leaves_what_is_imitated);
+    RUN_TEST(test_refining_finds_a_slew_limit);
     return UNITY_END();
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bounded least squares against its optimality conditions, computed here from the rows themselves. */
 #include "least_squares.h"
+#include "parallel.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>
@@ -125,6 +126,49 @@ static void test_columns_make_the_same_equations_as_rows(void) {
     normal_equations_free(&by_columns);
 }
 
+/* So many rows that they are multiplied by parts: the same on one processor and on three, to the last bit; as many sums
+ * of products, to rounding; and where some of the products are known they stay. */
+static void test_parts_of_the_rows(void) {
+    enum { COLUMNS = 9, MANY = 30000 };
+    double *columns = allocate(COLUMNS * MANY, sizeof(double)), *values = allocate(MANY, sizeof(double));
+    random_t random = {seed};
+    normal_equations_t one, three, rest;
+    normal_equations_create(&one, COLUMNS);
+    normal_equations_create(&three, COLUMNS);
+    normal_equations_create(&rest, COLUMNS);
+    for (size_t k = 0; k < COLUMNS * MANY; k++) {
+        columns[k] = random_normal(&random);
+        values[k % MANY] = columns[k] + 0.1 * random_normal(&random);
+    }
+    parallel_limit(1);
+    normal_equations_of_columns(&one, columns, values, MANY, 0);
+    parallel_limit(3);
+    normal_equations_of_columns(&three, columns, values, MANY, 0);
+    parallel_limit(0);
+    TEST_ASSERT_EQUAL_MEMORY(one.gram, three.gram, COLUMNS * COLUMNS * sizeof(double));
+    for (size_t known = 1; known <= COLUMNS; known++) {
+        for (size_t i = 0; i < COLUMNS * COLUMNS; i++) {
+            rest.gram[i] = i / COLUMNS < known && i % COLUMNS < known ? -7.0 : 0.0;
+        }
+        normal_equations_of_columns(&rest, columns, values, MANY, known);
+        for (size_t i = 0; i < COLUMNS; i++) {
+            for (size_t j = 0; j < COLUMNS; j++) {
+                double sum = 0.0;
+                for (size_t k = 0; k < MANY; k++) {
+                    sum += columns[i * MANY + k] * columns[j * MANY + k];
+                }
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9, sum, one.gram[i * COLUMNS + j]); /* of 30000 */
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9, i < known && j < known ? -7.0 : sum, rest.gram[i * COLUMNS + j]);
+            }
+        }
+    }
+    normal_equations_free(&one);
+    normal_equations_free(&three);
+    normal_equations_free(&rest);
+    free(columns);
+    free(values);
+}
+
 /* A column that never moves must not spoil the others. */
 static void test_a_column_of_zeros_is_harmless(void) {
     const double lower[2] = {0.0, 0.0};
@@ -147,6 +191,7 @@ int main(void) {
     RUN_TEST(test_random_problems_meet_the_optimality_conditions);
     RUN_TEST(test_inverse_of_a_known_matrix);
     RUN_TEST(test_columns_make_the_same_equations_as_rows);
+    RUN_TEST(test_parts_of_the_rows);
     RUN_TEST(test_a_column_of_zeros_is_harmless);
     return UNITY_END();
 }
