@@ -395,9 +395,8 @@ static void test_refining_finds_a_delay_and_a_mode(void) {
 }
 
 /* A leakage's rest is a constant, which the offset imitates: a step of it would be rounding divided by rounding. It
- * stays where it is, and the time constant is found from one that is 30 times shorter: at 100 times the noise within a
- * part in
- * 20. Under another noise rounding is another one. */
+ * stays where it is, and the time constant is found from one that is 30 times shorter, at 100 times the noise within a
+ * twentieth. Under another noise rounding is another one. */
 static void test_refining_leaves_what_is_imitated(void) {
     const double truth_s = 40.0;
     for (int i = 0; i < 12; i++) {
