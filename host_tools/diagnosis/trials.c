@@ -64,7 +64,6 @@ typedef struct {
     attempt_t attempt;
     diagnosis_t diagnosis;
     failure_t refusal;
-    bool good;
 } trial_t;
 
 /* What all have in common is in `job`. */
@@ -81,10 +80,21 @@ static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, c
                                      .family = family};
 }
 
-static void try_shape(trial_t *trial) {
-    trial->good = attempt_from(&trial->attempt, trial->from);
-    if (!trial->good) {
+/* The work goes on from where it is. */
+static bool try_shape(attempt_t *job, trial_t *trial) {
+    const bool good = attempt_from(&trial->attempt, trial->from);
+    job->progress = trial->attempt.progress;
+    job->left = trial->attempt.left;
+    if (!good) {
         diagnosis_free_models(&trial->diagnosis);
+    }
+    return good;
+}
+
+/* The better answer stands. One of them may not apply. */
+static void try_another(attempt_t *job, trial_t *trial) {
+    if (try_shape(job, trial)) {
+        keep_better(job, &trial->diagnosis, &trial->attempt.power);
     }
 }
 
@@ -97,12 +107,7 @@ void trial_without_the_first(attempt_t *job) {
     trial_t again;
     prepare(&again, job, &d->given, d->family);
     again.attempt.without = d->finding[0].block;
-    try_shape(&again);
-    if (again.good) {
-        keep_better(job, &again.diagnosis, &again.attempt.power);
-    }
-    job->progress = again.attempt.progress;
-    job->left = again.attempt.left;
+    try_another(job, &again);
 }
 
 /* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */
@@ -174,12 +179,12 @@ static bool leaves_nothing(const attempt_t *first, const baseline_t *baseline) {
            attempt_excess(d, first->power.held) < worth_another_shape;
 }
 
-/* Whether another shape may do better, by what the first leaves and the other promises. */
-static bool may_do_better(const attempt_t *first, const baseline_t *baseline, double left, double promise) {
-    const diagnosis_t *d = first->diagnosis;
+/* Whether another shape may do better than the answer so far, by what that leaves and the other promises. */
+static bool may_do_better(const attempt_t *job, const baseline_t *baseline, double promise) {
+    const diagnosis_t *d = job->diagnosis;
     const bool whole =
-        !d->remainder.structured && !baseline->many_numbers && attempt_excess(d, first->power.held) <= little_more;
-    return promise < (whole ? 1.0 : worth_trying) * left;
+        !d->remainder.structured && !baseline->many_numbers && attempt_excess(d, job->power.held) <= little_more;
+    return promise < (whole ? 1.0 : worth_trying) * raised(&d->samples, &d->model, shape_found(d), job->power.held);
 }
 
 /* A free plane that promises no more than a symmetric one. */
@@ -193,51 +198,36 @@ static bool is_no_better(const promises_t *promises, size_t shapes) {
     return false;
 }
 
-/* Some shapes at the same time. One of them may not apply. */
-typedef struct {
-    trial_t *trial; /* of each shape */
-    size_t count, shape[BASELINE_SHAPES];
-} choice_t;
-
-static void try_chosen(void *context, size_t index) {
-    const choice_t *choice = context;
-    try_shape(&choice->trial[choice->shape[index]]);
-}
-
-static void try_some(attempt_t *job, choice_t *choice) {
-    for (size_t i = 0; i < choice->count; i++) {
-        choice->trial[choice->shape[i]].attempt.left = choice->trial[0].attempt.left;
-    }
-    parallel(choice->count, try_chosen, choice);
-    for (size_t i = 0; i < choice->count; i++) {
-        trial_t *trial = &choice->trial[choice->shape[i]];
-        if (trial->good) {
-            keep_better(job, &trial->diagnosis, &trial->attempt.power);
+/* Of those that have not been tried; 0: of none. */
+static size_t most_promising(const double *least, const bool *tried, size_t shapes) {
+    size_t best = 0;
+    for (size_t shape = 1; shape < shapes; shape++) {
+        if (!tried[shape] && (best == 0 || least[shape] < least[best])) {
+            best = shape;
         }
     }
+    return best;
 }
 
-/* The others that may do better than the first. */
-static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes, trial_t *trial) {
+/* The others, the most promising first, as long as they may do better than the best so far. */
+static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes) {
     const diagnosis_t *d = job->diagnosis;
-    double least[BASELINE_SHAPES] = {raised(&d->samples, &d->model, shape_found(d), job->power.held)};
+    double least[BASELINE_SHAPES];
+    bool tried[BASELINE_SHAPES] = {false};
     model_t begin[BASELINE_SHAPES] = {0};
     promises_t promises = {.first = job, .baseline = baseline, .least = least, .begin = begin};
-    choice_t choice = {.trial = trial}, later = {.trial = trial};
     parallel(shapes - 1, find_promise, &promises);
-    const bool free_plane_later =
-        remainder_knows_noise(&d->samples, &d->noise) && d->remainder.structured && is_no_better(&promises, shapes);
-    for (size_t shape = 1; shape < shapes; shape++) {
-        trial[shape].attempt.begin = begin[shape].blocks > 0 ? &begin[shape] : NULL;
-        if (may_do_better(job, baseline, least[0], least[shape])) {
-            choice_t *when = free_plane_later && shape == shapes - 1 ? &later : &choice;
-            when->shape[when->count++] = shape;
+    /* What the free plane then has and the others have not is that it imitates curves. */
+    const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && is_no_better(&promises, shapes);
+    for (size_t next = most_promising(least, tried, shapes); next > 0; next = most_promising(least, tried, shapes)) {
+        tried[next] = true;
+        if (may_do_better(job, &baseline[next], least[next]) &&
+            !(next == shapes - 1 && for_curves_only && !shape_found(job->diagnosis))) {
+            trial_t trial;
+            prepare(&trial, job, &baseline[next].model, baseline[next].family);
+            trial.attempt.begin = begin[next].blocks > 0 ? &begin[next] : NULL;
+            try_another(job, &trial);
         }
-    }
-    try_some(job, &choice);
-    /* What the free plane has and the others have not is that it imitates curves. */
-    if (shape_found(job->diagnosis)) {
-        try_some(job, &later);
     }
     for (size_t shape = 1; shape < shapes; shape++) {
         model_free(&begin[shape]);
@@ -245,22 +235,16 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
 }
 
 bool trials_of_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes) {
-    trial_t *trial = allocate(shapes, sizeof *trial);
-    for (size_t shape = 0; shape < shapes; shape++) {
-        prepare(&trial[shape], job, &baseline[shape].model, baseline[shape].family);
-        trial[shape].attempt.progress.terminal = job->progress.terminal && shape < 2; /* one bar at a time */
+    trial_t first;
+    prepare(&first, job, &baseline[0].model, baseline[0].family);
+    if (!try_shape(job, &first)) {
+        *job->failure = first.refusal;
+        return false;
     }
-    try_shape(&trial[0]);
-    const bool good = trial[0].good;
-    if (!good) {
-        *job->failure = trial[0].refusal;
-    } else {
-        *job->diagnosis = trial[0].diagnosis;
-        job->power = trial[0].attempt.power;
-        if (!leaves_nothing(job, baseline)) {
-            try_others(job, baseline, shapes, trial);
-        }
+    *job->diagnosis = first.diagnosis;
+    job->power = first.attempt.power;
+    if (!leaves_nothing(job, baseline)) {
+        try_others(job, baseline, shapes);
     }
-    free(trial);
-    return good;
+    return true;
 }
