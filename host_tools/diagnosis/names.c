@@ -3,6 +3,7 @@
 #include "catalogue.h"
 #include "electrical.h"
 #include "findings.h"
+#include "hysteresis_numbers.h"
 #include "parallel.h"
 #include "probing.h"
 #include <math.h>
@@ -38,8 +39,23 @@ static void fit(const attempt_t *job, const model_t *without, reading_t *reading
 typedef struct {
     const attempt_t *job;
     search_problem_t problem; /* its baseline: the chain without the finding */
+    double least;             /* 2 log likelihood beyond J, below which a block cannot be it */
     reading_t *reading;
 } anew_t;
+
+/* Of what the finding itself explains beyond J: no hysteresis makes up for it, if it is more than so much. */
+static const double part_that_cannot = 0.5, so_much = 1000.0;
+
+/* The least that another block has to explain; everything, where J says little. */
+static double least_of_others(const evidence_t *evidence, const model_t *model, const block_t *block) {
+    const size_t at = (size_t)(model_find(model, block->name) - model->block);
+    double *signature = evidence_signature(evidence, model, at), own = 0.0;
+    if (signature != NULL && !hysteresis_far_from_linear(model)) {
+        own = evidence_likelihood(evidence, 1.0 - evidence_test(evidence, signature).explained);
+    }
+    free(signature);
+    return own > so_much ? fmin(part_that_cannot * own, own - so_much) : -HUGE_VAL;
+}
 
 /* Another block's best numbers, in the finding's place. */
 static void read_anew(void *context, size_t index) {
@@ -54,8 +70,12 @@ static void read_anew(void *context, size_t index) {
             return;
         }
         candidate_refine(&anew->problem, &candidate);
+        const bool possible = candidate.likelihood >= anew->least;
         model_copy(&reading->model, &candidate.model);
         candidate_free(&candidate);
+        if (!possible) {
+            return;
+        }
     }
     fit(anew->job, without, reading);
 }
@@ -171,6 +191,7 @@ static bool settle(attempt_t *job, finding_t *finding) {
             .reading = reading};
         size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
+        anew.least = least_of_others(evidence, &d->model, finding->block);
         parallel(count, read_anew, &anew);
         for (size_t i = 1; i < count; i++) {
             best = (noise_is_left || reading[i].power.held < reading[0].power.held) &&
