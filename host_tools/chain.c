@@ -51,15 +51,29 @@ static signal_t *signals_of(const double *value, size_t count) {
     return signal;
 }
 
+/* `there` signals follow. */
+static inline void look_ahead(signal_t *signal, const signal_t *following, size_t there) {
+    signal->known_ahead = there < SIGNAL_AHEAD ? there : SIGNAL_AHEAD;
+    for (size_t i = 0; i < signal->known_ahead; i++) {
+        signal->ahead[i] = following[i].value;
+    }
+}
+
 void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there) {
     const bool hysteresis = block_is_hysteresis(stage->block);
     for (size_t k = 0; k < count; k++) {
-        const size_t known = there - k - 1 < SIGNAL_AHEAD ? there - k - 1 : SIGNAL_AHEAD;
-        for (size_t i = 0; i < known; i++) {
-            signal[k].ahead[i] = signal[k + 1 + i].value;
-        }
-        signal[k].known_ahead = known;
+        look_ahead(&signal[k], &signal[k + 1], there - k - 1);
         stage_step(stage, hysteresis, &signal[k]);
+    }
+}
+
+void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size_t count, double *value) {
+    const bool hysteresis = block_is_hysteresis(stage->block);
+    for (size_t k = 0; k < count; k++) {
+        signal_t now = signal[k];
+        look_ahead(&now, &signal[k + 1], count - k - 1);
+        stage_step(stage, hysteresis, &now);
+        value[k] = now.value;
     }
 }
 

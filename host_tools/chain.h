@@ -63,6 +63,8 @@ void chain_stage_settle(const chain_stage_t *stage, signal_t *signal);
 void chain_stage_step(const chain_stage_t *stage, signal_t *signal);
 /** Steps through `count` signals, which know what follows them in all `there` are. */
 void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there);
+/** The values that come out of it for all of a signal, which stays as it is. */
+void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size_t count, double *value);
 void chain_stage_close(chain_stage_t *stage);
 
 /** One block alone, without a preload: settles on the first of recording->samples values, then replaces them by the

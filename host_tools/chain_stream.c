@@ -76,23 +76,34 @@ void chain_stream_run(chain_stream_t *stream, const signal_t *signal, size_t cou
     }
 }
 
+static void run_pieces(chain_stream_t *stream, const signal_t *signal, size_t samples, double *position_um) {
+    for (size_t start = 0, k = 0; k < samples; start += STREAM_PIECE) {
+        const size_t left = samples - start, count = left < STREAM_PIECE ? left : STREAM_PIECE;
+        chain_stream_run(stream, signal + start, count, count == left, NULL);
+        for (size_t i = 0; i < stream->out; i++, k++) {
+            position_um[k] = stream->signal[i].value;
+        }
+    }
+}
+
 bool chain_stream_position(const model_t *model, const recording_t *recording, size_t first, const signal_t *signal,
                            double *position_um, failure_t *failure) {
+    const size_t samples = recording->samples;
     stage_setup_t setup;
+    bool finite = true;
     if (!chain_setup(model, recording, 0, &setup, failure)) {
         return false;
     }
     chain_stream_t stream = chain_stream_open(model, first, &setup);
-    bool finite = true;
     chain_stream_settle(&stream, signal[0], NULL);
-    for (size_t start = 0, k = 0; finite && k < recording->samples; start += STREAM_PIECE) {
-        const size_t left = recording->samples - start, count = left < STREAM_PIECE ? left : STREAM_PIECE;
-        chain_stream_run(&stream, signal + 1 + start, count, count == left, NULL);
-        for (size_t i = 0; i < stream.out; i++, k++) {
-            position_um[k] = stream.signal[i].value;
-            finite = finite && isfinite(position_um[k]);
-        }
+    if (stream.stages == first + 1) { /* nothing is on its way to another stage */
+        chain_stage_values(&stream.stage[first], signal + 1, samples, position_um);
+    } else {
+        run_pieces(&stream, signal + 1, samples, position_um);
     }
     chain_stream_close(&stream);
+    for (size_t k = 0; k < samples && finite; k++) {
+        finite = isfinite(position_um[k]);
+    }
     return finite || fail(failure, "the model runs away");
 }

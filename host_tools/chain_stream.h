@@ -45,8 +45,9 @@ void chain_stream_fill(const chain_stream_t *stream, const recording_t *recordin
                        stream_piece_t *piece);
 
 /**
- * Takes the next piece: of at most STREAM_PIECE samples at the chain's first stage; further down, what a stream that
- * begins earlier has got there. stream->signal then holds the stream->out samples that come out next.
+ * Takes the next `count` samples of what comes in: at most STREAM_PIECE at the chain's first stage; further down, what
+ * a stream that begins earlier has got there. ends: nothing follows. stream->signal then holds the stream->out samples
+ * that come out next.
  * entered: gets what comes in at each stage, by its number in chain_order; or NULL.
  */
 void chain_stream_run(chain_stream_t *stream, const signal_t *signal, size_t count, bool ends, stream_piece_t *entered);

@@ -58,51 +58,42 @@ void normal_equations_finish(normal_equations_t *equations) {
     }
 }
 
-/* Products are summed over so many parts of the rows at once, whatever the processors: the sum is the same then. */
-enum { ROW_PARTS = 4 };
-/* Of rows and the square of the unknowns: with fewer, other threads would start when all is done. */
-static const double worth_threads = 1e6;
-
 typedef struct {
     const double *columns;
-    size_t rows, unknowns, first, parts; /* first: unknown whose products are not known */
-    double *gram;                        /* of each part */
+    size_t rows, n, known, parts;
+    double *gram; /* of each part */
 } products_t;
 
 static void multiply_part(void *context, size_t part) {
     enum { AT_ONCE = 512 }; /* rows that stay in the cache */
     const products_t *p = context;
-    const size_t n = p->unknowns, end = p->rows * (part + 1) / p->parts;
-    double *gram = p->gram + part * n * n;
-    for (size_t row = p->rows * part / p->parts; row < end; row += AT_ONCE) {
-        const int some = (int)(end - row < AT_ONCE ? end - row : AT_ONCE);
-        if (p->first == 0) {
-            cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, some, 1.0, p->columns + row, (int)p->rows, 1.0,
-                        gram, (int)n);
+    const size_t end = parallel_part(p->rows, part + 1, p->parts);
+    double *gram = p->gram + part * p->n * p->n;
+    for (size_t row = parallel_part(p->rows, part, p->parts); row < end; row += AT_ONCE) {
+        const int n = (int)p->n, rows = (int)p->rows, some = (int)(end - row < AT_ONCE ? end - row : AT_ONCE);
+        if (p->known == 0) {
+            cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, n, some, 1.0, p->columns + row, rows, 1.0, gram, n);
         } else {
-            cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)n, (int)(n - p->first), some, 1.0,
-                        p->columns + row, (int)p->rows, p->columns + p->first * p->rows + row, (int)p->rows, 1.0,
-                        gram + p->first * n, (int)n);
+            cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, n, n - (int)p->known, some, 1.0, p->columns + row,
+                        rows, p->columns + p->known * p->rows + row, rows, 1.0, gram + p->known * p->n, n);
         }
     }
 }
 
-void normal_equations_of_columns(normal_equations_t *equations, const double *columns, const double *values,
-                                 size_t rows, size_t known) {
-    const size_t n = equations->unknowns, first = known < n ? known : n;
-    const size_t parts = (double)rows * (double)((n - first) * n) < worth_threads ? 1 : ROW_PARTS;
+void products_of_columns(const double *columns, size_t rows, size_t n, size_t known, double *gram) {
+    if (known >= n) {
+        return;
+    }
+    const size_t parts = parallel_parts((double)rows * (double)((n - known) * n));
     products_t products = {.columns = columns,
                            .rows = rows,
-                           .unknowns = n,
-                           .first = first,
+                           .n = n,
+                           .known = known,
                            .parts = parts,
                            .gram = allocate(parts * n * n, sizeof(double))};
-    double *gram = equations->gram;
-    if (first < n) {
-        parallel(parts, multiply_part, &products);
-    }
-    for (size_t i = first; i < n; i++) {
-        for (size_t j = 0; j <= i; j++) { /* the other triangle, too */
+    parallel(parts, multiply_part, &products);
+    for (size_t i = known; i < n; i++) {
+        for (size_t j = 0; j <= i; j++) {
             double sum = 0.0;
             for (size_t part = 0; part < parts; part++) {
                 sum += products.gram[(part * n + i) * n + j];
@@ -111,6 +102,12 @@ void normal_equations_of_columns(normal_equations_t *equations, const double *co
         }
     }
     free(products.gram);
+}
+
+void normal_equations_of_columns(normal_equations_t *equations, const double *columns, const double *values,
+                                 size_t rows, size_t known) {
+    const size_t n = equations->unknowns;
+    products_of_columns(columns, rows, n, known, equations->gram);
     cblas_dgemv(CblasColMajor, CblasTrans, (int)rows, (int)n, 1.0, columns, (int)rows, values, 1, 0.0,
                 equations->moment, 1);
     equations->power = cblas_ddot((int)rows, values, 1, values, 1);

@@ -29,6 +29,10 @@ void normal_equations_free(normal_equations_t *equations);
 /** Adds one row: `row` has one element an unknown. */
 void normal_equations_add(normal_equations_t *equations, const double *row, double value);
 
+/** Products of all pairs of columns that stand one after the other, n * n of them. Of the first `known` columns they
+ * are already there. On all processors. */
+void products_of_columns(const double *columns, size_t rows, size_t n, size_t known, double *gram);
+
 /** Instead of adding rows: all of them, as columns that stand one after the other. Nothing needs to be finished. Of the
  * first `known` columns the gram is already there. */
 void normal_equations_of_columns(normal_equations_t *equations, const double *columns, const double *values,

@@ -29,6 +29,12 @@ void parallel_limit(size_t threads) {
     atomic_store(&most, threads < MOST_THREADS ? threads : MOST_THREADS);
 }
 
+size_t parallel_parts(double multiplications) {
+    enum { PARTS = 4 };
+    static const double worth_threads = 1e6;
+    return multiplications < worth_threads ? 1 : PARTS;
+}
+
 static bool take_processor(void) {
     size_t now = atomic_load(&running);
     while (now < most_threads()) {

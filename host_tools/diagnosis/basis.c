@@ -28,11 +28,6 @@ void basis_close(basis_t *basis) {
     *basis = (basis_t){0};
 }
 
-/* Products are made of so many parts of the rows at once, whatever the processors: the sum is the same then. */
-enum { ROW_PARTS = 4 };
-/* Of rows, columns and vectors together: with fewer, other threads would start when all is done. */
-static const double worth_threads = 1e6;
-
 typedef struct {
     const basis_t *basis;
     const double *x; /* vectors, */
@@ -41,14 +36,11 @@ typedef struct {
     double *share; /* of each part: a column each, for every vector */
 } product_t;
 
-static size_t part_begins(const product_t *product, size_t part) {
-    return product->basis->rows * part / product->parts;
-}
-
 /* One vector alone: OpenBLAS's product of matrices is slower than that of a matrix and a vector. */
 static void multiply_part(void *context, size_t part) {
     const product_t *p = context;
-    const size_t from = part_begins(p, part), to = part_begins(p, part + 1), columns = p->basis->columns;
+    const size_t from = parallel_part(p->basis->rows, part, p->parts);
+    const size_t to = parallel_part(p->basis->rows, part + 1, p->parts), columns = p->basis->columns;
     const int rows = (int)(to - from), stride = (int)p->basis->rows;
     double *share = p->share + part * columns * p->count;
     if (p->count == 1) {
@@ -62,7 +54,8 @@ static void multiply_part(void *context, size_t part) {
 
 static void take_out_part(void *context, size_t part) {
     const product_t *p = context;
-    const size_t from = part_begins(p, part), to = part_begins(p, part + 1), columns = p->basis->columns;
+    const size_t from = parallel_part(p->basis->rows, part, p->parts);
+    const size_t to = parallel_part(p->basis->rows, part + 1, p->parts), columns = p->basis->columns;
     const int rows = (int)(to - from), stride = (int)p->basis->rows;
     if (p->count == 1) {
         cblas_dgemv(CblasColMajor, CblasNoTrans, rows, (int)columns, -1.0, p->basis->column + from, stride, p->share, 1,
@@ -76,7 +69,7 @@ static void take_out_part(void *context, size_t part) {
 /* Leaves the shares of all parts in those of the first; to be freed by the caller. */
 static void multiply(product_t *p) {
     const size_t length = p->basis->columns * p->count;
-    p->parts = (double)p->basis->rows * (double)length < worth_threads ? 1 : ROW_PARTS;
+    p->parts = parallel_parts((double)p->basis->rows * (double)length);
     p->share = allocate(p->parts * length, sizeof(double));
     parallel(p->parts, multiply_part, p);
     for (size_t part = 1; part < p->parts; part++) {

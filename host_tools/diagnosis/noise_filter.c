@@ -2,10 +2,10 @@
 #include "noise_filter.h"
 #include "failure.h"
 #include "gsl_errors.h"
+#include "least_squares.h"
 #include "noise_bands.h"
 #include "parallel.h"
 #include "simplex.h"
-#include <gsl/gsl_cblas.h>
 #include <gsl/gsl_linalg.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -55,15 +55,11 @@ void noise_filter_whiten(const noise_filter_t *filter, const double *x, size_t l
     }
 }
 
-/* Products of the whitened columns are summed over so many pieces of the rows at once, whatever the processors: the sum
- * is the same then. */
-enum { ROW_PARTS = 4 };
-
 typedef struct {
     const explained_noise_t *noise;
     size_t count, freedom; /* samples less columns */
     double *white;         /* of one noise: its columns and, last, what they leave */
-    double *products;      /* of these, of each part of the rows */
+    double *products;      /* of these */
     bool by_bands;         /* there is one noise, */
     noise_bands_t bands;   /* whose products are known for all filters */
 } job_t;
@@ -85,21 +81,6 @@ static void whiten_one(void *context, size_t column) {
     for (size_t piece = 0; piece < w->noise->pieces; piece++) {
         const size_t begin = w->noise->begin[piece];
         noise_filter_whiten(w->filter, x + begin, w->noise->end[piece] - begin, white + begin);
-    }
-}
-
-static void multiply_part(void *context, size_t part) {
-    const whitening_t *w = context;
-    const size_t n = w->noise->explained.columns + 1, rows = w->noise->explained.rows;
-    const size_t from = rows * part / ROW_PARTS, to = rows * (part + 1) / ROW_PARTS;
-    /* The upper half by columns is the lower one by rows. */
-    cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)n, (int)(to - from), 1.0, w->job->white + from, (int)rows,
-                0.0, w->job->products + part * n * n, (int)n);
-}
-
-static void add_parts(const job_t *job, size_t n) {
-    for (size_t part = 1; part < ROW_PARTS; part++) {
-        cblas_daxpy((int)(n * n), 1.0, job->products + part * n * n, 1, job->products, 1);
     }
 }
 
@@ -125,9 +106,9 @@ static double multiply(const job_t *job, size_t index, const noise_filter_t *fil
         return noise_bands_determinant(&job->bands, filter);
     }
     whitening_t whitening = {.job = job, .noise = noise, .filter = filter};
-    parallel(noise->explained.columns + 1, whiten_one, &whitening);
-    parallel(ROW_PARTS, multiply_part, &whitening);
-    add_parts(job, noise->explained.columns + 1);
+    const size_t n = noise->explained.columns + 1;
+    parallel(n, whiten_one, &whitening);
+    products_of_columns(job->white, noise->explained.rows, n, 0, job->products);
     return (double)noise->pieces * log(noise_filter_gain(filter));
 }
 
@@ -164,7 +145,7 @@ static void open_job(const explained_noise_t *noise, size_t count, job_t *job) {
         }
         job->freedom -= columns;
     }
-    job->products = allocate(ROW_PARTS * most * most, sizeof(double));
+    job->products = allocate(most * most, sizeof(double));
     if (job->by_bands) {
         noise_bands_open(noise, &job->bands);
         job->freedom = job->bands.freedom;
