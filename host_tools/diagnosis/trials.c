@@ -6,9 +6,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* 2 log likelihood of the held-out samples by which a diagnosis has to be better that contains a block which another
- * shape of hysteresis can imitate; and for each number of its hysteresis. */
-static const double shape_price = 10.0, number_price = 1.0;
+/* 2 log likelihood of the held-out samples for each number of its hysteresis, by which a diagnosis has to be better.
+ * One that contains a block which another shape can imitate has to be better by what a name has to win by. */
+static const double number_price = 1.0;
 /* In parts of the square of what is left, by how much a diagnosis has to be better that is not the whole answer; and
  * one with a curve, or with a hysteresis that imitates curves: 0.15 of the noise, since no shape of few numbers is
  * right to much less. */
@@ -34,7 +34,7 @@ static bool shape_found(const diagnosis_t *d) {
 
 /* Of a model: what it leaves, raised by what its hysteresis may imitate. curve: and by a block that is a curve. */
 static double raised(const samples_t *samples, const model_t *model, bool curve, double held) {
-    const double price = number_price * (double)hysteresis_numbers_count(model) + (curve ? shape_price : 0.0);
+    const double price = number_price * (double)hysteresis_numbers_count(model) + (curve ? attempt_naming_margin : 0.0);
     return held * exp(price / (double)samples->held) *
            (1.0 + (curve || hysteresis_imitates_curves(model) ? curve_handicap : 0.0));
 }
