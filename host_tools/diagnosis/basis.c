@@ -119,23 +119,36 @@ void basis_project(const basis_t *basis, double *x, size_t count) {
     project(basis, x, count, MOST_PASSES);
 }
 
+/* Those from `known` on, as a basis of their own. */
+static basis_t added_since(const basis_t *basis, size_t known) {
+    return (basis_t){
+        .rows = basis->rows, .columns = basis->columns - known, .column = basis->column + known * basis->rows};
+}
+
+/* A vector out of which the columns before `known` have been taken, if what the others leave of it is long enough. */
+static void add_one(basis_t *basis, size_t known, double *x, double least) {
+    const basis_t added = added_since(basis, known);
+    basis_project(&added, x, 1);
+    const double length = length_of(basis, x);
+    if (length > least && basis->columns < basis->most) {
+        double *column = basis->column + basis->columns++ * basis->rows;
+        memmove(column, x, basis->rows * sizeof(double));
+        cblas_dscal((int)basis->rows, 1.0 / length, column, 1);
+    }
+}
+
 /* Adds vectors out of which all columns have been taken, each if it is longer than least[i] beside those added before:
- * one half, and what that leaves of the other one, so that most products are those of matrices. The vectors may stand
+ * a few, and what they leave of all that follow, so that most products are those of matrices. The vectors may stand
  * where the next columns go. */
-static void add_halves(basis_t *basis, double *x, size_t count, const double *least) {
-    const size_t rows = basis->rows, known = basis->columns, half = count / 2;
-    if (count > 1) {
-        add_halves(basis, x, half, least);
-        const basis_t added = {.rows = rows, .columns = basis->columns - known, .column = basis->column + known * rows};
-        basis_project(&added, x + half * rows, count - half);
-        add_halves(basis, x + half * rows, count - half, least + half);
-    } else if (count == 1 && basis->columns < basis->most) {
-        const double length = length_of(basis, x);
-        if (length > *least) {
-            double *column = basis->column + basis->columns++ * rows;
-            memmove(column, x, rows * sizeof(double));
-            cblas_dscal((int)rows, 1.0 / length, column, 1);
+static void add_what_is_left(basis_t *basis, double *x, size_t count, const double *least) {
+    enum { FEW = 4 };
+    for (size_t begin = 0; begin < count; begin += FEW) {
+        const size_t known = basis->columns, end = count - begin < FEW ? count : begin + FEW;
+        for (size_t i = begin; i < end; i++) {
+            add_one(basis, known, x + i * basis->rows, least[i]);
         }
+        const basis_t added = added_since(basis, known);
+        basis_project(&added, x + end * basis->rows, count - end);
     }
 }
 
@@ -146,7 +159,7 @@ void basis_add(basis_t *basis, double *x, size_t count) {
         least[i] = imitated * length_of(basis, x + i * rows);
     }
     project(basis, x, count, 1);
-    add_halves(basis, x, count, least);
+    add_what_is_left(basis, x, count, least);
     /* Twice: where little of a vector was left, what rounding has left of the known columns is a large part of that;
      * and where it is all of that, hardly anything is left the second time. */
     const size_t added = basis->columns - known;
@@ -156,7 +169,7 @@ void basis_add(basis_t *basis, double *x, size_t count) {
     }
     basis->columns = known;
     project(basis, again, added, 1);
-    add_halves(basis, again, added, least);
+    add_what_is_left(basis, again, added, least);
     free(least);
 }
 

@@ -426,7 +426,8 @@ static void test_refining_finds_a_slew_limit(void) {
     size_t searches = 0, right = 0;
     for (size_t i = 0; i < RECORDINGS; i++) { /* sines of several sizes and frequencies */
         for (size_t k = 0; k < lengths[i]; k++) {
-            const double hz = slowest_hz + 7.1 * (double)(k / 1300), v = amplitude_v - 15.0 * (double)(k / 433 % 3);
+            const size_t frequency = k / 1300, size = k / 433 % 3;
+            const double hz = slowest_hz + 7.1 * (double)frequency, v = amplitude_v - 15.0 * (double)size;
             recordings[i].column[COLUMN_DRIVE][k] = 50.0 - v * cos(2.0 * M_PI * hz * (double)k / rate_hz);
         }
     }
