@@ -53,6 +53,8 @@ typedef struct {
     bool (*probe)(const probe_setting_t *setting, size_t index, double *value);
     /** Which parameters are then searched, as bits: 1 << index. */
     unsigned searched;
+    /** Which of them are never below 0 in an actuator, as bits, though a model may have them there. */
+    unsigned positive;
     /** Largest value at which a parameter is searched, by index; 0: as large as it may be. */
     double most[4];
     /** How far the numbers that are found may be from the actuator's because of the block's own approximations, in

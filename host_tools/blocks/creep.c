@@ -97,6 +97,7 @@ static const probe_t looked_for = {
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 3U,
+    .positive = 1U, /* the step goes on; what comes back has leaked away */
     .accuracy = {0.03}};
 
 const block_t block_creep = {.name = "creep",

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "candidate.h"
+#include "searched.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +46,7 @@ static void start_from_amplitude(candidate_t *candidate) {
         const parameter_info_t *info = &block->parameter[p];
         double *value = inserted->parameter[p].value;
         if (candidate_proportional(block, p)) {
-            *value = fmax(info->low, fmin(info->high, *value * candidate->test.amplitude));
+            *value = fmax(searched_low(block, p), fmin(info->high, *value * candidate->test.amplitude));
         }
     }
 }

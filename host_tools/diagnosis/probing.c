@@ -2,6 +2,7 @@
 #include "probing.h"
 #include "catalogue.h"
 #include "parallel.h"
+#include "searched.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,10 +41,10 @@ static void simulate_probe(void *context, size_t index) {
     candidate_create(probing->problem, probing->block, probing->value[index], &probing->trial[index]);
 }
 
-/* Whether the effect is proportional to a number that cannot be below 0. */
+/* Whether the effect is proportional to a number that is never below 0. */
 static bool never_negative(const block_t *block) {
     for (size_t p = 0; p < block->parameters; p++) {
-        if (candidate_proportional(block, p) && block->parameter[p].low >= 0.0) {
+        if (candidate_proportional(block, p) && searched_low(block, p) >= 0.0) {
             return true;
         }
     }

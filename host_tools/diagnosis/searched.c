@@ -6,6 +6,11 @@
 /* Small enough for a frequency that is to stay in step over the whole recording. */
 static const double nudge = 1e-5, damping = 1e-6;
 
+double searched_low(const block_t *block, size_t parameter) {
+    const double low = block->parameter[parameter].low;
+    return (block->probe->positive >> parameter & 1U) != 0 ? fmax(0.0, low) : low;
+}
+
 void searched_open(searched_t *searched, model_t *model, size_t at) {
     const block_t *block = model->block[at].block;
     *searched = (searched_t){0};
@@ -15,7 +20,7 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
             const size_t i = searched->count++;
             searched->parameter[i] = &model->block[at].parameter[p];
             searched->number[i] = number;
-            searched->low[i] = block->parameter[p].low;
+            searched->low[i] = searched_low(block, p);
             searched->high[i] = block->parameter[p].high;
             if (p < sizeof block->probe->most / sizeof(double) && block->probe->most[p] > 0.0) {
                 searched->high[i] = fmin(searched->high[i], block->probe->most[p]);

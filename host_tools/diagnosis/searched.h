@@ -17,6 +17,9 @@ typedef struct {
     double kept[BLOCK_MAX_PARAMETERS];
 } searched_t;
 
+/** The least value at which a parameter of the block is searched. */
+double searched_low(const block_t *block, size_t parameter);
+
 void searched_open(searched_t *searched, model_t *model, size_t at);
 /** A copy of the model (to be freed) in which one of them is changed a little, for a difference. Returns by how much,
  * in its unknown's unit. `model` and `at` are those of searched_open. */
