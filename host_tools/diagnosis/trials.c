@@ -180,10 +180,10 @@ static bool leaves_nothing(const attempt_t *first, const baseline_t *baseline) {
 }
 
 /* Whether another shape may do better than the answer so far, by what that leaves and the other promises. */
-static bool may_do_better(const attempt_t *job, const baseline_t *baseline, double promise) {
+static bool may_do_better(const attempt_t *job, double promise) {
     const diagnosis_t *d = job->diagnosis;
-    const bool whole =
-        !d->remainder.structured && !baseline->many_numbers && attempt_excess(d, job->power.held) <= little_more;
+    const bool whole = !d->remainder.structured && !hysteresis_imitates_curves(&d->model) &&
+                       attempt_excess(d, job->power.held) <= little_more;
     return promise < (whole ? 1.0 : worth_trying) * raised(&d->samples, &d->model, shape_found(d), job->power.held);
 }
 
@@ -221,7 +221,7 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && is_no_better(&promises, shapes);
     for (size_t next = most_promising(least, tried, shapes); next > 0; next = most_promising(least, tried, shapes)) {
         tried[next] = true;
-        if (may_do_better(job, &baseline[next], least[next]) &&
+        if (may_do_better(job, least[next]) &&
             !(next == shapes - 1 && for_curves_only && !shape_found(job->diagnosis))) {
             trial_t trial;
             prepare(&trial, job, &baseline[next].model, baseline[next].family);
