@@ -20,17 +20,19 @@ void chain_stage_close(chain_stage_t *stage) {
     stage->state = NULL;
 }
 
-void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
-    if (block_is_hysteresis(stage->block)) {
+static inline void note_drive(bool hysteresis, signal_t *signal) {
+    if (hysteresis) {
         signal->drive_v = signal->value;
     }
+}
+
+void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
+    note_drive(block_is_hysteresis(stage->block), signal);
     stage->block->settle(stage->state, signal);
 }
 
 static inline void stage_step(const chain_stage_t *stage, bool hysteresis, signal_t *signal) {
-    if (hysteresis) {
-        signal->drive_v = signal->value;
-    }
+    note_drive(hysteresis, signal);
     if (signal->turned && stage->block->pass != NULL && signal->slack_v == 0.0) {
         stage->block->pass(stage->state, signal->turn_v);
     }

@@ -110,7 +110,7 @@ typedef struct {
     basis_queue_t queue;
 } rich_t;
 
-/* Samples that do not count are 0 in a column, whatever it is there. */
+/* Samples that do not count are 0 in a column, whatever it is there. `counted` may be the column itself. */
 static void blank(const samples_t *samples, const double *column, double *counted) {
     for (size_t k = 0; k < samples->all; k++) {
         counted[k] = samples->part[k] == SAMPLE_LEFT_OUT ? 0.0 : column[k];
@@ -133,8 +133,7 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
                                         .lines = setting->lines};
     const noise_t white = {.sigma_um = 1.0, .rms_um = 1.0};
     rich_t rich = {.samples = samples};
-    double **signature = allocate(catalogue_count, sizeof *signature), *residual = samples_column(samples),
-           *left = samples_column(samples);
+    double **signature = allocate(catalogue_count, sizeof *signature), *left = samples_column(samples);
     signals_t signals;
     const bool good = signals_open(&signals, samples, model, failure);
     if (good) {
@@ -147,14 +146,13 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
             free(signature[i]);
         }
         basis_queue_close(&rich.queue);
-        samples_residual(samples, signals.simulated, residual);
-        blank(samples, residual, left);
+        samples_residual(samples, signals.simulated, left);
+        blank(samples, left, left);
         basis_project(&rich.basis, left, 1);
         noise_of(samples, &rich.basis, left, noise);
         basis_close(&rich.basis);
         signals_close(&signals);
     }
-    free(residual);
     free(signature);
     free(left);
     return good;

@@ -173,14 +173,12 @@ void basis_add(basis_t *basis, double *x, size_t count) {
     free(least);
 }
 
-enum { AT_ONCE = 16 };
-
 void basis_queue_open(basis_queue_t *queue, basis_t *basis) {
-    *queue = (basis_queue_t){.basis = basis, .x = allocate(AT_ONCE * basis->rows, sizeof(double))};
+    *queue = (basis_queue_t){.basis = basis, .x = allocate(BASIS_AT_ONCE * basis->rows, sizeof(double))};
 }
 
 double *basis_queue_next(basis_queue_t *queue) {
-    if (queue->count == AT_ONCE) {
+    if (queue->count == BASIS_AT_ONCE) {
         basis_queue_add(queue);
     }
     return queue->x + queue->count++ * queue->basis->rows;

@@ -13,12 +13,13 @@ typedef struct {
 void basis_open(basis_t *basis, size_t rows, size_t most);
 void basis_close(basis_t *basis);
 /* The columns pass through the memory once for all vectors x of a call: some at a time are much cheaper than one by
- * one. They stand one after the other, `rows` each. */
+ * one, and more than these no cheaper. They stand one after the other, `rows` each. */
+enum { BASIS_AT_ONCE = 16 };
 
 /** Adds vectors in their order, except those of which the columns before leave less than 1e-6. They are changed. */
 void basis_add(basis_t *basis, double *x, size_t count);
 
-/** Vectors that wait, to be added some at a time. */
+/** Vectors that wait, to be added BASIS_AT_ONCE at a time. */
 typedef struct {
     basis_t *basis;
     size_t count;

@@ -16,8 +16,6 @@ static const double rounding = 1e-13, rounding_at_most = 1e-4;
 /* A derivative of whose square J leaves no more than this part is imitated: what is left of it is rounding, and so
  * would be a step. */
 static const double imitated_square = 1e-10;
-/* Columns that go through J together. */
-enum { AT_ONCE = 16 };
 
 struct evidence {
     const samples_t *samples;
@@ -168,7 +166,7 @@ static void test_beyond(const evidence_t *e, const double *x, double before, evi
 }
 
 static void test_some(const evidence_t *e, size_t count, double *const *signature, evidence_test_t *test) {
-    double *x = allocate(count * e->rows, sizeof(double)), before[AT_ONCE], *white = samples_column(e->samples);
+    double *x = allocate(count * e->rows, sizeof(double)), before[BASIS_AT_ONCE], *white = samples_column(e->samples);
     for (size_t i = 0; i < count; i++) {
         double *rows = x + i * e->rows;
         noise_whiten(&e->noise, e->samples, signature[i], white);
@@ -186,8 +184,8 @@ static void test_some(const evidence_t *e, size_t count, double *const *signatur
 }
 
 void evidence_tests(const evidence_t *e, size_t count, double *const *signature, evidence_test_t *test) {
-    for (size_t i = 0; i < count; i += AT_ONCE) {
-        test_some(e, count - i < AT_ONCE ? count - i : AT_ONCE, signature + i, test + i);
+    for (size_t i = 0; i < count; i += BASIS_AT_ONCE) {
+        test_some(e, count - i < BASIS_AT_ONCE ? count - i : BASIS_AT_ONCE, signature + i, test + i);
     }
 }
 
