@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "smooth_drive.h"
 #include <math.h>
-#include <string.h>
 
 /* Likeness of two second differences at which the cubic begins to count, and at which it is all. It is 0.47 if one is a
  * quarter of the other, 0.8 if it is half, as at the end of a rounded step. */
@@ -31,30 +30,67 @@ static double steady(double a, double b, double c, double d) {
     return bent < too_bent * size ? rise(-bent / size, -too_bent, -straight) : 0.0;
 }
 
+/* bend: second differences, the newest first; like: how alike each is to the next. */
+static double smoothness(const double bend[4], const double like[3], size_t known_ahead) {
+    const double smooth = like[1] * (like[2] > like[0] ? like[2] : like[0]);
+    const double inflection = known_ahead > 1 && smooth < 1.0 ? steady(bend[0], bend[1], bend[2], bend[3]) : 0.0;
+    return smooth > inflection ? smooth : inflection;
+}
+
+/* The first one takes two samples ahead. */
+static void take_bends(const double x[6], size_t known_ahead, double bend[4], double like[3]) {
+    for (size_t i = 1; i < 4; i++) {
+        bend[i] = second_difference(x + 1 + i);
+    }
+    bend[0] = known_ahead > 1 ? second_difference(x + 1) : 0.0;
+    for (size_t i = 0; i < 3; i++) {
+        like[i] = alike(bend[i], bend[i + 1]);
+    }
+}
+
 double smooth_drive(const double x[6], size_t known_ahead) {
+    double bend[4], like[3];
     if (known_ahead == 0) {
         return 0.0;
     }
-    const double newer = second_difference(x + 2), older = second_difference(x + 3);
-    const double oldest = second_difference(x + 4), newest = known_ahead > 1 ? second_difference(x + 1) : 0.0;
-    const double behind = alike(older, oldest), before = known_ahead > 1 ? alike(newer, newest) : 0.0;
-    const double bend = alike(newer, older) * (behind > before ? behind : before);
-    const double inflection = known_ahead > 1 && bend < 1.0 ? steady(newest, newer, older, oldest) : 0.0;
-    return bend > inflection ? bend : inflection;
+    take_bends(x, known_ahead, bend, like);
+    return smoothness(bend, like, known_ahead);
 }
 
 void drive_window_settle(drive_window_t *window, double value) {
     for (int i = 0; i < 6; i++) {
         window->x[i] = value;
     }
+    window->known_ahead = 0;
     window->smooth = 0.0;
 }
 
+/* All but the newest were there a sample ago. */
+static void next_bend(drive_window_t *window) {
+    double *bend = window->bend, *like = window->like;
+    bend[3] = bend[2];
+    bend[2] = bend[1];
+    bend[1] = bend[0];
+    bend[0] = second_difference(window->x + 1);
+    like[2] = like[1];
+    like[1] = like[0];
+    like[0] = alike(bend[0], bend[1]);
+}
+
 void drive_window_next(drive_window_t *window, const signal_t *signal) {
+    const bool foretold = window->known_ahead > 1 && signal->known_ahead > 1;
     double *x = window->x;
-    memmove(x + 3, x + 2, 3 * sizeof *x);
+    x[5] = x[4];
+    x[4] = x[3];
+    x[3] = x[2];
     x[2] = signal->value;
     x[1] = signal->ahead[0];
     x[0] = signal->ahead[1];
-    window->smooth = smooth_drive(x, signal->known_ahead);
+    window->known_ahead = signal->known_ahead;
+    if (foretold) {
+        next_bend(window);
+    } else if (signal->known_ahead > 0) {
+        take_bends(x, signal->known_ahead, window->bend, window->like);
+    }
+    window->smooth = signal->known_ahead > 0 ? smoothness(window->bend, window->like, signal->known_ahead) : 0.0;
 }

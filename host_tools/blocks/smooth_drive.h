@@ -22,6 +22,8 @@ double smooth_drive(const double x[6], size_t known_ahead);
 /** The samples about the interval from the last sample, x[3], to this one, x[2], and how smooth the signal is there. */
 typedef struct {
     double x[6], smooth;
+    size_t known_ahead;      /**< as the last sample had it; what is known ahead has to come then */
+    double bend[4], like[3]; /**< its second differences, and how alike they are: what the next sample keeps of them */
 } drive_window_t;
 
 /** As if that had been there for ever. */
