@@ -7,6 +7,7 @@
 #include "names.h"
 #include "past.h"
 #include "reconsider.h"
+#include "refitted.h"
 #include "search_round.h"
 #include "sides.h"
 #include "verdict.h"
@@ -46,6 +47,10 @@ unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model) {
         blocks |= block->probe != NULL && model_find(&d->baseline, block->name) == NULL ? 1U << b : 0U;
     }
     return blocks;
+}
+
+unsigned attempt_blocks_fitted(const diagnosis_t *d, const model_t *model) {
+    return attempt_blocks_found(d, model) | refitted_blocks(d, model);
 }
 
 double attempt_excess(const diagnosis_t *d, double held) {
@@ -91,12 +96,19 @@ static bool begin_elsewhere(attempt_t *job) {
     return joint_power(&d->samples, &d->noise, &d->model, &job->power, job->failure);
 }
 
+static bool fit_again(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    refitted_choose(d, &d->model);
+    return joint_fit(&d->samples, &d->noise, &d->model, refitted_blocks(d, &d->model),
+                     d->refitted > 0 ? ATTEMPT_ITERATIONS : BASELINE_ITERATIONS, &job->power, job->failure);
+}
+
 bool attempt_from(attempt_t *job, const model_t *given) {
     diagnosis_t *d = job->diagnosis;
     bool found = true, good;
     model_copy(&d->given, given);
     model_copy(&d->model, given);
-    good = joint_fit(&d->samples, &d->noise, &d->model, 0, BASELINE_ITERATIONS, &job->power, job->failure);
+    good = fit_again(job);
     model_copy(&d->baseline, &d->model);
     const double missing = attempt_excess(d, job->power.held);
     good = good && attempt_measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&

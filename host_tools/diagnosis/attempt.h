@@ -27,9 +27,10 @@ typedef struct {
 void attempt_advance(attempt_t *job);
 
 /**
- * Fits the chain's hysteresis, then, from there or from job->begin, finds block after block (search_round.h), settles
- * which of them stay (reconsider.h), their names (names.h) and their sides (sides.h), and judges what remains
- * (verdict.h). Fills the job's diagnosis, whose samples and noise are known, and its power.
+ * Fits the chain's hysteresis and what else of it the recordings determine (refitted.h), then, from there or from
+ * job->begin, finds block after block (search_round.h), settles which of them stay (reconsider.h), their names
+ * (names.h) and their sides (sides.h), and judges what remains (verdict.h). Fills the job's diagnosis, whose samples
+ * and noise are known, and its power.
  */
 bool attempt_from(attempt_t *job, const model_t *given);
 
@@ -38,6 +39,8 @@ bool attempt_measure(const attempt_t *job, const model_t *model, double *percent
 
 /** The blocks of the model that the baseline does not have, as bits. */
 unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model);
+/** And those of the given chain that are fitted again. */
+unsigned attempt_blocks_fitted(const diagnosis_t *d, const model_t *model);
 
 /** Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be
  * their error. */

@@ -50,8 +50,8 @@ static double left_together(const search_problem_t *problem, const candidate_t *
     if (blocks == 0) {
         return HUGE_VAL;
     }
-    const bool good =
-        joint_fit(evidence_samples(problem->evidence), problem->noise, &pair, blocks, FIT_ITERATIONS, &power, &refusal);
+    const bool good = joint_fit(evidence_samples(problem->evidence), problem->noise, &pair,
+                                blocks | candidate_fitted_along(problem, &pair), FIT_ITERATIONS, &power, &refusal);
     model_free(&pair);
     return good ? power.fitted : HUGE_VAL;
 }

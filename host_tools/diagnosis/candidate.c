@@ -66,10 +66,15 @@ void candidate_refine(const search_problem_t *problem, candidate_t *candidate) {
     }
 }
 
+unsigned candidate_fitted_along(const search_problem_t *problem, const model_t *model) {
+    return joint_blocks(model, problem->fitted_along, problem->fitted_along_count);
+}
+
 void candidate_fit(const search_problem_t *problem, candidate_t *candidate) {
     failure_t refusal;
     candidate->joint = joint_fit(evidence_samples(problem->evidence), problem->noise, &candidate->model,
-                                 1U << candidate->at, FIT_ITERATIONS, &candidate->power, &refusal);
+                                 1U << candidate->at | candidate_fitted_along(problem, &candidate->model),
+                                 FIT_ITERATIONS, &candidate->power, &refusal);
 }
 
 void candidate_free(candidate_t *candidate) {

@@ -24,6 +24,9 @@ typedef struct {
     const model_t *baseline; /**< the chain; blocks that it has are not tried again */
     const probe_setting_t *setting;
     const block_t *without; /**< not tried either; NULL: none */
+    /** Blocks of the baseline whose numbers are fitted together with those of a block that is tried; NULL: none. */
+    const block_t *const *fitted_along;
+    size_t fitted_along_count;
 } search_problem_t;
 
 typedef struct {
@@ -59,6 +62,8 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
 size_t candidate_insert(model_t *model, const model_t *baseline, const block_t *block, const double *value);
 /** From where it stands, with the amplitude that its test has found; its test anew. */
 void candidate_refine(const search_problem_t *problem, candidate_t *candidate);
+/** Bits of problem->fitted_along in a model. */
+unsigned candidate_fitted_along(const search_problem_t *problem, const model_t *model);
 /** A few iterations: enough to compare with others. */
 void candidate_fit(const search_problem_t *problem, candidate_t *candidate);
 void candidate_free(candidate_t *candidate);

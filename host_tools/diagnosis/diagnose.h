@@ -68,7 +68,10 @@ typedef struct {
     noise_t noise;
     const family_t *family;  /**< of the baseline, NULL when a model was given */
     model_t given;           /**< with a model: as it came in; without: the baseline */
-    model_t baseline, model; /**< its hysteresis fitted again; with everything that was found */
+    model_t baseline, model; /**< its numbers fitted again; with everything that was found */
+    /** Blocks of the given chain, beside its hysteresis, whose numbers the recordings determine: every fit has them. */
+    size_t refitted;
+    const block_t *refitted_block[MODEL_MAX_BLOCKS];
     double given_nrmse_percent, given_held_out_percent;
     double baseline_nrmse_percent, baseline_held_out_percent;
     double nrmse_percent, held_out_percent;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "findings.h"
 #include "joint_fit.h"
+#include "refitted.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -57,11 +58,10 @@ void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block) {
     }
 }
 
-/* Errors that the baseline came with are not those of this fit. */
-static void forget_errors(model_t *model, const diagnosis_t *d) {
+/* Errors that the baseline came with are not those of this fit. blocks: fitted, beside the hysteresis. */
+static void forget_errors(model_t *model, unsigned blocks) {
     for (size_t b = 0; b < model->blocks; b++) {
-        const finding_t *finding = finding_of(d, model->block[b].block);
-        const bool fitted = block_is_hysteresis(model->block[b].block) || (finding != NULL && !finding->in_readings);
+        const bool fitted = block_is_hysteresis(model->block[b].block) || (blocks >> b & 1U) != 0;
         for (size_t p = 0; fitted && p < model->block[b].block->parameters; p++) {
             free(model->block[b].parameter[p].sigma);
             model->block[b].parameter[p].sigma = NULL;
@@ -89,11 +89,11 @@ static void widen(diagnosis_t *d) {
 }
 
 bool findings_errors(diagnosis_t *diagnosis, failure_t *failure) {
-    unsigned blocks = 0;
+    unsigned blocks = refitted_blocks(diagnosis, &diagnosis->model);
     for (size_t f = 0; f < diagnosis->findings; f++) {
         blocks |= diagnosis->finding[f].in_readings ? 0U : 1U << finding_index(diagnosis, &diagnosis->finding[f]);
     }
-    forget_errors(&diagnosis->model, diagnosis);
+    forget_errors(&diagnosis->model, blocks);
     if (!joint_errors(&diagnosis->samples, &diagnosis->noise, &diagnosis->model, blocks, failure)) {
         return false;
     }
@@ -101,11 +101,10 @@ bool findings_errors(diagnosis_t *diagnosis, failure_t *failure) {
     return true;
 }
 
-bool finding_determined(const diagnosis_t *diagnosis, const finding_t *finding) {
-    const model_block_t *block = &diagnosis->model.block[finding_index(diagnosis, finding)];
+bool block_determined(const model_block_t *block) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
-        if (finding_searched(finding, p) && parameter->sigma != NULL) {
+        if ((block->block->probe->searched >> p & 1U) != 0 && parameter->sigma != NULL) {
             const double value = fabs(parameter->value[0]), sigma = parameter->sigma[0];
             const double most = block->block->parameter[p].proportional ? 1.0 / least_deviations : least_precision;
             if (sigma < most * value) {
@@ -114,4 +113,8 @@ bool finding_determined(const diagnosis_t *diagnosis, const finding_t *finding) 
         }
     }
     return false;
+}
+
+bool finding_determined(const diagnosis_t *diagnosis, const finding_t *finding) {
+    return block_determined(&diagnosis->model.block[finding_index(diagnosis, finding)]);
 }

@@ -27,7 +27,9 @@ void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block);
  * all samples and a third was held out of the fit.
  */
 bool findings_errors(diagnosis_t *diagnosis, failure_t *failure);
-/** After that: whether any number of the finding is three standard errors away from nothing. */
+/** Whether any number of a block that was searched, with its standard errors, is three of these away from nothing. */
+bool block_determined(const model_block_t *block);
+/** After findings_errors: the finding's. */
 bool finding_determined(const diagnosis_t *diagnosis, const finding_t *finding);
 
 #endif

@@ -246,6 +246,15 @@ static void close_job(job_t *job) {
     free(job->gram);
 }
 
+unsigned joint_blocks(const model_t *model, const block_t *const *block, size_t count) {
+    unsigned blocks = 0;
+    for (size_t i = 0; i < count; i++) {
+        const model_block_t *found = model_find(model, block[i]->name);
+        blocks |= found != NULL ? 1U << (found - model->block) : 0U;
+    }
+    return blocks;
+}
+
 bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks, size_t iterations,
                joint_power_t *power, failure_t *failure) {
     job_t job;

@@ -14,6 +14,9 @@ typedef struct {
     double held;   /**< and over the ones that are held out */
 } joint_power_t;
 
+/** Bits for joint_fit of these blocks, as far as a model has them. */
+unsigned joint_blocks(const model_t *model, const block_t *const *block, size_t count);
+
 /**
  * Which blocks: bits, 1 << index in the model. At most `iterations`. Numbers that the samples say nothing about stay
  * where they are. False only if the model cannot be simulated where it starts.

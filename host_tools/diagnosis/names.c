@@ -27,8 +27,8 @@ static void fit(const attempt_t *job, const model_t *without, reading_t *reading
     const diagnosis_t *d = job->diagnosis;
     failure_t refusal;
     reading->likelihood = -HUGE_VAL;
-    if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_found(d, &reading->model), ATTEMPT_ITERATIONS,
-                  &reading->power, &refusal)) {
+    if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_fitted(d, &reading->model),
+                  ATTEMPT_ITERATIONS, &reading->power, &refusal)) {
         reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
                               (double)d->samples.held * log(reading->power.held) - candidate_price(reading->block) +
                               electrical_likelihood(&d->samples, without, &reading->model, reading->block);

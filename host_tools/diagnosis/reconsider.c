@@ -9,7 +9,7 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
     const diagnosis_t *d = job->diagnosis;
     finding_left_out(d, finding, without);
     attempt_advance(job);
-    if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_found(d, without), ATTEMPT_ITERATIONS, power,
+    if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_fitted(d, without), ATTEMPT_ITERATIONS, power,
                    job->failure)) {
         model_free(without);
         return false;

@@ -52,7 +52,7 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
     model_t augmented;
     model_copy(&augmented, &candidate->model);
     *accepted = false;
-    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_found(d, &augmented), ATTEMPT_ITERATIONS, &power,
+    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_fitted(d, &augmented), ATTEMPT_ITERATIONS, &power,
                    job->failure) ||
         !attempt_measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
         !attempt_measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
@@ -153,7 +153,9 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
                                       .noise = &d->noise,
                                       .baseline = &d->model,
                                       .setting = &job->setting,
-                                      .without = job->without};
+                                      .without = job->without,
+                                      .fitted_along = d->refitted_block,
+                                      .fitted_along_count = d->refitted};
     candidates_t found;
     bool convinces;
     evidence_ask(evidence, question);

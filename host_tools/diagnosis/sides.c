@@ -87,7 +87,7 @@ typedef struct {
 static bool weigh(attempt_t *job, model_t *proposal, unsigned held_fast, joint_power_t *power,
                   preference_t *preference) {
     const diagnosis_t *d = job->diagnosis;
-    const unsigned free_blocks = attempt_blocks_found(d, proposal) & ~held_fast;
+    const unsigned free_blocks = attempt_blocks_fitted(d, proposal) & ~held_fast;
     if (!joint_fit(&d->samples, &d->noise, proposal, free_blocks, ATTEMPT_ITERATIONS, power, job->failure)) {
         return false;
     }

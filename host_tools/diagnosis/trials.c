@@ -148,7 +148,7 @@ static double left_beside_found(const attempt_t *first, const model_t *shape, mo
     attempt_without_noise(model);
     remove_found(d, true, model);
     const bool good =
-        joint_fit(&d->samples, &d->noise, model, attempt_blocks_found(d, model), PROMISE_ITERATIONS, &power, &refusal);
+        joint_fit(&d->samples, &d->noise, model, attempt_blocks_fitted(d, model), PROMISE_ITERATIONS, &power, &refusal);
     remove_found(d, false, model);
     return good ? power.held : HUGE_VAL;
 }

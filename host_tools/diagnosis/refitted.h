@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The numbers of a given chain's own blocks, beside its hysteresis: a delay or a mode that was right on another day is
+ * fitted again with every block that is tried, so that its error is not taken for physics that is missing.
+ */
+#ifndef REFITTED_H
+#define REFITTED_H
+
+#include "diagnose.h"
+
+/** Chooses those that the recordings determine: at least one number of the block (finding_determined). The others stay
+ * as they were given; so do all where the recordings cannot tell them from each other. */
+void refitted_choose(diagnosis_t *diagnosis, const model_t *given);
+/** Where they are in a model, as bits. */
+unsigned refitted_blocks(const diagnosis_t *diagnosis, const model_t *model);
+
+#endif
