@@ -114,6 +114,7 @@ void trial_without_the_first(attempt_t *job) {
 typedef struct {
     const attempt_t *first; /* the answer from the first shape */
     const baseline_t *baseline;
+    size_t from;    /* of the shapes, the first that is asked */
     double *least;  /* of each shape */
     model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
 } promises_t;
@@ -156,7 +157,7 @@ static double left_beside_found(const attempt_t *first, const model_t *shape, mo
 /* Beside the best probe of every block, and beside what was found, fitted. */
 static void find_promise(void *context, size_t index) {
     const promises_t *promises = context;
-    const size_t shape = 1 + index;
+    const size_t shape = promises->from + index;
     const baseline_t *baseline = &promises->baseline[shape];
     const diagnosis_t *d = promises->first->diagnosis;
     model_t model;
@@ -187,15 +188,15 @@ static bool may_do_better(const attempt_t *job, double promise) {
     return promise < (whole ? 1.0 : worth_trying) * raised(&d->samples, &d->model, shape_found(d), job->power.held);
 }
 
-/* A free plane that promises no more than a symmetric one. */
-static bool is_no_better(const promises_t *promises, size_t shapes) {
-    const baseline_t *last = &promises->baseline[shapes - 1];
-    for (size_t shape = 0; shape < shapes && last->many_numbers; shape++) {
-        if (promises->baseline[shape].family == last->family && !promises->baseline[shape].many_numbers) {
-            return promises->least[shapes - 1] > better_plane * promises->least[shape];
-        }
+/* The symmetric plane among them, if the last one is the free one; else none: shapes. */
+static size_t symmetric_one(const baseline_t *baseline, size_t shapes) {
+    const baseline_t *last = &baseline[shapes - 1];
+    size_t shape = 0;
+    while (shape < shapes &&
+           !(last->many_numbers && baseline[shape].family == last->family && !baseline[shape].many_numbers)) {
+        shape++;
     }
-    return false;
+    return shape;
 }
 
 /* Of those that have not been tried; 0: of none. */
@@ -215,10 +216,13 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
     double least[BASELINE_SHAPES];
     bool tried[BASELINE_SHAPES] = {false};
     model_t begin[BASELINE_SHAPES] = {0};
-    promises_t promises = {.first = job, .baseline = baseline, .least = least, .begin = begin};
-    parallel(shapes - 1, find_promise, &promises);
-    /* What the free plane then has and the others have not is that it imitates curves. */
-    const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && is_no_better(&promises, shapes);
+    const size_t symmetric = symmetric_one(baseline, shapes), from = symmetric == 0 ? 0 : 1;
+    promises_t promises = {.first = job, .baseline = baseline, .from = from, .least = least, .begin = begin};
+    parallel(shapes - from, find_promise, &promises);
+    /* A free plane that promises no more than a symmetric one. What it has and the others have not is that it imitates
+     * curves. */
+    const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && symmetric < shapes &&
+                                 least[shapes - 1] > better_plane * least[symmetric];
     for (size_t next = most_promising(least, tried, shapes); next > 0; next = most_promising(least, tried, shapes)) {
         tried[next] = true;
         if (may_do_better(job, least[next]) &&
@@ -229,7 +233,7 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
             try_another(job, &trial);
         }
     }
-    for (size_t shape = 1; shape < shapes; shape++) {
+    for (size_t shape = 0; shape < shapes; shape++) {
         model_free(&begin[shape]);
     }
 }
