@@ -12,6 +12,9 @@ const char *verdict_name(verdict_t verdict);
 /** "detected", "isolated", "named". */
 const char *certainty_name(certainty_t certainty);
 
+/** The hysteresis that took the place of the given model's own, or NULL. */
+const block_t *diagnosis_other_shape(const diagnosis_t *diagnosis);
+
 /** The verdict as a sentence or two. */
 void verdict_sentence(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 

@@ -142,8 +142,8 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
 /* A model that was given is told apart from what its own hysteresis, fitted again, makes of it. */
 static void test_only_a_given_model_came_in(void) {
     const char *const told[] = {"NRMSE 1.9000 % -> 0.9000 % -> 0.1000 %, held out 2.0000 % -> 1.0000 % -> 0.1000 %",
-                                "(the chain as it came in -> its hysteresis fitted again -> with what was found)"};
-    const char *const shown[] = {"as it came in</td><td>2.0000", "hysteresis fitted again</td><td>1.0000",
+                                "(the chain as it came in -> its numbers fitted again -> with what was found)"};
+    const char *const shown[] = {"as it came in</td><td>2.0000", "numbers fitted again</td><td>1.0000",
                                  "1.9000&nbsp;% as it came in, 0.9000&nbsp;% before"};
     const char *const begun[] = {"NRMSE 0.9000 % -> 0.1000 %, held out 1.0000 % -> 0.1000 %; noise"};
     work_out();
