@@ -106,7 +106,8 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     if (tells_names(d)) {
         append_names(d, text);
         text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, ",
-                    d->model_given ? d->own_shape_held_out_percent : d->baseline_held_out_percent, d->held_out_percent);
+                    diagnosis_other_shape(d) != NULL ? d->own_shape_held_out_percent : d->baseline_held_out_percent,
+                    d->held_out_percent);
         if (isfinite(d->noise_percent)) {
             text_append(text, "the noise is %.3g %%.", d->noise_percent);
         } else {
