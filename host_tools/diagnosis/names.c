@@ -245,6 +245,25 @@ static void forget_found(const diagnosis_t *d, finding_t *finding) {
     finding->rivals = rivals;
 }
 
+/* A creep goes on from what came before the recording, for as many decades of time as nobody knows: that looks like a
+ * drift which settles. As long as that is smaller than the creep of the whole stroke in one decade, it may be no more.
+ */
+static void doubt_drift_beside_creep(diagnosis_t *d) {
+    const model_block_t *drift = model_find(&d->model, block_thermal_drift.name);
+    const model_block_t *creep = model_find(&d->model, block_creep.name);
+    double range_um[2];
+    recordings_range(d->recordings, d->samples.count, COLUMN_DISPLACEMENT, range_um);
+    for (size_t f = 0; f < d->findings && drift != NULL && creep != NULL; f++) {
+        finding_t *finding = &d->finding[f];
+        const double in_a_decade_um = *model_parameter(creep, "gamma_per_decade")->value * (range_um[1] - range_um[0]);
+        if (finding->block == &block_thermal_drift && finding->rivals < DIAGNOSIS_MOST_RIVALS &&
+            fabs(*model_parameter(drift, "drift_um")->value) < in_a_decade_um) {
+            finding->rival[finding->rivals++] = &block_creep;
+            finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
+        }
+    }
+}
+
 bool names_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool good = true;
@@ -257,5 +276,6 @@ bool names_settle(attempt_t *job) {
             good = settle(job, &d->finding[f]);
         }
     }
+    doubt_drift_beside_creep(d);
     return good;
 }

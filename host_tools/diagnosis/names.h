@@ -13,6 +13,8 @@
  * The finding becomes the block under which all samples, held-out ones included, are likeliest, searched numbers paid
  * for; those that are less likely by less than attempt_naming_margin are what it can be confused with. Where more
  * than noise is left, a name changes only if the held-out samples by themselves agree, and is as sure as it was.
+ *
+ * A small drift beside a creep may be the rest of that: it is told as one of the two.
  */
 bool names_settle(attempt_t *job);
 

@@ -418,6 +418,28 @@ static void test_a_wrong_shape_is_not_missing_physics(void) {
     }
 }
 
+/* Creep does 0.25 um in a decade here. A drift of 0.1 um may be what it still does from before the recording, one of 1
+ * um is not. */
+static void test_a_small_drift_beside_creep_may_be_creep(void) {
+    static const numbers_t drifts[] = {{-0.2, 0.5}, {-0.3, 0.7}};
+    model_t with_creep;
+    plant(&block_creep, creep_truth);
+    model_copy(&with_creep, &truth);
+    for (size_t large = 0; large < 2; large++) {
+        model_free(&truth);
+        model_copy(&truth, &with_creep);
+        plant(&block_thermal_drift, drifts[large]);
+        measure(0.0);
+        look(true);
+        const finding_t *drift = finding_of(&diagnosis, &block_thermal_drift);
+        TEST_ASSERT_NOT_NULL(finding_of(&diagnosis, &block_creep));
+        TEST_ASSERT_NOT_NULL(drift);
+        TEST_ASSERT_EQUAL_INT(large ? NAMED : ISOLATED, drift->certainty);
+        TEST_ASSERT_EQUAL_UINT64(large ? 0 : 1, drift->rivals);
+    }
+    model_free(&with_creep);
+}
+
 static char *told(void) {
     account_t account;
     look(false);
@@ -475,6 +497,7 @@ int main(void) {
         RUN_TEST(test_what_the_model_has_wrong_is_not_missing);
         RUN_TEST(test_what_the_recording_does_not_determine_stays);
         RUN_TEST(test_a_wrong_shape_is_not_missing_physics);
+        RUN_TEST(test_a_small_drift_beside_creep_may_be_creep);
         RUN_TEST(test_the_same_recording_gives_the_same_answer);
     }
     return UNITY_END();
