@@ -15,9 +15,10 @@ static json_t *ranges_to_json(const ranges_t *ranges) {
 }
 
 static json_t *location_to_json(const location_t *location, const recording_t *recordings) {
-    json_t *json = json_pack("{s:o, s:o, s:o, s:s}", "time_s", ranges_to_json(&location->time_s), "frequency_hz",
+    json_t *json = json_pack("{s:o, s:o, s:o, s:o, s:s}", "time_s", ranges_to_json(&location->time_s), "frequency_hz",
                              ranges_to_json(&location->frequency_hz), "drive", ranges_to_json(&location->drive_v),
-                             "loop", loop_part_name(location->loop));
+                             "drive_rate_v_per_s", ranges_to_json(&location->drive_rate_v_per_s), "loop",
+                             loop_part_name(location->loop));
     if (location->somewhere) {
         json_object_set_new(json, "recording", json_string(recordings[location->recording].name));
     }

@@ -46,12 +46,13 @@ static const char *file_name(const recording_t *recording) {
     return slash == NULL ? recording->name : slash + 1;
 }
 
-/* The text of the terminal with the characters that a page has: a plus-minus sign, dashes in ranges, micrometres, and
+/* The text of the terminal with the characters that a page has: a plus-minus sign, "to" in ranges (a dash is a minus
+ * sign before a negative number), micrometres, and
  * no line break at the first, before the last and a percent sign. */
 static void write_prose(FILE *file, const char *text) {
     static const struct {
         const char *plain, *html;
-    } better[] = {{" +- ", "&nbsp;±&nbsp;"}, {" .. ", "–"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
+    } better[] = {{" +- ", "&nbsp;±&nbsp;"}, {" .. ", "&nbsp;to&nbsp;"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
     while (*text != '\0') {
         size_t i = 0;
         while (i < sizeof better / sizeof better[0] && strncmp(text, better[i].plain, strlen(better[i].plain)) != 0) {

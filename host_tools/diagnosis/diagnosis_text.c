@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis_text.h"
 #include "catalogue.h"
+#include "cells.h"
 #include "measured_columns_text.h"
 #include <math.h>
 #include <string.h>
@@ -116,12 +117,29 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
     text_append(text, "%s", finding->block->probe->explanation);
 }
 
-/* "12 .. 14 and 30 .. 31 s" */
-static void append_ranges(char *text, const ranges_t *ranges, const char *unit) {
-    for (size_t i = 0; i < ranges->count; i++) {
-        text_append(text, "%s%.4g .. %.4g", text_between(i, ranges->count), ranges->range[i].from, ranges->range[i].to);
+/* "12 .. 14 and 30 .. 31 s": nobody looks at more places than a few. */
+static void append_ranges(char *text, const ranges_t *all, double (*gap)(const range_t *, const range_t *),
+                          const char *unit) {
+    enum { MOST_TOLD = 3 };
+    const ranges_t told = ranges_bridged(all, gap, MOST_TOLD);
+    for (size_t i = 0; i < told.count; i++) {
+        text_append(text, "%s%.4g .. %.4g", text_between(i, told.count), told.range[i].from, told.range[i].to);
     }
     text_append(text, " %s", unit);
+}
+
+/* "where the drive rests and at 100 .. 200 V/s" */
+static void append_rates(char *text, const ranges_t *rates) {
+    const bool rest = rates->count > 0 && rates->range[0].to == 0.0;
+    ranges_t moving = {.count = 0};
+    for (size_t i = rest ? 1 : 0; i < rates->count; i++) {
+        moving.range[moving.count++] = rates->range[i];
+    }
+    text_append(text, "%s%s", rest ? "where the drive rests" : "", rest && moving.count > 0 ? " and at " : "");
+    if (moving.count > 0) {
+        append_ranges(text, &moving, cells_octave_gap, "V/s");
+    }
+    text_append(text, "; ");
 }
 
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]) {
@@ -137,14 +155,15 @@ void location_text(const location_t *location, const recording_t *recordings, si
                 : location->loop == LOOP_MID_BRANCH   ? "in mid branch"
                 : location->loop == LOOP_HOLDS        ? "during holds"
                                                       : "");
-    append_ranges(text, &location->drive_v, "V; ");
-    append_ranges(text, &location->frequency_hz, "Hz");
+    append_ranges(text, &location->drive_v, cells_linear_gap, "V; ");
+    append_rates(text, &location->drive_rate_v_per_s);
+    append_ranges(text, &location->frequency_hz, cells_octave_gap, "Hz");
     for (size_t i = 0; i < location->harmonics; i++) {
         text_append(text, "%s%u", i == 0 ? " (harmonics " : text_between(i, location->harmonics),
                     location->harmonic[i]);
     }
     text_append(text, "%s; ", location->harmonics > 0 ? ")" : "");
-    append_ranges(text, &location->time_s, "s");
+    append_ranges(text, &location->time_s, cells_linear_gap, "s");
     if (count > 1) {
         text_append(text, " of %s", slash == NULL ? recording->name : slash + 1);
     }

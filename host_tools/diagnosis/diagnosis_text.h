@@ -19,8 +19,9 @@ void verdict_sentence(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
  * which" unless it is named. */
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]);
 
-/** "12 .. 14 s and 30 .. 31 s; 190 .. 210 Hz; everywhere in the loop; drive 80 .. 100 V". `recordings`, count: those of
- * the diagnosis. */
+/** "in all parts of the loop; 80 .. 100 V; where the drive rests and at 20 .. 500 V/s; 190 .. 210 Hz (harmonics 2 and
+ * 3); 12 .. 14 and 30 .. 31 s of a.csv". At most three ranges each: the smallest gaps between more are bridged.
+ * `recordings`, count: those of the diagnosis. */
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]);
 
 /** Why a block that was considered was not taken, or that it was. index < diagnosis->considered. */

@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double turning_part = 0.15, least_way = 0.01, still = 2e-5, hold_part = 0.05, stands_out = 2.0;
+const double loop_still = 2e-5;
+static const double turning_part = 0.15, least_way = 0.01, hold_part = 0.05, stands_out = 2.0;
 /* A part with fewer of the samples is not asked. */
 static const double least_share = 0.01;
 enum { SHORTEST_HOLD = 20 };
@@ -35,8 +36,7 @@ static size_t find_reversals(const double *drive, size_t samples, double way, si
     return count;
 }
 
-/* part[k] of every sample. */
-static void classify(const double *drive, size_t samples, loop_part_t *part) {
+void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
     double ends[2];
     values_range(drive, samples, ends);
     const double range = ends[1] - ends[0];
@@ -54,7 +54,7 @@ static void classify(const double *drive, size_t samples, loop_part_t *part) {
         for (next = first + 1; next < samples; next++) {
             low = fmin(low, drive[next]);
             high = fmax(high, drive[next]);
-            if (high - low > still * range) {
+            if (high - low > loop_still * range) {
                 break;
             }
         }
@@ -71,7 +71,7 @@ loop_part_t find_loop_part(const recording_t *recordings, size_t count, double *
     for (size_t i = 0; i < count; i++) {
         const size_t length = recordings[i].samples - from[i];
         loop_part_t *part = allocate(length, sizeof *part);
-        classify(recordings[i].column[COLUMN_DRIVE] + from[i], length, part);
+        loop_parts(recordings[i].column[COLUMN_DRIVE] + from[i], length, part);
         for (size_t k = 0; k < length; k++) {
             sum[part[k]] += difference[i][from[i] + k] * difference[i][from[i] + k];
             samples[part[k]] += 1.0;

@@ -58,6 +58,7 @@ static void test_json_has_the_format_of_the_contract(void) {
     expect_ranges(json_object_get(where, "time_s"), 1);
     expect_ranges(json_object_get(where, "frequency_hz"), 1);
     expect_ranges(json_object_get(where, "drive"), 1);
+    TEST_ASSERT_TRUE(json_array_size(json_object_get(where, "drive_rate_v_per_s")) > 0);
     expect_format(json_object_get(where, "loop"), "s", &loop);
     expect_format(json_object_get(where, "recording"), "s", &name);
     TEST_ASSERT_EQUAL_STRING(recordings[1].name, name); /* steps ring more than triangles */

@@ -170,7 +170,7 @@ static void expect_remainder(remainder_t remainder, const char *expected) {
 static void test_what_remains_is_told_in_words(void) {
     const char
         *const told[] = {"\nremaining  0.012 um rms beside the noise, most of it at 2 .. 2.83 Hz; 5 single samples "},
-               *const shown[] = {"<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2–2.83 Hz; 5"};
+               *const shown[] = {"<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2&nbsp;to&nbsp;2.83 Hz; 5"};
     double low, high;
     expect_remainder((remainder_t){0}, "noise at all frequencies");
     expect_remainder((remainder_t){.outliers = 1},
