@@ -83,6 +83,7 @@ static const probe_t looked_for = {.group = "preload",
                                        "the same drive under three preloads, each noted in its recording as preload_n",
                                    .parts = PROBE_FAST_TRIANGLE,
                                    .probe = probe,
+                                   .absent = "the recordings are all at one preload, or do not say at which",
                                    .searched = 1U << COMPLIANCE,
                                    .accuracy = {0.01}};
 

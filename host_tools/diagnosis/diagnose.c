@@ -6,6 +6,7 @@
 #include "lattice.h"
 #include "line_clock.h"
 #include "trials.h"
+#include "unseen.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -90,6 +91,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
     good = begin(&job, &chain, recordings, count) && find_noise(&job, &chain) && attempt_from(&job, &chain);
     if (good) {
         trial_without_the_first(&job);
+        good = unseen_complete(&job);
     }
     model_free(&chain);
     progress_end(&job.progress);
@@ -115,6 +117,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
            trials_of_shapes(&job, baseline, shapes);
     if (good) {
         trial_without_the_first(&job);
+        good = unseen_complete(&job);
     }
     baseline_free(baseline, shapes);
     baseline_free(&rough, 1);

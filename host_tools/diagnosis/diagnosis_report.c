@@ -261,9 +261,11 @@ static void write_unseen(const page_t *page) {
                             "<tbody>\n");
     }
     for (size_t i = 0; i < count; i++) {
-        char text[DIAGNOSIS_LINE] = "not testable here: other numbers imitate it";
+        char text[DIAGNOSIS_LINE] = "";
         if (i < testable) {
             unseen_text(unseen[i], text);
+        } else {
+            text_append(text, "not testable here: %s", unseen[i]->why);
         }
         fprintf(page->file, "<tr><td>%s</td><td>", unseen[i]->block->name);
         write_prose(page->file, text);

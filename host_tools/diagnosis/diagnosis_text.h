@@ -12,7 +12,9 @@ const char *verdict_name(verdict_t verdict);
 /** "detected", "isolated", "named". */
 const char *certainty_name(certainty_t certainty);
 
-/** The verdict as a sentence or two. */
+/** What makes any verdict on these recordings a guess, a sentence; false: nothing does. */
+bool verdict_caveat(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
+/** The verdict as a sentence or two, behind its caveat. */
 void verdict_sentence(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 
 /** What a finding is, in plain sentences: the block's explanation; before it, "One of .., these recordings cannot tell
@@ -35,7 +37,7 @@ void parameter_text(const model_block_t *block, size_t parameter, char text[DIAG
 void remainder_text(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 
 /**
- * The blocks that were tried in vain, in the order of the catalogue, and of these the testable ones first. Neither what
+ * The blocks that were not found, in the order of the catalogue, and of these the testable ones first. Neither what
  * was found nor what these recordings cannot tell from it: that may be there. Returns how many; *testable of them are.
  */
 size_t unseen_in_order(const diagnosis_t *diagnosis, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable);

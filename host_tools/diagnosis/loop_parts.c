@@ -36,6 +36,15 @@ static size_t find_reversals(const double *drive, size_t samples, double way, si
     return count;
 }
 
+size_t loop_reversals(const double *drive, size_t samples, double part) {
+    double ends[2];
+    size_t *at;
+    values_range(drive, samples, ends);
+    const size_t found = find_reversals(drive, samples, part * (ends[1] - ends[0]), &at);
+    free(at);
+    return found - 2; /* with the first and the last sample */
+}
+
 void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
     double ends[2];
     values_range(drive, samples, ends);

@@ -8,6 +8,9 @@
 /** A drive that stays within this part of its range is held: a step of 16 bits. */
 extern const double loop_still;
 
+/** How often a drive turns round, between ways of more than this part of its range. */
+size_t loop_reversals(const double *drive, size_t samples, double part);
+
 /** part[k] of every sample: LOOP_EVERYWHERE of none. */
 void loop_parts(const double *drive, size_t samples, loop_part_t *part);
 

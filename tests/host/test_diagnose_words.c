@@ -50,7 +50,7 @@ static void expect_all(char *text, const char *const *parts, size_t count) {
 /* In no order; among them what was found, what may be it, and what no number is proportional to at its best. */
 static void set_unseen(void) {
     const unseen_t unseen[] = {
-        {.block = &block_thermal_drift, .testable = false, .smallest_um = HUGE_VAL, .value = 1.0},
+        {.block = &block_thermal_drift, .why = "the drive was at home", .smallest_um = HUGE_VAL, .value = 1.0},
         {.block = &block_static_nonlinearity, .testable = true, .smallest_um = 0.5},
         {.block = &block_creep, .testable = true, .smallest_um = 0.00212, .value = -0.00041},
         {.block = &block_resonance, .testable = true, .smallest_um = 0.01, .parameter = 2},
@@ -99,34 +99,35 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
         "   transport_delay            would have been seen from 0.031 um rms (delay_s = 0.00025 s)\n"
         "   creep                      would have been seen from 0.0021 um rms (gamma_per_decade = 0.00041)\n"
         "   static_nonlinearity        would have been seen from 0.5 um rms\n"
-        "   thermal_drift              not testable here: other numbers imitate it\n"
+        "   thermal_drift              not testable here: the drive was at home\n"
         "\nnext       hyst record --port DEV --probe resonance\n",
         "edges: hyst record --port DEV --probe resonance\n"};
     const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
-                                 "<td>thermal_drift</td><td>not testable here",
+                                 "<td>thermal_drift</td><td>not testable here: the drive was at home</td>",
                                  ": <code>hyst record --port DEV --probe resonance</code></dd>"};
-    const char *const hedged[] = {"These sizes follow from the noise alone",
-                                  "other numbers imitate it\n   These sizes "};
-    const char *name, *excitation, *probe, *parameter, *unit;
+    const char *const hedged[] = {"These sizes follow from the noise alone", "the drive was at home\n   These sizes "};
+    const char *name, *excitation, *probe, *parameter, *unit, *reason;
     double smallest, value;
     int testable;
     set_unseen();
     work_out();
     json_t *json = as_json(), *list = json_object_get(json, "not_found");
     TEST_ASSERT_EQUAL_UINT64(4, json_array_size(list));
-    expect_format(json_array_get(list, 1), "{s:s, s:b, s:f, s:{s:s, s:f, s:s}, s:s, s:s}", "block", &name, "testable",
-                  &testable, "smallest_um", &smallest, "parameter", "name", &parameter, "value", &value, "unit", &unit,
-                  "separating_excitation", &excitation, "probe", &probe);
+    expect_format(json_array_get(list, 1), "{s:s, s:b, s:n, s:f, s:{s:s, s:f, s:s}, s:s, s:s}", "block", &name,
+                  "testable", &testable, "reason", "smallest_um", &smallest, "parameter", "name", &parameter, "value",
+                  &value, "unit", &unit, "separating_excitation", &excitation, "probe", &probe);
     TEST_ASSERT_EQUAL_STRING("creep", name);
     TEST_ASSERT_EQUAL_STRING("gamma_per_decade", parameter);
     TEST_ASSERT_EQUAL_STRING("hyst record --probe creep", probe);
     TEST_ASSERT_TRUE(testable && smallest == 0.00212 && value == 0.00041);
-    expect_format(json_array_get(list, 2), "{s:s, s:b, s:f, s:n, s:s, s:s}", "block", &name, "testable", &testable,
-                  "smallest_um", &smallest, "parameter", "separating_excitation", &excitation, "probe", &probe);
+    expect_format(json_array_get(list, 2), "{s:s, s:b, s:n, s:f, s:n, s:s, s:s}", "block", &name, "testable", &testable,
+                  "reason", "smallest_um", &smallest, "parameter", "separating_excitation", &excitation, "probe",
+                  &probe);
     TEST_ASSERT_EQUAL_STRING("static_nonlinearity", name);
-    expect_format(json_array_get(list, 3), "{s:s, s:b, s:n, s:n, s:s, s:s}", "block", &name, "testable", &testable,
-                  "smallest_um", "parameter", "separating_excitation", &excitation, "probe", &probe);
+    expect_format(json_array_get(list, 3), "{s:s, s:b, s:s, s:n, s:n, s:s, s:s}", "block", &name, "testable", &testable,
+                  "reason", &reason, "smallest_um", "parameter", "separating_excitation", &excitation, "probe", &probe);
     TEST_ASSERT_EQUAL_STRING("thermal_drift", name);
+    TEST_ASSERT_EQUAL_STRING("the drive was at home", reason);
     TEST_ASSERT_FALSE(testable);
     expect_all(printed(), told, 2);
     expect_all(page(), shown, 3);
@@ -170,7 +171,8 @@ static void expect_remainder(remainder_t remainder, const char *expected) {
 static void test_what_remains_is_told_in_words(void) {
     const char
         *const told[] = {"\nremaining  0.012 um rms beside the noise, most of it at 2 .. 2.83 Hz; 5 single samples "},
-               *const shown[] = {"<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2&nbsp;to&nbsp;2.83 Hz; 5"};
+               *const shown[] = {
+                   "<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2&nbsp;to&nbsp;2.83 Hz; 5"};
     double low, high;
     expect_remainder((remainder_t){0}, "noise at all frequencies");
     expect_remainder((remainder_t){.outliers = 1},
@@ -218,6 +220,27 @@ static void test_an_unknown_past_is_told(void) {
         free(html);
         json_decref(json);
     }
+    account_free(&account);
+}
+
+/* Drives that go up once, and once back, are no loop; JSON, text and page say so before the verdict. */
+static void test_too_few_reversals_are_told_first(void) {
+    static const char sentence[] = "Too little to go by: the drive turns round 1 time by more than half of its range";
+    char text[DIAGNOSIS_LINE];
+    work_out();
+    TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recordings[0].column[COLUMN_DRIVE][k] = fmin((double)k, SAMPLES - (double)k);
+        recordings[1].column[COLUMN_DRIVE][k] = (double)k;
+    }
+    TEST_ASSERT_TRUE(verdict_caveat(&diagnosis, text));
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, sentence, strlen(sentence)));
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, sentence, strlen(sentence)));
+    TEST_ASSERT_NOT_NULL(strstr(text, "any. As far as it goes: Explained by"));
+    json_t *json = as_json();
+    TEST_ASSERT_EQUAL_INT(0, strncmp(json_string_value(json_object_get(json, "caveat")), sentence, strlen(sentence)));
+    json_decref(json);
     account_free(&account);
 }
 
@@ -293,6 +316,7 @@ int main(void) {
     RUN_TEST(test_only_a_given_model_came_in);
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_an_unknown_past_is_told);
+    RUN_TEST(test_too_few_reversals_are_told_first);
     RUN_TEST(test_nothing_found);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
     RUN_TEST(test_bars_end_at_the_error_of_the_chain);
