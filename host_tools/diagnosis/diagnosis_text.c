@@ -70,6 +70,35 @@ static void append_names(const diagnosis_t *d, char *text) {
     }
 }
 
+/* "the noise is 0.1 %." */
+static void append_noise(const diagnosis_t *d, char *text) {
+    if (isfinite(d->noise_percent)) {
+        text_append(text, "the noise is %.3g %%.", d->noise_percent);
+    } else {
+        text_append(text, "the noise is not known, as the drive never rests.");
+    }
+}
+
+/* ": the held-out error falls from 0.9 % to 0.1 %, the noise is 0.1 %." Steps show in the readings, and stay in the
+ * error. */
+static void append_gain(const diagnosis_t *d, char *text) {
+    const finding_t *steps = finding_of(d, &block_quantisation);
+    const double before = d->baseline_held_out_percent, after = d->held_out_percent;
+    if (steps == NULL || d->findings > 1) {
+        text_append(text, ": the held-out error %s from %.3g %% to %.3g %%, ", after < before ? "falls" : "goes",
+                    before, after);
+        append_noise(d, text);
+    }
+    if (steps != NULL) {
+        text_append(text, "%s readings are multiples of %.4g um, which no model follows.",
+                    d->findings > 1 ? " The" : ": the", d->model.block[finding_index(d, steps)].parameter[0].value[0]);
+    }
+    if (steps != NULL && d->findings == 1) {
+        text_append(text, " These steps are in the held-out error of %.3g %%; with them ", after);
+        append_noise(d, text);
+    }
+}
+
 bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     const size_t reversals = samples_reversals(&d->samples, large_way);
     text[0] = '\0';
@@ -102,13 +131,7 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     }
     if (d->findings > 0) {
         append_names(d, text);
-        text_append(text, ": the held-out error falls from %.3g %% to %.3g %%, ", d->baseline_held_out_percent,
-                    d->held_out_percent);
-        if (isfinite(d->noise_percent)) {
-            text_append(text, "the noise is %.3g %%.", d->noise_percent);
-        } else {
-            text_append(text, "the noise is not known, as the drive never rests.");
-        }
+        append_gain(d, text);
         text_append(text, "%s",
                     d->verdict == PARTLY_EXPLAINED
                         ? " What remains is more than noise, and in no block of the catalogue."
@@ -332,9 +355,12 @@ static void print_finding(const diagnosis_t *d, const account_t *account, size_t
     print_wrapped("   numbers", text);
     location_text(&account->where[index], recordings, count, text);
     print_wrapped("   where", text);
-    text[0] = '\0';
-    text_append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent, finding->held_out_after_percent);
-    print_wrapped("   error", text);
+    if (!finding->in_readings) {
+        text[0] = '\0';
+        text_append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent,
+                    finding->held_out_after_percent);
+        print_wrapped("   error", text);
+    }
     if (finding_columns_text(finding, &account->measured.finding[index], text)) {
         print_wrapped("   beside", text);
     }

@@ -16,14 +16,16 @@ const char *loop_part_name(loop_part_t part) {
 
 /* Samples at which the drive turns round, with the first and the last one. Returns how many; free *at. */
 static size_t find_reversals(const double *drive, size_t samples, double way, size_t **at) {
-    size_t count = 1, extreme = 0;
+    size_t count = 1, extreme = 0, low = 0, high = 0; /* until it has gone far enough in either direction */
     double direction = 0.0;
     *at = allocate(samples + 1, sizeof **at); /* the first is 0 */
     for (size_t k = 1; k < samples; k++) {
         const double from_extreme = drive[k] - drive[extreme];
         if (direction == 0.0) {
-            direction = fabs(from_extreme) > way ? copysign(1.0, from_extreme) : 0.0;
-            extreme = direction != 0.0 ? k : 0;
+            low = drive[k] < drive[low] ? k : low;
+            high = drive[k] > drive[high] ? k : high;
+            direction = !(drive[high] - drive[low] > way) ? 0.0 : high > low ? 1.0 : -1.0;
+            extreme = k;
         } else if (direction * from_extreme >= 0.0) {
             extreme = k;
         } else if (-direction * from_extreme > way) {

@@ -244,6 +244,27 @@ static void test_too_few_reversals_are_told_first(void) {
     account_free(&account);
 }
 
+/* They are found without an error that falls, and none is claimed; but for that of what else was found. */
+static void test_steps_lower_no_error(void) {
+    char text[DIAGNOSIS_LINE];
+    model_block_t *block = model_append(&diagnosis.model, &block_quantisation);
+    model_set(block, "step_um", 0.0123);
+    diagnosis.finding[1] = (finding_t){
+        .block = &block_quantisation, .certainty = NAMED, .in_readings = true, .held_out_before_percent = 0.1};
+    diagnosis.findings = 2;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING("Explained by resonance and quantisation: the held-out error falls from 1 % to 0.1 %, the "
+                             "noise is 0.1 %. The readings are multiples of 0.0123 um, which no model follows.",
+                             text);
+    diagnosis.finding[0] = diagnosis.finding[1];
+    diagnosis.findings = 1;
+    model_remove(&diagnosis.model, 1);
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING("Explained by quantisation: the readings are multiples of 0.0123 um, which no model "
+                             "follows. These steps are in the held-out error of 0.1 %; with them the noise is 0.1 %.",
+                             text);
+}
+
 static void test_nothing_found(void) {
     char text[DIAGNOSIS_LINE];
     model_free(&diagnosis.model);
@@ -317,6 +338,7 @@ int main(void) {
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_an_unknown_past_is_told);
     RUN_TEST(test_too_few_reversals_are_told_first);
+    RUN_TEST(test_steps_lower_no_error);
     RUN_TEST(test_nothing_found);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
     RUN_TEST(test_bars_end_at_the_error_of_the_chain);

@@ -5,6 +5,7 @@
 #include "diagnosis/drive_rate.h"
 #include "diagnosis/lines.h"
 #include "diagnosis/locate.h"
+#include "diagnosis/loop_parts.h"
 #include "diagnosis/spectrum.h"
 #include "support.h"
 #include "unity.h"
@@ -219,6 +220,15 @@ static void test_a_step_has_a_rate_for_a_while(void) {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rate[300]);
 }
 
+/* 0.5 Hz over 12 s, from the middle to the middle: 12 turns; before the first and behind the last one it does not go
+ * further than half of the range. */
+static void test_reversals_of_a_sine(void) {
+    sine_drive();
+    TEST_ASSERT_EQUAL_UINT64(12, loop_reversals(recording.column[COLUMN_DRIVE], SAMPLES, 0.01));
+    TEST_ASSERT_EQUAL_UINT64(10, loop_reversals(recording.column[COLUMN_DRIVE], SAMPLES, 0.5));
+    TEST_ASSERT_EQUAL_UINT64(0, loop_reversals(recording.column[COLUMN_DRIVE], 400, 0.01));
+}
+
 static void test_small_gaps_are_bridged_first(void) {
     const ranges_t ranges = {4, {{1.0, 2.0}, {3.0, 4.0}, {10.0, 11.0}, {11.5, 12.0}}};
     const ranges_t three = ranges_bridged(&ranges, cells_linear_gap, 3),
@@ -394,6 +404,7 @@ int main(void) {
     RUN_TEST(test_what_rests_has_no_rate);
     RUN_TEST(test_steps_of_a_converter_are_a_ramp);
     RUN_TEST(test_a_step_has_a_rate_for_a_while);
+    RUN_TEST(test_reversals_of_a_sine);
     RUN_TEST(test_small_gaps_are_bridged_first);
     RUN_TEST(test_an_even_difference_is_everywhere);
     RUN_TEST(test_noise_below_the_floor_is_no_place);
