@@ -22,16 +22,22 @@ const char *certainty_name(certainty_t certainty) {
     return names[certainty];
 }
 
-/* Whether the block is a rival of what was taken in its round. */
-static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
-    const block_t *taken = NULL;
+/* What was taken in the round, the last of them; NULL: nothing was. */
+static const considered_t *taken_in(const diagnosis_t *d, size_t round) {
+    const considered_t *taken = NULL;
     for (size_t i = 0; i < d->considered; i++) {
         const considered_t *other = &d->consideration[i];
-        taken = other->round == considered->round && other->outcome == TAKEN ? other->block : taken;
+        taken = other->round == round && other->outcome == TAKEN ? other : taken;
     }
-    for (size_t f = 0; f < d->findings; f++) {
+    return taken;
+}
+
+/* Whether the block is a rival of what was taken in its round. */
+static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
+    const considered_t *taken = taken_in(d, considered->round);
+    for (size_t f = 0; taken != NULL && f < d->findings; f++) {
         const finding_t *finding = &d->finding[f];
-        for (size_t r = 0; finding->block == taken && r < finding->rivals; r++) {
+        for (size_t r = 0; finding->block == taken->block && r < finding->rivals; r++) {
             if (finding->rival[r] == considered->block) {
                 return true;
             }
@@ -44,12 +50,17 @@ const char *outcome_text(const diagnosis_t *d, size_t index) {
     static const char *const texts[] = {"taken",
                                         "explains less than the best",
                                         "the held-out samples do not support it",
-                                        "could be chance",
+                                        "could be chance, or an error of the model",
                                         "superfluous beside the others, or none of its numbers determined",
                                         "what was measured beside the position contradicts it"};
-    const considered_t *considered = &d->consideration[index];
-    return considered->outcome == LESS_LIKELY && is_rival(d, considered) ? "cannot be told from the best"
-                                                                         : texts[considered->outcome];
+    const considered_t *considered = &d->consideration[index], *taken = taken_in(d, considered->round);
+    if (considered->outcome == LESS_LIKELY && is_rival(d, considered)) {
+        return "cannot be told from the best";
+    }
+    if (considered->outcome == LESS_LIKELY && taken != NULL && considered->likelihood > taken->likelihood) {
+        return "explains more alone, but less when the hysteresis and what else was found are fitted with it";
+    }
+    return texts[considered->outcome];
 }
 
 static const char *in_place(place_t place) {
@@ -265,6 +276,34 @@ static size_t add_unseen(const diagnosis_t *d, bool testable, const unseen_t **u
         }
     }
     return count;
+}
+
+size_t considered_in_order(const diagnosis_t *d, size_t order[DIAGNOSIS_MOST_CONSIDERED]) {
+    size_t count = 0;
+    for (size_t round = 1; round <= d->rounds; round++) {
+        for (int taken = 1; taken >= 0; taken--) {
+            for (size_t i = 0; i < d->considered; i++) {
+                const considered_t *c = &d->consideration[i];
+                if (c->round == round && (c->outcome == TAKEN) == (taken == 1)) {
+                    order[count++] = i;
+                }
+            }
+        }
+    }
+    return count;
+}
+
+const char *finding_standing(const diagnosis_t *d, const finding_t *finding) {
+    if (finding->certainty == DETECTED && (d->verdict == UNKNOWN_PHYSICS || finding->rivals == 0)) {
+        return "comes nearest, does not explain it";
+    }
+    return finding->rivals > 0 ? "found; or a block it is confused with" : "found";
+}
+
+const char *excitation_heading(const finding_t *finding) {
+    return finding->certainty == NAMED ? "Shows best in"
+           : finding->rivals > 0       ? "To tell them apart, record"
+                                       : "To see more of it, record";
 }
 
 size_t unseen_in_order(const diagnosis_t *d, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable) {

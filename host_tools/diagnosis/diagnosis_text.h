@@ -29,6 +29,16 @@ void location_text(const location_t *location, const recording_t *recordings, si
 /** Why a block that was considered was not taken, or that it was. index < diagnosis->considered. */
 const char *outcome_text(const diagnosis_t *diagnosis, size_t index);
 
+/** The indices of what was considered, round by round, what was taken in a round before the others. Returns how many.
+ */
+size_t considered_in_order(const diagnosis_t *diagnosis, size_t order[DIAGNOSIS_MOST_CONSIDERED]);
+
+/** What the chain says below a block that was found: whether it is the reason, or may be, or only comes near. */
+const char *finding_standing(const diagnosis_t *diagnosis, const finding_t *finding);
+/** What stands before the excitation of a finding: "To tell them apart, record" only where there is something to tell
+ * it from. */
+const char *excitation_heading(const finding_t *finding);
+
 /** "frequency_hz = 212.3 +- 0.4 Hz". element 0 of a parameter of the final model. */
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
 

@@ -97,6 +97,22 @@ static void test_a_mode_is_located_at_its_frequency(void) {
     account_free(&account);
 }
 
+/* Steps lower no error: what is drawn behind them is the chain without them, and where a mode acts they are no part. */
+static void test_steps_are_not_drawn(void) {
+    const double step_um = 0.5;
+    work_out();
+    const double from = account.where[0].frequency_hz.range[0].from, smooth = account.after[1][2000];
+    account_free(&account);
+    model_set(model_append(&diagnosis.model, &block_quantisation), "step_um", step_um);
+    diagnosis.finding[1] = (finding_t){.block = &block_quantisation, .certainty = NAMED, .in_readings = true};
+    diagnosis.findings = 2;
+    work_out();
+    TEST_ASSERT_EQUAL_DOUBLE(smooth, account.after[1][2000]);
+    TEST_ASSERT_EQUAL_DOUBLE(from, account.where[0].frequency_hz.range[0].from);
+    TEST_ASSERT_TRUE(account.where[1].somewhere);
+    account_free(&account);
+}
+
 /* White noise of known size: the standard error of the frequency follows from the derivative of the simulation. It is
  * larger by sqrt(3/2) = 1.22 for the held-out third, by what the other numbers share with it (about 1 %), and by the
  * scatter of the autocorrelation time, which is 1 or more for white residuals. What the block's approximations add is
@@ -233,6 +249,7 @@ int main(void) {
     RUN_TEST(test_json_has_the_format_of_the_contract);
     RUN_TEST(test_what_numbers_refer_to_is_told);
     RUN_TEST(test_a_mode_is_located_at_its_frequency);
+    RUN_TEST(test_steps_are_not_drawn);
     RUN_TEST(test_standard_errors_are_those_of_the_noise);
     RUN_TEST(test_the_augmented_model_is_complete);
     RUN_TEST(test_the_augmented_model_keeps_what_is_known);

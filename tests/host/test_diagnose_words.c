@@ -279,11 +279,80 @@ static void test_nothing_found(void) {
     TEST_ASSERT_NOT_NULL(strstr(text, "Nothing is missing"));
     char *shown = page();
     TEST_ASSERT_NULL(strstr(shown, "Before and after"));
-    TEST_ASSERT_NULL(strstr(shown, "<polyline class=\"before\"")); /* there is only one model to show */
+    TEST_ASSERT_NULL(strstr(shown, "<polyline class=\"before")); /* there is only one model to show */
     TEST_ASSERT_NOT_NULL(strstr(shown, "<polyline class=\"after\""));
     free(shown);
     json_decref(json);
     account_free(&account);
+}
+
+/* The parts of the page in the order of a report: each behind the one before. */
+static void test_page_has_its_order(void) {
+    static const char *const parts[] = {"class=\"verdict\"",
+                                        "<h2>Before and after</h2>",
+                                        "Held-out error",
+                                        "<strong>Loop</strong>",
+                                        "<strong>Error over the drive</strong>",
+                                        "<strong>Where the two models differ most</strong>",
+                                        "<strong>Residual over time</strong>",
+                                        "<strong>Spectrum of the residual</strong>",
+                                        "<h2>The chain</h2>",
+                                        "<h2>What was found</h2>",
+                                        "<h2>What else was considered</h2>",
+                                        "<h2>What would have been seen</h2>",
+                                        "<h2>What was not looked for</h2>"};
+    set_unseen();
+    work_out();
+    char *html = page();
+    const char *at = html;
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        at = strstr(at, parts[i]);
+        TEST_ASSERT_NOT_NULL_MESSAGE(at, parts[i]);
+    }
+    TEST_ASSERT_NOT_NULL(strstr(html, "<polyline class=\"before dashed\"")); /* beside the other one, not below it */
+    free(html);
+    account_free(&account);
+}
+
+/* What only comes near is not sold as found, and there is nothing to tell it from. */
+static void test_what_comes_near_is_not_found(void) {
+    finding_t *finding = &diagnosis.finding[0];
+    const char *const near[] = {"mechanics, comes nearest, does not explain it</small>", "<h2>What comes nearest</h2>",
+                                "<dt>To see more of it, record</dt>"};
+    TEST_ASSERT_EQUAL_STRING("found", finding_standing(&diagnosis, finding));
+    TEST_ASSERT_EQUAL_STRING("Shows best in", excitation_heading(finding));
+    finding->certainty = ISOLATED;
+    finding->rivals = 1;
+    finding->rival[0] = &block_sensor_bandwidth;
+    TEST_ASSERT_EQUAL_STRING("found; or a block it is confused with", finding_standing(&diagnosis, finding));
+    TEST_ASSERT_EQUAL_STRING("To tell them apart, record", excitation_heading(finding));
+    finding->certainty = DETECTED;
+    diagnosis.verdict = UNKNOWN_PHYSICS;
+    TEST_ASSERT_EQUAL_STRING("comes nearest, does not explain it", finding_standing(&diagnosis, finding));
+    finding->rivals = 0;
+    work_out();
+    expect_all(page(), near, 3);
+    account_free(&account);
+}
+
+/* What was taken stands first in its round; what explained more by itself says why it was not. */
+static void test_what_was_taken_stands_first(void) {
+    size_t order[DIAGNOSIS_MOST_CONSIDERED];
+    diagnosis.rounds = 2;
+    diagnosis.considered = 4;
+    diagnosis.consideration[0] =
+        (considered_t){.block = &block_creep, .round = 1, .likelihood = 28886.0, .outcome = LESS_LIKELY};
+    diagnosis.consideration[1] =
+        (considered_t){.block = &block_resonance, .round = 1, .likelihood = 26302.0, .outcome = TAKEN};
+    diagnosis.consideration[2] =
+        (considered_t){.block = &block_gain_drift, .round = 1, .likelihood = 100.0, .outcome = LESS_LIKELY};
+    diagnosis.consideration[3] =
+        (considered_t){.block = &block_gain_drift, .round = 2, .likelihood = 10.0, .outcome = NOT_SIGNIFICANT};
+    TEST_ASSERT_EQUAL_UINT64(4, considered_in_order(&diagnosis, order));
+    const size_t expected[] = {1, 0, 2, 3};
+    TEST_ASSERT_EQUAL_MEMORY(expected, order, sizeof expected);
+    TEST_ASSERT_NOT_NULL(strstr(outcome_text(&diagnosis, 0), "explains more alone, but less when"));
+    TEST_ASSERT_EQUAL_STRING("explains less than the best", outcome_text(&diagnosis, 2));
 }
 
 /* No network, no script, nothing of a recording's header or name unescaped, no number that is none; twice the same. */
@@ -340,6 +409,9 @@ int main(void) {
     RUN_TEST(test_too_few_reversals_are_told_first);
     RUN_TEST(test_steps_lower_no_error);
     RUN_TEST(test_nothing_found);
+    RUN_TEST(test_page_has_its_order);
+    RUN_TEST(test_what_comes_near_is_not_found);
+    RUN_TEST(test_what_was_taken_stands_first);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
     RUN_TEST(test_bars_end_at_the_error_of_the_chain);
     return UNITY_END();
