@@ -66,9 +66,9 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     const state_t state = state_under(parameter, job->options->preload_n);
     job->elastic_center_um = job->elastic_center_um / state.gain + state.shift_um;
     job->elastic_half_um /= state.gain;
-    if (!isfinite(parameter[FORCE].value[0])) {
-        compile_note(job, "%s: compiled for %g N (--preload)", job->block, job->options->preload_n);
-    }
+    const bool given = isfinite(parameter[FORCE].value[0]);
+    compile_note(job, "%s: compiled for %g N (%s)", job->block,
+                 given ? parameter[FORCE].value[0] : job->options->preload_n, given ? "the model's" : "--preload");
     return true;
 }
 
