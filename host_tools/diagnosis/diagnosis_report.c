@@ -19,7 +19,7 @@ static const char style[] =
     ".box small{display:block;color:var(--soft)}.end{color:var(--soft)}"
     ".found{border:.16rem solid var(--after);background:var(--paper)}.found b{color:var(--after)}"
     "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;margin:.5rem 0;max-width:60rem}"
-    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;min-width:12rem}"
+    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;min-width:min(20rem,40vw)}"
     ".words td,.words th{text-align:left;vertical-align:top}.words td:nth-child(2){min-width:14rem}"
     "code{display:inline-block}"
     ".long{break-inside:auto}.long td{vertical-align:top}tr{break-inside:avoid}"
@@ -256,7 +256,8 @@ static void write_unseen(const page_t *page) {
     size_t testable;
     const size_t count = unseen_in_order(page->diagnosis, unseen, &testable);
     if (count > 0) {
-        fprintf(page->file, "<h2>What would have been seen</h2>\n<div class=\"wide\"><table class=\"long words\">\n"
+        fprintf(page->file, "<h2>What would have been seen, and what was not testable</h2>\n<div class=\"wide\"><table "
+                            "class=\"long words\">\n"
                             "<thead><tr><th>Not found</th><th>Smallest size</th><th>Shows best in</th></tr></thead>\n"
                             "<tbody>\n");
     }
