@@ -50,7 +50,7 @@ static size_t rest_of_group(const block_t *block, const block_t **others) {
 }
 
 static void print_probe(const block_t *block) {
-    const block_t **others = allocate(catalogue_count, sizeof *others);
+    const block_t **others = allocate(catalogue_count, sizeof(const block_t *));
     const size_t count = rest_of_group(block, others);
     printf("  looks like: %s\n  confused with: %s", block->probe->explanation, count == 0 ? "none" : "");
     for (size_t i = 0; i < count; i++) {
@@ -62,7 +62,7 @@ static void print_probe(const block_t *block) {
 }
 
 static json_t *rest_of_group_json(const block_t *block) {
-    const block_t **others = allocate(catalogue_count, sizeof *others);
+    const block_t **others = allocate(catalogue_count, sizeof(const block_t *));
     const size_t count = rest_of_group(block, others);
     json_t *names = json_array();
     for (size_t i = 0; i < count; i++) {
