@@ -74,8 +74,8 @@ typedef struct {
     size_t known_ahead;
     double ahead[SIGNAL_AHEAD];
     /** On its way from the last sample to this one the drive went to turn_v and back: what is before the hysteresis
-     * says so, and the hysteresis remembers it. */
-    bool turned;
+     * says so, or what comes next shows it (smooth_drive.h), and the hysteresis remembers it. */
+    bool turned, turns_noted; /**< turns_noted: the chain knows that already of this sample */
     double turn_v;
     /** By how much what is hysteretic is behind the drive: plays and relays see value - slack_v, what has no width sees
      * value. */

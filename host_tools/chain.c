@@ -12,12 +12,18 @@ chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_s
     const model_block_t *from = &model->block[index];
     stage_setup_t own = *setup;
     own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
-    return (chain_stage_t){.block = from->block, .state = block_open(from->block, from->parameter, &own)};
+    return (chain_stage_t){.block = from->block,
+                           .state = block_open(from->block, from->parameter, &own),
+                           .drive = block_is_hysteresis(from->block) && from->block->pass != NULL
+                                        ? allocate(1, sizeof(drive_window_t))
+                                        : NULL};
 }
 
 void chain_stage_close(chain_stage_t *stage) {
     free(stage->state);
+    free(stage->drive);
     stage->state = NULL;
+    stage->drive = NULL;
 }
 
 static inline void note_drive(bool hysteresis, signal_t *signal) {
@@ -28,11 +34,28 @@ static inline void note_drive(bool hysteresis, signal_t *signal) {
 
 void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
     note_drive(block_is_hysteresis(stage->block), signal);
+    if (stage->drive != NULL) {
+        drive_window_settle(stage->drive, signal->value);
+    }
     stage->block->settle(stage->state, signal);
+}
+
+/* What is before the hysteresis may have said that it turned; the farther one of the two is remembered. */
+static inline void note_turn(drive_window_t *drive, signal_t *signal) {
+    double turn_v;
+    drive_window_next(drive, signal);
+    if (drive_window_turns(drive, &turn_v) &&
+        (!signal->turned || fabs(turn_v - signal->value) > fabs(signal->turn_v - signal->value))) {
+        signal->turned = true;
+        signal->turn_v = turn_v;
+    }
 }
 
 static inline void stage_step(const chain_stage_t *stage, bool hysteresis, signal_t *signal) {
     note_drive(hysteresis, signal);
+    if (stage->drive != NULL && !signal->turns_noted) {
+        note_turn(stage->drive, signal);
+    }
     if (signal->turned && stage->block->pass != NULL && signal->slack_v == 0.0) {
         stage->block->pass(stage->state, signal->turn_v);
     }
@@ -58,6 +81,16 @@ static inline void look_ahead(signal_t *signal, const signal_t *following, size_
     signal->known_ahead = there < SIGNAL_AHEAD ? there : SIGNAL_AHEAD;
     for (size_t i = 0; i < signal->known_ahead; i++) {
         signal->ahead[i] = following[i].value;
+    }
+}
+
+void chain_note_turns(signal_t *signal, size_t samples) {
+    drive_window_t drive;
+    drive_window_settle(&drive, signal[0].value);
+    for (size_t k = 1; k <= samples; k++) {
+        look_ahead(&signal[k], &signal[k + 1], samples - k);
+        note_turn(&drive, &signal[k]);
+        signal[k].turns_noted = true;
     }
 }
 

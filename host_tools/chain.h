@@ -11,6 +11,7 @@
 
 #include "model.h"
 #include "recording.h"
+#include "smooth_drive.h"
 
 typedef struct chain chain_t;
 
@@ -54,6 +55,7 @@ size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]);
 typedef struct {
     const block_t *block;
     void *state;
+    drive_window_t *drive; /**< of a hysteresis that knows what is between samples; NULL for others */
 } chain_stage_t;
 
 /** `index` into model->block; the model must have passed model_check and may be freed afterwards. */
@@ -63,6 +65,9 @@ void chain_stage_settle(const chain_stage_t *stage, signal_t *signal);
 void chain_stage_step(const chain_stage_t *stage, signal_t *signal);
 /** Steps through `count` signals, which know what follows them in all `there` are. */
 void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there);
+/** Notes in a recording's signal, as it comes in at the hysteresis, where a smooth drive turns between two samples:
+ * those who run that stage several times need not look for it each time. signal[0] is what it settles on. */
+void chain_note_turns(signal_t *signal, size_t samples);
 /** The values that come out of it for all of a signal, which stays as it is. */
 void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size_t count, double *value);
 void chain_stage_close(chain_stage_t *stage);

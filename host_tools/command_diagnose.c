@@ -25,9 +25,9 @@ const command_t command_diagnose = {
     .summary = "Find out which physics a model of the recordings leaves out",
     .details = "Several recordings are one question with one answer. Without --model it begins with the hysteresis "
                "that fits best;\n"
-               "with it, the chain stays as it is and its hysteresis is fitted again. Each third of 36 blocks of time "
-               "is held out: a\n"
-               "finding is what these support. Errors are NRMSE: RMS error over the peak-to-peak displacement.\n"
+               "with it, that chain is fitted again, as far as the recordings determine it. Each third of 36 blocks of "
+               "time is held\n"
+               "out: a finding is what these support. Errors are NRMSE: RMS error over the peak-to-peak displacement.\n"
                "detected: something of this kind; isolated: one of a few blocks that these recordings cannot tell "
                "apart; named.",
     .run = run};

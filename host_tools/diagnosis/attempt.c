@@ -6,6 +6,7 @@
 #include "measured_columns.h"
 #include "names.h"
 #include "past.h"
+#include "past_choice.h"
 #include "reconsider.h"
 #include "refitted.h"
 #include "search_round.h"
@@ -102,6 +103,29 @@ static bool fit_again(attempt_t *job) {
                      d->refitted > 0 ? ATTEMPT_ITERATIONS : BASELINE_ITERATIONS, &job->power, job->failure);
 }
 
+/* What is slow begins with the position that the hysteresis had then, though the recording erases it. With what was
+ * found it is known better than it was with the baseline alone. */
+static void choose_beginning(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    if (d->findings == 0 || d->family == NULL || d->samples.past_matters || d->samples.count > 1) {
+        return;
+    }
+    model_t model;
+    joint_power_t power;
+    failure_t refusal;
+    model_copy(&model, &d->model);
+    if (choose_past(&d->samples, left_of_beginning, NULL, &model) &&
+        joint_fit(&d->samples, &d->noise, &model, attempt_blocks_fitted(d, &model), ATTEMPT_ITERATIONS, &power,
+                  &refusal) &&
+        power.fitted < job->power.fitted) {
+        const model_t worse = d->model;
+        d->model = model;
+        model = worse;
+        job->power = power;
+    }
+    model_free(&model);
+}
+
 bool attempt_from(attempt_t *job, const model_t *given) {
     diagnosis_t *d = job->diagnosis;
     bool found = true, good;
@@ -116,8 +140,11 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = search_round(job, &found);
     }
-    good = good && reconsider_superfluous(job, candidate_least_size, 0) && names_settle(job) && sides_settle(job) &&
-           reconsider_undetermined(job) && temperature_settle(job) &&
+    good = good && reconsider_superfluous(job, candidate_least_size, 0);
+    if (good) {
+        choose_beginning(job);
+    }
+    good = good && names_settle(job) && sides_settle(job) && reconsider_undetermined(job) && temperature_settle(job) &&
            attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
         d->noise_percent =

@@ -79,21 +79,77 @@ static bool find_noise(attempt_t *job, const model_t *model) {
     return good;
 }
 
+/* What stands for itself whatever hysteresis the answer has. */
+typedef struct {
+    model_t chain;
+    double nrmse_percent, held_out_percent, fitted_held_out_percent;
+} as_given_t;
+
+static void note_given(const diagnosis_t *d, as_given_t *given) {
+    *given = (as_given_t){.nrmse_percent = d->given_nrmse_percent,
+                          .held_out_percent = d->given_held_out_percent,
+                          .fitted_held_out_percent = d->baseline_held_out_percent};
+    model_copy(&given->chain, &d->given);
+}
+
+/* Takes what note_given has copied. */
+static void put_given(diagnosis_t *d, const as_given_t *given) {
+    model_free(&d->given);
+    d->given = given->chain;
+    d->given_nrmse_percent = given->nrmse_percent;
+    d->given_held_out_percent = given->held_out_percent;
+    d->own_shape_held_out_percent = given->fitted_held_out_percent;
+    if (d->family != NULL && d->verdict == NOTHING_MISSING) {
+        d->verdict = EXPLAINED;
+    }
+}
+
+/* The given chain with hystereses of other shapes, behind the given one. Returns how many there are then; they are to
+ * be freed. */
+static size_t other_shapes(attempt_t *job, const model_t *chain, baseline_t shape[TRIALS_MOST_SHAPES]) {
+    const diagnosis_t *d = job->diagnosis;
+    baseline_t rough;
+    size_t shapes = 1;
+    failure_t refusal;
+    if (!baseline_bank(d->recordings, d->samples.count, &shape[1], &rough, &refusal)) {
+        return 1;
+    }
+    baseline_shapes(&d->samples, &d->noise, &job->setting, shape + 1, &rough, &shapes, &refusal);
+    for (size_t i = 1; i <= shapes; i++) {
+        model_t model;
+        chain_with_hysteresis_of(&shape[i].model, chain, &model);
+        model_free(&shape[i].model);
+        shape[i].model = model;
+    }
+    baseline_free(&rough, 1);
+    return 1 + shapes;
+}
+
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure) {
     attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
-    model_t chain;
+    baseline_t shape[TRIALS_MOST_SHAPES] = {0};
+    size_t shapes = 1;
     bool good;
     progress_begin(&job.progress, "diagnosing");
     memset(diagnosis, 0, sizeof *diagnosis);
-    model_copy(&chain, given);
-    attempt_without_noise(&chain);
-    good = begin(&job, &chain, recordings, count) && find_noise(&job, &chain) && attempt_from(&job, &chain);
+    diagnosis->model_given = true;
+    model_copy(&shape[0].model, given);
+    attempt_without_noise(&shape[0].model);
+    good = begin(&job, &shape[0].model, recordings, count) && find_noise(&job, &shape[0].model) &&
+           trial_of_first(&job, &shape[0]);
     if (good) {
+        as_given_t as_given;
+        note_given(diagnosis, &as_given);
+        if (!trial_leaves_nothing(&job, &shape[0])) {
+            shapes = other_shapes(&job, &shape[0].model, shape);
+            trials_of_others(&job, shape, shapes);
+        }
         trial_without_the_first(&job);
+        put_given(diagnosis, &as_given);
         good = unseen_complete(&job);
     }
-    model_free(&chain);
+    baseline_free(shape, shapes);
     progress_end(&job.progress);
     if (!good) {
         diagnosis_free(diagnosis);
@@ -114,8 +170,11 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
            baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &rough, &shapes, failure) &&
            (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)) && /* with a better model, better */
-           trials_of_shapes(&job, baseline, shapes);
+           trial_of_first(&job, &baseline[0]);
     if (good) {
+        if (!trial_leaves_nothing(&job, &baseline[0])) {
+            trials_of_others(&job, baseline, shapes);
+        }
         trial_without_the_first(&job);
         good = unseen_complete(&job);
     }

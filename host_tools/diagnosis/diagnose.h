@@ -67,7 +67,8 @@ typedef struct {
     recording_t *recordings; /**< as they were given, but for clock_s (line_clock.h); their columns are the caller's */
     samples_t samples;       /**< of these */
     noise_t noise;
-    const family_t *family;  /**< of the baseline, NULL when a model was given */
+    bool model_given;
+    const family_t *family;  /**< of the baseline's hysteresis; NULL: the given one */
     model_t given;           /**< with a model: as it came in; without: the baseline */
     model_t baseline, model; /**< its numbers fitted again; with everything that was found */
     /** Blocks of the given chain, beside its hysteresis, whose numbers the recordings determine: every fit has them. */
@@ -75,6 +76,7 @@ typedef struct {
     const block_t *refitted_block[MODEL_MAX_BLOCKS];
     double given_nrmse_percent, given_held_out_percent;
     double baseline_nrmse_percent, baseline_held_out_percent;
+    double own_shape_held_out_percent; /**< of a given model with its own hysteresis, fitted again */
     double nrmse_percent, held_out_percent;
     double noise_percent; /**< HUGE_VAL: not known (remainder.h) */
     size_t findings;
@@ -88,8 +90,12 @@ typedef struct {
     unseen_t unseen[DIAGNOSIS_MOST_UNSEEN];
 } diagnosis_t;
 
-/** The baseline's hysteresis is fitted again; the numbers of its other blocks stay. The recordings must outlive the
- * diagnosis, which is to be freed. */
+/**
+ * The given chain is fitted again, as far as the recordings determine it (refitted.h). Where that is not the whole
+ * answer, the search is made also with hystereses of other shapes in the given one's place, and such an answer stands
+ * if it is better by what a name has to win by: a wrong shape of the user's shall not be taken for physics that is
+ * missing either. The recordings must outlive the diagnosis, which is to be freed.
+ */
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure);
 /**

@@ -2,8 +2,10 @@
 #include "diagnosis_json.h"
 #include "catalogue.h"
 #include "diagnosis_text.h"
+#include "hysteresis_numbers.h"
 #include "json_output.h"
 #include "measured_columns_text.h"
+#include "refitted.h"
 #include <math.h>
 
 static json_t *ranges_to_json(const ranges_t *ranges) {
@@ -125,9 +127,36 @@ static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *
     return json;
 }
 
+static json_t *other_shape_to_json(const diagnosis_t *diagnosis) {
+    const model_t *given = &diagnosis->given;
+    return json_pack("{s:s, s:s, s:o}", "block", diagnosis_other_shape(diagnosis)->name, "instead_of",
+                     given->block[hysteresis_index(given)].block->name, "held_out_nrmse_percent_with_that",
+                     json_number_or_null(diagnosis->own_shape_held_out_percent));
+}
+
+static json_t *refitted_to_json(const diagnosis_t *diagnosis) {
+    json_t *numbers = json_array();
+    for (size_t i = 0; i < diagnosis->refitted; i++) {
+        const block_t *block = diagnosis->refitted_block[i];
+        const model_block_t *was = model_find(&diagnosis->given, block->name);
+        const model_block_t *is = model_find(&diagnosis->model, block->name);
+        for (size_t p = 0; p < block->parameters; p++) {
+            if ((block->probe->searched >> p & 1U) != 0) {
+                const double sigma = is->parameter[p].sigma != NULL ? is->parameter[p].sigma[0] : HUGE_VAL;
+                json_array_append_new(
+                    numbers, json_pack("{s:s, s:s, s:f, s:f, s:o, s:s, s:b}", "block", block->name, "parameter",
+                                       block->parameter[p].name, "given", was->parameter[p].value[0], "value",
+                                       is->parameter[p].value[0], "sigma", json_number_or_null(sigma), "unit",
+                                       block->parameter[p].unit, "changed", (int)refitted_changed(was, is, p)));
+            }
+        }
+    }
+    return numbers;
+}
+
 json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
                           size_t count) {
-    const bool was_given = diagnosis->family == NULL;
+    const bool was_given = diagnosis->model_given;
     char caveat[DIAGNOSIS_LINE];
     const bool doubtful = verdict_caveat(diagnosis, caveat);
     json_t *names = json_array(), *findings = json_array(), *model = model_to_json(&diagnosis->baseline);
@@ -147,6 +176,12 @@ json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account
         "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(diagnosis), "remaining",
         remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict), "caveat",
         doubtful ? caveat : NULL);
+    if (diagnosis_other_shape(diagnosis) != NULL) {
+        json_object_set_new(json, "other_shape", other_shape_to_json(diagnosis));
+    }
+    if (diagnosis->refitted > 0) {
+        json_object_set_new(json, "refitted", refitted_to_json(diagnosis));
+    }
     if (account->measured.count > 0) {
         json_object_set_new(json, "measured_columns", measured_columns_to_json(&account->measured));
     }

@@ -16,6 +16,10 @@
  *                    "where": {..}},
  *      "verdict":}
  *
+ * With a given chain also "refitted": [{"block":, "parameter":, "given":, "value":, "sigma":, "unit":, "changed":}],
+ * its numbers that were fitted again, and, where a hysteresis of another shape took the given one's place,
+ * "other_shape":
+ * {"block":, "instead_of":, "held_out_nrmse_percent_with_that":}.
  * With measured columns also "measured_columns" and, in findings, "measured" (measured_columns_text.h).
  * where: {"recording": name (of time_s and harmonics), "time_s": [[from, to], ..], "frequency_hz": [..], "drive": [..],
  * "loop":, "harmonics": {"fundamental_hz":, "numbers": [..]} (only of a periodic drive)}. Nowhere: lists are empty.

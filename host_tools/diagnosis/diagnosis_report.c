@@ -102,7 +102,7 @@ static bool fitted_again(const diagnosis_t *d) {
 /* The held-out error after every step. */
 static void write_errors(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
-    const bool was_given = d->family == NULL;
+    const bool was_given = d->model_given;
     const bool noise_known = isfinite(d->noise_percent);
     double most = fmax(fmax(d->baseline_held_out_percent, d->held_out_percent), noise_known ? d->noise_percent : 0.0);
     most = was_given ? fmax(most, d->given_held_out_percent) : most;
@@ -116,7 +116,7 @@ static void write_errors(const page_t *page) {
         write_bar(page->file, "as it came in", d->given_held_out_percent, most, "");
     }
     write_bar(page->file,
-              was_given         ? "hysteresis fitted again"
+              was_given         ? "numbers fitted again"
               : d->findings > 0 ? "before"
                                 : "the model",
               d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");

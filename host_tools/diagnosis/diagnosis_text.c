@@ -2,7 +2,9 @@
 #include "diagnosis_text.h"
 #include "catalogue.h"
 #include "cells.h"
+#include "hysteresis_numbers.h"
 #include "measured_columns_text.h"
+#include "refitted.h"
 #include <math.h>
 #include <string.h>
 
@@ -69,8 +71,21 @@ static const char *in_place(place_t place) {
     return phrases[place];
 }
 
+const block_t *diagnosis_other_shape(const diagnosis_t *d) {
+    return d->model_given && d->family != NULL ? d->model.block[hysteresis_index(&d->model)].block : NULL;
+}
+
 /* "creep (or dielectric_loss) and resonance" */
 static void append_names(const diagnosis_t *d, char *text) {
+    if (diagnosis_other_shape(d) != NULL) {
+        text_append(text, "%s (%s)%s",
+                    model_find(&d->given, diagnosis_other_shape(d)->name) != NULL ? "a hysteresis of other numbers"
+                                                                                  : "another shape of hysteresis",
+                    diagnosis_other_shape(d)->name,
+                    d->findings > 1    ? ", "
+                    : d->findings == 1 ? " and "
+                                       : "");
+    }
     for (size_t f = 0; f < d->findings; f++) {
         const finding_t *finding = &d->finding[f];
         text_append(text, "%s%s", text_between(f, d->findings), finding->block->name);
@@ -79,6 +94,10 @@ static void append_names(const diagnosis_t *d, char *text) {
         }
         text_append(text, "%s", finding->rivals > 0 ? ")" : "");
     }
+}
+
+static bool tells_names(const diagnosis_t *d) {
+    return d->findings > 0 || diagnosis_other_shape(d) != NULL;
 }
 
 /* "the noise is 0.1 %." */
@@ -94,17 +113,19 @@ static void append_noise(const diagnosis_t *d, char *text) {
  * error. */
 static void append_gain(const diagnosis_t *d, char *text) {
     const finding_t *steps = finding_of(d, &block_quantisation);
-    const double before = d->baseline_held_out_percent, after = d->held_out_percent;
-    if (steps == NULL || d->findings > 1) {
+    const bool other_shape = diagnosis_other_shape(d) != NULL, more = d->findings > 1 || other_shape;
+    const double before = other_shape ? d->own_shape_held_out_percent : d->baseline_held_out_percent;
+    const double after = d->held_out_percent;
+    if (steps == NULL || more) {
         text_append(text, ": the held-out error %s from %.3g %% to %.3g %%, ", after < before ? "falls" : "goes",
                     before, after);
         append_noise(d, text);
     }
     if (steps != NULL) {
-        text_append(text, "%s readings are multiples of %.4g um, which no model follows.",
-                    d->findings > 1 ? " The" : ": the", d->model.block[finding_index(d, steps)].parameter[0].value[0]);
+        text_append(text, "%s readings are multiples of %.4g um, which no model follows.", more ? " The" : ": the",
+                    d->model.block[finding_index(d, steps)].parameter[0].value[0]);
     }
-    if (steps != NULL && d->findings == 1) {
+    if (steps != NULL && !more) {
         text_append(text, " These steps are in the held-out error of %.3g %%; with them ", after);
         append_noise(d, text);
     }
@@ -126,12 +147,13 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     text_append(text, "%s", verdict_caveat(d, text) ? " As far as it goes: " : "");
     switch (d->verdict) {
     case NOTHING_MISSING:
-        text_append(text, "Nothing is missing that these recordings could show: what the model leaves is noise.");
+        text_append(text, "Nothing is missing that these recordings could show: what the model leaves%s is noise.",
+                    d->model_given ? ", fitted again," : "");
         return;
     case UNKNOWN_PHYSICS:
         text_append(text,
                     "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.%s",
-                    d->findings > 0 ? " What comes nearest is " : "");
+                    tells_names(d) ? " What comes nearest is " : "");
         break;
     case EXPLAINED:
         text_append(text, "Explained by ");
@@ -140,7 +162,7 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
         text_append(text, "Partly explained by ");
         break;
     }
-    if (d->findings > 0) {
+    if (tells_names(d)) {
         append_names(d, text);
         append_gain(d, text);
         text_append(text, "%s",
@@ -426,7 +448,7 @@ static void print_chain(const diagnosis_t *d) {
 
 /* "0.9000 % -> 0.5000 % -> 0.1000 %": as it came in, fitted again, with what was found. */
 static void append_steps(char *text, const diagnosis_t *d, double given, double baseline, double found) {
-    if (d->family == NULL) {
+    if (d->model_given) {
         text_append(text, "%.4f %% -> ", given);
     }
     text_append(text, "%.4f %%", baseline);
@@ -445,11 +467,29 @@ static void print_errors(const diagnosis_t *d) {
     }
     putchar('\n');
     print_wrapped("error", text);
-    if (d->family == NULL) {
+    if (d->model_given) {
         text[0] = '\0';
-        text_append(text, "(the chain as it came in -> its hysteresis fitted again%s)",
+        text_append(text, "(the chain as it came in -> its numbers fitted again%s%s)",
+                    diagnosis_other_shape(d) != NULL ? ", with another shape of hysteresis" : "",
                     d->findings > 0 ? " -> with what was found" : "");
         print_wrapped("", text);
+    }
+}
+
+/* A number of the given chain before and after, where it has changed by more than two standard errors. */
+static void print_refitted(const diagnosis_t *d) {
+    for (size_t i = 0; i < d->refitted; i++) {
+        const block_t *block = d->refitted_block[i];
+        const model_block_t *was = model_find(&d->given, block->name), *is = model_find(&d->model, block->name);
+        for (size_t p = 0; p < block->parameters; p++) {
+            if (refitted_changed(was, is, p)) {
+                char text[DIAGNOSIS_LINE] = "", number[DIAGNOSIS_LINE];
+                parameter_text(is, p, number);
+                text_append(text, "%s in the given chain: %s, it was %.5g", block->name, number,
+                            was->parameter[p].value[0]);
+                print_wrapped("refitted", text);
+            }
+        }
     }
 }
 
@@ -489,6 +529,7 @@ void diagnosis_print(const diagnosis_t *d, const account_t *account, const recor
     if (errors_caveat(d) != NULL) {
         print_wrapped("", errors_caveat(d));
     }
+    print_refitted(d);
     remainder_text(d, text);
     print_wrapped("remaining", text);
     if (something_remains(d) && account->remaining.somewhere) {

@@ -12,6 +12,9 @@ const char *verdict_name(verdict_t verdict);
 /** "detected", "isolated", "named". */
 const char *certainty_name(certainty_t certainty);
 
+/** The hysteresis that took the place of the given model's own, or NULL. */
+const block_t *diagnosis_other_shape(const diagnosis_t *diagnosis);
+
 /** What makes any verdict on these recordings a guess, a sentence; false: nothing does. */
 bool verdict_caveat(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 /** The verdict as a sentence or two, behind its caveat. */

@@ -37,7 +37,7 @@ static void set_past(model_block_t *hysteresis, double end_v, bool low) {
     free(memory_v);
 }
 
-void choose_past(const samples_t *samples, left_of_past_t *left_of, void *context, model_t *model) {
+bool choose_past(const samples_t *samples, left_of_past_t *left_of, void *context, model_t *model) {
     double range_v[2];
     model_t other[2];
     recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range_v);
@@ -46,6 +46,7 @@ void choose_past(const samples_t *samples, left_of_past_t *left_of, void *contex
         set_past(&other[end].block[hysteresis_index(&other[end])], range_v[end], end == 0);
     }
     double least = left_of(context, samples, model);
+    bool changed = false;
     for (size_t end = 0; end < 2; end++) {
         const double left = left_of(context, samples, &other[end]);
         if (left < least) {
@@ -53,7 +54,9 @@ void choose_past(const samples_t *samples, left_of_past_t *left_of, void *contex
             *model = other[end];
             other[end] = worse;
             least = left;
+            changed = true;
         }
         model_free(&other[end]);
     }
+    return changed;
 }

@@ -9,8 +9,9 @@
 typedef double left_of_past_t(void *context, const samples_t *samples, model_t *model);
 
 /** Leaves the model its past, or gives it what a sweep of the whole drive range leaves that came to the first level
- * from above or from below: whichever leaves least. */
-void choose_past(const samples_t *samples, left_of_past_t *left_of, void *context, model_t *model);
+ * from above or from below: whichever leaves least. Returns
+ * whether that is another one. */
+bool choose_past(const samples_t *samples, left_of_past_t *left_of, void *context, model_t *model);
 
 /** A measure: what is left of the samples that take no part, since the past is in them, but for a constant: that may be
  * anything's. context: NULL. */

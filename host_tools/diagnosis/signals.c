@@ -45,6 +45,9 @@ bool signals_open(signals_t *signals, const samples_t *samples, const model_t *m
         }
         for (size_t stage = 0; good && stage < signals->stages; stage++) {
             signal_t *next = signals->before[stage + 1] + begin_of(samples, i);
+            if (stage == hysteresis_stage(model)) {
+                chain_note_turns(signals->before[stage] + begin_of(samples, i), recording->samples);
+            }
             memcpy(next, signals->before[stage] + begin_of(samples, i), (recording->samples + 1) * sizeof(signal_t));
             good = chain_run(model, recording, 0, stage, stage + 1, next, failure);
         }

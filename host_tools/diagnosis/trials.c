@@ -32,17 +32,18 @@ static bool shape_found(const diagnosis_t *d) {
     return false;
 }
 
-/* Of a model: what it leaves, raised by what its hysteresis may imitate. curve: and by a block that is a curve. */
-static double raised(const samples_t *samples, const model_t *model, bool curve, double held) {
-    const double price = number_price * (double)hysteresis_numbers_count(model) + (curve ? attempt_naming_margin : 0.0);
+/* Of a model: what it leaves, raised by what its hysteresis may imitate. named: and by something that another shape can
+ * imitate: a block that is a curve, or another shape than the given one. */
+static double raised(const samples_t *samples, const model_t *model, bool named, double held) {
+    const double price = number_price * (double)hysteresis_numbers_count(model) + (named ? attempt_naming_margin : 0.0);
     return held * exp(price / (double)samples->held) *
-           (1.0 + (curve || hysteresis_imitates_curves(model) ? curve_handicap : 0.0));
+           (1.0 + (named || hysteresis_imitates_curves(model) ? curve_handicap : 0.0));
 }
 
 /* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
  * it is not the whole answer. */
 static double cost_of(const diagnosis_t *d, double held) {
-    return raised(&d->samples, &d->model, shape_found(d), held) *
+    return raised(&d->samples, &d->model, shape_found(d) || (d->model_given && d->family != NULL), held) *
            (1.0 + (d->remainder.structured ? incomplete_handicap : 0.0));
 }
 
@@ -77,6 +78,7 @@ static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, c
     trial->diagnosis = (diagnosis_t){.recordings = job->diagnosis->recordings,
                                      .samples = job->diagnosis->samples,
                                      .noise = job->diagnosis->noise,
+                                     .model_given = job->diagnosis->model_given,
                                      .family = family};
 }
 
@@ -114,12 +116,12 @@ void trial_without_the_first(attempt_t *job) {
 typedef struct {
     const attempt_t *first; /* the answer from the first shape */
     const baseline_t *baseline;
+    size_t from;    /* of the shapes, the first that is asked */
     double *least;  /* of each shape */
     model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
 } promises_t;
 
-/* The same chain with the hysteresis of another one. */
-static void with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model) {
+void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model) {
     model_t other;
     model_copy(model, chain);
     model_copy_place(&other, from, PLACE_HYSTERESIS);
@@ -144,7 +146,7 @@ static double left_beside_found(const attempt_t *first, const model_t *shape, mo
     const diagnosis_t *d = first->diagnosis;
     joint_power_t power;
     failure_t refusal;
-    with_hysteresis_of(shape, &d->model, model);
+    chain_with_hysteresis_of(shape, &d->model, model);
     attempt_without_noise(model);
     remove_found(d, true, model);
     const bool good =
@@ -156,7 +158,7 @@ static double left_beside_found(const attempt_t *first, const model_t *shape, mo
 /* Beside the best probe of every block, and beside what was found, fitted. */
 static void find_promise(void *context, size_t index) {
     const promises_t *promises = context;
-    const size_t shape = 1 + index;
+    const size_t shape = promises->from + index;
     const baseline_t *baseline = &promises->baseline[shape];
     const diagnosis_t *d = promises->first->diagnosis;
     model_t model;
@@ -172,11 +174,10 @@ static void find_promise(void *context, size_t index) {
     }
 }
 
-/* Whether the answer from the first shape leaves so little that no other one is asked what it promises. */
-static bool leaves_nothing(const attempt_t *first, const baseline_t *baseline) {
-    const diagnosis_t *d = first->diagnosis;
-    return !d->remainder.structured && !shape_found(d) && !baseline->many_numbers &&
-           attempt_excess(d, first->power.held) < worth_another_shape;
+bool trial_leaves_nothing(const attempt_t *job, const baseline_t *first) {
+    const diagnosis_t *d = job->diagnosis;
+    return !d->remainder.structured && !shape_found(d) && !first->many_numbers &&
+           attempt_excess(d, job->power.held) < worth_another_shape;
 }
 
 /* Whether another shape may do better than the answer so far, by what that leaves and the other promises. */
@@ -187,15 +188,15 @@ static bool may_do_better(const attempt_t *job, double promise) {
     return promise < (whole ? 1.0 : worth_trying) * raised(&d->samples, &d->model, shape_found(d), job->power.held);
 }
 
-/* A free plane that promises no more than a symmetric one. */
-static bool is_no_better(const promises_t *promises, size_t shapes) {
-    const baseline_t *last = &promises->baseline[shapes - 1];
-    for (size_t shape = 0; shape < shapes && last->many_numbers; shape++) {
-        if (promises->baseline[shape].family == last->family && !promises->baseline[shape].many_numbers) {
-            return promises->least[shapes - 1] > better_plane * promises->least[shape];
-        }
+/* The symmetric plane among them, if the last one is the free one; else none: shapes. */
+static size_t symmetric_one(const baseline_t *baseline, size_t shapes) {
+    const baseline_t *last = &baseline[shapes - 1];
+    size_t shape = 0;
+    while (shape < shapes &&
+           !(last->many_numbers && baseline[shape].family == last->family && !baseline[shape].many_numbers)) {
+        shape++;
     }
-    return false;
+    return shape;
 }
 
 /* Of those that have not been tried; 0: of none. */
@@ -209,16 +210,22 @@ static size_t most_promising(const double *least, const bool *tried, size_t shap
     return best;
 }
 
-/* The others, the most promising first, as long as they may do better than the best so far. */
-static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes) {
+/* The most promising first, as long as they may do better than the best so far. */
+void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes) {
     const diagnosis_t *d = job->diagnosis;
-    double least[BASELINE_SHAPES];
-    bool tried[BASELINE_SHAPES] = {false};
-    model_t begin[BASELINE_SHAPES] = {0};
-    promises_t promises = {.first = job, .baseline = baseline, .least = least, .begin = begin};
-    parallel(shapes - 1, find_promise, &promises);
-    /* What the free plane then has and the others have not is that it imitates curves. */
-    const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && is_no_better(&promises, shapes);
+    double least[TRIALS_MOST_SHAPES];
+    bool tried[TRIALS_MOST_SHAPES] = {false};
+    model_t begin[TRIALS_MOST_SHAPES] = {0};
+    const size_t symmetric = symmetric_one(baseline, shapes), from = symmetric == 0 ? 0 : 1;
+    promises_t promises = {.first = job, .baseline = baseline, .from = from, .least = least, .begin = begin};
+    parallel(shapes - from, find_promise, &promises);
+    if (d->model_given && d->remainder.structured) {
+        least[1] = 0.0; /* the one that a search without a model begins with is asked in any case */
+    }
+    /* A free plane that promises no more than a symmetric one. What it has and the others have not is that it imitates
+     * curves. */
+    const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && symmetric < shapes &&
+                                 least[shapes - 1] > better_plane * least[symmetric];
     for (size_t next = most_promising(least, tried, shapes); next > 0; next = most_promising(least, tried, shapes)) {
         tried[next] = true;
         if (may_do_better(job, least[next]) &&
@@ -229,22 +236,19 @@ static void try_others(attempt_t *job, const baseline_t *baseline, size_t shapes
             try_another(job, &trial);
         }
     }
-    for (size_t shape = 1; shape < shapes; shape++) {
+    for (size_t shape = 0; shape < shapes; shape++) {
         model_free(&begin[shape]);
     }
 }
 
-bool trials_of_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes) {
+bool trial_of_first(attempt_t *job, const baseline_t *from) {
     trial_t first;
-    prepare(&first, job, &baseline[0].model, baseline[0].family);
+    prepare(&first, job, &from->model, from->family);
     if (!try_shape(job, &first)) {
         *job->failure = first.refusal;
         return false;
     }
     *job->diagnosis = first.diagnosis;
     job->power = first.attempt.power;
-    if (!leaves_nothing(job, baseline)) {
-        try_others(job, baseline, shapes);
-    }
     return true;
 }

@@ -6,11 +6,17 @@
 #include "attempt.h"
 #include "baseline.h"
 
-/**
- * The search from the first shape; and, where that is not the whole answer, from those of the others that may do
- * better. Fills the job's diagnosis, whose samples and noise are known, and its power.
- */
-bool trials_of_shapes(attempt_t *job, const baseline_t *baseline, size_t shapes);
+enum { TRIALS_MOST_SHAPES = 1 + BASELINE_SHAPES };
+
+/** The search from the first shape, or a given chain. Fills the job's diagnosis, whose samples and noise are known, and
+ * its power. */
+bool trial_of_first(attempt_t *job, const baseline_t *first);
+/** Whether that leaves so little that no other shape is asked. */
+bool trial_leaves_nothing(const attempt_t *job, const baseline_t *first);
+/** From those of the others that may do better. baseline[0] was the first one. */
+void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes);
+/** A chain with the hysteresis of another one; to be freed. */
+void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model);
 
 /**
  * What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not lead

@@ -132,6 +132,43 @@ static void test_the_hysteresis_remembers_turns_between_samples(void) {
     }
 }
 
+/* Without a block before it: a sine of 25 samples a period whose crest is in the middle of two of them, 0.79 % of the
+ * amplitude above both. The cubic's own error there is 3/128 of the fourth difference, (2 pi / 25)^4 of the amplitude.
+ * A triangle goes no further than its corner. */
+static void test_the_hysteresis_remembers_crests_between_samples(void) {
+    const double amplitude = 40.0, r = 1.5, step = 2.0 * M_PI / 25.0, weights[] = {0.0, 1.0};
+    const double accuracy[] = {1.01 * 3.0 / 128.0 * pow(step, 4.0) * amplitude, 1e-12};
+    model_t model;
+    failure_t failure;
+    make_bank_model(&model, 1000.0, 0.0, 1, weights, &r);
+    for (size_t triangle = 0; triangle < 2; triangle++) {
+        double x[50], most = 0.0, least = 0.0;
+        signal_t signal[51] = {0};
+        for (int k = 0; k < 50; k++) {
+            x[k] = triangle == 1 ? amplitude * (1.0 - 4.0 * fabs(k % 24 / 24.0 - 0.5))
+                                 : amplitude * sin(step * (k + 0.75));
+            signal[1 + k].value = x[k];
+        }
+        signal[0].value = x[0];
+        const recording_t recording = {.sample_rate_hz = 1000.0, .samples = 50, .column[COLUMN_DRIVE] = x};
+        double noted[50];
+        chain_note_turns(signal, 50);
+        TEST_ASSERT_TRUE(chain_run(&model, &recording, 1, 0, 1, signal, &failure));
+        for (int k = 0; k < 50; k++) {
+            noted[k] = signal[1 + k].value;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(chain_simulate(&model, &recording, 1, x, &failure), failure.text);
+        for (int k = 0; k < 50; k++) {
+            TEST_ASSERT_EQUAL_DOUBLE(x[k], noted[k]);
+            most = fmax(most, x[k]);
+            least = fmin(least, x[k]);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(accuracy[triangle], amplitude - r, most);
+        TEST_ASSERT_DOUBLE_WITHIN(accuracy[triangle], -(amplitude - r), least);
+    }
+    model_free(&model);
+}
+
 /* A rounded step that ends in a hold, half a cosine over 8 samples, goes no further than its end. */
 static void test_interpolation_does_not_swing_beyond_a_step(void) {
     const double rate = 1000.0, r = 1.5, delays[] = {0.1e-3, 0.35e-3, 0.7e-3, 1.3e-3}, end = 40.0;
@@ -378,6 +415,7 @@ int main(void) {
     RUN_TEST(test_short_lags_are_told_apart);
     RUN_TEST(test_a_mode_answers_sines_as_its_equation_does);
     RUN_TEST(test_the_hysteresis_remembers_turns_between_samples);
+    RUN_TEST(test_the_hysteresis_remembers_crests_between_samples);
     RUN_TEST(test_interpolation_does_not_swing_beyond_a_step);
     RUN_TEST(test_an_inflection_is_no_line);
     RUN_TEST(test_delay_is_exact_in_whole_samples);

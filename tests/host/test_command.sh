@@ -136,7 +136,7 @@ grep -q '"verdict": "nothing missing"' diagnosis1.json || complain 'no verdict i
 grep -q '</html>' diagnosis1.html || complain 'the page of the diagnosis has no end'
 expect 0 '' compile better1.json -o image
 expect 0 '' diagnose good.csv --model model.json
-has stdout '(the chain as it came in -> its hysteresis fitted again)'
+has stdout '(the chain as it came in -> its numbers fitted again)'
 expect 1 'missing.csv: No such file' diagnose good.csv missing.csv
 expect 1 'unknown.json: chain[0]: unknown block "prandtl"' diagnose good.csv --model unknown.json
 expect 1 'nowhere/diagnosis.json' diagnose good.csv --json nowhere/diagnosis.json

@@ -2,6 +2,7 @@
 /* From recordings to an answer: physics that is planted is named with its numbers, and none where there is none. */
 #include "catalogue.h"
 #include "diagnosis/diagnosis_json.h"
+#include "diagnosis/diagnosis_text.h"
 #include "diagnosis/findings.h"
 #include "parallel.h"
 #include "support.h"
@@ -302,8 +303,7 @@ static void test_a_small_effect_is_seen_where_a_large_one_rests(void) {
     find_two(&block_resonance, mode_truth, &block_creep, slight_creep);
 }
 
-/* Without a model: the shape of the hysteresis has to be found, too. */
-static void find_beside_bouc_wen(const block_t *block, const double *value) {
+static void make_bouc_wen_the_truth(void) {
     model_free(&truth);
     model_create(&truth, rate_hz);
     model_block_t *hysteresis = model_append(&truth, &block_bouc_wen);
@@ -315,6 +315,11 @@ static void find_beside_bouc_wen(const block_t *block, const double *value) {
     model_set(hysteresis, "beta", 2.5);
     model_set(hysteresis, "gamma", 0.6);
     model_set(hysteresis, "exponent", 1.4);
+}
+
+/* Without a model: the shape of the hysteresis has to be found, too. */
+static void find_beside_bouc_wen(const block_t *block, const double *value) {
+    make_bouc_wen_the_truth();
     plant(block, value);
     measure(0.0);
     look(false);
@@ -375,19 +380,79 @@ static void test_a_curve_that_leaves_a_curve_is_no_name(void) {
     }
 }
 
-/* A model that says it all, its noise included. */
-static void test_what_the_model_has_is_not_missing(void) {
+static void give(const block_t *block, const double *value) {
     model_t more;
-    plant(&block_transport_delay, delay_truth);
-    measure(0.0);
-    insert_block(&more, &given, &block_transport_delay, delay_truth);
+    insert_block(&more, &given, block, value);
     model_free(&given);
     given = more;
+}
+
+/* A model that says it all, its noise included. */
+static void test_what_the_model_has_is_not_missing(void) {
+    plant(&block_transport_delay, delay_truth);
+    measure(0.0);
+    give(&block_transport_delay, delay_truth);
     model_set(model_append(&given, &block_sensor_noise), "rms_um", 1.0);
     look(true);
     TEST_ASSERT_EQUAL_UINT64(0, diagnosis.findings);
     TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
     expect_noise_is_left();
+}
+
+/* Of twice the length: alone it is fitted again, and beside a mode that the chain lacks it is, too, and the mode alone
+ * is missing. */
+static void test_what_the_model_has_wrong_is_not_missing(void) {
+    const double twice[BLOCK_MAX_PARAMETERS] = {2.0 * delay_truth[0]};
+    give(&block_transport_delay, twice);
+    plant(&block_transport_delay, delay_truth);
+    for (size_t modes = 0; modes < 2; modes++) {
+        measure(0.0);
+        look(true);
+        TEST_ASSERT_EQUAL_UINT64(modes, diagnosis.findings);
+        TEST_ASSERT_EQUAL_INT(modes > 0 ? EXPLAINED : NOTHING_MISSING, diagnosis.verdict);
+        TEST_ASSERT_NULL(diagnosis.family);
+        const parameter_t *delay = model_find(&diagnosis.model, "transport_delay")->parameter;
+        TEST_ASSERT_NOT_NULL(delay->sigma);
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * delay->sigma[0], delay_truth[0], delay->value[0]);
+        TEST_ASSERT_EQUAL_DOUBLE(twice[0], model_find(&diagnosis.given, "transport_delay")->parameter->value[0]);
+        expect_noise_is_left();
+        if (modes > 0) {
+            expect_numbers(&block_resonance, mode_truth);
+        }
+        plant(&block_resonance, mode_truth);
+    }
+}
+
+/* A drift that settles in an hour cannot be told from a line in four seconds: its numbers stay where they were. */
+static void test_what_the_recording_does_not_determine_stays(void) {
+    static const numbers_t drift = {1e-6, 3600.0};
+    give(&block_thermal_drift, drift);
+    measure(0.0);
+    look(true);
+    TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_UINT64(0, diagnosis.refitted);
+    for (size_t p = 0; p < 2; p++) {
+        TEST_ASSERT_EQUAL_DOUBLE(drift[p], model_find(&diagnosis.model, "thermal_drift")->parameter[p].value[0]);
+    }
+}
+
+/* A bank of plays for what is a Bouc-Wen hysteresis: that shape, and what is missing beside it. */
+static void test_a_wrong_shape_is_not_missing_physics(void) {
+    make_bouc_wen_the_truth();
+    for (size_t effects = 0; effects < 2; effects++) {
+        measure(0.0);
+        look(true);
+        TEST_ASSERT_EQUAL_UINT64(effects, diagnosis.findings);
+        TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+        TEST_ASSERT_EQUAL_PTR(&block_bouc_wen, diagnosis_other_shape(&diagnosis));
+        TEST_ASSERT_NOT_NULL(model_find(&diagnosis.given, "prandtl_ishlinskii"));
+        TEST_ASSERT_TRUE(diagnosis.own_shape_held_out_percent > 2.0 * diagnosis.held_out_percent);
+        expect_noise_is_left();
+        if (effects > 0) {
+            expect_numbers(&block_creep, creep_truth);
+        }
+        plant(&block_creep, creep_truth);
+    }
 }
 
 static char *told(void) {
@@ -447,6 +512,9 @@ int main(void) {
         RUN_TEST(test_what_only_comes_near_is_no_name);
         RUN_TEST(test_a_curve_that_leaves_a_curve_is_no_name);
         RUN_TEST(test_what_the_model_has_is_not_missing);
+        RUN_TEST(test_what_the_model_has_wrong_is_not_missing);
+        RUN_TEST(test_what_the_recording_does_not_determine_stays);
+        RUN_TEST(test_a_wrong_shape_is_not_missing_physics);
         RUN_TEST(test_the_same_recording_gives_the_same_answer);
     }
     return UNITY_END();

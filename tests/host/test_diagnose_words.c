@@ -143,13 +143,14 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
 /* A model that was given is told apart from what its own hysteresis, fitted again, makes of it. */
 static void test_only_a_given_model_came_in(void) {
     const char *const told[] = {"NRMSE 1.9000 % -> 0.9000 % -> 0.1000 %, held out 2.0000 % -> 1.0000 % -> 0.1000 %",
-                                "(the chain as it came in -> its hysteresis fitted again -> with what was found)"};
-    const char *const shown[] = {"as it came in</td><td>2.0000", "hysteresis fitted again</td><td>1.0000",
+                                "(the chain as it came in -> its numbers fitted again -> with what was found)"};
+    const char *const shown[] = {"as it came in</td><td>2.0000", "numbers fitted again</td><td>1.0000",
                                  "1.9000&nbsp;% as it came in, 0.9000&nbsp;% before"};
     const char *const begun[] = {"NRMSE 0.9000 % -> 0.1000 %, held out 1.0000 % -> 0.1000 %; noise"};
     work_out();
     expect_all(printed(), told, 2);
     expect_all(page(), shown, 3);
+    diagnosis.model_given = false;
     diagnosis.family = families[0];
     json_t *json = as_json();
     TEST_ASSERT_TRUE(json_is_null(json_object_get(json, "given")));
@@ -158,6 +159,43 @@ static void test_only_a_given_model_came_in(void) {
     char *text = page();
     TEST_ASSERT_NULL(strstr(text, "as it came in"));
     free(text);
+    account_free(&account);
+}
+
+/* What became of a given chain: the shape of its hysteresis, and the numbers of its other blocks. */
+static void test_what_was_changed_in_a_given_chain_is_told(void) {
+    static const char same[] = "Explained by a hysteresis of other numbers (prandtl_ishlinskii) and resonance: the "
+                               "held-out error falls from 1.5 % to 0.1 %",
+                      other[] = "Explained by another shape of hysteresis (prandtl_ishlinskii): the held-out error";
+    char text[DIAGNOSIS_LINE];
+    work_out();
+    diagnosis.family = families[0];
+    diagnosis.own_shape_held_out_percent = 1.5;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING_LEN(same, text, strlen(same));
+    model_remove(&diagnosis.given, 0);
+    model_set(model_append(&diagnosis.given, &block_bouc_wen), "offset_um", 1.0);
+    model_block_t *mode = model_append(&diagnosis.given, &block_resonance);
+    model_set(mode, "frequency_hz", 150.0);
+    model_set(mode, "damping_ratio",
+              *model_parameter(model_find(&diagnosis.model, "resonance"), "damping_ratio")->value);
+    diagnosis.refitted = 1;
+    diagnosis.refitted_block[0] = &block_resonance;
+    diagnosis.findings = 0;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING_LEN(other, text, strlen(other));
+    char *all = printed();
+    TEST_ASSERT_NOT_NULL(strstr(all, "\nrefitted   resonance in the given chain: frequency_hz = 180"));
+    TEST_ASSERT_NOT_NULL(strstr(all, "it was 150\n"));
+    TEST_ASSERT_NULL(strstr(all, "chain: damping_ratio"));
+    free(all);
+    json_t *json = as_json();
+    const json_t *shape = json_object_get(json, "other_shape"), *numbers = json_object_get(json, "refitted");
+    TEST_ASSERT_EQUAL_STRING("bouc_wen", json_string_value(json_object_get(shape, "instead_of")));
+    TEST_ASSERT_EQUAL_UINT64(2, json_array_size(numbers));
+    TEST_ASSERT_TRUE(json_is_true(json_object_get(json_array_get(numbers, 0), "changed")));
+    TEST_ASSERT_FALSE(json_is_true(json_object_get(json_array_get(numbers, 1), "changed")));
+    json_decref(json);
     account_free(&account);
 }
 
@@ -404,6 +442,7 @@ int main(void) {
     RUN_TEST(test_what_is_isolated_is_not_sold_as_a_name);
     RUN_TEST(test_what_was_not_found_tells_its_smallest_size);
     RUN_TEST(test_only_a_given_model_came_in);
+    RUN_TEST(test_what_was_changed_in_a_given_chain_is_told);
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_an_unknown_past_is_told);
     RUN_TEST(test_too_few_reversals_are_told_first);

@@ -48,6 +48,7 @@ void setUp(void) {
     }
     TEST_ASSERT_TRUE(samples_open(&diagnosis.samples, &diagnosis.baseline, recordings, RECORDINGS, &failure));
     diagnosis.noise = (noise_t){.sigma_um = NOISE_UM, .rms_um = NOISE_UM, .at_rest = true};
+    diagnosis.model_given = true;
     diagnosis.given_nrmse_percent = 1.9;
     diagnosis.given_held_out_percent = 2.0;
     diagnosis.baseline_nrmse_percent = 0.9;

@@ -30,5 +30,7 @@ typedef struct {
 void drive_window_settle(drive_window_t *window, double value);
 /** The next sample comes in. */
 void drive_window_next(drive_window_t *window, const signal_t *signal);
+/** Whether what is drawn between the last sample and this one goes beyond both, and how far. */
+bool drive_window_turns(const drive_window_t *window, double *turn);
 
 #endif

@@ -94,3 +94,17 @@ void drive_window_next(drive_window_t *window, const signal_t *signal) {
     }
     window->smooth = signal->known_ahead > 0 ? smoothness(window->bend, window->like, signal->known_ahead) : 0.0;
 }
+
+bool drive_window_turns(const drive_window_t *window, double *turn) {
+    const double *x = window->x;
+    if (window->smooth <= 0.0 || (x[3] - x[4]) * (x[1] - x[2]) >= 0.0) {
+        return false;
+    }
+    /* x[3] + a1 t + a2 t^2 + a3 t^3, t from 0 to 1. */
+    const double a2 = window->smooth * (x[2] - 2.0 * x[3] + x[4]) / 2.0,
+                 a3 = window->smooth * (x[1] - 3.0 * x[2] + 3.0 * x[3] - x[4]) / 6.0, a1 = x[2] - x[3] - a2 - a3;
+    const double discriminant = a2 * a2 - 3.0 * a3 * a1;
+    const double t = discriminant > 0.0 ? -a1 / (a2 + copysign(sqrt(discriminant), a2)) : 0.0;
+    *turn = x[3] + t * (a1 + t * (a2 + t * a3));
+    return t > 0.0 && t < 1.0 && (*turn > fmax(x[2], x[3]) || *turn < fmin(x[2], x[3]));
+}
