@@ -4,6 +4,8 @@
 #include "json_output.h"
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 static int run(int argc, char **argv);
 
@@ -11,7 +13,10 @@ const command_t command_blocks = {
     .name = "blocks",
     .arguments = "[--json]",
     .summary = "List the blocks that a model's chain can be made of",
-    .details = "Names, parameters, units and ranges are those of the model file; the order is that of the signal.",
+    .details = "Names, parameters, units and ranges are those of the model file; the order is that of the signal. Of "
+               "each block that\n"
+               "`hyst diagnose` looks for: how it shows, which others are of its group and hardly to be told from it, "
+               "and what to\nrecord to see it.",
     .run = run};
 
 static void print_block(const block_t *block) {
@@ -32,6 +37,50 @@ static void print_block(const block_t *block) {
     }
 }
 
+/* The blocks that diagnose looks for in the group of one of them, but for that one. Returns how many. */
+static size_t rest_of_group(const block_t *block, const block_t **others) {
+    size_t count = 0;
+    for (size_t i = 0; i < catalogue_count; i++) {
+        const block_t *other = catalogue[i];
+        if (other != block && other->probe != NULL && strcmp(other->probe->group, block->probe->group) == 0) {
+            others[count++] = other;
+        }
+    }
+    return count;
+}
+
+static void print_probe(const block_t *block) {
+    const block_t **others = allocate(catalogue_count, sizeof(const block_t *));
+    const size_t count = rest_of_group(block, others);
+    printf("  looks like: %s\n  confused with: %s", block->probe->explanation, count == 0 ? "none" : "");
+    for (size_t i = 0; i < count; i++) {
+        printf("%s%s", i > 0 ? ", " : "", others[i]->name);
+    }
+    printf("%s%s%s\n  revealed by: %s\n", count > 0 ? " (group " : "", count > 0 ? block->probe->group : "",
+           count > 0 ? ")" : "", block->probe->excitation);
+    free(others);
+}
+
+static json_t *rest_of_group_json(const block_t *block) {
+    const block_t **others = allocate(catalogue_count, sizeof(const block_t *));
+    const size_t count = rest_of_group(block, others);
+    json_t *names = json_array();
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(names, json_string(others[i]->name));
+    }
+    free(others);
+    return names;
+}
+
+/* All null for a block that diagnose does not look for. */
+static json_t *probe_json(const block_t *block) {
+    static const probe_t none = {0};
+    const probe_t *probe = block->probe != NULL ? block->probe : &none;
+    return json_pack("{s:s?, s:s?, s:o, s:s?}", "group", probe->group, "looks_like", probe->explanation,
+                     "confused_with", block->probe != NULL ? rest_of_group_json(block) : json_null(), "revealed_by",
+                     probe->excitation);
+}
+
 static json_t *block_json(const block_t *block) {
     json_t *parameters = json_array();
     for (size_t p = 0; p < block->parameters; p++) {
@@ -50,8 +99,10 @@ static json_t *block_json(const block_t *block) {
         }
         json_array_append_new(parameters, entry);
     }
-    return json_pack("{s:s, s:s, s:s, s:o}", "block", block->name, "place", place_name(block->place), "text",
-                     block->text, "parameters", parameters);
+    json_t *json = json_pack("{s:s, s:s, s:s, s:o}", "block", block->name, "place", place_name(block->place), "text",
+                             block->text, "parameters", parameters);
+    json_object_update_new(json, probe_json(block));
+    return json;
 }
 
 static json_t *catalogue_json(void) {
@@ -76,6 +127,9 @@ static int run(int argc, char **argv) {
     }
     for (size_t i = 0; i < catalogue_count; i++) {
         print_block(catalogue[i]);
+        if (catalogue[i]->probe != NULL) {
+            print_probe(catalogue[i]);
+        }
     }
     return STATUS_DONE;
 }

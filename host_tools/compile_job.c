@@ -148,6 +148,8 @@ bool compile_creep(compile_job_t *job, creep_cells_t cells) {
         return fail(job->failure, "the amplifier has one bank of relaxations: creep and dielectric_loss both need it");
     }
     p->creep_cells = (uint32_t)cells.cells;
+    compile_note(job, "%s: what %zu relaxations add is taken off the reference, sample by sample", job->block,
+                 cells.cells);
     job->elastic_center_um /= creep_gain_at_rest(&cells); /* at rest creep multiplies the position by its gain */
     for (size_t j = 0; j < cells.cells; j++) {
         if (!compile_to_fixed(job, cells.gain, 31, "creep gain", &p->creep[j].gain) ||

@@ -51,6 +51,8 @@ typedef struct {
      * the block. false: there is no such.
      */
     bool (*probe)(const probe_setting_t *setting, size_t index, double *value);
+    /** Why there may be none at all, a clause: what the recordings lack. NULL: there always is. */
+    const char *absent;
     /** Which parameters are then searched, as bits: 1 << index. */
     unsigned searched;
     /** Which of them are never below 0 in an actuator, as bits, though a model may have them there. */

@@ -30,11 +30,12 @@ const char plot_style[] =
     "polyline{stroke-linejoin:round}.before,.after,.other,.plain{fill:none;stroke-width:1.6}"
     ".before{stroke:var(--before)}.after{stroke:var(--after)}.other{stroke:var(--other);stroke-dasharray:6 "
     "3}.plain{stroke:var(--plain);stroke-width:1}"
-    ".under{stroke-width:4;opacity:.6}\n";
+    ".under{stroke-width:4;opacity:.6}.dashed{stroke-dasharray:7 4}\n";
 
 typedef struct {
     double low, high, step; /* step between ticks; all of the logarithm to base 10, if logarithmic */
     bool logarithmic;
+    bool exponents; /* ticks are powers of ten that are written as such, all of them */
 } axis_t;
 
 /* The smallest of 1, 2, 5 times a power of ten that is at least `least`. */
@@ -71,6 +72,8 @@ static axis_t logarithmic_axis_over(double low, double high, double margin) {
         axis.low = floor(axis.low);
     }
     axis.logarithmic = true;
+    const double first = ceil(axis.low / axis.step) * axis.step, last = floor(axis.high / axis.step) * axis.step;
+    axis.exponents = first < -2.5 || last > 4.5; /* too long for the room there is */
     return axis;
 }
 
@@ -91,7 +94,7 @@ static double tick_at(const axis_t *axis, long index, char *text, size_t size) {
     const double tick = (double)index * axis->step;
     const int decimals = (int)-floor(log10(axis->step) + 1e-9);
     if (axis->logarithmic) {
-        if (tick < -2.5 || tick > 4.5) { /* too long for the room there is */
+        if (axis->exponents) {
             snprintf(text, size, "1e%.0f", tick);
         } else {
             snprintf(text, size, "%g", pow(10.0, tick));

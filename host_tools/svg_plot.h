@@ -20,10 +20,10 @@
 extern const char plot_style[];
 
 typedef struct {
-    const char
-        *class_name;   /**< "before", "after", "other" or "plain", and " under" for a broad line that others run upon */
-    const char *label; /**< for the legend */
-    const double *x, *y; /**< count values each, finite */
+    const char *class_name; /**< "before", "after", "other" or "plain", " under" for a broad line that others run upon,
+                               and " dashed" */
+    const char *label;      /**< for the legend */
+    const double *x, *y;    /**< count values each, finite */
     size_t count;
 } plot_line_t;
 

@@ -66,9 +66,9 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     const state_t state = state_under(parameter, job->options->preload_n);
     job->elastic_center_um = job->elastic_center_um / state.gain + state.shift_um;
     job->elastic_half_um /= state.gain;
-    if (!isfinite(parameter[FORCE].value[0])) {
-        compile_note(job, "%s: compiled for %g N (--preload)", job->block, job->options->preload_n);
-    }
+    const bool given = isfinite(parameter[FORCE].value[0]);
+    compile_note(job, "%s: compiled for %g N (%s)", job->block,
+                 given ? parameter[FORCE].value[0] : job->options->preload_n, given ? "the model's" : "--preload");
     return true;
 }
 
@@ -83,6 +83,7 @@ static const probe_t looked_for = {.group = "preload",
                                        "the same drive under three preloads, each noted in its recording as preload_n",
                                    .parts = PROBE_FAST_TRIANGLE,
                                    .probe = probe,
+                                   .absent = "the recordings are all at one preload, or do not say at which",
                                    .searched = 1U << COMPLIANCE,
                                    .accuracy = {0.01}};
 

@@ -187,6 +187,8 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
                      "%s: the amplifier's thresholds grow one sample later than the model's, by a rate smoothed "
                      "over %.3g ms (model: %.3g ms)",
                      job->block, 1e3 * filter_s, 1e3 * parameter[RATE_FILTER].value[0]);
+    } else {
+        compile_note(job, "%s: the amplifier's thresholds grow as the model's", job->block);
     }
     return compile_to_fixed(job, beta_s * job->rate_hz, 20, "beta in samples", &p->pi_beta) &&
            compile_to_fixed(job, gain_of(filter_s, job->rate_hz), 30, "rate gain", &p->pi_rate_gain);

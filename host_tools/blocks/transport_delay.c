@@ -83,6 +83,8 @@ static void step(void *memory, signal_t *signal) {
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     job->delay_s += parameter[0].value[0];
+    compile_note(job, "%s: the amplifier looks %.4g ms ahead, as far as samples allow", job->block,
+                 1e3 * parameter[0].value[0]);
     return true;
 }
 

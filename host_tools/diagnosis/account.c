@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "account.h"
+#include "attempt.h"
 #include "fit_ranges.h"
 #include "json_output.h"
 #include "past.h"
@@ -40,13 +41,30 @@ static bool simulate(const diagnosis_t *d, const model_t *model, double **room, 
     return good;
 }
 
-static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
+/* The chain without what is no response to a drive. Rounding of two simulations hides what differs between them. */
+static bool simulate_smooth(const job_t *job, const model_t *model, double **room, failure_t *failure) {
+    model_t smooth;
+    model_copy(&smooth, model);
+    attempt_without_noise(&smooth);
+    const bool good = simulate(job->diagnosis, &smooth, room, failure);
+    model_free(&smooth);
+    return good;
+}
+
+static bool simulate_without(job_t *job, const finding_t *finding, failure_t *failure) {
     model_t without;
-    bool good;
-    finding_left_out(job->diagnosis, finding, &without);
     joint_power_t ignored;
-    good = joint_fit(&job->diagnosis->samples, &job->diagnosis->noise, &without, 0, 1, &ignored, failure) &&
-           simulate(job->diagnosis, &without, job->difference, failure);
+    finding_left_out(job->diagnosis, finding, &without);
+    attempt_without_noise(&without);
+    const bool good = joint_fit(&job->diagnosis->samples, &job->diagnosis->noise, &without, 0, 1, &ignored, failure) &&
+                      simulate(job->diagnosis, &without, job->difference, failure);
+    model_free(&without);
+    return good;
+}
+
+static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
+    const bool good = finding->in_readings ? simulate(job->diagnosis, &job->diagnosis->model, job->difference, failure)
+                                           : simulate_without(job, finding, failure);
     for (size_t i = 0; good && i < job->count; i++) {
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
             job->difference[i][k] = job->account->after[i][k] - job->difference[i][k];
@@ -55,7 +73,6 @@ static bool locate_finding(job_t *job, const finding_t *finding, location_t *whe
     if (good) {
         locate(job->recordings, job->count, job->difference, job->account->from, 0.0, where);
     }
-    model_free(&without);
     return good;
 }
 
@@ -103,7 +120,7 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
                            .recordings = count};
     memcpy(account->from, diagnosis->samples.from, count * sizeof(size_t));
     bool good = simulate(diagnosis, &diagnosis->baseline, account->before, failure) &&
-                simulate(diagnosis, &diagnosis->model, account->after, failure);
+                simulate_smooth(&job, &diagnosis->model, account->after, failure);
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
         good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], failure);
     }

@@ -15,8 +15,8 @@ typedef struct {
     location_t where[DIAGNOSIS_MOST_FINDINGS];
     /** How sure a finding is: finding_confidence. */
     double confidence[DIAGNOSIS_MOST_FINDINGS];
-    /** Simulations of every recording by the baseline and by the final model, and the first samples that count (those
-     * whose memory is determined, or all). */
+    /** Simulations of every recording by the baseline and by the final model, which do not round to the converter's
+     * steps (as errors are counted), and the first samples that count (those whose memory is determined, or all). */
     double **before, **after;
     size_t *from;
     size_t recordings;

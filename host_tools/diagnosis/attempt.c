@@ -18,8 +18,7 @@
 /* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
 const double attempt_naming_margin = 20.0;
 const double attempt_least_support = 12.0;
-/* Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
-static const double least_steps = 0.1;
+const double attempt_least_steps = 0.1;
 const double attempt_least_part_of_found = 0.1;
 const double attempt_worth_explaining = 0.05;
 enum { BASELINE_ITERATIONS = 4 };
@@ -62,7 +61,7 @@ double attempt_excess(const diagnosis_t *d, double held) {
 static void find_steps(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     const double step = job->step_um, error_um = step / sqrt(12.0);
-    if (step > 0.0 && error_um > least_steps * d->noise.rms_um && d->findings < DIAGNOSIS_MOST_FINDINGS) {
+    if (step > 0.0 && error_um > attempt_least_steps * d->noise.rms_um && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         const double each = lattice_likelihood_per_sample();
         const double t = sqrt(each * (double)d->samples.fitted);
         model_block_t *block = model_append(&d->model, &block_quantisation);

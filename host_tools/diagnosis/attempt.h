@@ -53,6 +53,9 @@ extern const double attempt_naming_margin, attempt_least_support;
  * of hysteresis could imitate. */
 extern const double attempt_worth_explaining;
 
+/** Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
+extern const double attempt_least_steps;
+
 /** Of a fit of all that was found. One that settles ends by itself; one that was stopped before leaves what is then
  * taken for another effect. */
 enum { ATTEMPT_ITERATIONS = 16 };

@@ -6,6 +6,7 @@
 #include "lattice.h"
 #include "line_clock.h"
 #include "trials.h"
+#include "unseen.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -146,6 +147,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
         }
         trial_without_the_first(&job);
         put_given(diagnosis, &as_given);
+        good = unseen_complete(&job);
     }
     baseline_free(shape, shapes);
     progress_end(&job.progress);
@@ -174,6 +176,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
             trials_of_others(&job, baseline, shapes);
         }
         trial_without_the_first(&job);
+        good = unseen_complete(&job);
     }
     baseline_free(baseline, shapes);
     baseline_free(&rough, 1);

@@ -54,7 +54,8 @@ typedef struct {
 /** What a block that was not found would have had to be like. */
 typedef struct {
     const block_t *block;
-    bool testable;      /**< false: whatever its size, other numbers imitate it in these recordings */
+    bool testable;      /**< false: whatever its size, these recordings could not show it */
+    const char *why;    /**< they could not, a clause; NULL where it is testable */
     double smallest_um; /**< root mean square of the change of the position that would have been seen */
     size_t parameter;   /**< index of the one that the effect is proportional to; block->parameters: none */
     double value;       /**< of that parameter at this size */

@@ -17,9 +17,10 @@ static json_t *ranges_to_json(const ranges_t *ranges) {
 }
 
 static json_t *location_to_json(const location_t *location, const recording_t *recordings) {
-    json_t *json = json_pack("{s:o, s:o, s:o, s:s}", "time_s", ranges_to_json(&location->time_s), "frequency_hz",
+    json_t *json = json_pack("{s:o, s:o, s:o, s:o, s:s}", "time_s", ranges_to_json(&location->time_s), "frequency_hz",
                              ranges_to_json(&location->frequency_hz), "drive", ranges_to_json(&location->drive_v),
-                             "loop", loop_part_name(location->loop));
+                             "drive_rate_v_per_s", ranges_to_json(&location->drive_rate_v_per_s), "loop",
+                             loop_part_name(location->loop));
     if (location->somewhere) {
         json_object_set_new(json, "recording", json_string(recordings[location->recording].name));
     }
@@ -87,9 +88,10 @@ static json_t *unseen_to_json(const unseen_t *unseen) {
         const parameter_info_t *info = &block->parameter[unseen->parameter];
         parameter = json_pack("{s:s, s:f, s:s}", "name", info->name, "value", fabs(unseen->value), "unit", info->unit);
     }
-    return json_pack("{s:s, s:b, s:o, s:o, s:s, s:o}", "block", block->name, "testable", (int)unseen->testable,
-                     "smallest_um", unseen->testable ? json_number_or_null(unseen->smallest_um) : json_null(),
-                     "parameter", parameter, "separating_excitation", block->probe->excitation, "probe",
+    return json_pack("{s:s, s:b, s:s?, s:o, s:o, s:s, s:o}", "block", block->name, "testable", (int)unseen->testable,
+                     "reason", unseen->why, "smallest_um",
+                     unseen->testable ? json_number_or_null(unseen->smallest_um) : json_null(), "parameter", parameter,
+                     "separating_excitation", block->probe->excitation, "probe",
                      json_sprintf("hyst record --probe %s", block->name));
 }
 
@@ -155,6 +157,8 @@ static json_t *refitted_to_json(const diagnosis_t *diagnosis) {
 json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
                           size_t count) {
     const bool was_given = diagnosis->model_given;
+    char caveat[DIAGNOSIS_LINE];
+    const bool doubtful = verdict_caveat(diagnosis, caveat);
     json_t *names = json_array(), *findings = json_array(), *model = model_to_json(&diagnosis->baseline);
     json_t *baseline = json_pack("{s:O, s:o, s:o}", "chain", json_object_get(model, "chain"), "nrmse_percent",
                                  json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
@@ -167,10 +171,11 @@ json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account
         json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
     }
     json_t *json = json_pack(
-        "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "format", "hyst-diagnosis-1", "recordings", names, "given",
+        "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s, s:s?}", "format", "hyst-diagnosis-1", "recordings", names, "given",
         was_given ? errors_to_json(diagnosis->given_nrmse_percent, diagnosis->given_held_out_percent) : json_null(),
         "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(diagnosis), "remaining",
-        remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict));
+        remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict), "caveat",
+        doubtful ? caveat : NULL);
     if (diagnosis_other_shape(diagnosis) != NULL) {
         json_object_set_new(json, "other_shape", other_shape_to_json(diagnosis));
     }

@@ -8,6 +8,8 @@
 #define BEFORE "before"
 #define AFTER  "after"
 
+static const char *const class_name[] = {"before", "after"}, *const label[] = {BEFORE, AFTER};
+
 /* measured - model */
 static double *residual(const compared_t *c, const double *model) {
     double *x = allocate(c->samples, sizeof(double));
@@ -80,37 +82,38 @@ static size_t first_model(const compared_t *c) {
     return c->before_um != NULL ? 0 : 1;
 }
 
-static void write_residuals(FILE *file, const compared_t *c, const double *time_s) {
-    const double *const model[] = {c->before_um, c->after_um};
-    const char *const class_name[] = {"before", "after"}, *const label[] = {BEFORE, AFTER};
-    const size_t begin = first_model(c), lines = 2 - begin;
-    double *x[2] = {NULL, NULL};
-    density_t density[2] = {{0}};
-    plot_line_t trace[2], spectrum[2];
+/* What the models leave, over x: the differences that the eye misses where models are drawn themselves. */
+static void write_errors(FILE *file, const char *title, const char *x_label, const double *x, double *const error[2],
+                         size_t begin, size_t first, size_t length) {
+    plot_line_t line[2];
     for (size_t i = begin; i < 2; i++) {
-        x[i] = residual(c, model[i]);
-        density[i] = density_of(x[i], c);
-        trace[i] = (plot_line_t){class_name[i], label[i], time_s, x[i], c->samples};
-        spectrum[i] = (plot_line_t){class_name[i], label[i], density[i].hz, density[i].density, density[i].count};
+        line[i] = (plot_line_t){class_name[i], begin == 0 ? label[i] : "model", x, error[i] + first, length};
     }
-    plot_write(file,
-               &(plot_t){"Residual: recorded − model", "time, s", "residual, µm", trace + begin, lines, PLOT_NO_SHADE});
-    plot_write_logarithmic(file, &(plot_t){"Spectrum of the residual", "frequency, Hz", "density, µm/√Hz",
-                                           spectrum + begin, lines, PLOT_NO_SHADE});
+    plot_write(file, &(plot_t){title, x_label, "recorded − model, µm", line + begin, 2 - begin, PLOT_NO_SHADE});
+}
+
+static void write_spectrum(FILE *file, const compared_t *c, double *const error[2], size_t begin) {
+    density_t density[2] = {{0}};
+    plot_line_t line[2];
+    for (size_t i = begin; i < 2; i++) {
+        density[i] = density_of(error[i], c);
+        line[i] = (plot_line_t){class_name[i], label[i], density[i].hz, density[i].density, density[i].count};
+    }
+    plot_write_logarithmic(file, &(plot_t){"Spectrum of the residual", "frequency, Hz", "density, µm/√Hz", line + begin,
+                                           2 - begin, PLOT_NO_SHADE});
     for (size_t i = begin; i < 2; i++) {
         density_free(&density[i]);
-        free(x[i]);
     }
 }
 
-/* Recorded displacement and models of it over x. */
+/* Recorded displacement and models of it over x. The earlier model is dashed: where they agree, both are seen. */
 static void write_models(FILE *file, const compared_t *c, const char *title, const char *x_label, const double *x,
                          size_t first, size_t length) {
     const plot_line_t recorded = {"plain under", "recorded", x, c->measured_um + first, length};
     const plot_line_t after = {"after", c->before_um != NULL ? AFTER : "model", x, c->after_um + first, length};
     plot_line_t line[3] = {recorded, after, after};
     if (c->before_um != NULL) {
-        line[1] = (plot_line_t){"before", BEFORE, x, c->before_um + first, length};
+        line[2] = (plot_line_t){"before dashed", BEFORE, x, c->before_um + first, length};
     }
     plot_write(file, &(plot_t){title, x_label, "position, µm", line, 3 - first_model(c), PLOT_NO_SHADE});
 }
@@ -119,12 +122,21 @@ void write_pictures(FILE *file, const compared_t *c) {
     enum { SHOWN = 200, LEAST = 100 };
     const size_t wished = c->samples / SHOWN > LEAST ? c->samples / SHOWN : LEAST;
     const size_t length = wished < c->samples ? wished : c->samples, first = most_different(c, length);
-    double *time_s = times(c);
+    const size_t begin = first_model(c);
+    double *time_s = times(c), *error[2] = {NULL, residual(c, c->after_um)};
+    if (begin == 0) {
+        error[0] = residual(c, c->before_um);
+    }
     fprintf(file, "<div class=\"row pictures\">\n");
     write_models(file, c, "Loop", "drive, V", c->drive_v, 0, c->samples);
-    write_models(file, c, c->before_um != NULL ? "Where the two models differ most" : "Where the model is worst",
-                 "time, s", time_s + first, first, length);
-    write_residuals(file, c, time_s);
+    write_errors(file, "Error over the drive", "drive, V", c->drive_v, error, begin, 0, c->samples);
+    write_models(file, c, begin == 0 ? "Where the two models differ most" : "Where the model is worst", "time, s",
+                 time_s + first, first, length);
+    write_errors(file, "Error there", "time, s", time_s + first, error, begin, first, length);
+    write_errors(file, "Residual over time", "time, s", time_s, error, begin, 0, c->samples);
+    write_spectrum(file, c, error, begin);
     fprintf(file, "</div>\n");
     free(time_s);
+    free(error[0]);
+    free(error[1]);
 }

@@ -13,7 +13,7 @@ typedef struct {
     double sample_rate_hz, start_s; /**< time of the first of them */
 } compared_t;
 
-/** Loop, a stretch of time, residual and residual spectrum, as four figures. */
+/** As six figures: loop and error over the drive, a stretch of time and the error there, residual and its spectrum. */
 void write_pictures(FILE *file, const compared_t *compared);
 
 #endif

@@ -19,19 +19,21 @@ static const char style[] =
     ".box small{display:block;color:var(--soft)}.end{color:var(--soft)}"
     ".found{border:.16rem solid var(--after);background:var(--paper)}.found b{color:var(--after)}"
     "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;margin:.5rem 0;max-width:60rem}"
-    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;white-space:nowrap}"
-    ".words td,.words th{text-align:left;vertical-align:top}.words td:nth-child(2){white-space:nowrap}"
+    "dt{color:var(--soft)}dd{margin:0}td.text,th.text{text-align:left;min-width:min(20rem,40vw)}"
+    ".words td,.words th{text-align:left;vertical-align:top}.words td:nth-child(2){min-width:14rem}"
     "code{display:inline-block}"
-    ".long{break-inside:auto}tr{break-inside:avoid}"
+    ".long{break-inside:auto}.long td{vertical-align:top}tr{break-inside:avoid}"
     ".bar{display:inline-block;height:.7rem;background:var(--before);vertical-align:baseline;min-width:1px}"
     ".bar.last{background:var(--after)}.bar.noise{background:var(--soft)}td.bars{width:50%;text-align:left}"
     ".pictures{grid-template-columns:repeat(auto-fill,minmax(min(26rem,100%),1fr))}"
     "@media(max-width:40rem){dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:.4rem}.chain{flex-direction:column}"
-    ".words thead{display:none}.words td{display:block;border:0;padding:0}.words td:nth-child(2){white-space:normal}"
+    ".words thead{display:none}.words td{display:block;border:0;padding:0}.words td:nth-child(2){min-width:0}"
     ".words td:first-child{font-weight:600;padding-top:.5rem}td.bars{width:20%}"
     ".chain li{flex-direction:column;align-items:flex-start}.chain li+li::before{content:\"↓\";padding:0 1rem}}"
-    "@media print{.pictures{grid-template-columns:1fr "
-    "1fr}.bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
+    "@media print{h2{margin-top:1.3rem}.verdict{font-size:1rem}.pictures "
+    ".plot{width:90%}th,td{padding-top:.12rem;padding-bottom:.12rem}"
+    ".pictures{grid-template-columns:1fr 1fr;gap:.4rem 1.5rem}"
+    ".bar,.box{print-color-adjust:exact;-webkit-print-color-adjust:exact}}\n</style>\n";
 
 typedef struct {
     FILE *file;
@@ -46,12 +48,13 @@ static const char *file_name(const recording_t *recording) {
     return slash == NULL ? recording->name : slash + 1;
 }
 
-/* The text of the terminal with the characters that a page has: a plus-minus sign, dashes in ranges, micrometres, and
+/* The text of the terminal with the characters that a page has: a plus-minus sign, "to" in ranges (a dash is a minus
+ * sign before a negative number), micrometres, and
  * no line break at the first, before the last and a percent sign. */
 static void write_prose(FILE *file, const char *text) {
     static const struct {
         const char *plain, *html;
-    } better[] = {{" +- ", "&nbsp;±&nbsp;"}, {" .. ", "–"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
+    } better[] = {{" +- ", "&nbsp;±&nbsp;"}, {" .. ", "&nbsp;to&nbsp;"}, {" %", "&nbsp;%"}, {" um", "&nbsp;µm"}};
     while (*text != '\0') {
         size_t i = 0;
         while (i < sizeof better / sizeof better[0] && strncmp(text, better[i].plain, strlen(better[i].plain)) != 0) {
@@ -154,9 +157,7 @@ static void write_chain(const page_t *page) {
         const finding_t *finding = finding_of(page->diagnosis, block);
         fprintf(page->file, "<li><span class=\"box%s\"><b>%s</b><small>%s%s%s</small></span></li>\n",
                 finding != NULL ? " found" : "", block->name, place_name(block->place), finding != NULL ? ", " : "",
-                finding == NULL               ? ""
-                : finding->certainty == NAMED ? "found"
-                                              : "found; or a block it is confused with");
+                finding != NULL ? finding_standing(page->diagnosis, finding) : "");
     }
     fprintf(page->file, "<li><span class=\"end\">reading</span></li>\n</ol>\n");
 }
@@ -195,12 +196,12 @@ static void write_finding(const page_t *page, size_t index) {
     write_numbers(page, finding);
     location_text(&page->account->where[index], page->recordings, page->count, text);
     write_row(page->file, "Where", text);
-    fprintf(page->file,
-            "<dt>How sure</dt><dd>confidence %.2f; %.4g standard errors, %.3g by the scatter between blocks "
-            "of time</dd>\n",
-            page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
-    fprintf(page->file, "<dt>%s</dt><dd>",
-            finding->certainty == NAMED ? "Shows best in" : "To tell them apart, record");
+    fprintf(
+        page->file,
+        "<dt>How sure</dt><dd>confidence %.2f; its size is %.4g standard errors, %.3g by the scatter between blocks "
+        "of time</dd>\n",
+        page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
+    fprintf(page->file, "<dt>%s</dt><dd>", excitation_heading(finding));
     write_prose(page->file, finding->block->probe->excitation);
     if (finding->certainty != NAMED) {
         write_probe(page->file, finding->block->name);
@@ -232,7 +233,7 @@ static void write_findings(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
     char text[DIAGNOSIS_LINE];
     if (d->findings > 0) {
-        fprintf(page->file, "<h2>What was found</h2>\n");
+        fprintf(page->file, "<h2>%s</h2>\n", d->verdict == UNKNOWN_PHYSICS ? "What comes nearest" : "What was found");
     }
     for (size_t f = 0; f < d->findings; f++) {
         write_finding(page, f);
@@ -255,14 +256,17 @@ static void write_unseen(const page_t *page) {
     size_t testable;
     const size_t count = unseen_in_order(page->diagnosis, unseen, &testable);
     if (count > 0) {
-        fprintf(page->file, "<h2>What would have been seen</h2>\n<div class=\"wide\"><table class=\"long words\">\n"
+        fprintf(page->file, "<h2>What would have been seen, and what was not testable</h2>\n<div class=\"wide\"><table "
+                            "class=\"long words\">\n"
                             "<thead><tr><th>Not found</th><th>Smallest size</th><th>Shows best in</th></tr></thead>\n"
                             "<tbody>\n");
     }
     for (size_t i = 0; i < count; i++) {
-        char text[DIAGNOSIS_LINE] = "not testable here: other numbers imitate it";
+        char text[DIAGNOSIS_LINE] = "";
         if (i < testable) {
             unseen_text(unseen[i], text);
+        } else {
+            text_append(text, "not testable here: %s", unseen[i]->why);
         }
         fprintf(page->file, "<tr><td>%s</td><td>", unseen[i]->block->name);
         write_prose(page->file, text);
@@ -284,23 +288,28 @@ static void write_unseen(const page_t *page) {
 
 static void write_considered(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
-    fprintf(page->file,
-            "<h2>What else was considered</h2>\n<div class=\"wide\"><table class=\"long\">\n<thead><tr><th>Block</th>"
-            "<th>Round</th><th>2 log likelihood</th><th>t</th><th>t, blocks</th><th class=\"text\"></th></tr>"
-            "</thead>\n<tbody>\n");
-    for (size_t i = 0; i < d->considered; i++) {
-        const considered_t *c = &d->consideration[i];
+    size_t order[DIAGNOSIS_MOST_CONSIDERED];
+    const size_t count = considered_in_order(d, order);
+    fprintf(
+        page->file,
+        "<h2>What else was considered</h2>\n<p class=\"with-next\">Each round asks what one more block would "
+        "explain of what the chain so far leaves; %zu forms of blocks were tried in all.</p>\n<div class=\"wide\">"
+        "<table class=\"long\">\n<thead><tr><th>Block</th><th>Round</th><th>Better fit</th><th>Size over its "
+        "error</th><th>the same, between blocks of time</th><th class=\"text\">What became of it</th></tr></thead>\n"
+        "<tbody>\n",
+        d->tested);
+    for (size_t i = 0; i < count; i++) {
+        const considered_t *c = &d->consideration[order[i]];
         fprintf(page->file,
                 "<tr><td>%s</td><td>%zu</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td class=\"text\">%s</td></tr>\n",
-                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(d, i));
+                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(d, order[i]));
     }
     fprintf(page->file,
-            "</tbody></table></div>\n<p class=\"note\">Each round asks what one more block would explain of what the "
-            "chain so far leaves: %zu signatures in all. 2 log likelihood: how much better the block at its best makes "
-            "the recordings, in squared standard errors. The first few are then ordered by what they leave when the "
-            "hysteresis is fitted with them. t: its amplitude over its standard error; for blocks, over the one from "
-            "the scatter between blocks of time.</p>\n",
-            d->tested);
+            "</tbody></table></div>\n<p class=\"note\">Better fit: what the block at its best takes off the squared "
+            "error that is left, in units of the noise's square (twice the logarithm of the likelihood ratio), before "
+            "the hysteresis is fitted with it: 15 may be chance, and a name has to win by 20 when all is fitted. Size "
+            "over its error: how many standard errors it is away from nothing; between blocks of time, with the "
+            "error by which its size scatters from one stretch of time to the next.</p>\n");
 }
 
 static void write_not_looked_for(const page_t *page) {
@@ -349,12 +358,12 @@ bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *accou
     write_prose(page.file, text);
     fprintf(page.file, "</p>\n");
     write_recordings(&page);
+    write_before_and_after(&page);
     write_chain(&page);
     write_findings(&page);
     write_measured(&page);
-    write_before_and_after(&page);
-    write_unseen(&page);
     write_considered(&page);
+    write_unseen(&page);
     write_not_looked_for(&page);
     return page_close(page.file, path, true, failure);
 }

@@ -15,19 +15,32 @@ const char *certainty_name(certainty_t certainty);
 /** The hysteresis that took the place of the given model's own, or NULL. */
 const block_t *diagnosis_other_shape(const diagnosis_t *diagnosis);
 
-/** The verdict as a sentence or two. */
+/** What makes any verdict on these recordings a guess, a sentence; false: nothing does. */
+bool verdict_caveat(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
+/** The verdict as a sentence or two, behind its caveat. */
 void verdict_sentence(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 
 /** What a finding is, in plain sentences: the block's explanation; before it, "One of .., these recordings cannot tell
  * which" unless it is named. */
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]);
 
-/** "12 .. 14 s and 30 .. 31 s; 190 .. 210 Hz; everywhere in the loop; drive 80 .. 100 V". `recordings`, count: those of
- * the diagnosis. */
+/** "in all parts of the loop; 80 .. 100 V; where the drive rests and at 20 .. 500 V/s; 190 .. 210 Hz (harmonics 2 and
+ * 3); 12 .. 14 and 30 .. 31 s of a.csv". At most three ranges each: the smallest gaps between more are bridged.
+ * `recordings`, count: those of the diagnosis. */
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]);
 
 /** Why a block that was considered was not taken, or that it was. index < diagnosis->considered. */
 const char *outcome_text(const diagnosis_t *diagnosis, size_t index);
+
+/** The indices of what was considered, round by round, what was taken in a round before the others. Returns how many.
+ */
+size_t considered_in_order(const diagnosis_t *diagnosis, size_t order[DIAGNOSIS_MOST_CONSIDERED]);
+
+/** What the chain says below a block that was found: whether it is the reason, or may be, or only comes near. */
+const char *finding_standing(const diagnosis_t *diagnosis, const finding_t *finding);
+/** What stands before the excitation of a finding: "To tell them apart, record" only where there is something to tell
+ * it from. */
+const char *excitation_heading(const finding_t *finding);
 
 /** "frequency_hz = 212.3 +- 0.4 Hz". element 0 of a parameter of the final model. */
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
@@ -37,7 +50,7 @@ void parameter_text(const model_block_t *block, size_t parameter, char text[DIAG
 void remainder_text(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 
 /**
- * The blocks that were tried in vain, in the order of the catalogue, and of these the testable ones first. Neither what
+ * The blocks that were not found, in the order of the catalogue, and of these the testable ones first. Neither what
  * was found nor what these recordings cannot tell from it: that may be there. Returns how many; *testable of them are.
  */
 size_t unseen_in_order(const diagnosis_t *diagnosis, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable);

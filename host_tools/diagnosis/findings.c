@@ -27,6 +27,17 @@ const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block) 
     return NULL;
 }
 
+bool finding_may_be(const diagnosis_t *diagnosis, const block_t *block) {
+    for (size_t f = 0; f < diagnosis->findings; f++) {
+        for (size_t r = 0; r < diagnosis->finding[f].rivals; r++) {
+            if (diagnosis->finding[f].rival[r] == block) {
+                return true;
+            }
+        }
+    }
+    return finding_of(diagnosis, block) != NULL;
+}
+
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding) {
     size_t index = 0;
     while (diagnosis->model.block[index].block != finding->block) {

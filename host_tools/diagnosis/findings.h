@@ -11,6 +11,8 @@ bool finding_searched(const finding_t *finding, size_t parameter);
 bool finding_tells(const finding_t *finding, size_t parameter);
 /** The finding that put this block in the chain, or NULL. */
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);
+/** Whether a block was found, or a finding can be confused with it. */
+bool finding_may_be(const diagnosis_t *diagnosis, const block_t *block);
 /** Index of a finding's block in diagnosis->model. */
 size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
 /** The diagnosis' model without the finding's block; to be freed. */

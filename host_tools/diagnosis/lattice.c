@@ -68,3 +68,15 @@ double lattice_step_um(const recording_t *recordings, size_t count, double *sigm
     }
     return step;
 }
+
+void lattice_visible_steps(const recording_t *recordings, size_t count, double range_um[2]) {
+    range_um[0] = 0.0;
+    range_um[1] = HUGE_VAL;
+    for (size_t i = 0; i < count; i++) {
+        const size_t samples = recordings[i].samples;
+        double ends[2];
+        values_range(recordings[i].column[COLUMN_DISPLACEMENT], samples, ends);
+        range_um[0] = fmax(range_um[0], (ends[1] - ends[0]) * (double)seldom / (double)samples);
+        range_um[1] = fmin(range_um[1], (ends[1] - ends[0]) / (FEWEST_LEVELS - 1));
+    }
+}

@@ -11,6 +11,10 @@
  */
 double lattice_step_um(const recording_t *recordings, size_t count, double *sigma_um);
 
+/** The finest step that would be found, for readings have to come back to it, and the coarsest, for there have to be
+ * some of them. */
+void lattice_visible_steps(const recording_t *recordings, size_t count, double range_um[2]);
+
 /** 2 log likelihood that a reading on the lattice gives it: a tenth of a step to either side is a fifth of all there
  * is. */
 double lattice_likelihood_per_sample(void);

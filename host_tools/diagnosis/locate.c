@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "locate.h"
+#include "cells.h"
 #include "drive_period.h"
+#include "drive_rate.h"
 #include "loop_parts.h"
 #include "spectrum.h"
 #include <gsl/gsl_math.h>
@@ -8,80 +10,9 @@
 #include <stdlib.h>
 
 enum { TIME_CELLS = 60, DRIVE_CELLS = 24, CELLS_PER_OCTAVE = 24, OCTAVES = 26 };
-static const double most_of_it = 0.8, no_place = 0.5, least_harmonic = 0.05;
-/* A cell of drive levels with fewer samples says nothing. */
-static const double least_visited = 0.002;
+static const double least_harmonic = 0.05;
 /* Frequencies closer than a third of an octave are one range. */
 static const double one_range = 1.26;
-
-/* What was found in a cell, and where its first and last sample (or frequency) lies. */
-typedef struct {
-    double energy, from, to;
-    bool chosen;
-} cell_t;
-
-static int by_energy(const void *one, const void *other) {
-    const cell_t *a = *(const cell_t *const *)one, *b = *(const cell_t *const *)other;
-    /* Ties in the order of the cells: the same on every C library. */
-    return a->energy != b->energy ? (a->energy < b->energy ? 1 : -1) : (a > b) - (a < b);
-}
-
-/* Chooses the fewest cells that hold most of it. Returns how many, 0 if there is nothing. */
-static size_t choose(cell_t *cell, size_t count) {
-    cell_t **sorted = allocate(count, sizeof(cell_t *));
-    double total = 0.0, sum = 0.0;
-    size_t chosen = 0;
-    for (size_t i = 0; i < count; i++) {
-        sorted[i] = &cell[i];
-        total += cell[i].energy;
-    }
-    qsort(sorted, count, sizeof(cell_t *), by_energy);
-    while (total > 0.0 && chosen < count && sum < most_of_it * total) {
-        sorted[chosen]->chosen = true;
-        sum += sorted[chosen++]->energy;
-    }
-    free(sorted);
-    return chosen;
-}
-
-static double linear_gap(const range_t *left, const range_t *right) {
-    return right->from - left->to;
-}
-
-static double octave_gap(const range_t *left, const range_t *right) {
-    return left->to > 0.0 ? log(right->from / left->to) : HUGE_VAL;
-}
-
-/* The chosen cells as ranges; neighbours, and those with at most `joined` between them, are one. */
-static void collect(const cell_t *cell, size_t count, double (*gap)(const range_t *, const range_t *), double joined,
-                    ranges_t *ranges) {
-    range_t *all = allocate(count, sizeof *all);
-    size_t length = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (cell[i].chosen) {
-            all[length++] = (range_t){cell[i].from, cell[i].to};
-        }
-    }
-    while (length > 1) {
-        size_t narrowest = 0;
-        for (size_t i = 1; i + 1 < length; i++) {
-            narrowest = gap(&all[i], &all[i + 1]) < gap(&all[narrowest], &all[narrowest + 1]) ? i : narrowest;
-        }
-        if (length <= LOCATION_MOST_RANGES && gap(&all[narrowest], &all[narrowest + 1]) > joined) {
-            break;
-        }
-        all[narrowest].to = all[narrowest + 1].to;
-        for (size_t i = narrowest + 1; i + 1 < length; i++) {
-            all[i] = all[i + 1];
-        }
-        length--;
-    }
-    ranges->count = length;
-    for (size_t i = 0; i < length; i++) {
-        ranges->range[i] = all[i];
-    }
-    free(all);
-}
 
 static double mean_square(const recording_t *r, const double *difference, size_t from) {
     double sum = 0.0;
@@ -105,23 +36,21 @@ static void locate_in_time(const recording_t *r, const double *difference, size_
         cell[i].to = r->start_s + (double)end / r->sample_rate_hz;
     }
     const double width = (double)samples / r->sample_rate_hz / TIME_CELLS;
-    if ((double)choose(cell, TIME_CELLS) > no_place * (double)TIME_CELLS) {
+    if ((double)cells_choose(cell, TIME_CELLS) > cells_no_place * (double)TIME_CELLS) {
         *ranges = (ranges_t){1, {{cell[0].from, cell[TIME_CELLS - 1].to}}};
     } else {
-        collect(cell, TIME_CELLS, linear_gap, 1.5 * width, ranges);
+        cells_collect(cell, TIME_CELLS, cells_linear_gap, 1.5 * width, ranges);
     }
 }
 
 static void locate_in_drive(const recording_t *recordings, size_t count, double *const *difference, const size_t *from,
                             double floor_um, ranges_t *ranges) {
     cell_t cell[DRIVE_CELLS] = {0};
-    double low = HUGE_VAL, high = -HUGE_VAL, all = 0.0, visits[DRIVE_CELLS] = {0};
-    size_t used = 0;
+    double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
         for (size_t k = from[i]; k < recordings[i].samples; k++) {
             low = fmin(low, recordings[i].column[COLUMN_DRIVE][k]);
             high = fmax(high, recordings[i].column[COLUMN_DRIVE][k]);
-            all += 1.0;
         }
     }
     const double width = (high - low) / DRIVE_CELLS;
@@ -129,21 +58,18 @@ static void locate_in_drive(const recording_t *recordings, size_t count, double 
         for (size_t k = from[i]; k < recordings[i].samples && width > 0.0; k++) {
             const double at = (recordings[i].column[COLUMN_DRIVE][k] - low) / width;
             const size_t c = at < DRIVE_CELLS ? (size_t)at : DRIVE_CELLS - 1;
-            visits[c] += 1.0;
+            cell[c].visits += 1.0;
             cell[c].energy += difference[i][k] * difference[i][k];
         }
     }
     for (size_t c = 0; c < DRIVE_CELLS; c++) {
-        const bool visited = visits[c] > least_visited * all;
-        used += visited ? 1 : 0;
-        cell[c].energy = visited ? fmax(0.0, cell[c].energy / visits[c] - floor_um * floor_um) : 0.0;
         cell[c].from = low + width * (double)c;
         cell[c].to = low + width * (double)(c + 1);
     }
-    if ((double)choose(cell, DRIVE_CELLS) > no_place * (double)used) {
+    if (cells_have_no_place(cell, DRIVE_CELLS, floor_um)) {
         *ranges = (ranges_t){1, {{low, high}}};
     } else {
-        collect(cell, DRIVE_CELLS, linear_gap, 1.5 * width, ranges);
+        cells_collect(cell, DRIVE_CELLS, cells_linear_gap, 1.5 * width, ranges);
     }
 }
 
@@ -175,8 +101,8 @@ static void locate_in_frequency(const recording_t *recordings, size_t count, dou
     for (size_t c = 0; c < CELLS; c++) {
         cell[c].energy = fmax(0.0, cell[c].energy);
     }
-    choose(cell, CELLS);
-    collect(cell, CELLS, octave_gap, log(one_range), ranges);
+    cells_choose(cell, CELLS);
+    cells_collect(cell, CELLS, cells_octave_gap, log(one_range), ranges);
     free(cell);
 }
 
@@ -225,6 +151,7 @@ void locate(const recording_t *recordings, size_t count, double *const *differen
         locate_in_time(&recordings[i], difference[i], from[i], floor_um, &location->time_s);
         locate_in_frequency(recordings, count, difference, from, floor_um, &location->frequency_hz);
         locate_in_drive(recordings, count, difference, from, floor_um, &location->drive_v);
+        locate_in_rate(recordings, count, difference, from, floor_um, &location->drive_rate_v_per_s);
         find_harmonics(&recordings[i], difference[i], from[i], location);
         location->loop = find_loop_part(recordings, count, difference, from, floor_um);
     }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Where an effect acts: at which times, frequencies and drive levels, and in which part of the loop.
+ * Where an effect acts: at which times, frequencies, drive levels and drive rates, and in which part of the loop.
  *
  * It is read from a difference of two simulations, with and without the effect, or from what remains of a measured
  * displacement. Ranges are the fewest that hold 80 % of what there is: of its energy, for time and frequency; of its
- * mean square at each level, for the drive, because a drive does not stay equally long everywhere. What takes more than
- * half of the time or of the drive's range has no place there: then the range is all of it.
+ * mean square at each level, for the drive and its rate (drive_rate.h), because a drive does not stay equally long
+ * everywhere. What takes more than half of the time, of the drive's range or of its rates has no place there: then the
+ * range is all of it.
  */
 #ifndef LOCATE_H
 #define LOCATE_H
@@ -35,7 +36,8 @@ typedef struct {
     bool somewhere;   /**< false: there is nothing above the floor, and the rest is empty */
     size_t recording; /**< the one with most of it per sample, which time_s and the harmonics are of */
     ranges_t time_s, frequency_hz, drive_v;
-    double fundamental_hz; /**< of that recording's drive, 0 if it does not repeat itself */
+    ranges_t drive_rate_v_per_s; /**< 0 to 0: where the drive rests */
+    double fundamental_hz;       /**< of that recording's drive, 0 if it does not repeat itself */
     size_t harmonics;
     unsigned
         harmonic[LOCATION_MOST_HARMONICS]; /**< of the first 40, those with at least 5 % of the energy of what varies */

@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double turning_part = 0.15, least_way = 0.01, still = 2e-5, hold_part = 0.05, stands_out = 2.0;
+const double loop_still = 2e-5;
+static const double turning_part = 0.15, least_way = 0.01, hold_part = 0.05, stands_out = 2.0;
 /* A part with fewer of the samples is not asked. */
 static const double least_share = 0.01;
 enum { SHORTEST_HOLD = 20 };
@@ -15,14 +16,16 @@ const char *loop_part_name(loop_part_t part) {
 
 /* Samples at which the drive turns round, with the first and the last one. Returns how many; free *at. */
 static size_t find_reversals(const double *drive, size_t samples, double way, size_t **at) {
-    size_t count = 1, extreme = 0;
+    size_t count = 1, extreme = 0, low = 0, high = 0; /* until it has gone far enough in either direction */
     double direction = 0.0;
     *at = allocate(samples + 1, sizeof **at); /* the first is 0 */
     for (size_t k = 1; k < samples; k++) {
         const double from_extreme = drive[k] - drive[extreme];
         if (direction == 0.0) {
-            direction = fabs(from_extreme) > way ? copysign(1.0, from_extreme) : 0.0;
-            extreme = direction != 0.0 ? k : 0;
+            low = drive[k] < drive[low] ? k : low;
+            high = drive[k] > drive[high] ? k : high;
+            direction = !(drive[high] - drive[low] > way) ? 0.0 : high > low ? 1.0 : -1.0;
+            extreme = k;
         } else if (direction * from_extreme >= 0.0) {
             extreme = k;
         } else if (-direction * from_extreme > way) {
@@ -35,8 +38,16 @@ static size_t find_reversals(const double *drive, size_t samples, double way, si
     return count;
 }
 
-/* part[k] of every sample. */
-static void classify(const double *drive, size_t samples, loop_part_t *part) {
+size_t loop_reversals(const double *drive, size_t samples, double part) {
+    double ends[2];
+    size_t *at;
+    values_range(drive, samples, ends);
+    const size_t found = find_reversals(drive, samples, part * (ends[1] - ends[0]), &at);
+    free(at);
+    return found - 2; /* with the first and the last sample */
+}
+
+void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
     double ends[2];
     values_range(drive, samples, ends);
     const double range = ends[1] - ends[0];
@@ -54,7 +65,7 @@ static void classify(const double *drive, size_t samples, loop_part_t *part) {
         for (next = first + 1; next < samples; next++) {
             low = fmin(low, drive[next]);
             high = fmax(high, drive[next]);
-            if (high - low > still * range) {
+            if (high - low > loop_still * range) {
                 break;
             }
         }
@@ -71,7 +82,7 @@ loop_part_t find_loop_part(const recording_t *recordings, size_t count, double *
     for (size_t i = 0; i < count; i++) {
         const size_t length = recordings[i].samples - from[i];
         loop_part_t *part = allocate(length, sizeof *part);
-        classify(recordings[i].column[COLUMN_DRIVE] + from[i], length, part);
+        loop_parts(recordings[i].column[COLUMN_DRIVE] + from[i], length, part);
         for (size_t k = 0; k < length; k++) {
             sum[part[k]] += difference[i][from[i] + k] * difference[i][from[i] + k];
             samples[part[k]] += 1.0;

@@ -146,9 +146,7 @@ static void fill_wave(const job_t *job, const wanted_t *wanted, double *column) 
     }
 }
 
-/* Hz of a drive that does nothing but one loop again and again, 0 otherwise: then a rate-independent hysteresis can
- * imitate whatever repeats itself with it. */
-static double loop_hz(const samples_t *s) {
+double nuisance_loop_hz(const samples_t *s) {
     const recording_t *recording = &s->recordings[0];
     const size_t from = s->from[0], length = recording->samples - from;
     const double *drive = recording->column[COLUMN_DRIVE] + from;
@@ -187,7 +185,7 @@ static void want_own(job_t *job, const nuisance_options_t *options) {
     for (size_t i = 0; options->past && samples->past_matters && i < PAST_COLUMNS; i++) {
         want(job, (wanted_t){.fill = fill_past, .layer = NUISANCE_OWN, .index = i});
     }
-    const double hz = options->plays ? loop_hz(samples) : 0.0;
+    const double hz = options->plays ? nuisance_loop_hz(samples) : 0.0;
     for (int harmonic = 1;
          harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz; harmonic++) {
         want_line(job, harmonic * hz, NUISANCE_OWN);

@@ -31,6 +31,9 @@ typedef void nuisance_take_t(void *context, const double *column, nuisance_layer
 
 /** A number that can change in neither direction has a column of zeros. */
 void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context);
+/** Hz of a drive that does nothing but one loop again and again, 0 otherwise: then a rate-independent hysteresis can
+ * imitate whatever repeats itself with it. */
+double nuisance_loop_hz(const samples_t *samples);
 /** No more columns than this. */
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options);
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "samples.h"
+#include "loop_parts.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,7 @@ static const double at_the_end = 0.02;
 /* Of a recording. A past that takes longer to be forgotten is a matter of the model; but several recordings have one
  * model, and each its own past. */
 static const double most_left_out = 0.2, most_of_several = 0.75;
-enum { FEWEST = 24 };
+enum { FEWEST = 24, FEWEST_OF_ALL = 600 };
 
 /* Which of three blocks of time is held out, if nothing speaks against it. */
 enum { EVERY = 3, USUALLY = 2 };
@@ -80,6 +81,7 @@ static size_t first_that_counts(const model_t *model, const recording_t *recordi
 
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
                   failure_t *failure) {
+    size_t take_part = 0;
     *samples = (samples_t){.recordings = recordings,
                            .count = count,
                            .begin = allocate(count + 1, sizeof(size_t)),
@@ -93,6 +95,13 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
             samples_close(samples);
             return false;
         }
+        take_part += recordings[i].samples - samples->from[i];
+    }
+    if (take_part < FEWEST_OF_ALL) {
+        fail(failure, "%s: %zu samples that take part are too few for a diagnosis: it needs %d", recordings[0].name,
+             take_part, FEWEST_OF_ALL);
+        samples_close(samples);
+        return false;
     }
     samples->all = samples->begin[count];
     samples->part = allocate(samples->all, 1);
@@ -126,6 +135,15 @@ void samples_residual(const samples_t *samples, const double *simulated, double 
             residual[at] = k < samples->from[i] ? 0.0 : measured[k] - simulated[at];
         }
     }
+}
+
+size_t samples_reversals(const samples_t *samples, double part) {
+    size_t reversals = 0;
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *r = &samples->recordings[i];
+        reversals += loop_reversals(r->column[COLUMN_DRIVE], r->samples, part);
+    }
+    return reversals;
 }
 
 size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked) {

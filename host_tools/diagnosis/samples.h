@@ -33,7 +33,8 @@ typedef enum { SAMPLE_LEFT_OUT, SAMPLE_FITTED, SAMPLE_HELD_OUT } samples_part_t;
  * model whose plane ends there cannot have another past). Where that would leave out more than 20 % of a recording (of
  * several: 75 %, since they have one model, and each its own past), what comes after the drive has been at both ends of
  * what it covers in the first 20 %: the rest of the past is then a matter of the model.
- * The recordings must outlive it. Fails when a recording is too short.
+ * The recordings must outlive it. Fails when a recording is too short, or all of them together have fewer samples than
+ * a few for each number that J has (nuisance.h): whatever they hold could be explained away, and chance explained.
  */
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
                   failure_t *failure);
@@ -45,6 +46,9 @@ double *samples_column(const samples_t *samples);
 void samples_residual(const samples_t *samples, const double *simulated, double *residual);
 /** Picks the samples of one part, in their order. Returns how many. */
 size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked);
+
+/** How often the drives turn round, all recordings together (loop_parts.h). */
+size_t samples_reversals(const samples_t *samples, double part);
 
 /** The recording with the most samples, the first of them. */
 size_t samples_longest(const samples_t *samples);

@@ -3,6 +3,7 @@
 #include "baseline.h"
 #include "candidate_judgement.h"
 #include "search.h"
+#include "unseen.h"
 #include <math.h>
 #include <string.h>
 
@@ -12,9 +13,6 @@ static const double same_signature = 0.95;
 static const double least_support = 0.3;
 /* And in any case enough. */
 static const double support_enough = 100.0;
-/* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise.
- * In two sealed sets 9 of 12 curves of that size were told as curves, and all 24 of 1 and 3 times the noise. */
-static const double least_curve = 0.3;
 
 static void name(const evidence_t *evidence, const candidates_t *found, finding_t *finding) {
     const candidate_t *best = &found->candidate[0];
@@ -96,27 +94,6 @@ static void remember(diagnosis_t *d, const candidates_t *found, outcome_t best) 
     }
 }
 
-/* What the blocks that were tried in vain would have had to be like to be seen. */
-static void note_unseen(diagnosis_t *d, const candidates_t *found) {
-    for (size_t i = 0; i < found->count && d->unseen_count < DIAGNOSIS_MOST_UNSEEN; i++) {
-        const candidate_t *c = &found->candidate[i];
-        const double least_um = c->block->probe->shape && d->family != NULL ? least_curve * d->noise.rms_um : 0.0;
-        const double smallest_um = fmax(c->smallest_um, least_um), larger = smallest_um / c->smallest_um;
-        unseen_t unseen = {.block = c->block,
-                           .testable = isfinite(c->smallest_um),
-                           .smallest_um = smallest_um,
-                           .parameter = c->block->parameters};
-        for (size_t p = c->block->parameters; p-- > 0;) {
-            if (c->block->parameter[p].proportional && c->smallest_value[p] != 0.0) {
-                unseen.parameter = p;
-                unseen.value = larger * c->smallest_value[p];
-                unseen.testable = unseen.testable && fabs(unseen.value) <= c->block->parameter[p].high;
-            }
-        }
-        d->unseen[d->unseen_count++] = unseen;
-    }
-}
-
 /* The next one as the first. */
 static void put_first(candidates_t *found, size_t index) {
     const candidate_t first = found->candidate[index];
@@ -165,7 +142,7 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
     const bool good = take_one(job, evidence, question, &found, &convinces, found_one);
     remember(d, &found, *found_one ? TAKEN : convinces ? LESS_LIKELY : NOT_SIGNIFICANT);
     if (!*found_one && question != ASK_ANYTHING) {
-        note_unseen(d, &found);
+        unseen_note(d, &found);
     }
     candidates_free(&found);
     return good;

@@ -149,9 +149,16 @@ expect 2 "unknown option --jsn" diagnose good.csv --jsn diagnosis.json
 expect 0 '' blocks
 has stdout 'prandtl_ishlinskii (hysteresis)'
 has stdout 'gamma_per_decade   1     -0.1 .. 0.1'
+has stdout 'looks like: The position goes on moving after the drive has stopped'
+has stdout 'confused with: transport_delay, amplifier_bandwidth (group lag)'
+has stdout 'revealed by: the same drive under three preloads'
 expect 0 '' blocks --json
 has stdout '"format": "hyst-blocks-1"'
 has stdout '"place": "slow"'
+has stdout '"group": "lag"'
+has stdout '"looks_like": "The position goes on moving after the drive has stopped'
+has stdout '"confused_with": null'
+has stdout '"revealed_by": "the same drive under three preloads'
 expect 2 'too many arguments' blocks model.json
 
 if [ -w /dev/full ]; then

@@ -8,6 +8,7 @@
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <stdio.h>
+#include <string.h>
 
 static const uint64_t seed = 99;
 
@@ -325,9 +326,61 @@ static void test_no_filters_only_looks_ahead(void) {
     TEST_ASSERT_EQUAL_UINT32(0, parameters.shape_sections);
     TEST_ASSERT_EQUAL_UINT32(4, parameters.lookahead_samples);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.3e-4, report.lookahead_remainder_s);
-    TEST_ASSERT_EQUAL_UINT64(1, report.notes);
+    TEST_ASSERT_EQUAL_UINT64(2, report.notes);
     TEST_ASSERT_EQUAL_UINT64(1, report.uncorrected); /* the noise */
     model_free(&model);
+}
+
+static bool is_noted(const compile_report_t *report, const char *block) {
+    for (size_t i = 0; i < report->notes; i++) {
+        const char *note = report->note[i];
+        if (strncmp(note, block, strlen(block)) == 0 && note[strlen(block)] == ':') {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The help says that each note says how a block is undone: so each block that is undone has one. */
+static void test_what_is_undone_has_a_note(void) {
+    static const struct {
+        const block_t *block;
+        struct {
+            const char *name;
+            double value;
+        } number[3];
+    } undone[] = {{&block_transport_delay, {{"delay_s", 2e-4}}},
+                  {&block_amplifier_bandwidth, {{"cutoff_hz", 500.0}}},
+                  {&block_amplifier_saturation, {{"low_v", -99.0}, {"high_v", 99.0}}},
+                  {&block_asymmetric_hysteresis, {{"asymmetry", 0.01}, {"center_v", 0.0}, {"half_range_v", 100.0}}},
+                  {&block_rate_dependent_hysteresis, {{"beta_s", 1e-6}}},
+                  {&block_creep, {{"gamma_per_decade", 0.01}}},
+                  {&block_dielectric_loss, {{"loss_tangent", 0.01}}},
+                  {&block_resonance, {{"frequency_hz", 300.0}, {"damping_ratio", 0.05}}},
+                  {&block_preload, {{"compliance_per_n", 0.01}, {"force_n", 10.0}}},
+                  {&block_sensor_bandwidth, {{"cutoff_hz", 500.0}}},
+                  {&block_static_nonlinearity, {{"quadratic", 0.01}, {"center_um", 0.0}, {"half_range_um", 100.0}}}};
+    const double weights[] = {1.0, 0.1}, thresholds[] = {10.0};
+    const compile_options_t options = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-150.0, 150.0}};
+    for (size_t i = 0; i < sizeof undone / sizeof undone[0]; i++) {
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        failure_t failure = {{0}};
+        model_t model;
+        make_bank_model(&model, 10000.0, 0.0, 1, weights, thresholds);
+        model_block_t *block = model_append(&model, undone[i].block);
+        for (size_t n = 0; n < 3 && undone[i].number[n].name != NULL; n++) {
+            model_set(block, undone[i].number[n].name, undone[i].number[n].value);
+        }
+        if (undone[i].block->place == PLACE_ELECTRONICS) {
+            const model_block_t bank = model.block[0];
+            model.block[0] = model.block[1];
+            model.block[1] = bank;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &options, &parameters, &report, &failure), failure.text);
+        TEST_ASSERT_TRUE_MESSAGE(is_noted(&report, undone[i].block->name), undone[i].block->name);
+        model_free(&model);
+    }
 }
 
 /* A measured delay beyond the model's: the image waits for the fraction, and what comes out is late by the whole
@@ -424,6 +477,7 @@ int main(void) {
     RUN_TEST(test_inverse_of_a_mode_and_a_lag);
     RUN_TEST(test_a_measured_delay_is_looked_ahead_over);
     RUN_TEST(test_no_filters_only_looks_ahead);
+    RUN_TEST(test_what_is_undone_has_a_note);
     RUN_TEST(test_refuses_in_plain_words);
     return UNITY_END();
 }

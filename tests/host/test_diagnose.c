@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* From recordings to an answer: physics that is planted is named with its numbers, and none where there is none. */
+#include "catalogue.h"
 #include "diagnosis/diagnosis_json.h"
 #include "diagnosis/diagnosis_text.h"
 #include "diagnosis/findings.h"
@@ -177,6 +178,38 @@ static void expect_noise_is_left(void) {
     TEST_ASSERT_FALSE(diagnosis.remainder.structured);
 }
 
+/* Every block that is looked for is in the chain, may be what was found, or has its size or its reason. */
+static void expect_all_are_told_of(void) {
+    for (size_t c = 0; c < catalogue_count; c++) {
+        const block_t *block = catalogue[c];
+        const unseen_t *told = NULL;
+        size_t times = 0;
+        for (size_t i = 0; i < diagnosis.unseen_count; i++) {
+            told = diagnosis.unseen[i].block == block ? &diagnosis.unseen[i] : told;
+            times += diagnosis.unseen[i].block == block ? 1 : 0;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(times <= 1, block->name);
+        if (block->probe != NULL && model_find(&diagnosis.model, block->name) == NULL &&
+            !finding_may_be(&diagnosis, block)) {
+            TEST_ASSERT_NOT_NULL_MESSAGE(told, block->name);
+        }
+        if (told != NULL) {
+            TEST_ASSERT_TRUE_MESSAGE(told->testable == (told->why == NULL), block->name);
+            TEST_ASSERT_TRUE_MESSAGE(!told->testable || told->smallest_um > 0.0, block->name);
+        }
+    }
+}
+
+static const unseen_t *unseen_of(const block_t *block) {
+    for (size_t i = 0; i < diagnosis.unseen_count; i++) {
+        if (diagnosis.unseen[i].block == block) {
+            return &diagnosis.unseen[i];
+        }
+    }
+    TEST_FAIL_MESSAGE(block->name);
+    return NULL;
+}
+
 static void test_nothing_is_found_where_nothing_is(void) {
     measure(0.0);
     for (int with_model = 0; with_model < 2; with_model++) {
@@ -184,6 +217,9 @@ static void test_nothing_is_found_where_nothing_is(void) {
         TEST_ASSERT_EQUAL_UINT64(0, diagnosis.findings);
         TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
         TEST_ASSERT_TRUE(diagnosis.tested > 0 && diagnosis.unseen_count > 0);
+        expect_all_are_told_of();
+        TEST_ASSERT_NOT_NULL(strstr(unseen_of(&block_preload)->why, "at one preload"));
+        TEST_ASSERT_TRUE(unseen_of(&block_quantisation)->testable);
         expect_noise_is_left();
     }
 }
@@ -198,6 +234,7 @@ static void find_planted(const block_t *block, const double *value) {
         TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
         expect_numbers(block, value);
         expect_needed();
+        expect_all_are_told_of();
         expect_noise_is_left();
     }
 }
@@ -467,11 +504,14 @@ static void test_the_same_recording_gives_the_same_answer(void) {
 }
 
 static void test_too_few_samples_are_refused(void) {
-    recording.samples = 20;
-    TEST_ASSERT_FALSE(diagnose(&given, &recording, 1, &diagnosis, &failure));
-    expect_line(&failure, "planted.csv");
-    TEST_ASSERT_FALSE(diagnose_recordings(&recording, 1, &diagnosis, &failure));
-    expect_line(&failure, "planted.csv");
+    const size_t some[] = {20, 500};
+    for (size_t i = 0; i < 2; i++) {
+        recording.samples = some[i];
+        TEST_ASSERT_FALSE(diagnose(&given, &recording, 1, &diagnosis, &failure));
+        expect_line(&failure, "planted.csv");
+        TEST_ASSERT_FALSE(diagnose_recordings(&recording, 1, &diagnosis, &failure));
+        expect_line(&failure, "planted.csv");
+    }
 }
 
 int main(void) {

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What programs get of a diagnosis: JSON against its format, where things are, errors, and the model. */
+#include "diagnosis/unseen.h"
 #include "told_diagnosis.h"
 #include "unity.h"
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -28,13 +30,13 @@ static void test_json_has_the_format_of_the_contract(void) {
     expect_format(json,
                   "{s:s, s:o, s:{s:f, s:f}, s:{s:o, s:f, s:f}, s:o, s:o, s:{s:f, s:f, s:f, s:b, s:b, s:f, s:o, s:i, "
                   "s:f, s:o, s:o}, "
-                  "s:s}",
+                  "s:s, s:n}",
                   "format", &text, "recordings", &names, "given", "nrmse_percent", &given, "held_out_nrmse_percent",
                   &held_out, "baseline", "chain", &chain, "nrmse_percent", &before, "held_out_nrmse_percent", &held_out,
                   "findings", &findings, "not_found", &unseen, "remaining", "nrmse_percent", &nrmse,
                   "held_out_nrmse_percent", &held_out, "noise_floor_percent", &floor_percent, "past_unknown",
                   &past_unknown, "structured", &structured, "rms_um", &rms, "band_hz", &band, "outliers", &outliers,
-                  "by_level", &by_level, "levels_um", &levels, "where", &remaining, "verdict", &place);
+                  "by_level", &by_level, "levels_um", &levels, "where", &remaining, "verdict", &place, "caveat");
     TEST_ASSERT_EQUAL_DOUBLE(1.9, given);
     TEST_ASSERT_EQUAL_DOUBLE(0.9, before);
     TEST_ASSERT_TRUE(json_is_null(band) && json_is_null(levels));
@@ -58,6 +60,7 @@ static void test_json_has_the_format_of_the_contract(void) {
     expect_ranges(json_object_get(where, "time_s"), 1);
     expect_ranges(json_object_get(where, "frequency_hz"), 1);
     expect_ranges(json_object_get(where, "drive"), 1);
+    TEST_ASSERT_TRUE(json_array_size(json_object_get(where, "drive_rate_v_per_s")) > 0);
     expect_format(json_object_get(where, "loop"), "s", &loop);
     expect_format(json_object_get(where, "recording"), "s", &name);
     TEST_ASSERT_EQUAL_STRING(recordings[1].name, name); /* steps ring more than triangles */
@@ -91,6 +94,22 @@ static void test_a_mode_is_located_at_its_frequency(void) {
     TEST_ASSERT_TRUE(account.where[0].somewhere);
     TEST_ASSERT_TRUE(account.where[0].fundamental_hz > 0.0); /* both drives repeat themselves */
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, RATE_HZ / 1200.0, account.where[0].fundamental_hz);
+    account_free(&account);
+}
+
+/* Steps lower no error: what is drawn behind them is the chain without them, and where a mode acts they are no part. */
+static void test_steps_are_not_drawn(void) {
+    const double step_um = 0.5;
+    work_out();
+    const double from = account.where[0].frequency_hz.range[0].from, smooth = account.after[1][2000];
+    account_free(&account);
+    model_set(model_append(&diagnosis.model, &block_quantisation), "step_um", step_um);
+    diagnosis.finding[1] = (finding_t){.block = &block_quantisation, .certainty = NAMED, .in_readings = true};
+    diagnosis.findings = 2;
+    work_out();
+    TEST_ASSERT_EQUAL_DOUBLE(smooth, account.after[1][2000]);
+    TEST_ASSERT_EQUAL_DOUBLE(from, account.where[0].frequency_hz.range[0].from);
+    TEST_ASSERT_TRUE(account.where[1].somewhere);
     account_free(&account);
 }
 
@@ -184,6 +203,35 @@ static void test_confidence_rises_with_margin_and_support(void) {
     }
 }
 
+static void expect_reason(const block_t *block, double smallest_um, const char *why) {
+    candidate_t candidate = {.block = block, .smallest_um = smallest_um, .smallest_value = {1e6}};
+    diagnosis.unseen_count = 0;
+    unseen_note(&diagnosis, &(candidates_t){.count = 1, .candidate = &candidate});
+    TEST_ASSERT_EQUAL_UINT64(1, diagnosis.unseen_count);
+    TEST_ASSERT_FALSE(diagnosis.unseen[0].testable);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(diagnosis.unseen[0].why, why), diagnosis.unseen[0].why);
+}
+
+/* Of what J imitates the drive says why, as far as it does. */
+static void test_what_is_not_testable_has_its_reason(void) {
+    expect_reason(&block_creep, 0.01, "larger than such a block");
+    expect_reason(&block_creep, HUGE_VAL, "other numbers imitate it");
+    diagnosis.noise.at_rest = false;
+    expect_reason(&block_creep, HUGE_VAL, "never rests");
+    expect_reason(&block_static_nonlinearity, HUGE_VAL, "other numbers imitate it");
+    diagnosis.samples.count = 1; /* triangles of another height again and again: no one loop */
+    double *drive = recordings[0].column[COLUMN_DRIVE];
+    expect_reason(&block_creep, HUGE_VAL, "never rests");
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive[k] = 50.0 - 50.0 * cos(2.0 * M_PI * (double)k / 500.0);
+    }
+    expect_reason(&block_static_nonlinearity, HUGE_VAL, "repeats one loop");
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive[k] = 0.01 * (double)k;
+    }
+    expect_reason(&block_static_nonlinearity, HUGE_VAL, "never turns round");
+}
+
 static void test_what_cannot_be_written_is_one_line(void) {
     work_out();
     TEST_ASSERT_FALSE(
@@ -201,10 +249,12 @@ int main(void) {
     RUN_TEST(test_json_has_the_format_of_the_contract);
     RUN_TEST(test_what_numbers_refer_to_is_told);
     RUN_TEST(test_a_mode_is_located_at_its_frequency);
+    RUN_TEST(test_steps_are_not_drawn);
     RUN_TEST(test_standard_errors_are_those_of_the_noise);
     RUN_TEST(test_the_augmented_model_is_complete);
     RUN_TEST(test_the_augmented_model_keeps_what_is_known);
     RUN_TEST(test_confidence_rises_with_margin_and_support);
+    RUN_TEST(test_what_is_not_testable_has_its_reason);
     RUN_TEST(test_what_cannot_be_written_is_one_line);
     return UNITY_END();
 }

@@ -50,7 +50,7 @@ static void expect_all(char *text, const char *const *parts, size_t count) {
 /* In no order; among them what was found, what may be it, and what no number is proportional to at its best. */
 static void set_unseen(void) {
     const unseen_t unseen[] = {
-        {.block = &block_thermal_drift, .testable = false, .smallest_um = HUGE_VAL, .value = 1.0},
+        {.block = &block_thermal_drift, .why = "the drive was at home", .smallest_um = HUGE_VAL, .value = 1.0},
         {.block = &block_static_nonlinearity, .testable = true, .smallest_um = 0.5},
         {.block = &block_creep, .testable = true, .smallest_um = 0.00212, .value = -0.00041},
         {.block = &block_resonance, .testable = true, .smallest_um = 0.01, .parameter = 2},
@@ -99,34 +99,35 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
         "   transport_delay            would have been seen from 0.031 um rms (delay_s = 0.00025 s)\n"
         "   creep                      would have been seen from 0.0021 um rms (gamma_per_decade = 0.00041)\n"
         "   static_nonlinearity        would have been seen from 0.5 um rms\n"
-        "   thermal_drift              not testable here: other numbers imitate it\n"
+        "   thermal_drift              not testable here: the drive was at home\n"
         "\nnext       hyst record --port DEV --probe resonance\n",
         "edges: hyst record --port DEV --probe resonance\n"};
     const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
-                                 "<td>thermal_drift</td><td>not testable here",
+                                 "<td>thermal_drift</td><td>not testable here: the drive was at home</td>",
                                  ": <code>hyst record --port DEV --probe resonance</code></dd>"};
-    const char *const hedged[] = {"These sizes follow from the noise alone",
-                                  "other numbers imitate it\n   These sizes "};
-    const char *name, *excitation, *probe, *parameter, *unit;
+    const char *const hedged[] = {"These sizes follow from the noise alone", "the drive was at home\n   These sizes "};
+    const char *name, *excitation, *probe, *parameter, *unit, *reason;
     double smallest, value;
     int testable;
     set_unseen();
     work_out();
     json_t *json = as_json(), *list = json_object_get(json, "not_found");
     TEST_ASSERT_EQUAL_UINT64(4, json_array_size(list));
-    expect_format(json_array_get(list, 1), "{s:s, s:b, s:f, s:{s:s, s:f, s:s}, s:s, s:s}", "block", &name, "testable",
-                  &testable, "smallest_um", &smallest, "parameter", "name", &parameter, "value", &value, "unit", &unit,
-                  "separating_excitation", &excitation, "probe", &probe);
+    expect_format(json_array_get(list, 1), "{s:s, s:b, s:n, s:f, s:{s:s, s:f, s:s}, s:s, s:s}", "block", &name,
+                  "testable", &testable, "reason", "smallest_um", &smallest, "parameter", "name", &parameter, "value",
+                  &value, "unit", &unit, "separating_excitation", &excitation, "probe", &probe);
     TEST_ASSERT_EQUAL_STRING("creep", name);
     TEST_ASSERT_EQUAL_STRING("gamma_per_decade", parameter);
     TEST_ASSERT_EQUAL_STRING("hyst record --probe creep", probe);
     TEST_ASSERT_TRUE(testable && smallest == 0.00212 && value == 0.00041);
-    expect_format(json_array_get(list, 2), "{s:s, s:b, s:f, s:n, s:s, s:s}", "block", &name, "testable", &testable,
-                  "smallest_um", &smallest, "parameter", "separating_excitation", &excitation, "probe", &probe);
+    expect_format(json_array_get(list, 2), "{s:s, s:b, s:n, s:f, s:n, s:s, s:s}", "block", &name, "testable", &testable,
+                  "reason", "smallest_um", &smallest, "parameter", "separating_excitation", &excitation, "probe",
+                  &probe);
     TEST_ASSERT_EQUAL_STRING("static_nonlinearity", name);
-    expect_format(json_array_get(list, 3), "{s:s, s:b, s:n, s:n, s:s, s:s}", "block", &name, "testable", &testable,
-                  "smallest_um", "parameter", "separating_excitation", &excitation, "probe", &probe);
+    expect_format(json_array_get(list, 3), "{s:s, s:b, s:s, s:n, s:n, s:s, s:s}", "block", &name, "testable", &testable,
+                  "reason", &reason, "smallest_um", "parameter", "separating_excitation", &excitation, "probe", &probe);
     TEST_ASSERT_EQUAL_STRING("thermal_drift", name);
+    TEST_ASSERT_EQUAL_STRING("the drive was at home", reason);
     TEST_ASSERT_FALSE(testable);
     expect_all(printed(), told, 2);
     expect_all(page(), shown, 3);
@@ -208,7 +209,8 @@ static void expect_remainder(remainder_t remainder, const char *expected) {
 static void test_what_remains_is_told_in_words(void) {
     const char
         *const told[] = {"\nremaining  0.012 um rms beside the noise, most of it at 2 .. 2.83 Hz; 5 single samples "},
-               *const shown[] = {"<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2–2.83 Hz; 5"};
+               *const shown[] = {
+                   "<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2&nbsp;to&nbsp;2.83 Hz; 5"};
     double low, high;
     expect_remainder((remainder_t){0}, "noise at all frequencies");
     expect_remainder((remainder_t){.outliers = 1},
@@ -259,6 +261,48 @@ static void test_an_unknown_past_is_told(void) {
     account_free(&account);
 }
 
+/* Drives that go up once, and once back, are no loop; JSON, text and page say so before the verdict. */
+static void test_too_few_reversals_are_told_first(void) {
+    static const char sentence[] = "Too little to go by: the drive turns round 1 time by more than half of its range";
+    char text[DIAGNOSIS_LINE];
+    work_out();
+    TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recordings[0].column[COLUMN_DRIVE][k] = fmin((double)k, SAMPLES - (double)k);
+        recordings[1].column[COLUMN_DRIVE][k] = (double)k;
+    }
+    TEST_ASSERT_TRUE(verdict_caveat(&diagnosis, text));
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, sentence, strlen(sentence)));
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, sentence, strlen(sentence)));
+    TEST_ASSERT_NOT_NULL(strstr(text, "any. As far as it goes: Explained by"));
+    json_t *json = as_json();
+    TEST_ASSERT_EQUAL_INT(0, strncmp(json_string_value(json_object_get(json, "caveat")), sentence, strlen(sentence)));
+    json_decref(json);
+    account_free(&account);
+}
+
+/* They are found without an error that falls, and none is claimed; but for that of what else was found. */
+static void test_steps_lower_no_error(void) {
+    char text[DIAGNOSIS_LINE];
+    model_block_t *block = model_append(&diagnosis.model, &block_quantisation);
+    model_set(block, "step_um", 0.0123);
+    diagnosis.finding[1] = (finding_t){
+        .block = &block_quantisation, .certainty = NAMED, .in_readings = true, .held_out_before_percent = 0.1};
+    diagnosis.findings = 2;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING("Explained by resonance and quantisation: the held-out error falls from 1 % to 0.1 %, the "
+                             "noise is 0.1 %. The readings are multiples of 0.0123 um, which no model follows.",
+                             text);
+    diagnosis.finding[0] = diagnosis.finding[1];
+    diagnosis.findings = 1;
+    model_remove(&diagnosis.model, 1);
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING("Explained by quantisation: the readings are multiples of 0.0123 um, which no model "
+                             "follows. These steps are in the held-out error of 0.1 %; with them the noise is 0.1 %.",
+                             text);
+}
+
 static void test_nothing_found(void) {
     char text[DIAGNOSIS_LINE];
     model_free(&diagnosis.model);
@@ -273,11 +317,80 @@ static void test_nothing_found(void) {
     TEST_ASSERT_NOT_NULL(strstr(text, "Nothing is missing"));
     char *shown = page();
     TEST_ASSERT_NULL(strstr(shown, "Before and after"));
-    TEST_ASSERT_NULL(strstr(shown, "<polyline class=\"before\"")); /* there is only one model to show */
+    TEST_ASSERT_NULL(strstr(shown, "<polyline class=\"before")); /* there is only one model to show */
     TEST_ASSERT_NOT_NULL(strstr(shown, "<polyline class=\"after\""));
     free(shown);
     json_decref(json);
     account_free(&account);
+}
+
+/* The parts of the page in the order of a report: each behind the one before. */
+static void test_page_has_its_order(void) {
+    static const char *const parts[] = {"class=\"verdict\"",
+                                        "<h2>Before and after</h2>",
+                                        "Held-out error",
+                                        "<strong>Loop</strong>",
+                                        "<strong>Error over the drive</strong>",
+                                        "<strong>Where the two models differ most</strong>",
+                                        "<strong>Residual over time</strong>",
+                                        "<strong>Spectrum of the residual</strong>",
+                                        "<h2>The chain</h2>",
+                                        "<h2>What was found</h2>",
+                                        "<h2>What else was considered</h2>",
+                                        "<h2>What would have been seen, and what was not testable</h2>",
+                                        "<h2>What was not looked for</h2>"};
+    set_unseen();
+    work_out();
+    char *html = page();
+    const char *at = html;
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        at = strstr(at, parts[i]);
+        TEST_ASSERT_NOT_NULL_MESSAGE(at, parts[i]);
+    }
+    TEST_ASSERT_NOT_NULL(strstr(html, "<polyline class=\"before dashed\"")); /* beside the other one, not below it */
+    free(html);
+    account_free(&account);
+}
+
+/* What only comes near is not sold as found, and there is nothing to tell it from. */
+static void test_what_comes_near_is_not_found(void) {
+    finding_t *finding = &diagnosis.finding[0];
+    const char *const near[] = {"mechanics, comes nearest, does not explain it</small>", "<h2>What comes nearest</h2>",
+                                "<dt>To see more of it, record</dt>"};
+    TEST_ASSERT_EQUAL_STRING("found", finding_standing(&diagnosis, finding));
+    TEST_ASSERT_EQUAL_STRING("Shows best in", excitation_heading(finding));
+    finding->certainty = ISOLATED;
+    finding->rivals = 1;
+    finding->rival[0] = &block_sensor_bandwidth;
+    TEST_ASSERT_EQUAL_STRING("found; or a block it is confused with", finding_standing(&diagnosis, finding));
+    TEST_ASSERT_EQUAL_STRING("To tell them apart, record", excitation_heading(finding));
+    finding->certainty = DETECTED;
+    diagnosis.verdict = UNKNOWN_PHYSICS;
+    TEST_ASSERT_EQUAL_STRING("comes nearest, does not explain it", finding_standing(&diagnosis, finding));
+    finding->rivals = 0;
+    work_out();
+    expect_all(page(), near, 3);
+    account_free(&account);
+}
+
+/* What was taken stands first in its round; what explained more by itself says why it was not. */
+static void test_what_was_taken_stands_first(void) {
+    size_t order[DIAGNOSIS_MOST_CONSIDERED];
+    diagnosis.rounds = 2;
+    diagnosis.considered = 4;
+    diagnosis.consideration[0] =
+        (considered_t){.block = &block_creep, .round = 1, .likelihood = 28886.0, .outcome = LESS_LIKELY};
+    diagnosis.consideration[1] =
+        (considered_t){.block = &block_resonance, .round = 1, .likelihood = 26302.0, .outcome = TAKEN};
+    diagnosis.consideration[2] =
+        (considered_t){.block = &block_gain_drift, .round = 1, .likelihood = 100.0, .outcome = LESS_LIKELY};
+    diagnosis.consideration[3] =
+        (considered_t){.block = &block_gain_drift, .round = 2, .likelihood = 10.0, .outcome = NOT_SIGNIFICANT};
+    TEST_ASSERT_EQUAL_UINT64(4, considered_in_order(&diagnosis, order));
+    const size_t expected[] = {1, 0, 2, 3};
+    TEST_ASSERT_EQUAL_MEMORY(expected, order, sizeof expected);
+    TEST_ASSERT_NOT_NULL(strstr(outcome_text(&diagnosis, 0), "explains more alone, but less when"));
+    TEST_ASSERT_EQUAL_STRING("explains less than the best", outcome_text(&diagnosis, 2));
 }
 
 /* No network, no script, nothing of a recording's header or name unescaped, no number that is none; twice the same. */
@@ -332,7 +445,12 @@ int main(void) {
     RUN_TEST(test_what_was_changed_in_a_given_chain_is_told);
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_an_unknown_past_is_told);
+    RUN_TEST(test_too_few_reversals_are_told_first);
+    RUN_TEST(test_steps_lower_no_error);
     RUN_TEST(test_nothing_found);
+    RUN_TEST(test_page_has_its_order);
+    RUN_TEST(test_what_comes_near_is_not_found);
+    RUN_TEST(test_what_was_taken_stands_first);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
     RUN_TEST(test_bars_end_at_the_error_of_the_chain);
     return UNITY_END();

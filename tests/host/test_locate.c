@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Where an effect acts: constructed differences whose place is known. */
+#include "diagnosis/cells.h"
 #include "diagnosis/drive_period.h"
+#include "diagnosis/drive_rate.h"
 #include "diagnosis/lines.h"
 #include "diagnosis/locate.h"
+#include "diagnosis/loop_parts.h"
 #include "diagnosis/spectrum.h"
 #include "support.h"
 #include "unity.h"
@@ -141,6 +144,99 @@ static void test_the_turn_of_a_sine_is_no_hold(void) {
         difference[k] = gsl_pow_2(sin(2.0 * M_PI * 0.5 * (double)k / rate_hz));
     }
     TEST_ASSERT_EQUAL_INT(LOOP_TURNING_POINTS, located(0.0).loop);
+}
+
+/* Triangles from 0 to 100 V, each twice as fast as the one before: 50 to 800 V/s, a cell of rate is 12 %. */
+static void triangles_drive(void) {
+    double volts = 0.0, direction = 1.0, speed = 50.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recording.column[COLUMN_DRIVE][k] = volts;
+        volts += direction * speed / rate_hz;
+        if (volts >= 100.0 || volts <= 0.0) {
+            volts = fmax(0.0, fmin(100.0, volts));
+            direction = -direction;
+            speed = direction > 0.0 ? fmin(800.0, 2.0 * speed) : speed;
+        }
+    }
+}
+
+/* What the position lacks behind a limit of 300 V/s: nothing at 50 to 200 V/s. */
+static void test_a_slew_limit_is_at_high_rates(void) {
+    triangles_drive();
+    for (size_t k = 1; k < SAMPLES; k++) {
+        const double *drive = recording.column[COLUMN_DRIVE];
+        difference[k] = fmax(0.0, fabs(drive[k] - drive[k - 1]) * rate_hz - 300.0) * 1e-3;
+    }
+    const location_t location = located(0.0);
+    TEST_ASSERT_EQUAL_UINT64(1, location.drive_rate_v_per_s.count);
+    TEST_ASSERT_TRUE(location.drive_rate_v_per_s.range[0].from > 300.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 800.0, location.drive_rate_v_per_s.range[0].to);
+}
+
+/* The same square at every rate: all of them, holds included. */
+static void test_a_curve_has_no_rate(void) {
+    const size_t hold = SAMPLES - 1000;
+    triangles_drive();
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recording.column[COLUMN_DRIVE][k] = recording.column[COLUMN_DRIVE][k < hold ? k : hold];
+        difference[k] = 0.1 * sin(M_PI * recording.column[COLUMN_DRIVE][k] / 100.0);
+    }
+    const location_t location = located(0.0);
+    expect_range(&location.drive_rate_v_per_s, 0.0, 800.0, 1e-6);
+}
+
+/* Where the drive rests, and nowhere else: no rate of a motion, however slow. */
+static void test_what_rests_has_no_rate(void) {
+    staircase_drive();
+    for (size_t k = 0; k < SAMPLES; k++) {
+        difference[k] = k % 500 < 100 ? 0.0 : 0.01 * log((double)(k % 500) / 100.0);
+    }
+    const location_t location = located(0.0);
+    expect_range(&location.drive_rate_v_per_s, 0.0, 0.0, 0.0);
+}
+
+/* 20 V in 100 samples, in steps of 1 V: the rate of a ramp, not 1 V in one sample and nothing in the next four. */
+static void test_steps_of_a_converter_are_a_ramp(void) {
+    double drive[200], rate[200];
+    for (size_t k = 0; k < 200; k++) {
+        drive[k] = floor(fmin((double)k, 100.0) / 5.0);
+    }
+    drive_rates(drive, 200, rate_hz, rate);
+    for (size_t k = 5; k < 100; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, 200.0, rate[k]);
+    }
+}
+
+/* 50 V in one sample, then a hold: the motion's for a tenth of a second, then none. */
+static void test_a_step_has_a_rate_for_a_while(void) {
+    double drive[400], rate[400];
+    for (size_t k = 0; k < 400; k++) {
+        drive[k] = k < 200 ? 0.0 : 50.0 + 1e-4 * (double)(k % 2);
+    }
+    drive_rates(drive, 400, rate_hz, rate);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rate[199]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 50.0 * rate_hz, rate[200]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 50.0 * rate_hz, rate[299]);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rate[300]);
+}
+
+/* 0.5 Hz over 12 s, from the middle to the middle: 12 turns; before the first and behind the last one it does not go
+ * further than half of the range. */
+static void test_reversals_of_a_sine(void) {
+    sine_drive();
+    TEST_ASSERT_EQUAL_UINT64(12, loop_reversals(recording.column[COLUMN_DRIVE], SAMPLES, 0.01));
+    TEST_ASSERT_EQUAL_UINT64(10, loop_reversals(recording.column[COLUMN_DRIVE], SAMPLES, 0.5));
+    TEST_ASSERT_EQUAL_UINT64(0, loop_reversals(recording.column[COLUMN_DRIVE], 400, 0.01));
+}
+
+static void test_small_gaps_are_bridged_first(void) {
+    const ranges_t ranges = {4, {{1.0, 2.0}, {3.0, 4.0}, {10.0, 11.0}, {11.5, 12.0}}};
+    const ranges_t three = ranges_bridged(&ranges, cells_linear_gap, 3),
+                   all = ranges_bridged(&ranges, cells_linear_gap, 4);
+    TEST_ASSERT_EQUAL_UINT64(4, all.count);
+    TEST_ASSERT_EQUAL_UINT64(3, three.count);
+    TEST_ASSERT_EQUAL_DOUBLE(10.0, three.range[2].from);
+    TEST_ASSERT_EQUAL_DOUBLE(12.0, three.range[2].to);
 }
 
 static void test_an_even_difference_is_everywhere(void) {
@@ -303,6 +399,13 @@ int main(void) {
     RUN_TEST(test_delay_is_in_mid_branch);
     RUN_TEST(test_slow_motion_is_in_the_holds);
     RUN_TEST(test_the_turn_of_a_sine_is_no_hold);
+    RUN_TEST(test_a_slew_limit_is_at_high_rates);
+    RUN_TEST(test_a_curve_has_no_rate);
+    RUN_TEST(test_what_rests_has_no_rate);
+    RUN_TEST(test_steps_of_a_converter_are_a_ramp);
+    RUN_TEST(test_a_step_has_a_rate_for_a_while);
+    RUN_TEST(test_reversals_of_a_sine);
+    RUN_TEST(test_small_gaps_are_bridged_first);
     RUN_TEST(test_an_even_difference_is_everywhere);
     RUN_TEST(test_noise_below_the_floor_is_no_place);
     RUN_TEST(test_nothing_is_nowhere);
