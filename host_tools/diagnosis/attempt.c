@@ -126,6 +126,15 @@ static void choose_beginning(attempt_t *job) {
     model_free(&model);
 }
 
+/* It was estimated before anything was found, and may have had a part of that in it: it is no more than what is left.
+ */
+static double told_noise(const diagnosis_t *d) {
+    const double left_percent = fmax(d->nrmse_percent, d->held_out_percent);
+    return remainder_knows_noise(&d->samples, &d->noise)
+               ? fmin(samples_percent(&d->samples, d->noise.rms_um), left_percent)
+               : HUGE_VAL;
+}
+
 bool attempt_from(attempt_t *job, const model_t *given) {
     diagnosis_t *d = job->diagnosis;
     bool found = true, good;
@@ -147,8 +156,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     good = good && names_settle(job) && sides_settle(job) && reconsider_undetermined(job) && temperature_settle(job) &&
            attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     if (good) {
-        d->noise_percent =
-            remainder_knows_noise(&d->samples, &d->noise) ? samples_percent(&d->samples, d->noise.rms_um) : HUGE_VAL;
+        d->noise_percent = told_noise(d);
         find_steps(job);
         good = verdict_reach(job, missing);
     }
