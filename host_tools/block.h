@@ -93,14 +93,15 @@ typedef struct block {
     bool widens;              /**< writes signal_t.slack_v, by the drive that the hysteresis sees */
     bool can_widen;           /**< a hysteresis that takes slack_v: what `widens` needs */
     bool adds; /**< what it does is no response to its input (noise, hum), or not a linear one (steps, a curve) */
-    /** Its numbers belong to the model's sample rate: at another one the chain is refused. */
-    bool one_sample_rate;
     const char *text; /**< one line: what it is */
     const parameter_info_t *parameter;
     size_t parameters;
 
     /** Checks what the ranges alone cannot (lengths, order), or NULL. `parameter` is in the order of the table. */
     bool (*check)(const parameter_t *parameter, failure_t *failure);
+    /** Whether these numbers belong to the model's sample rate: at another one the chain is refused. NULL: they do not.
+     */
+    bool (*one_sample_rate)(const parameter_t *parameter);
     /** Bytes of state, and further ones that depend on the parameters (NULL: none). The state is aligned like malloc's
      * and zeroed before `open`. */
     size_t state_bytes;

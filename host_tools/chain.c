@@ -160,7 +160,8 @@ static bool may_run(const model_t *model, double sample_rate_hz, failure_t *fail
     }
     for (size_t i = 0; i < model->blocks; i++) {
         const block_t *block = model->block[i].block;
-        if (block->one_sample_rate && !(fabs(sample_rate_hz / model->sample_rate_hz - 1.0) <= 1e-6)) {
+        if (block->one_sample_rate != NULL && block->one_sample_rate(model->block[i].parameter) &&
+            !(fabs(sample_rate_hz / model->sample_rate_hz - 1.0) <= 1e-6)) {
             return fail(failure, "block %s was found at %g Hz and holds at no other sample rate, %g Hz was asked for",
                         block->name, model->sample_rate_hz, sample_rate_hz);
         }

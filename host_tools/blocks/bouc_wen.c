@@ -57,6 +57,10 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
     return recursion_check(parameter + RECURSION, failure);
 }
 
+static bool has_recursion(const parameter_t *parameter) {
+    return recursion_is_used(parameter + RECURSION);
+}
+
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
     return parameter[PAST].count * sizeof(double);
@@ -117,7 +121,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_bouc_wen = {.name = "bouc_wen",
                                 .place = PLACE_HYSTERESIS,
-                                .one_sample_rate = true,
+                                .one_sample_rate = has_recursion,
                                 .text = "Bouc-Wen hysteresis, and a recursion behind it if asked for",
                                 .parameter = parameters,
                                 .parameters = PARAMETERS,

@@ -4,10 +4,10 @@
  *
  *     y[k] = h[k] + g y[k-1] u[k-1],      u = (drive - center) / half range
  *
- * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9.
+ * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9. At another sample rate
+ * the last sample is another time ago: of a small product that is a small part.
  */
 #include "catalogue.h"
-#include "compile_job.h"
 
 enum { GAIN, CENTER, HALF_RANGE };
 
@@ -65,11 +65,6 @@ static void step(void *memory, signal_t *signal) {
     state->product = factor(state, signal->drive_v) * signal->value;
 }
 
-static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    (void)parameter;
-    return fail(job->failure, "the amplifier undoes such a product only as bilinear_gain of block modified_play");
-}
-
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[GAIN] = 0.005;
     value[CENTER] = 0.5 * (setting->drive_high_v + setting->drive_low_v);
@@ -87,17 +82,17 @@ static const probe_t looked_for = {
     .searched = 1U << GAIN,
     .accuracy = {0.02}};
 
-const block_t block_interleaved_hysteresis = {.name = "interleaved_hysteresis",
-                                              .place = PLACE_HYSTERESIS,
-                                              .follows_hysteresis = true,
-                                              .one_sample_rate = true,
-                                              .text =
-                                                  "product of position and drive, which makes loops cross themselves",
-                                              .parameter = parameters,
-                                              .parameters = 3,
-                                              .state_bytes = sizeof(state_t),
-                                              .open = open,
-                                              .settle = settle,
-                                              .step = step,
-                                              .compile = compile,
-                                              .probe = &looked_for};
+const block_t block_interleaved_hysteresis = {
+    .name = "interleaved_hysteresis",
+    .place = PLACE_HYSTERESIS,
+    .follows_hysteresis = true,
+    .text = "product of position and drive, which makes loops cross themselves",
+    .parameter = parameters,
+    .parameters = 3,
+    .state_bytes = sizeof(state_t),
+    .open = open,
+    .settle = settle,
+    .step = step,
+    .uncorrected = "the amplifier undoes a product of position and drive only "
+                   "as bilinear_gain of block modified_play",
+    .probe = &looked_for};

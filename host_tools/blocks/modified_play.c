@@ -48,6 +48,10 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
     return recursion_check(parameter + RECURSION, failure);
 }
 
+static bool has_recursion(const parameter_t *parameter) {
+    return recursion_is_used(parameter + RECURSION);
+}
+
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
     return 2 * parameter[CELLS].count * sizeof(double);
@@ -101,7 +105,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_modified_play = {.name = "modified_play",
                                      .place = PLACE_HYSTERESIS,
-                                     .one_sample_rate = true,
+                                     .one_sample_rate = has_recursion,
                                      .text = "hysteresis of a bimorph: plane of plays, recursion, harmonics",
                                      .parameter = parameters,
                                      .parameters = RECURSION + RECURSION_PARAMETERS,

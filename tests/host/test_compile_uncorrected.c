@@ -20,7 +20,7 @@ static model_t compiled_model(const block_t *block) {
         (void)model_append(&model, block);
     }
     model_set_array(model_append(&model, &block_prandtl_ishlinskii), "weights", 1, &one, NULL);
-    if (block->place > PLACE_HYSTERESIS) {
+    if (block->place > PLACE_HYSTERESIS || block->follows_hysteresis) {
         (void)model_append(&model, block);
     }
     return model;
@@ -67,6 +67,7 @@ static void test_compile_says_what_it_does_not_undo(void) {
                  {&block_mains_interference, "frequency_hz", 50.0, "amplitude_um", 0.1, "phase"},
                  {&block_sensor_noise, "rms_um", 0.1, NULL, 0.0, "on the reading"},
                  {&block_quantisation, "step_um", 0.1, NULL, 0.0, "on the reading"},
+                 {&block_interleaved_hysteresis, "bilinear_gain", 0.01, "half_range_v", 50.0, "bilinear_gain of block"},
                  {&block_gain_drift, "gain_per_s", 0.1, NULL, 0.0, "does not know"},
                  {&block_charge_leakage, "time_constant_s", 5.0, NULL, 0.0, "without bound"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
