@@ -4,8 +4,8 @@
  *
  *     y[k] = h[k] + g y[k-1] u[k-1],      u = (drive - center) / half range
  *
- * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9. At another sample rate
- * the last sample is another time ago: of a small product that is a small part.
+ * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9. At another sample
+ * rate the last sample is another time ago: of a small product that is a small part.
  */
 #include "catalogue.h"
 
