@@ -103,9 +103,11 @@ static bool fitted_again(const diagnosis_t *d) {
 static void write_errors(const page_t *page) {
     const diagnosis_t *d = page->diagnosis;
     const bool was_given = d->model_given;
+    const block_t *another = diagnosis_other_shape(d);
     const bool noise_known = isfinite(d->noise_percent);
     double most = fmax(fmax(d->baseline_held_out_percent, d->held_out_percent), noise_known ? d->noise_percent : 0.0);
     most = was_given ? fmax(most, d->given_held_out_percent) : most;
+    most = another != NULL ? fmax(most, d->own_shape_held_out_percent) : most;
     for (size_t f = 0; f < d->findings; f++) {
         most = fmax(most, d->finding[f].held_out_after_percent);
     }
@@ -115,8 +117,12 @@ static void write_errors(const page_t *page) {
     if (was_given) {
         write_bar(page->file, "as it came in", d->given_held_out_percent, most, "");
     }
+    if (another != NULL) {
+        write_bar(page->file, "numbers fitted again", d->own_shape_held_out_percent, most, "");
+    }
     write_bar(page->file,
-              was_given         ? "numbers fitted again"
+              another != NULL   ? "another hysteresis"
+              : was_given       ? "numbers fitted again"
               : d->findings > 0 ? "before"
                                 : "the model",
               d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");
@@ -147,6 +153,21 @@ static void write_errors(const page_t *page) {
                              : "what a rich model leaves, as the drive never rests for long");
 }
 
+/* What has moved in the given chain. */
+static void write_refitted(const page_t *page) {
+    const diagnosis_t *d = page->diagnosis;
+    char text[DIAGNOSIS_LINE];
+    for (size_t i = 0; i < d->refitted; i++) {
+        for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
+            if (refitted_text(d, d->refitted_block[i], p, text)) {
+                fputs("<p class=\"note\">Fitted again: ", page->file);
+                write_prose(page->file, text);
+                fputs(".</p>\n", page->file);
+            }
+        }
+    }
+}
+
 static void write_chain(const page_t *page) {
     const model_t *model = &page->diagnosis->model;
     size_t order[MODEL_MAX_BLOCKS];
@@ -155,11 +176,16 @@ static void write_chain(const page_t *page) {
     for (size_t i = 0; i < blocks; i++) {
         const block_t *block = model->block[order[i]].block;
         const finding_t *finding = finding_of(page->diagnosis, block);
+        const bool another = diagnosis_other_shape(page->diagnosis) == block;
         fprintf(page->file, "<li><span class=\"box%s\"><b>%s</b><small>%s%s%s</small></span></li>\n",
-                finding != NULL ? " found" : "", block->name, place_name(block->place), finding != NULL ? ", " : "",
-                finding != NULL ? finding_standing(page->diagnosis, finding) : "");
+                finding != NULL || another ? " found" : "", block->name, place_name(block->place),
+                finding != NULL || another ? ", " : "",
+                another           ? "in place of the given one"
+                : finding != NULL ? finding_standing(page->diagnosis, finding)
+                                  : "");
     }
     fprintf(page->file, "<li><span class=\"end\">reading</span></li>\n</ol>\n");
+    write_refitted(page);
 }
 
 static void write_row(FILE *file, const char *term, const char *text) {

@@ -476,17 +476,24 @@ static void print_errors(const diagnosis_t *d) {
     }
 }
 
-/* A number of the given chain before and after, where it has changed by more than two standard errors. */
+bool refitted_text(const diagnosis_t *d, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
+    const model_block_t *was = model_find(&d->given, block->name), *is = model_find(&d->model, block->name);
+    char number[DIAGNOSIS_LINE];
+    text[0] = '\0';
+    if (!refitted_changed(was, is, parameter)) {
+        return false;
+    }
+    parameter_text(is, parameter, number);
+    text_append(text, "%s in the given chain: %s, it was %.5g", block->name, number,
+                was->parameter[parameter].value[0]);
+    return true;
+}
+
 static void print_refitted(const diagnosis_t *d) {
+    char text[DIAGNOSIS_LINE];
     for (size_t i = 0; i < d->refitted; i++) {
-        const block_t *block = d->refitted_block[i];
-        const model_block_t *was = model_find(&d->given, block->name), *is = model_find(&d->model, block->name);
-        for (size_t p = 0; p < block->parameters; p++) {
-            if (refitted_changed(was, is, p)) {
-                char text[DIAGNOSIS_LINE] = "", number[DIAGNOSIS_LINE];
-                parameter_text(is, p, number);
-                text_append(text, "%s in the given chain: %s, it was %.5g", block->name, number,
-                            was->parameter[p].value[0]);
+        for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
+            if (refitted_text(d, d->refitted_block[i], p, text)) {
                 print_wrapped("refitted", text);
             }
         }

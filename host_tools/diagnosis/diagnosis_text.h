@@ -45,6 +45,10 @@ const char *excitation_heading(const finding_t *finding);
 /** "frequency_hz = 212.3 +- 0.4 Hz". element 0 of a parameter of the final model. */
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
 
+/** "transport_delay in the given chain: delay_s = 0.0009 +- 2e-05 s, it was 0.0005", of a block that was fitted again
+ * (refitted.h). false, and empty, where the number has not moved. */
+bool refitted_text(const diagnosis_t *diagnosis, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
+
 /** What the model with everything that was found leaves: how much, at which frequencies, single samples; that it is
  * noise, when it is. */
 void remainder_text(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);

@@ -189,6 +189,10 @@ static void test_what_was_changed_in_a_given_chain_is_told(void) {
     TEST_ASSERT_NOT_NULL(strstr(all, "it was 150\n"));
     TEST_ASSERT_NULL(strstr(all, "chain: damping_ratio"));
     free(all);
+    const char *const shown[] = {"numbers fitted again</td><td>1.5000", "another hysteresis</td><td>1.0000",
+                                 "hysteresis, in place of the given one",
+                                 "Fitted again: resonance in the given chain: frequency_hz = 180"};
+    expect_all(page(), shown, 4);
     json_t *json = as_json();
     const json_t *shape = json_object_get(json, "other_shape"), *numbers = json_object_get(json, "refitted");
     TEST_ASSERT_EQUAL_STRING("bouc_wen", json_string_value(json_object_get(shape, "instead_of")));
