@@ -35,7 +35,7 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
 }
 
 bool candidate_proportional(const block_t *block, size_t parameter) {
-    return (block->probe->searched >> parameter & 1U) != 0 && block->parameter[parameter].proportional;
+    return is_searched(block, parameter) && block->parameter[parameter].proportional;
 }
 
 /* A parameter that the effect is proportional to takes the amplitude that the linear test has found. */

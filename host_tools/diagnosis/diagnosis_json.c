@@ -6,6 +6,7 @@
 #include "json_output.h"
 #include "measured_columns_text.h"
 #include "refitted.h"
+#include "searched.h"
 #include <math.h>
 
 static json_t *ranges_to_json(const ranges_t *ranges) {
@@ -141,7 +142,7 @@ static json_t *refitted_to_json(const diagnosis_t *diagnosis) {
         const model_block_t *was = model_find(&diagnosis->given, block->name);
         const model_block_t *is = model_find(&diagnosis->model, block->name);
         for (size_t p = 0; p < block->parameters; p++) {
-            if ((block->probe->searched >> p & 1U) != 0) {
+            if (is_searched(block, p)) {
                 const double sigma = is->parameter[p].sigma != NULL ? is->parameter[p].sigma[0] : HUGE_VAL;
                 json_array_append_new(
                     numbers, json_pack("{s:s, s:s, s:f, s:f, s:o, s:s, s:b}", "block", block->name, "parameter",

@@ -2,6 +2,7 @@
 #include "findings.h"
 #include "joint_fit.h"
 #include "refitted.h"
+#include "searched.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -10,7 +11,7 @@
 static const double least_deviations = 3.0, least_precision = 1.0 / 3.0;
 
 bool finding_searched(const finding_t *finding, size_t parameter) {
-    return (finding->block->probe->searched >> parameter & 1U) != 0;
+    return is_searched(finding->block, parameter);
 }
 
 bool finding_tells(const finding_t *finding, size_t parameter) {
@@ -115,7 +116,7 @@ bool findings_errors(diagnosis_t *diagnosis, failure_t *failure) {
 bool block_determined(const model_block_t *block) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
-        if ((block->block->probe->searched >> p & 1U) != 0 && parameter->sigma != NULL) {
+        if (is_searched(block->block, p) && parameter->sigma != NULL) {
             const double value = fabs(parameter->value[0]), sigma = parameter->sigma[0];
             const double most = block->block->parameter[p].proportional ? 1.0 / least_deviations : least_precision;
             if (sigma < most * value) {

@@ -2,6 +2,7 @@
 #include "refitted.h"
 #include "findings.h"
 #include "joint_fit.h"
+#include "searched.h"
 #include <math.h>
 
 void refitted_choose(diagnosis_t *diagnosis, const model_t *given) {
@@ -25,7 +26,7 @@ void refitted_choose(diagnosis_t *diagnosis, const model_t *given) {
 
 bool refitted_changed(const model_block_t *given, const model_block_t *fitted, size_t parameter) {
     const parameter_t *was = &given->parameter[parameter], *is = &fitted->parameter[parameter];
-    return (given->block->probe->searched >> parameter & 1U) != 0 && is->sigma != NULL &&
+    return is_searched(given->block, parameter) && is->sigma != NULL &&
            fabs(is->value[0] - was->value[0]) > 2.0 * is->sigma[0];
 }
 

@@ -15,7 +15,7 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
     const block_t *block = model->block[at].block;
     *searched = (searched_t){0};
     for (size_t p = 0; p < block->parameters; p++) {
-        if ((block->probe->searched >> p & 1U) != 0) {
+        if (is_searched(block, p)) {
             double *number = model->block[at].parameter[p].value;
             const size_t i = searched->count++;
             searched->parameter[i] = &model->block[at].parameter[p];

@@ -17,6 +17,10 @@ typedef struct {
     double kept[BLOCK_MAX_PARAMETERS];
 } searched_t;
 
+/** Whether a parameter of a block that diagnose looks for is searched. */
+static inline bool is_searched(const block_t *block, size_t parameter) {
+    return (block->probe->searched >> parameter & 1U) != 0;
+}
 /** The least value at which a parameter of the block is searched. */
 double searched_low(const block_t *block, size_t parameter);
 
