@@ -1,29 +1,34 @@
 /* SPDX-License-Identifier: MIT */
 #include "amplifier.h"
-#include "board.h"
+#include "event_log.h"
 #include "loop.h"
 #include "modbus_server.h"
 #include "parameter_store.h"
-#include "register_table.h"
 #include "registers.h"
 
-void amplifier_init(uint16_t faults) {
-    loop_init(parameter_store_init(), faults);
-    modbus_server_init();
-    registers_init();
-}
+static uint32_t accepted;     /* requests, when a master was last heard */
+static uint32_t last_samples; /* when the hardware watchdog was last fed */
 
-static void watch(void) {
-    uint16_t limit_ms;
-    registers_read(ADDRESS_watchdog, 1, &limit_ms);
-    const bool moving = loop_mode() != HYST_MODE_PARK || loop_conditioning();
-    if (limit_ms != 0 && moving && board_microseconds() - modbus_server_last_request() > limit_ms * 1000U) {
-        loop_park_by_watchdog();
-    }
+void amplifier_init(const board_start_t *start) {
+    loop_init(parameter_store_init(), start->faults);
+    event_log_init(start->reset_cause);
+    modbus_server_init();
+    registers_init(start);
+    accepted = modbus_server_accepted();
+    last_samples = loop_samples();
 }
 
 bool amplifier_serve(void) {
     const bool served = modbus_server_poll();
-    watch();
+    if (modbus_server_accepted() != accepted) {
+        accepted = modbus_server_accepted();
+        loop_master_heard();
+    }
+    event_log_poll();
+    /* Here the main loop lives, and this asks whether the interrupt does. */
+    if (loop_samples() != last_samples) {
+        last_samples = loop_samples();
+        board_watchdog_feed();
+    }
     return served;
 }

@@ -6,12 +6,14 @@
 #define AMPLIFIER_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
-/** Default parameters, parked. `faults`: what board_init returned. Before board_start. */
-void amplifier_init(uint16_t faults);
+#include "board.h"
 
-/** One turn of the main loop: Modbus requests and the watchdog. Returns whether there was a request. */
+/** Default parameters, off, parked. `start`: what board_init returned. Before board_start. */
+void amplifier_init(const board_start_t *start);
+
+/** One turn of the main loop: Modbus requests, and the hardware watchdog when the sample interrupt has run since it was
+ * last fed. Returns whether there was a request. */
 bool amplifier_serve(void);
 
 #endif

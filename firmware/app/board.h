@@ -7,9 +7,14 @@
 #ifndef BOARD_H
 #define BOARD_H
 
+#include "hyst/board_limits.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+/** The whole converter range, 2^32, in so many microseconds, as a step per sample. */
+#define BOARD_RANGE_IN_US(microseconds, rate_hz)                                                                       \
+    ((hyst_q31_t)((UINT64_C(1) << 32) * 1000000U / ((uint64_t)(microseconds) * (rate_hz))))
 
 /** Constants of the board. */
 typedef struct {
@@ -19,6 +24,11 @@ typedef struct {
     uint32_t sample_rate_mhz;
     uint32_t cost_rate_hz;      /**< counts per second of board_cost_counter */
     uint32_t modbus_silence_us; /**< t3.5: silence that ends a frame */
+    uint16_t safe_code;         /**< drive code without an image: from reset on, and after a processor fault */
+    /** No two drive codes are farther apart than this, whatever makes the drive: a source that starts elsewhere, a new
+     * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */
+    hyst_q31_t drive_slew_max;
+    hyst_board_limits_t image_limits; /**< what an image may ask for */
 } board_info_t;
 
 #define BOARD_LATENCY_MAX 64U
@@ -27,21 +37,54 @@ typedef struct {
 extern const board_info_t board_info;
 
 /** Bits of the registers `faults_sticky` and `faults_live`. Append only. */
-enum { FAULT_OVERRUN = 1, FAULT_CONVERTER_TIMEOUT = 2, FAULT_WATCHDOG = 4, FAULT_CLOCK_FALLBACK = 8 };
+enum {
+    FAULT_OVERRUN = 1,
+    FAULT_CONVERTER_TIMEOUT = 2,
+    FAULT_WATCHDOG = 4,
+    FAULT_CLOCK_FALLBACK = 8,
+    FAULT_OVERLOAD = 16, /**< overruns in a row */
+    FAULT_SUPPLY = 32,   /**< the supply is too low */
+    FAULT_CURRENT = 64   /**< the average current is above its limit */
+};
 
-/** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. Returns
- * FAULT_ bits (clock fallback). */
-uint16_t board_init(void);
+/** Bits of the register `reset_cause`. Append only. */
+enum {
+    RESET_POWER = 1,    /**< power came on, or browned out */
+    RESET_PIN = 2,      /**< the reset pin, also that of a programmer */
+    RESET_WATCHDOG = 4, /**< the hardware watchdog: interrupt or main loop stood still */
+    RESET_SOFTWARE = 8, /**< requested by the firmware: after a processor fault */
+    RESET_FAULT = 16    /**< a fault record was left: fault_address says where */
+};
 
-/** Starts the sample interrupt, which calls loop_sample(). From then on every sample writes a drive code. */
-void board_start(void);
+/** Why the board starts, and what the last run left behind. */
+typedef struct {
+    uint16_t faults;        /**< FAULT_ bits that stay */
+    uint16_t reset_cause;   /**< RESET_ bits */
+    uint16_t starts;        /**< since power came on, this one included */
+    uint32_t fault_address; /**< of the instruction that faulted, with RESET_FAULT */
+    uint32_t fault_status;  /**< the processor's configurable fault status then */
+} board_start_t;
+
+/** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. The
+ * stage is off, and so is the output. */
+board_start_t board_init(void);
+
+/** Enable line of the power stage. Sample interrupt, each sample. */
+void board_stage_enable(bool on);
+
+/** Feeds the hardware watchdog, where there is one: main loop, when it has seen the sample interrupt run. */
+void board_watchdog_feed(void);
+
+/** Puts this drive code out, then starts the sample interrupt, which calls loop_sample(). From then on every sample
+ * writes a drive code. */
+void board_start(uint16_t drive_code);
 
 /** Free-running counters, wrap-around. Any context. */
 uint32_t board_cost_counter(void);
 uint32_t board_microseconds(void);
 
-/** Sends a frame on the Modbus line; takes a copy or blocks until it is out; handles the RS-485 driver enable. Main
- * loop only. */
+/** Sends a frame on the Modbus line; takes a copy or blocks until it is out; handles the RS-485 driver enable. On a
+ * half-duplex line nothing is received meanwhile: it could only be the frame itself. Main loop only. */
 void board_modbus_send(const uint8_t *frame, size_t length);
 
 /** Main loop is idle: wait for an interrupt. Must come back within about a millisecond even without one, because the
@@ -51,6 +94,17 @@ void board_idle(void);
 /** Interrupt lock for the few words that the main loop shares with the sample interrupt. */
 uint32_t board_lock(void);
 void board_unlock(uint32_t key);
+
+/**
+ * The flash sectors of image_store.h: memory that reads as words, is erased to all ones as a whole and programmed a
+ * word at a time, once. Both may take long and stall the processor; false when the flash refuses. Main loop only,
+ * output off.
+ */
+#define BOARD_STORE_SECTORS 2U
+#define BOARD_STORE_WORDS   768U
+const uint32_t *board_store_sector(unsigned sector);
+bool board_store_erase(unsigned sector);
+bool board_store_program(unsigned sector, size_t word, uint32_t value);
 
 /* Offered to the board's interrupts. The sample interrupt's side is loop.h. */
 

@@ -1,25 +1,61 @@
 /* SPDX-License-Identifier: MIT */
 #include "capture.h"
 
-static uint16_t buffer[CAPTURE_CAPACITY][CAPTURE_FRAME_REGISTERS];
+static uint16_t buffer[CAPTURE_WORDS];
 
 static struct {
     capture_settings_t settings;
     volatile capture_state_t state;
     volatile uint16_t frames;
+    uint32_t width;          /* registers of a frame */
+    uint32_t place, end;     /* where the next frame goes, and where the buffer ends; multiples of the width */
+    volatile uint32_t first; /* where frame 0 is */
+    uint32_t history;        /* frames since it was armed, at most `most_history` */
+    uint32_t most_history;
+    bool keeping; /* frames are kept while armed */
     bool triggered;
+    bool below;      /* the last frame's first signal was below the level */
     uint32_t delay;  /* samples to let pass after the trigger */
     uint16_t passed; /* samples since the last frame */
 } capture;
 
+static uint32_t width_of(uint16_t signals) {
+    uint32_t width = 0;
+    for (uint32_t rest = signals; rest != 0; rest &= rest - 1U) {
+        width++;
+    }
+    return width;
+}
+
+uint16_t capture_capacity(uint16_t signals) {
+    const uint32_t width = width_of(signals);
+    return (uint16_t)(width > 0 ? CAPTURE_WORDS / width : 0U);
+}
+
+bool capture_settings_valid(const capture_settings_t *settings) {
+    const bool history = settings->before > 0 || settings->trigger == CAPTURE_AT_LEVEL;
+    return settings->before < settings->length && (!history || settings->length <= capture_capacity(settings->signals));
+}
+
 void capture_init(void) {
     capture.state = CAPTURE_IDLE;
     capture.frames = 0;
+    capture.first = 0;
+    capture.width = CAPTURE_FRAME_REGISTERS;
 }
 
 void capture_arm(const capture_settings_t *settings) {
+    const uint32_t before = settings->before;
     capture.settings = *settings;
     capture.frames = 0;
+    capture.width = width_of(settings->signals);
+    capture.end = capture_capacity(settings->signals) * capture.width;
+    capture.place = capture.first = 0;
+    capture.keeping = before > 0 || settings->trigger == CAPTURE_AT_LEVEL;
+    capture.history = 0;
+    /* The frame that crosses a level is known only when it is there, and is no history. */
+    capture.most_history = settings->trigger == CAPTURE_AT_LEVEL ? before + 1U : before;
+    capture.below = false;
     capture.triggered = settings->trigger == CAPTURE_AT_ONCE;
     capture.delay = 0;
     capture.passed = (uint16_t)(settings->decimation - 1U); /* the first sample is a frame */
@@ -27,38 +63,80 @@ void capture_arm(const capture_settings_t *settings) {
 }
 
 void capture_source_started(uint32_t delay) {
-    if (capture.state == CAPTURE_ARMED && !capture.triggered) {
+    if (capture.state == CAPTURE_ARMED && capture.settings.trigger == CAPTURE_AT_SOURCE && !capture.triggered) {
         capture.triggered = true;
         capture.delay = delay;
     }
 }
 
-static void store(const capture_frame_t *frame) {
-    uint16_t *to = buffer[capture.frames % CAPTURE_CAPACITY];
-    to[0] = (uint16_t)frame->reference;
-    to[1] = (uint16_t)frame->drive;
-    to[2] = (uint16_t)frame->position;
-    capture.frames++;
-    if (capture.frames == capture.settings.length) {
-        capture.state = CAPTURE_DONE;
+void capture_event(capture_trigger_t event) {
+    if (capture.state == CAPTURE_ARMED && capture.settings.trigger == event) {
+        capture.triggered = true;
     }
 }
 
-void capture_sample(const capture_frame_t *frame) {
-    if (capture.state == CAPTURE_ARMED && capture.triggered) {
-        if (capture.delay > 0) {
-            capture.delay--;
-        } else {
-            capture.state = CAPTURE_RUNNING;
-        }
+/* From here on frames count; those of the history come first. */
+static void begin(void) {
+    const uint32_t back = capture.history * capture.width;
+    capture.first = capture.place >= back ? capture.place - back : capture.place + capture.end - back;
+    capture.frames = (uint16_t)capture.history;
+    capture.state = capture.history < capture.settings.length ? CAPTURE_RUNNING : CAPTURE_DONE;
+}
+
+/* Armed: whether this sample may be a frame. */
+static bool waits_with_frames(void) {
+    if (!capture.triggered) {
+        return capture.keeping;
     }
-    if (capture.state != CAPTURE_RUNNING) {
+    if (capture.delay > 0) {
+        capture.delay--;
+        return capture.keeping;
+    }
+    begin();
+    return capture.state == CAPTURE_RUNNING;
+}
+
+uint16_t *capture_due(uint16_t *signals) {
+    const capture_state_t state = capture.state;
+    if (state != CAPTURE_RUNNING && (state != CAPTURE_ARMED || !waits_with_frames())) {
+        return NULL;
+    }
+    const uint16_t passed = (uint16_t)(capture.passed + 1U);
+    if (passed != capture.settings.decimation) {
+        capture.passed = passed;
+        return NULL;
+    }
+    capture.passed = 0;
+    *signals = capture.settings.signals;
+    return &buffer[capture.place];
+}
+
+/* A frame that came while armed. */
+static void remember(int16_t first_signal) {
+    if (capture.history < capture.most_history) {
+        capture.history++;
+    }
+    if (capture.settings.trigger == CAPTURE_AT_LEVEL) {
+        const bool below = first_signal < capture.settings.level;
+        if (capture.below && !below) {
+            begin();
+        }
+        capture.below = below;
+    }
+}
+
+void capture_taken(void) {
+    const int16_t first_signal = (int16_t)buffer[capture.place];
+    const uint32_t next = capture.place + capture.width;
+    capture.place = next == capture.end ? 0 : next;
+    if (capture.state == CAPTURE_ARMED) {
+        remember(first_signal);
         return;
     }
-    capture.passed++;
-    if (capture.passed == capture.settings.decimation) {
-        capture.passed = 0;
-        store(frame);
+    const uint16_t now = (uint16_t)(capture.frames + 1U);
+    capture.frames = now;
+    if (now == capture.settings.length) {
+        capture.state = CAPTURE_DONE;
     }
 }
 
@@ -70,11 +148,15 @@ uint16_t capture_frames(void) {
     return capture.frames;
 }
 
+uint16_t capture_first(void) {
+    return (uint16_t)(capture.first / capture.width);
+}
+
 bool capture_readable(void) {
     const bool filling = capture.state == CAPTURE_ARMED || capture.state == CAPTURE_RUNNING;
-    return !filling || capture.settings.length > CAPTURE_CAPACITY;
+    return !filling || capture.settings.length > capture_capacity(capture.settings.signals);
 }
 
 uint16_t capture_register(size_t index) {
-    return buffer[index / CAPTURE_FRAME_REGISTERS][index % CAPTURE_FRAME_REGISTERS];
+    return buffer[index];
 }

@@ -3,15 +3,16 @@
  * Conditioning: a sweep over the whole drive range, which erases whatever memory of the past the actuator and the
  * model did not share (docs/MODELS.md, wiping-out).
  *
- * From where the drive is up to drive_high, down to drive_low, back to drive_park. A leg ends when the drive itself has
- * arrived, so that a transition that is still under way cannot cut the sweep short.
+ * From where the drive is up to the end of its range, down to the other, back to the parking drive. A leg ends when the
+ * drive itself has arrived, so that a transition that is still under way cannot cut the sweep short.
  *
  * May be called from: the context that owns the conditioning_t (the sample interrupt; the main loop under board_lock).
  */
 #ifndef CONDITIONING_H
 #define CONDITIONING_H
 
-#include "hyst/compensator.h"
+#include "drive_range.h"
+#include <stdbool.h>
 
 typedef enum { CONDITIONING_OFF, CONDITIONING_UP, CONDITIONING_DOWN, CONDITIONING_TO_PARK } conditioning_leg_t;
 
@@ -25,9 +26,9 @@ typedef struct {
 void conditioning_start(conditioning_t *conditioning, hyst_q31_t reference);
 
 /** Before each sample: looks whether the last `drive` ended a leg. Returns whether the sweep goes on. */
-bool conditioning_continues(conditioning_t *conditioning, const hyst_compensator_t *compensator, hyst_q31_t drive);
+bool conditioning_continues(conditioning_t *conditioning, const drive_range_t *range, hyst_q31_t drive);
 
 /** The direct drive of this sample, at most `rate` from the last one. */
-hyst_q31_t conditioning_step(conditioning_t *conditioning, const hyst_compensator_t *compensator, hyst_q31_t rate);
+hyst_q31_t conditioning_step(conditioning_t *conditioning, const drive_range_t *range, hyst_q31_t rate);
 
 #endif

@@ -2,14 +2,16 @@
 #include "control.h"
 #include "board.h"
 #include "capture.h"
+#include "event_log.h"
 #include "loop.h"
 #include "modbus_server.h"
+#include "model_watch.h"
 #include "parameter_store.h"
 #include "register_blocks.h"
 
 enum { WAVEFORM_CAPACITY = LENGTH_waveform / 4 };
 
-void control_init(uint32_t value[REGISTER_COUNT]) {
+void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_magic] = REGISTERS_MAGIC;
     value[INDEX_abi] = REGISTERS_ABI;
     value[INDEX_firmware_version] =
@@ -23,9 +25,17 @@ void control_init(uint32_t value[REGISTER_COUNT]) {
     value[INDEX_drive_bits] = board_info.drive_bits;
     value[INDEX_capture_capacity] = CAPTURE_CAPACITY;
     value[INDEX_waveform_capacity] = WAVEFORM_CAPACITY;
+    value[INDEX_capture_words] = CAPTURE_WORDS;
+    value[INDEX_capture_signals] = CAPTURE_DEFAULT_SIGNALS;
+    value[INDEX_model_error_time] = LOOP_DEFAULT_MODEL_TIME_MS;
     value[INDEX_capture_decimation] = 1;
     value[INDEX_capture_length] = CAPTURE_CAPACITY;
     value[INDEX_setpoint_slew] = LOOP_DEFAULT_SLEW;
+    value[INDEX_watchdog] = LOOP_DEFAULT_TIMEOUT_MS;
+    value[INDEX_reset_cause] = start->reset_cause;
+    value[INDEX_starts] = start->starts;
+    value[INDEX_fault_address] = start->fault_address;
+    value[INDEX_fault_status] = start->fault_status;
 }
 
 static source_settings_t source_settings(const uint32_t value[REGISTER_COUNT]) {
@@ -38,17 +48,35 @@ static source_settings_t source_settings(const uint32_t value[REGISTER_COUNT]) {
                                .point_count = value[INDEX_waveform_points]};
 }
 
+static capture_settings_t capture_settings(const uint32_t value[REGISTER_COUNT]) {
+    return (capture_settings_t){.decimation = (uint16_t)value[INDEX_capture_decimation],
+                                .length = (uint16_t)value[INDEX_capture_length],
+                                .before = (uint16_t)value[INDEX_capture_before],
+                                .signals = (uint16_t)value[INDEX_capture_signals],
+                                .level = (int16_t)(uint16_t)(value[INDEX_capture_level] >> 16),
+                                .trigger = (capture_trigger_t)value[INDEX_capture_trigger]};
+}
+
 static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     const source_settings_t settings = source_settings(value);
+    const capture_settings_t capture = capture_settings(value);
     switch (value[INDEX_command]) {
     case COMMAND_COMMIT:
         return !loop_adoption_pending();
     case COMMAND_START:
-        return value[INDEX_mode] != HYST_MODE_PARK && !loop_conditioning() && source_settings_valid(&settings);
+        return loop_ready() && value[INDEX_mode] != HYST_MODE_PARK && !loop_conditioning() &&
+               source_settings_valid(&settings);
+    case COMMAND_CONDITION:
+        return loop_armed();
+    case COMMAND_ARM:
+        return parameter_store_image_given() && !loop_in_fault();
+    case COMMAND_SAVE:
+        return parameter_store_image_given() && loop_off();
+    case COMMAND_ARM_CAPTURE:
+        return capture_settings_valid(&capture);
     case COMMAND_NONE:
     case COMMAND_STOP:
-    case COMMAND_CONDITION:
-    case COMMAND_ARM_CAPTURE:
+    case COMMAND_DISARM:
     case COMMAND_CLEAR:
     case COMMAND_PARK:
     case COMMAND_LATCH:
@@ -64,7 +92,7 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_command:
         return command_possible(value);
     case INDEX_mode:
-        return x <= HYST_MODE_COMPENSATE;
+        return x == HYST_MODE_PARK || (x <= HYST_MODE_COMPENSATE && loop_armed());
     case INDEX_source:
         return x <= SOURCE_BREAKPOINTS;
     case INDEX_waveform_points:
@@ -73,7 +101,12 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_capture_length:
         return x > 0;
     case INDEX_capture_trigger:
-        return x <= CAPTURE_AT_SOURCE;
+        return x <= CAPTURE_AT_WARNING;
+    case INDEX_capture_signals:
+        return x > 0 && x <= CAPTURE_ALL;
+    case INDEX_model_error_limit:
+    case INDEX_current_limit:
+        return (hyst_q31_t)x >= 0;
     case INDEX_setpoint_slew:
         return (hyst_q31_t)x > 0;
     default:
@@ -92,6 +125,16 @@ void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]) {
     case INDEX_setpoint_slew:
         loop_set_setpoint_slew((hyst_q31_t)value[INDEX_setpoint_slew]);
         break;
+    case INDEX_watchdog:
+        loop_set_timeout(value[INDEX_watchdog]);
+        break;
+    case INDEX_current_limit:
+        loop_set_current_limit((hyst_q31_t)value[INDEX_current_limit]);
+        break;
+    case INDEX_model_error_limit:
+    case INDEX_model_error_time:
+        loop_set_model_limit((hyst_q31_t)value[INDEX_model_error_limit], value[INDEX_model_error_time]);
+        break;
     default: /* the others are looked at when a command or the main loop needs them */
         break;
     }
@@ -103,20 +146,28 @@ static void start(const uint32_t value[REGISTER_COUNT]) {
 }
 
 static void arm_capture(const uint32_t value[REGISTER_COUNT]) {
-    const capture_settings_t settings = {.decimation = (uint16_t)value[INDEX_capture_decimation],
-                                         .length = (uint16_t)value[INDEX_capture_length],
-                                         .trigger = (capture_trigger_t)value[INDEX_capture_trigger]};
+    const capture_settings_t settings = capture_settings(value);
     const uint32_t key = board_lock();
     capture_arm(&settings);
     board_unlock(key);
 }
 
+/* Those that change what the amplifier does. */
+static bool noteworthy(control_command_t command) {
+    return command != COMMAND_NONE && command != COMMAND_LATCH && command != COMMAND_ARM_CAPTURE &&
+           command != COMMAND_COMMIT;
+}
+
 void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) {
+    if (noteworthy(command)) {
+        event_log_add(EVENT_COMMAND, (uint16_t)command);
+    }
     switch (command) {
     case COMMAND_NONE:
         break;
     case COMMAND_COMMIT:
         parameter_store_commit();
+        event_log_add(EVENT_COMMIT, (uint16_t)parameter_store_status().fault.error);
         break;
     case COMMAND_START:
         start(value);
@@ -140,6 +191,15 @@ void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) 
     case COMMAND_LATCH:
         control_latch(value);
         break;
+    case COMMAND_ARM:
+        (void)loop_arm();
+        break;
+    case COMMAND_DISARM:
+        loop_disarm();
+        break;
+    case COMMAND_SAVE:
+        parameter_store_save();
+        break;
     }
 }
 
@@ -154,33 +214,26 @@ void control_refresh(uint32_t value[REGISTER_COUNT]) {
     value[INDEX_active_words] = image[2]; /* hyst/parameters.h: word 2 is the length, word 3 the model */
     value[INDEX_active_model_id] = image[3];
     value[INDEX_commits] = status.commits;
+    value[INDEX_store_state] = status.stored;
+    value[INDEX_store_sequence] = status.sequence;
+    value[INDEX_events] = event_log_count();
 }
 
 void control_latch(uint32_t value[REGISTER_COUNT]) {
     telemetry_t t;
     telemetry_read(&t);
-#define LATCH(name) value[INDEX_##name] = (uint32_t)t.name
-    LATCH(sequence);
-    LATCH(state);
-    LATCH(active_mode);
-    LATCH(reference);
-    LATCH(drive);
-    LATCH(position);
-    LATCH(samples);
-    LATCH(drive_limited);
-    LATCH(unreachable);
-    LATCH(filter_saturated);
-    LATCH(overruns);
-    LATCH(converter_timeouts);
-    LATCH(cost_last);
-    LATCH(cost_max);
-    LATCH(fault_first);
-    LATCH(faults_sticky);
-    LATCH(faults_live);
-    LATCH(capture_state);
-    LATCH(capture_frames);
-#undef LATCH
+#define TELEMETRY(name, address, type, unit, text) value[INDEX_##name] = (uint32_t)t.name;
+#include "registers.def"
+    const model_error_t error = model_watch_error();
+    value[INDEX_model_error_rms] = (uint32_t)error.rms;
+    value[INDEX_model_error_largest] = (uint32_t)error.largest;
+    value[INDEX_model_error_slow] = (uint32_t)error.slow;
+    value[INDEX_model_error_fast] = (uint32_t)error.fast;
+    value[INDEX_model_error_blocks] = error.blocks;
+    value[INDEX_capture_first] = capture_first();
+    value[INDEX_current_average] = (uint32_t)loop_current_average();
     const modbus_counters_t line = modbus_server_counters();
+    value[INDEX_line_echoes] = line.echoes;
     value[INDEX_line_errors] = line.errors;
     value[INDEX_frames_served] = line.served;
 }

@@ -9,6 +9,7 @@
 #ifndef CONTROL_H
 #define CONTROL_H
 
+#include "board.h"
 #include "register_table.h"
 #include <stdbool.h>
 
@@ -22,11 +23,14 @@ typedef enum {
     COMMAND_ARM_CAPTURE = 5,
     COMMAND_CLEAR = 6,
     COMMAND_PARK = 7,
-    COMMAND_LATCH = 8
+    COMMAND_LATCH = 8,
+    COMMAND_ARM = 9,
+    COMMAND_DISARM = 10,
+    COMMAND_SAVE = 11
 } control_command_t;
 
 /** Identity and defaults. */
-void control_init(uint32_t value[REGISTER_COUNT]);
+void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start);
 
 /** Could these values be in force, as far as register `index` is concerned? For the command: is it possible now? */
 bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT]);

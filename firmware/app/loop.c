@@ -3,49 +3,89 @@
 #include "board.h"
 #include "capture.h"
 #include "conditioning.h"
+#include "model_watch.h"
+#include "sensor_watch.h"
 #include <stdatomic.h>
 
 /* Past samples, for the alignment. A power of two above the longest delay. */
 #define HISTORY 128U
 _Static_assert(HISTORY > BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX, "history covers the longest delay");
 
+/* 16 bytes: an index of it is a shift. */
+typedef struct {
+    hyst_q31_t reference;
+    hyst_q31_t drive;
+    uint32_t drive_code;
+    uint32_t padding;
+} past_t;
+
 /*
  * Owned by the sample interrupt once it runs. The main loop touches it under board_lock, for a bounded few words at a
  * time, and hands parameters over by the pointer `pending`.
  */
 static struct {
-    const loop_parameters_t *active;
-    const loop_parameters_t *_Atomic pending;
-    hyst_compensator_state_t compensator;
+    loop_parameters_t *active;
+    loop_parameters_t *_Atomic pending;
     hyst_mode_t mode;
     source_t source;
     conditioning_t conditioning;
     hyst_q31_t conditioning_rate;
-    struct {
-        hyst_q31_t reference;
-        uint16_t drive_code;
-        hyst_q31_t drive;
-    } past[HISTORY];
+    past_t past[HISTORY];
     uint32_t standing_faults; /* live until something ends them */
+    power_state_t power;
+    bool bypass; /* after an overload: a plain ramp in place of the compensator */
+    uint32_t overruns_in_a_row;
+    uint32_t silence, timeout; /* samples since a master was heard, and more than how many trip */
+    uint32_t cost;             /* of the last sample; telemetry gets it with the next */
+    uint32_t condition;        /* what telemetry's states were made of */
+    uint32_t unsettled;        /* samples until the model is watched again */
+    uint32_t current;          /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
+    uint32_t current_limit;    /* the same; UINT32_MAX is none */
+    bool model_warns;
+    uint32_t settling; /* how many that are after a sample that is not watched */
     telemetry_t telemetry;
+    hyst_compensator_state_t compensator; /* last: it is large, and what is near the start is cheaper to get at */
 } loop;
+
+/* More events beside the HYST_STEP_ ones. */
+enum { SLEW_LIMITED = 0x100, MEMORY_LOST = 0x200 };
+
+/* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
+#define TRIPS ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT))
+
+/* The average current is over 2^13 samples: 0.8 s at 10 kHz, in which a power stage warms up little. A step is below
+ * 2^32, so in units of 2^11 below 2^21; no board's is above an eighth of that, and the sum stays below 2^32. */
+#define CURRENT_BITS 13U
+#define CURRENT_UNIT 11U
 
 static hyst_q31_t from_code(uint16_t code) {
     return (hyst_q31_t)((uint32_t)(code ^ BOARD_CODE_MIDDLE) << 16);
 }
 
-/* The nearest code of `bits` bits, left-aligned, as a signed number: value = code / 2^15. */
+/* The nearest code of `bits` bits, 16 or less, left-aligned, as a signed number: value = code / 2^15. */
 static int16_t to_code(hyst_q31_t value, unsigned bits) {
-    const unsigned unused = 32U - bits;
-    const int64_t top = INT32_MAX >> unused;
-    const int64_t rounded = hyst_round_shift(value, unused); /* -2^(bits-1) .. 2^(bits-1) */
-    return (int16_t)((rounded > top ? top : rounded) * ((int64_t)1 << (16U - bits)));
+    const uint32_t half = UINT32_C(1) << (31U - bits);
+    /* Saturated: what would round up beyond the range stays the largest code. */
+    const uint32_t rounded = (uint32_t)hyst_add(value, (int32_t)half) & ~(2U * half - 1U);
+    return (int16_t)(uint16_t)(rounded >> 16);
+}
+
+static inline void count_one(uint32_t *counter) {
+    const uint32_t next = *counter + 1U;
+    if (next != 0) {
+        *counter = next;
+    }
 }
 
 static void count(uint32_t *counter, bool happened) {
-    if (happened && *counter < UINT32_MAX) {
-        (*counter)++;
+    if (happened) {
+        count_one(counter);
     }
+}
+
+/* Nothing in the input but a position. */
+static inline bool uneventful(const loop_input_t *input) {
+    return !(input->converter_timeout || input->overrun || input->supply_low);
 }
 
 /* One converter range, 2^32, per second. */
@@ -54,19 +94,30 @@ static hyst_q31_t range_per_second(void) {
     return rate < HYST_Q31_MAX ? (hyst_q31_t)rate : HYST_Q31_MAX;
 }
 
+static uint32_t samples_in(uint32_t milliseconds) {
+    return (uint32_t)((uint64_t)milliseconds * board_info.sample_rate_mhz / 1000000U);
+}
+
+/* Number of the lowest bit, counted from 1; 0 for none. */
+static uint32_t first_of(uint32_t bits) {
+    uint32_t number = 0;
+    while (bits != 0) {
+        number++;
+        bits = (bits & 1U) != 0 ? 0 : bits >> 1;
+    }
+    return number;
+}
+
 static void note_faults(uint32_t faults) {
     telemetry_t *t = &loop.telemetry;
     if (t->faults_sticky == 0 && faults != 0) {
-        t->fault_first = 1;
-        while ((faults >> (t->fault_first - 1U) & 1U) == 0) {
-            t->fault_first++;
-        }
+        t->fault_first = first_of(faults);
     }
     t->faults_live = faults;
     t->faults_sticky |= faults;
 }
 
-void loop_init(const loop_parameters_t *parameters, uint16_t faults) {
+void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.active = parameters;
     atomic_store(&loop.pending, NULL);
     hyst_compensator_reset(&parameters->compensator, &loop.compensator);
@@ -74,34 +125,128 @@ void loop_init(const loop_parameters_t *parameters, uint16_t faults) {
     source_reset(&loop.source, 0, LOOP_DEFAULT_SLEW);
     loop.conditioning.leg = CONDITIONING_OFF;
     loop.conditioning_rate = range_per_second();
-    const hyst_q31_t park = parameters->compensator.drive_park;
+    const hyst_q31_t park = parameters->range.park;
     for (unsigned i = 0; i < HISTORY; i++) {
         loop.past[i].reference = 0;
         loop.past[i].drive = park;
         loop.past[i].drive_code = (uint16_t)to_code(park, board_info.drive_bits);
     }
     loop.standing_faults = faults;
+    power_init(&loop.power);
+    loop.bypass = false;
+    loop.overruns_in_a_row = 0;
+    loop.silence = 0;
+    loop.timeout = samples_in(LOOP_DEFAULT_TIMEOUT_MS);
+    loop.cost = 0;
+    loop.condition = UINT32_MAX; /* none */
+    loop.settling = samples_in(LOOP_SETTLING_MS) + BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX;
+    loop.unsettled = loop.settling;
+    loop.current = 0;
+    loop.current_limit = UINT32_MAX;
+    loop.model_warns = false;
     loop.telemetry = (telemetry_t){.state = LOOP_PARKED, .drive = park};
     note_faults(faults);
     telemetry_publish(&loop.telemetry);
     capture_init();
+    model_watch_init();
+    sensor_watch_init();
 }
 
 /* The hold source's value becomes drive_park, where conditioning ends. In the other modes the reference is a position,
  * and the change of mode makes a transition of the difference. */
 static void conditioning_ended(void) {
     if (loop.mode == HYST_MODE_DIRECT) {
-        loop.source.value = loop.active->compensator.drive_park;
+        loop.source.value = loop.active->range.park;
     }
+}
+
+static void stop_motion(void) {
+    if (loop.source.playing) {
+        source_stop(&loop.source);
+    }
+    if (loop.conditioning.leg != CONDITIONING_OFF) {
+        loop.conditioning.leg = CONDITIONING_OFF;
+        if (loop.mode == HYST_MODE_DIRECT) {
+            loop.source.value = loop.source.setpoint = loop.conditioning.reference;
+        }
+    }
+}
+
+static void park(void) {
+    stop_motion();
+    loop.mode = HYST_MODE_PARK;
+}
+
+/* What is to be protected from runs: not what is parked, which a silent master may leave alone. */
+static bool moving(void) {
+    return loop.power.state == POWER_ON && (loop.mode != HYST_MODE_PARK || loop.conditioning.leg != CONDITIONING_OFF);
+}
+
+/* The faults of this sample that trip. */
+static uint32_t tripping(const loop_input_t *input) {
+    uint32_t faults = input->supply_low ? FAULT_SUPPLY : 0U;
+    if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
+        faults |= FAULT_CURRENT;
+    }
+    loop.overruns_in_a_row = input->overrun ? loop.overruns_in_a_row + 1U : 0;
+    if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
+        loop.overruns_in_a_row = 0;
+        faults |= FAULT_OVERLOAD;
+    }
+    loop.silence += moving() ? 1U : 0U;
+    if (loop.silence > loop.timeout) {
+        loop.silence = 0;
+        faults |= FAULT_WATCHDOG;
+    }
+    return faults;
+}
+
+/* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
+static void protect_fully(const loop_input_t *input) {
+    const bool parked = loop.compensator.drive == loop.active->range.park;
+    const uint32_t faults = tripping(input);
+    if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
+        park();
+        if (loop.power.state != POWER_FAULT) {
+            capture_event(CAPTURE_AT_FAULT);
+        }
+        power_trip(&loop.power, faults);
+        loop.standing_faults |= faults;
+        loop.bypass = loop.bypass || (faults & FAULT_OVERLOAD) != 0;
+    }
+    power_sample(&loop.power, parked);
+    if (loop.bypass && loop.power.state == POWER_OFF) {
+        loop.bypass = false;
+        hyst_compensator_reset(&loop.active->compensator, &loop.compensator); /* as after a start */
+    }
+    board_stage_enable(power_stage_enabled(&loop.power, parked));
+}
+
+/* The same for most samples, in fewer instructions: on, with nothing in the input, and the master was heard. The stage
+ * is enabled since the sample that went on. */
+static inline void protect(const loop_input_t *input) {
+    if (loop.power.state == POWER_ON && uneventful(input) && loop.current <= loop.current_limit) {
+        const uint32_t silence = loop.silence + (moving() ? 1U : 0U);
+        if (silence <= loop.timeout) {
+            loop.overruns_in_a_row = 0;
+            loop.silence = silence;
+            return;
+        }
+    }
+    protect_fully(input);
 }
 
 /* What the compensator is to do in this sample. Returns the reference. */
 static hyst_q31_t next_reference(hyst_mode_t *mode) {
-    const hyst_compensator_t *c = &loop.active->compensator;
+    const drive_range_t *range = &loop.active->range;
+    if (loop.power.state != POWER_ON) {
+        *mode = HYST_MODE_PARK;
+        return loop.source.value;
+    }
     if (loop.conditioning.leg != CONDITIONING_OFF) {
-        if (conditioning_continues(&loop.conditioning, c, loop.compensator.drive)) {
+        if (conditioning_continues(&loop.conditioning, range, loop.compensator.drive)) {
             *mode = HYST_MODE_DIRECT;
-            return conditioning_step(&loop.conditioning, c, loop.conditioning_rate);
+            return conditioning_step(&loop.conditioning, range, loop.conditioning_rate);
         }
         conditioning_ended();
     }
@@ -110,11 +255,60 @@ static hyst_q31_t next_reference(hyst_mode_t *mode) {
 }
 
 static void adopt_pending(void) {
-    const loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_acquire);
-    if (next != NULL && hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
+    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_acquire);
+    if (next != NULL && !loop.bypass &&
+        hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
         loop.active = next;
         atomic_store_explicit(&loop.pending, NULL, memory_order_release);
     }
+}
+
+/* The compensator's step, with the window of this sample for limits. */
+static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+    loop_parameters_t *p = loop.active;
+    const drive_window_t window = drive_window(&p->range, loop.compensator.drive, board_info.drive_slew_max);
+    p->compensator.drive_low = window.low;
+    p->compensator.drive_high = window.high;
+    const hyst_q31_t drive = hyst_compensator_step(&p->compensator, &loop.compensator, mode, reference, events);
+    const bool limited = (*events & HYST_STEP_DRIVE_LIMITED) != 0;
+    if (limited && drive != p->range.low && drive != p->range.high) {
+        *events = (*events & ~(unsigned)HYST_STEP_DRIVE_LIMITED) | SLEW_LIMITED;
+    }
+    return drive;
+}
+
+/* After an overload: nothing that depends on a model. */
+static hyst_q31_t ramp_to_park(unsigned *events) {
+    const drive_range_t *range = &loop.active->range;
+    *events = MEMORY_LOST;
+    loop.compensator.drive = source_approach(loop.compensator.drive, range->park, range->return_slew);
+    return loop.compensator.drive;
+}
+
+static amplifier_state_t amplifier_state(void) {
+    switch (loop.power.state) {
+    case POWER_OFF:
+        return AMPLIFIER_OFF;
+    case POWER_PRECHARGE:
+        return AMPLIFIER_PRECHARGE;
+    case POWER_STOPPING:
+        return AMPLIFIER_STOP;
+    case POWER_FAULT:
+        return AMPLIFIER_FAULT;
+    case POWER_ON:
+        break;
+    }
+    if (loop.conditioning.leg != CONDITIONING_OFF) {
+        return AMPLIFIER_CONDITIONING;
+    }
+    return loop.source.playing ? AMPLIFIER_RUN : AMPLIFIER_HOLD;
+}
+
+static uint32_t limits_of(unsigned events) {
+    return ((events & HYST_STEP_DRIVE_LIMITED) != 0 ? LIMIT_DRIVE : 0U) |
+           ((events & HYST_STEP_UNREACHABLE) != 0 ? LIMIT_UNREACHABLE : 0U) |
+           ((events & HYST_STEP_FILTER_SATURATED) != 0 ? LIMIT_FILTER : 0U) |
+           ((events & SLEW_LIMITED) != 0 ? LIMIT_SLEW : 0U) | ((events & MEMORY_LOST) != 0 ? LIMIT_MEMORY : 0U);
 }
 
 static loop_state_t state_of(hyst_mode_t mode) {
@@ -131,34 +325,131 @@ static uint32_t alignment_of_reference(void) {
     return board_info.latency_samples + loop.active->lookahead_samples;
 }
 
-/* Counters and the values that belong to this position. */
-static void account(const loop_input_t *input, unsigned events, hyst_mode_t mode) {
+/* What the limits did in this sample. */
+static void account_limits(unsigned events) {
     telemetry_t *t = &loop.telemetry;
-    const uint32_t now = t->sequence;
-    t->state = state_of(mode);
-    t->active_mode = mode;
-    t->reference = loop.past[(now - alignment_of_reference()) % HISTORY].reference;
-    t->drive = loop.past[(now - board_info.latency_samples) % HISTORY].drive;
-    t->position = from_code(input->position_code);
-    count(&t->samples, true);
+    t->limits_live = limits_of(events);
+    t->limits_sticky |= t->limits_live;
     count(&t->drive_limited, (events & HYST_STEP_DRIVE_LIMITED) != 0);
     count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
     count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
-    count(&t->overruns, input->overrun);
-    count(&t->converter_timeouts, input->converter_timeout);
-    note_faults(loop.standing_faults | (input->overrun ? FAULT_OVERRUN : 0U) |
-                (input->converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U));
+    count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
+}
+
+/* Counters and the values that belong to this position. What changes with a command or a fault is worked out when it is
+ * not what it was. */
+static inline void account(const loop_input_t *input, unsigned events, hyst_mode_t mode) {
+    telemetry_t *t = &loop.telemetry;
+    const uint32_t now = t->sequence;
+    const uint32_t shown = now - board_info.latency_samples;
+    t->reference = loop.past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
+    t->drive = loop.past[shown % HISTORY].drive;
+    t->position = from_code(input->position_code);
+    count_one(&t->samples);
+    const uint32_t condition = loop.power.cause << 16 | (uint32_t)mode << 12 | (uint32_t)loop.power.state << 8 |
+                               (uint32_t)loop.conditioning.leg << 4 | (uint32_t)loop.source.playing;
+    if (condition != loop.condition) {
+        loop.condition = condition;
+        t->active_mode = mode;
+        t->state = state_of(mode);
+        t->amplifier_state = amplifier_state();
+        t->trip_cause = first_of(loop.power.cause);
+    }
+    if ((events | t->limits_live) != 0) {
+        account_limits(events);
+    }
+    uint32_t faults = loop.standing_faults;
+    if (!uneventful(input)) {
+        count(&t->overruns, input->overrun);
+        count(&t->converter_timeouts, input->converter_timeout);
+        faults |= (input->supply_low ? FAULT_SUPPLY : 0U) | (input->overrun ? FAULT_OVERRUN : 0U) |
+                  (input->converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U);
+    }
+    if (faults != t->faults_live) {
+        note_faults(faults);
+    }
+}
+
+static uint16_t upper(hyst_q31_t value) {
+    return (uint16_t)((uint32_t)value >> 16);
+}
+
+/* The signals beside the first three. Returns where the next one goes. */
+static uint16_t *further_signals(uint16_t *to, uint16_t signals) {
+    const telemetry_t *t = &loop.telemetry;
+    const hyst_q31_t before = loop.past[(t->sequence - board_info.latency_samples - 1U) % HISTORY].drive;
+    if ((signals & CAPTURE_ERROR) != 0) {
+        *to++ = upper(hyst_saturate((int64_t)t->position - t->reference));
+    }
+    if ((signals & CAPTURE_CURRENT) != 0) {
+        *to++ = upper(hyst_saturate((int64_t)t->drive - before));
+    }
+    if ((signals & CAPTURE_HYSTERESIS) != 0) {
+        *to++ = upper(
+            hyst_hysteresis_output(&loop.active->compensator.hysteresis, hyst_compensator_memory(&loop.compensator)));
+    }
+    if ((signals & CAPTURE_TRANSITION) != 0) {
+        *to++ = upper(hyst_saturate(loop.compensator.transition));
+    }
+    return to;
 }
 
 static void capture_aligned(const loop_input_t *input) {
     const telemetry_t *t = &loop.telemetry;
-    const capture_frame_t frame = {
-        .reference = to_code(t->reference, 16),
-        .drive = (int16_t)loop.past[(t->sequence - board_info.latency_samples) % HISTORY].drive_code,
-        .position = (int16_t)(input->position_code ^ BOARD_CODE_MIDDLE)};
-    capture_sample(&frame);
+    uint16_t signals;
+    uint16_t *to = capture_due(&signals);
+    if (to != NULL) {
+        if ((signals & CAPTURE_REFERENCE) != 0) {
+            *to++ = (uint16_t)to_code(t->reference, 16);
+        }
+        if ((signals & CAPTURE_DRIVE) != 0) {
+            *to++ = (uint16_t)loop.past[(t->sequence - board_info.latency_samples) % HISTORY].drive_code;
+        }
+        if ((signals & CAPTURE_POSITION) != 0) {
+            *to++ = (uint16_t)(input->position_code ^ BOARD_CODE_MIDDLE);
+        }
+        if (signals > CAPTURE_DEFAULT_SIGNALS) {
+            (void)further_signals(to, signals);
+        }
+        capture_taken();
+    }
     loop.telemetry.capture_state = capture_state();
     loop.telemetry.capture_frames = capture_frames();
+}
+
+static void warn(uint32_t warnings) {
+    telemetry_t *t = &loop.telemetry;
+    if ((warnings & ~t->warnings_live) != 0) {
+        capture_event(CAPTURE_AT_WARNING);
+    }
+    t->warnings_live = warnings;
+    t->warnings_sticky |= warnings;
+}
+
+/* Compares the position with the reference, which is the model's prediction of it as long as the drive is the model's.
+ */
+static inline void watch_model(const loop_input_t *input, unsigned events, hyst_mode_t mode) {
+    const telemetry_t *t = &loop.telemetry;
+    if (mode != HYST_MODE_COMPENSATE || events != 0 || loop.compensator.transition != 0 || !uneventful(input)) {
+        loop.unsettled = loop.settling;
+        return;
+    }
+    if (loop.unsettled > 0) {
+        loop.unsettled--;
+        return;
+    }
+    loop.model_warns = model_watch_sample(t->reference, t->position);
+}
+
+/* The current into the actuator, and whether the reading can be one. */
+static inline void watch_hardware(const loop_input_t *input, hyst_q31_t before, hyst_q31_t drive) {
+    const uint32_t step = drive > before ? (uint32_t)drive - (uint32_t)before : (uint32_t)before - (uint32_t)drive;
+    loop.current += (step >> CURRENT_UNIT) - (loop.current >> CURRENT_BITS);
+    const uint32_t warnings =
+        sensor_watch_sample(input->position_code, step) | (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
+    if (warnings != loop.telemetry.warnings_live) {
+        warn(warnings);
+    }
 }
 
 /*
@@ -169,27 +460,31 @@ uint16_t loop_sample(const loop_input_t *input) {
     const uint32_t start = board_cost_counter();
     telemetry_t *t = &loop.telemetry;
     t->sequence++;
+    t->cost_last = loop.cost;
+    if (loop.cost > t->cost_max) {
+        t->cost_max = loop.cost;
+    }
+    protect(input);
     adopt_pending();
 
     hyst_mode_t mode;
     unsigned events;
+    const hyst_q31_t before = loop.compensator.drive;
     const hyst_q31_t reference = next_reference(&mode);
-    const hyst_q31_t drive =
-        hyst_compensator_step(&loop.active->compensator, &loop.compensator, mode, reference, &events);
+    const hyst_q31_t drive = loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
     const uint16_t code = (uint16_t)to_code(drive, board_info.drive_bits);
 
-    const uint32_t now = t->sequence % HISTORY;
-    loop.past[now].reference = reference;
-    loop.past[now].drive = drive;
-    loop.past[now].drive_code = code;
+    past_t *now = &loop.past[t->sequence % HISTORY];
+    now->reference = reference;
+    now->drive = drive;
+    now->drive_code = code;
     account(input, events, mode);
+    watch_model(input, events, mode);
+    watch_hardware(input, before, drive);
     capture_aligned(input);
     telemetry_publish(t);
 
-    t->cost_last = board_cost_counter() - start;
-    if (t->cost_last > t->cost_max) {
-        t->cost_max = t->cost_last;
-    }
+    loop.cost = board_cost_counter() - start;
     return code ^ BOARD_CODE_MIDDLE;
 }
 
@@ -197,7 +492,7 @@ bool loop_adoption_pending(void) {
     return atomic_load_explicit(&loop.pending, memory_order_acquire) != NULL;
 }
 
-bool loop_adopt(const loop_parameters_t *next) {
+bool loop_adopt(loop_parameters_t *next) {
     if (loop_adoption_pending()) {
         return false;
     }
@@ -209,33 +504,78 @@ hyst_mode_t loop_mode(void) {
     return loop.mode; /* only the main loop writes it */
 }
 
-static void stop(void) {
-    if (loop.source.playing) {
-        source_stop(&loop.source);
-    }
-    if (loop.conditioning.leg != CONDITIONING_OFF) {
-        loop.conditioning.leg = CONDITIONING_OFF;
-        if (loop.mode == HYST_MODE_DIRECT) {
-            loop.source.value = loop.source.setpoint = loop.conditioning.reference;
-        }
-    }
-}
-
+/* A fault may come between the check of a request and this: then the fault has it. */
 void loop_set_mode(hyst_mode_t mode) {
     const uint32_t key = board_lock();
     if (mode == HYST_MODE_PARK) {
-        stop();
+        park();
+    } else if (power_armed(&loop.power)) {
+        if (loop.mode == HYST_MODE_PARK) {
+            loop.silence = 0;
+        }
+        loop.mode = mode;
     }
-    loop.mode = mode;
-    loop.standing_faults &= ~(uint32_t)FAULT_WATCHDOG;
     board_unlock(key);
 }
 
-void loop_park_by_watchdog(void) {
+bool loop_arm(void) {
     const uint32_t key = board_lock();
-    stop();
-    loop.mode = HYST_MODE_PARK;
-    loop.standing_faults |= FAULT_WATCHDOG;
+    const bool armed = power_arm(&loop.power, samples_in(POWER_PRECHARGE_MS));
+    board_unlock(key);
+    return armed;
+}
+
+void loop_disarm(void) {
+    const uint32_t key = board_lock();
+    park();
+    power_disarm(&loop.power);
+    board_unlock(key);
+}
+
+static power_t power_state(void) {
+    return *(volatile power_t *)&loop.power.state; /* one word: read whole */
+}
+
+bool loop_armed(void) {
+    const power_t state = power_state();
+    return state == POWER_PRECHARGE || state == POWER_ON;
+}
+
+bool loop_ready(void) {
+    return power_state() == POWER_ON;
+}
+
+bool loop_in_fault(void) {
+    return power_state() == POWER_FAULT;
+}
+
+bool loop_off(void) {
+    const uint32_t key = board_lock();
+    const bool off =
+        loop.power.state == POWER_OFF && loop.compensator.drive == loop.active->range.park && !loop_adoption_pending();
+    board_unlock(key);
+    return off;
+}
+
+uint16_t loop_park_code(void) {
+    const uint32_t key = board_lock();
+    const hyst_q31_t park = loop.active->range.park;
+    board_unlock(key);
+    return (uint16_t)to_code(park, board_info.drive_bits) ^ BOARD_CODE_MIDDLE;
+}
+
+uint32_t loop_samples(void) {
+    return *(volatile uint32_t *)&loop.telemetry.sequence; /* one word: read whole */
+}
+
+void loop_master_heard(void) {
+    *(volatile uint32_t *)&loop.silence = 0; /* one word: written whole */
+}
+
+void loop_set_timeout(uint32_t milliseconds) {
+    const uint32_t key = board_lock();
+    loop.timeout = milliseconds != 0 ? samples_in(milliseconds) : UINT32_MAX;
+    loop.silence = 0;
     board_unlock(key);
 }
 
@@ -257,6 +597,10 @@ void loop_set_setpoint_slew(hyst_q31_t slew) {
 
 void loop_start(const source_settings_t *settings) {
     const uint32_t key = board_lock();
+    if (loop.power.state != POWER_ON || loop.mode == HYST_MODE_PARK) {
+        board_unlock(key); /* a fault came first */
+        return;
+    }
     source_start(&loop.source, settings);
     if (settings->kind == SOURCE_SINE) {
         hyst_hysteresis_begin_sine(&loop.active->compensator.hysteresis, hyst_compensator_memory(&loop.compensator));
@@ -279,14 +623,48 @@ bool loop_conditioning(void) {
     return conditioning;
 }
 
+void loop_set_current_limit(hyst_q31_t limit) {
+    const uint32_t key = board_lock();
+    loop.current_limit = limit > 0 ? ((uint32_t)limit >> CURRENT_UNIT) << CURRENT_BITS : UINT32_MAX;
+    board_unlock(key);
+}
+
+hyst_q31_t loop_current_average(void) {
+    const uint32_t units = *(volatile uint32_t *)&loop.current >> CURRENT_BITS; /* one word: read whole */
+    return hyst_saturate((int64_t)units << CURRENT_UNIT);
+}
+
+uint32_t loop_trip_cause(void) {
+    return *(volatile uint32_t *)&loop.power.cause;
+}
+
+uint32_t loop_warnings(void) {
+    return *(volatile uint32_t *)&loop.telemetry.warnings_live;
+}
+
+void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds) {
+    const uint32_t key = board_lock();
+    model_watch_set_limit(limit, samples_in(milliseconds));
+    loop.model_warns = false;
+    board_unlock(key);
+}
+
 void loop_stop(void) {
     const uint32_t key = board_lock();
-    stop();
+    stop_motion();
+    if (power_leave_fault(&loop.power)) {
+        loop.standing_faults &= ~TRIPS;
+    }
     board_unlock(key);
 }
 
 void loop_condition(void) {
     const uint32_t key = board_lock();
+    if (!power_armed(&loop.power)) {
+        board_unlock(key); /* a fault came first */
+        return;
+    }
+    loop.silence = 0;
     if (loop.source.playing) {
         source_stop(&loop.source);
     }
@@ -300,10 +678,13 @@ void loop_condition(void) {
 void loop_clear(void) {
     const uint32_t key = board_lock();
     telemetry_t *t = &loop.telemetry;
-    t->samples = t->drive_limited = t->unreachable = t->filter_saturated = 0;
-    t->overruns = t->converter_timeouts = 0;
-    t->cost_last = t->cost_max = 0;
-    t->faults_sticky = t->fault_first = 0;
+#define COUNTER(name, address, note, text) t->name = 0;
+#include "registers.def"
+    t->samples = 0;
+    t->cost_last = t->cost_max = loop.cost = 0;
+    t->faults_sticky = t->fault_first = t->limits_sticky = 0;
+    t->warnings_sticky = t->warnings_live;
+    model_watch_clear();
     note_faults(loop.standing_faults);
     board_unlock(key);
 }

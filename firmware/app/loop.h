@@ -10,8 +10,9 @@
  *
  * Modes and sources. The requested mode is what the loop runs, except while conditioning, which drives directly.
  * Parking stops the source and conditioning. No change of mode, and no new parameters, step the drive
- * (hyst/compensator.h: transition). A source that starts elsewhere than where the reference is does step it: lead the
- * setpoint there first.
+ * (hyst/compensator.h: transition); into new limits it ramps. A source that starts elsewhere than where the reference
+ * is does jump: lead the setpoint there first. Whatever jumps, no sample's drive is farther from the last one's than
+ * board_info.drive_slew_max (`slew_limited` counts the samples in which that was at work).
  *
  * After conditioning the drive is at drive_park and the loop goes on in the requested mode with the setpoint it had.
  * In linear and compensate mode the drive goes there as a transition; in direct mode the hold source starts from
@@ -20,8 +21,10 @@
 #ifndef LOOP_H
 #define LOOP_H
 
+#include "drive_range.h"
 #include "hyst/compensator.h"
 #include "hyst/parameters.h"
+#include "power_state.h"
 #include "source.h"
 #include "telemetry.h"
 
@@ -30,12 +33,14 @@ typedef struct {
     uint16_t position_code; /**< offset binary, board_info.position_bits wide, left-aligned to 16 bits */
     bool converter_timeout; /**< no fresh position; the code is the last one */
     bool overrun;           /**< more than one period passed since the last sample */
+    bool supply_low;        /**< the supply is below what the converters need */
 } loop_input_t;
 
 /** What a parameter image becomes. */
 typedef struct {
-    hyst_compensator_t compensator;
-    uint32_t lookahead_samples; /**< 0..HYST_LOOKAHEAD_MAX */
+    hyst_compensator_t compensator; /**< its limits are the window of the present sample, and the loop's to set */
+    drive_range_t range;            /**< the limits of the image */
+    uint32_t lookahead_samples;     /**< 0..HYST_LOOKAHEAD_MAX */
 } loop_parameters_t;
 
 /** Sample interrupt only. Returns the drive code: offset binary, rounded to board_info.drive_bits, left-aligned to 16
@@ -44,22 +49,46 @@ uint16_t loop_sample(const loop_input_t *input);
 
 /* Main loop only, from here on. */
 
-/** Parked, demagnetised, counters zero. Before the sample interrupt is started. `faults` (FAULT_ bits) stay live for
- * ever. */
-void loop_init(const loop_parameters_t *parameters, uint16_t faults);
+/** Off (power_state.h), parked, demagnetised, counters zero. Before the sample interrupt is started. `faults` (FAULT_
+ * bits) stay live without end. */
+void loop_init(loop_parameters_t *parameters, uint16_t faults);
 
-/** Hands over parameters, which must not change from now on. The next sample adopts them, or up to HYST_PI_CARRY_CALLS
+/** Hands over parameters, which are the loop's from now on. The next sample adopts them, or up to HYST_PI_CARRY_CALLS
  * samples share carrying a deep memory over to them while the old ones go on (hyst_compensator_adopt). False (and
  * nothing happens) while earlier ones are still waiting. */
-bool loop_adopt(const loop_parameters_t *next);
+bool loop_adopt(loop_parameters_t *next);
 bool loop_adoption_pending(void);
 
-/** Requested mode. Setting any mode ends the live watchdog fault. */
+/** To precharge and on. False in a fault. Disarming ramps to park, then off. */
+bool loop_arm(void);
+void loop_disarm(void);
+/** Armed: precharge or on. Ready: on. */
+bool loop_armed(void);
+bool loop_ready(void);
+bool loop_in_fault(void);
+
+/** Is it off, with the output at rest? */
+bool loop_off(void);
+
+/** The code of the parking drive. */
+uint16_t loop_park_code(void);
+
+/** Samples since loop_init, wrapping. */
+uint32_t loop_samples(void);
+
+/** Requested mode; what the loop runs is park until it is ready. Other modes than park: only while armed. */
 hyst_mode_t loop_mode(void);
 void loop_set_mode(hyst_mode_t mode);
 
-/** Parks and reports FAULT_WATCHDOG. */
-void loop_park_by_watchdog(void);
+/** A master has been heard; trips (FAULT_WATCHDOG) when that is longer ago than the timeout, outside of park. The
+ * sample interrupt counts the time, in samples, so that a main loop that hangs trips too. 0 is off. */
+void loop_master_heard(void);
+void loop_set_timeout(uint32_t milliseconds);
+#define LOOP_DEFAULT_TIMEOUT_MS 1000U
+
+/** So many overruns in a row trip (FAULT_OVERLOAD): from then on a plain ramp to park runs in place of the compensator,
+ * so that the main loop gets to hear the master again. */
+#define LOOP_OVERRUNS_TO_TRIP 5U
 
 /** The setpoint's slew after start-up: the whole range in 0.2 s at 10 kHz, as hyst_parameters_default's transition. */
 #define LOOP_DEFAULT_SLEW (HYST_Q31_MAX / 1000)
@@ -70,17 +99,33 @@ hyst_q31_t loop_setpoint(void);
 void loop_set_setpoint(hyst_q31_t setpoint);
 void loop_set_setpoint_slew(hyst_q31_t slew);
 
-/** Starts a source (valid: source_settings_valid). Not while parked or conditioning. A sine locks the harmonics of a
- * modified play model (hyst_hysteresis_begin_sine). */
+/** Starts a source (valid: source_settings_valid). Only when ready, and not while parked or conditioning. A sine locks
+ * the harmonics of a modified play model (hyst_hysteresis_begin_sine). */
 void loop_start(const source_settings_t *settings);
 bool loop_playing_breakpoints(void);
 bool loop_conditioning(void);
 
-/** Stops the source and conditioning; the reference holds its last value. */
+/** Limit on the error of the model and how long above it warns (model_watch.h); 0 is none. */
+void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds);
+#define LOOP_DEFAULT_MODEL_TIME_MS 500U
+
+/** After a sample whose drive was not the model's, so long for what it left in the mechanics to decay: ten periods of
+ * a mode of 1 kHz. */
+#define LOOP_SETTLING_MS 10U
+
+/** Limit on the average magnitude of the drive's steps, per sample; beyond it trips (FAULT_CURRENT). 0 is none. */
+void loop_set_current_limit(hyst_q31_t limit);
+hyst_q31_t loop_current_average(void);
+
+/** What tripped, FAULT_ bits, and the warnings that are live: for the main loop's log. */
+uint32_t loop_trip_cause(void);
+uint32_t loop_warnings(void);
+
+/** Stops the source and conditioning; the reference holds its last value. In a fault: leaves it, to off. */
 void loop_stop(void);
 
-/** Sweeps the drive, from where it is, up to drive_high, down to drive_low and back to drive_park, at one converter
- * range per second. Then as said above. */
+/** Only while armed. Sweeps the drive, from where it is, up to drive_high, down to drive_low and back to drive_park, at
+ * one converter range per second. Then as said above. */
 void loop_condition(void);
 
 /** Counters to zero; sticky faults to those that are live. */

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "amplifier.h"
 #include "board.h"
+#include "loop.h"
 
 int main(void) {
-    amplifier_init(board_init());
-    board_start();
+    const board_start_t start = board_init();
+    amplifier_init(&start);
+    board_start(loop_park_code());
     for (;;) {
         if (!amplifier_serve()) {
             board_idle();

@@ -1,10 +1,17 @@
 /* SPDX-License-Identifier: MIT */
+#include "modbus_bits.h"
 #include "modbus_server.h"
 #include "registers.h"
 
 #define CRC_BYTES     2U
 #define FRAME_MIN     (2U + CRC_BYTES) /* address and function */
 #define EXCEPTION_BIT 0x80U
+
+#define READ_BITS_MAX  2000U
+#define WRITE_BITS_MAX 1968U
+#define COIL_ON        0xFF00U
+
+enum { DIAGNOSE_QUERY_DATA = 0, DIAGNOSE_CLEAR = 10, DIAGNOSE_ERRORS = 12, DIAGNOSE_MESSAGES = 14 };
 
 #define TEXT_OF(x)  TEXT_OF_(x)
 #define TEXT_OF_(x) #x
@@ -132,6 +139,120 @@ static modbus_exception_t write_and_read_registers(request_t request, reply_t *r
     return refusal;
 }
 
+/* Functions 1 and 2. `bits`: all that there are. */
+static modbus_exception_t read_bits(request_t request, const uint8_t *bits, uint32_t available, reply_t *reply) {
+    if (request.length != 5U || !count_legal(get16(request.bytes + 3), READ_BITS_MAX)) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint32_t first = get16(request.bytes + 1);
+    const uint32_t count = get16(request.bytes + 3);
+    if (first + count > available) {
+        return MODBUS_ILLEGAL_ADDRESS;
+    }
+    const size_t bytes = (count + 7U) / 8U;
+    reply->bytes[1] = (uint8_t)bytes;
+    for (size_t i = 0; i < bytes; i++) {
+        reply->bytes[2U + i] = 0;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t bit = (uint32_t)bits[(first + i) / 8U] >> (first + i) % 8U & 1U;
+        reply->bytes[2U + i / 8U] |= (uint8_t)(bit << i % 8U);
+    }
+    reply->length = 2U + bytes;
+    return MODBUS_OK;
+}
+
+static modbus_exception_t read_coils(request_t request, reply_t *reply) {
+    const uint8_t coil = modbus_coil() ? 1 : 0;
+    return read_bits(request, &coil, MODBUS_COILS, reply);
+}
+
+static modbus_exception_t read_discrete_inputs(request_t request, reply_t *reply) {
+    uint8_t bits[(MODBUS_DISCRETE_INPUTS + 7U) / 8U];
+    modbus_discrete_inputs(bits);
+    return read_bits(request, bits, MODBUS_DISCRETE_INPUTS, reply);
+}
+
+static modbus_exception_t write_coil(request_t request, reply_t *reply) {
+    if (request.length != 5U || (get16(request.bytes + 3) != COIL_ON && get16(request.bytes + 3) != 0)) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (get16(request.bytes + 1) >= MODBUS_COILS) {
+        return MODBUS_ILLEGAL_ADDRESS;
+    }
+    answer_echo(request, reply);
+    return modbus_coil_write(get16(request.bytes + 3) == COIL_ON);
+}
+
+static modbus_exception_t write_coils(request_t request, reply_t *reply) {
+    if (request.length < 6U) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint32_t first = get16(request.bytes + 1);
+    const uint32_t count = get16(request.bytes + 3);
+    const size_t bytes = (count + 7U) / 8U;
+    if (!count_legal((uint16_t)count, WRITE_BITS_MAX) || request.bytes[5] != bytes || request.length != 6U + bytes) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    if (first + count > MODBUS_COILS) {
+        return MODBUS_ILLEGAL_ADDRESS;
+    }
+    answer_echo(request, reply);
+    return modbus_coil_write((request.bytes[6] & 1U) != 0);
+}
+
+static modbus_exception_t mask_register(request_t request, reply_t *reply) {
+    if (request.length != 7U) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint16_t address = get16(request.bytes + 1);
+    const uint16_t keep = get16(request.bytes + 3);
+    const uint16_t set = get16(request.bytes + 5);
+    uint16_t value = 0;
+    modbus_exception_t refusal = registers_check_read(address, 1);
+    if (refusal == MODBUS_OK) {
+        registers_read(address, 1, &value);
+        value = (uint16_t)((value & keep) | (set & ~(uint32_t)keep));
+        refusal = registers_write(address, 1, &value);
+    }
+    for (size_t i = 1; i < 7U; i++) {
+        reply->bytes[i] = request.bytes[i];
+    }
+    reply->length = 7U;
+    return refusal;
+}
+
+/* Function 8: return query data, clear counters, and the counters of the line. */
+static modbus_exception_t diagnose(request_t request, reply_t *reply) {
+    if (request.length != 5U) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    const uint16_t data = get16(request.bytes + 3);
+    const modbus_counters_t counters = modbus_server_counters();
+    uint16_t answer = data;
+    switch (get16(request.bytes + 1)) {
+    case DIAGNOSE_QUERY_DATA:
+        break;
+    case DIAGNOSE_CLEAR:
+        modbus_server_clear();
+        break;
+    case DIAGNOSE_ERRORS:
+        answer = counters.errors;
+        break;
+    case DIAGNOSE_MESSAGES:
+        answer = counters.served;
+        break;
+    default:
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if (data != 0 && get16(request.bytes + 1) != DIAGNOSE_QUERY_DATA) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    answer_echo(request, reply);
+    put16(reply->bytes + 3, answer);
+    return MODBUS_OK;
+}
+
 /* Objects 0 to 2: the basic category. */
 static const char *const identification[] = {
     "hyst",
@@ -187,8 +308,25 @@ static modbus_exception_t read_identification(request_t request, reply_t *reply)
     return MODBUS_OK;
 }
 
+/* What writes and reads nothing may be without endybody. */
+static bool may_be_broadcast(uint8_t function) {
+    return function == 5 || function == 6 || function == 15 || function == 16 || function == 22;
+}
+
 static modbus_exception_t dispatch(request_t request, reply_t *reply) {
     switch (request.bytes[0]) {
+    case 1:
+        return read_coils(request, reply);
+    case 2:
+        return read_discrete_inputs(request, reply);
+    case 5:
+        return write_coil(request, reply);
+    case 8:
+        return diagnose(request, reply);
+    case 15:
+        return write_coils(request, reply);
+    case 22:
+        return mask_register(request, reply);
     case 3:
     case 4:
         return read_registers(request, reply);
@@ -215,7 +353,9 @@ modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply
     if (modbus_crc(frame, payload) != (frame[payload] | frame[payload + 1U] << 8)) {
         return MODBUS_FRAME_BROKEN;
     }
-    if (frame[0] != MODBUS_SERVER_ADDRESS && frame[0] != MODBUS_BROADCAST_ADDRESS) {
+    const bool broadcast = frame[0] == MODBUS_BROADCAST_ADDRESS;
+    if ((frame[0] != MODBUS_SERVER_ADDRESS && !broadcast) || frame[1] >= EXCEPTION_BIT ||
+        (broadcast && !may_be_broadcast(frame[1]))) {
         return MODBUS_FRAME_FOREIGN;
     }
 
@@ -223,8 +363,8 @@ modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply
     reply[1] = frame[1];
     reply_t answer = {.bytes = reply + 1};
     const modbus_exception_t refusal = dispatch((request_t){frame + 1, payload - 1U}, &answer);
-    if (frame[0] == MODBUS_BROADCAST_ADDRESS) {
-        return MODBUS_FRAME_BROADCAST;
+    if (broadcast) {
+        return refusal == MODBUS_OK ? MODBUS_FRAME_BROADCAST : MODBUS_FRAME_REFUSED;
     }
     if (refusal != MODBUS_OK) {
         reply[1] |= EXCEPTION_BIT;
@@ -235,5 +375,5 @@ modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply
     reply[answer.length + 1U] = (uint8_t)crc;
     reply[answer.length + 2U] = (uint8_t)(crc >> 8);
     *reply_length = answer.length + 1U + CRC_BYTES;
-    return MODBUS_FRAME_ANSWERED;
+    return refusal == MODBUS_OK ? MODBUS_FRAME_ANSWERED : MODBUS_FRAME_REFUSED;
 }

@@ -3,12 +3,13 @@
 #include "modbus_server.h"
 #include "board.h"
 #include <stdatomic.h>
+#include <string.h>
 
 /* Longer than two frames, so that the main loop may be busy with one while the next arrives. A power of two. */
 #define RING_ITEMS 1024U
 
 /* An item of the ring is a byte and what was before it. */
-enum { ITEM_AFTER_SILENCE = 0x100, ITEM_BROKEN = 0x200 };
+enum { ITEM_AFTER_SILENCE = 0x100, ITEM_BROKEN = 0x200, ITEM_AFTER_ANSWER = 0x400 };
 
 /* One writer, the interrupt, and one reader, the main loop. */
 static struct {
@@ -18,19 +19,41 @@ static struct {
     uint16_t carried;          /* interrupt only: flags of items that found no room */
 } ring;
 
-/* The frame that is being put together. Main loop only. (An array of its own, so that the sanitizers guard its end.) */
+/* The frame that is being put together. Main loop only. (A separate array, so that the sanitizers guard its end.) */
 static uint8_t frame_bytes[MODBUS_FRAME_MAX];
 static struct {
     size_t length;
     bool started;
     bool broken;
+    bool after_answer; /* began so soon after an answer that it may be its echo */
 } frame;
 
+/* The last answer. The main loop writes all but `sending`, which the interrupt reads. */
+static uint8_t answer_bytes[MODBUS_FRAME_MAX];
+static struct {
+    size_t length;        /* 0 when no frame can be its echo any more */
+    atomic_bool expected; /* it is being sent, or has been since the last frame */
+    atomic_bool sending;
+    atomic_uint sent_time; /* microseconds */
+} answer;
+
 static modbus_counters_t counters;
-static uint32_t last_request;
+static uint32_t accepted;
+
+/* Two silences: modbus_server.h. */
+static bool may_be_echo(uint32_t now) {
+    if (!atomic_load_explicit(&answer.expected, memory_order_acquire)) {
+        return false;
+    }
+    return atomic_load_explicit(&answer.sending, memory_order_acquire) ||
+           now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * board_info.modbus_silence_us;
+}
 
 static void push(uint16_t item) {
     const uint32_t now = board_microseconds();
+    if (may_be_echo(now)) {
+        item |= ITEM_AFTER_ANSWER;
+    }
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_relaxed);
     if (now - last > board_info.modbus_silence_us) {
         item |= ITEM_AFTER_SILENCE;
@@ -38,7 +61,7 @@ static void push(uint16_t item) {
     item |= ring.carried;
     const unsigned written = atomic_load_explicit(&ring.written, memory_order_relaxed);
     if (written - atomic_load_explicit(&ring.read, memory_order_acquire) == RING_ITEMS) {
-        ring.carried = (uint16_t)((item & ITEM_AFTER_SILENCE) | ITEM_BROKEN);
+        ring.carried = (uint16_t)((item & (ITEM_AFTER_SILENCE | ITEM_AFTER_ANSWER)) | ITEM_BROKEN);
     } else {
         ring.carried = 0;
         ring.items[written % RING_ITEMS] = item;
@@ -73,7 +96,9 @@ void modbus_server_init(void) {
     atomic_store(&ring.last_time, board_microseconds());
     ring.carried = 0;
     frame.started = false;
-    last_request = board_microseconds();
+    answer.length = 0;
+    atomic_store(&answer.expected, false);
+    atomic_store(&answer.sending, false);
     modbus_server_clear();
 }
 
@@ -83,20 +108,44 @@ static void count(uint16_t *counter) {
     }
 }
 
+static void send_answer(void) {
+    count(&counters.served);
+    atomic_store_explicit(&answer.sending, true, memory_order_release);
+    atomic_store_explicit(&answer.expected, true, memory_order_release);
+    board_modbus_send(answer_bytes, answer.length);
+    atomic_store_explicit(&answer.sent_time, board_microseconds(), memory_order_release);
+    atomic_store_explicit(&answer.sending, false, memory_order_release);
+}
+
+/* How many bytes of the frame are a copy of the last answer. No later frame can be. */
+static size_t echoed(void) {
+    const size_t length = answer.length;
+    answer.length = 0;
+    atomic_store_explicit(&answer.expected, false, memory_order_release);
+    const bool echo =
+        frame.after_answer && length > 0 && frame.length >= length && memcmp(frame_bytes, answer_bytes, length) == 0;
+    return echo ? length : 0;
+}
+
 static void serve_frame(void) {
-    uint8_t reply[MODBUS_FRAME_MAX];
-    size_t reply_length = 0;
-    const modbus_outcome_t outcome =
-        frame.broken ? MODBUS_FRAME_BROKEN : modbus_serve(frame_bytes, frame.length, reply, &reply_length);
+    const size_t from = echoed();
     frame.started = false;
+    if (from > 0) {
+        count(&counters.echoes);
+        if (from == frame.length && !frame.broken) {
+            return;
+        }
+    }
+    const modbus_outcome_t outcome =
+        frame.broken ? MODBUS_FRAME_BROKEN
+                     : modbus_serve(frame_bytes + from, frame.length - from, answer_bytes, &answer.length);
     if (outcome == MODBUS_FRAME_BROKEN) {
         count(&counters.errors);
-    } else if (outcome != MODBUS_FRAME_FOREIGN) {
-        last_request = board_microseconds();
+    } else if (outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_BROADCAST) {
+        accepted++;
     }
-    if (outcome == MODBUS_FRAME_ANSWERED) {
-        count(&counters.served);
-        board_modbus_send(reply, reply_length);
+    if (answer.length > 0) {
+        send_answer();
     }
 }
 
@@ -105,6 +154,7 @@ static void take(uint16_t item) {
     if (!frame.started) {
         frame.started = true;
         frame.broken = false;
+        frame.after_answer = (item & ITEM_AFTER_ANSWER) != 0;
         frame.length = 0;
     }
     if ((item & ITEM_BROKEN) != 0 || frame.length == MODBUS_FRAME_MAX) {
@@ -135,8 +185,8 @@ bool modbus_server_poll(void) {
     return any;
 }
 
-uint32_t modbus_server_last_request(void) {
-    return last_request;
+uint32_t modbus_server_accepted(void) {
+    return accepted;
 }
 
 modbus_counters_t modbus_server_counters(void) {

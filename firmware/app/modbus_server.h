@@ -1,12 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * A Modbus RTU server: functions 3 and 4 (read registers: one and the same map), 6 and 16 (write), 23 (write, then
- * read) and 43/14 (device identification: vendor, product, revision; stream and individual access).
+ * A Modbus RTU server. Functions for registers: 3 and 4 (read; one and the same map), 6 and 16 (write), 22 (mask), 23
+ * (write, then read). Others: 1, 2, 5 and 15 (modbus_bits.h), 8 (query data, clear, errors, messages) and 43/14 (device
+ * identification: vendor, product, revision; stream and individual access).
  *
  * Bytes come from an interrupt (board.h) through a ring; a silence of board_info.modbus_silence_us ends a frame. In
  * this order: the complete frame, its length, its CRC, its address, and only then its meaning. A frame that fails one
- * of the first three gets no answer and is counted; one for another server gets none either. A request to address 0
- * (broadcast) is executed and not answered. Pauses inside a frame below the silence are tolerated.
+ * of the first three gets no answer and is counted. One for another server gets none either, and neither does one with
+ * a function code of 0x80 or more: that is a server's exception, not a request. A request to address 0 (broadcast) is
+ * executed and not answered, if its function only writes. Pauses inside a frame below the silence are tolerated.
+ *
+ * Echo. Some lines return what is sent. A board of a half-duplex line does not listen while it sends (board.h). What
+ * still comes back is known by its bytes. When a frame begins within two silences of an answer's end and begins with a
+ * copy of that answer, the copy is dropped and counted (`line_echoes`), and what follows it is the frame. One silence
+ * is the pause that the standard asks of a master, so no request can be meant; the second is for a line that is slow to
+ * return. Only after functions 5, 6, 8 and 22 can an answer be a request at all.
  *
  * References: Modbus application protocol V1.1b3; Modbus over serial line V1.02.
  */
@@ -26,9 +34,10 @@
 
 typedef enum {
     MODBUS_FRAME_BROKEN,    /**< too short, too long, or a wrong CRC */
-    MODBUS_FRAME_FOREIGN,   /**< for another server */
-    MODBUS_FRAME_BROADCAST, /**< valid, and not to be answered */
-    MODBUS_FRAME_ANSWERED
+    MODBUS_FRAME_FOREIGN,   /**< for another server, or no request at all */
+    MODBUS_FRAME_BROADCAST, /**< accepted, and not to be answered */
+    MODBUS_FRAME_ANSWERED,  /**< accepted */
+    MODBUS_FRAME_REFUSED    /**< answered with an exception; a broadcast is not answered even so */
 } modbus_outcome_t;
 
 /** Serves one complete frame. *reply_length is 0 unless answered. No input or output; what it depends on and changes is
@@ -45,12 +54,13 @@ void modbus_server_init(void);
 /** Takes what arrived and serves the frames that are complete. Returns whether there was one. Main loop only. */
 bool modbus_server_poll(void);
 
-/** When the last valid request ended (board_microseconds), or the server was initialised. Main loop only. */
-uint32_t modbus_server_last_request(void);
+/** Requests that were accepted, wrapping. Neither a refused request nor other bytes on the line count as a master's
+ * sign of life. Main loop only. */
+uint32_t modbus_server_accepted(void);
 
-/** Registers `line_errors` and `frames_served`. Both saturate. Main loop only. */
+/** Registers `line_errors`, `frames_served` and `line_echoes`. They saturate. Main loop only. */
 typedef struct {
-    uint16_t errors, served;
+    uint16_t errors, served, echoes;
 } modbus_counters_t;
 
 modbus_counters_t modbus_server_counters(void);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "parameter_store.h"
 #include "board.h"
+#include "image_store.h"
 #include <string.h>
 
 #define WORD_LENGTH 2U /* hyst/parameters.h: word 2 is the length */
@@ -10,6 +11,7 @@ static struct {
     uint32_t active[PARAMETER_STORE_WORDS];
     loop_parameters_t half[2];
     unsigned idle; /* the half that the loop does not use */
+    bool image_given;
     parameter_store_status_t status;
 } store;
 
@@ -18,17 +20,44 @@ static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_p
         return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_SAMPLE_RATE};
     }
     half->lookahead_samples = parameters->lookahead_samples;
-    return hyst_parameters_build(parameters, &half->compensator);
+    half->range = (drive_range_t){.low = parameters->drive_low,
+                                  .high = parameters->drive_high,
+                                  .park = parameters->drive_park,
+                                  .return_slew = parameters->transition_slew};
+    const hyst_parameters_fault_t fault = hyst_parameters_build(parameters, &half->compensator);
+    return fault.error != HYST_PARAMETERS_OK ? fault
+                                             : hyst_board_limits_check(&board_info.image_limits, &half->compensator);
 }
 
-const loop_parameters_t *parameter_store_init(void) {
+/* The stored image, into store.active and the first half. */
+static bool load(hyst_parameters_t *parameters) {
+    const size_t length = image_store_load(store.active, PARAMETER_STORE_WORDS, &store.status.sequence);
+    if (length == 0) {
+        return false;
+    }
+    hyst_parameters_fault_t fault = hyst_parameters_decode(store.active, length, parameters);
+    if (fault.error == HYST_PARAMETERS_OK) {
+        fault = build(parameters, &store.half[0]);
+    }
+    store.status.fault = fault;
+    store.image_given = fault.error == HYST_PARAMETERS_OK;
+    store.status.stored = store.image_given ? STORE_LOADED : STORE_REFUSED;
+    return store.image_given;
+}
+
+loop_parameters_t *parameter_store_init(void) {
     hyst_parameters_t parameters;
     memset(&store, 0, sizeof store);
+    store.idle = 1;
+    if (load(&parameters)) {
+        return &store.half[0];
+    }
+    memset(store.active, 0, sizeof store.active);
     hyst_parameters_default(&parameters);
     parameters.sample_rate_mhz = board_info.sample_rate_mhz;
+    parameters.drive_park = (hyst_q31_t)((uint32_t)(board_info.safe_code ^ BOARD_CODE_MIDDLE) << 16);
     (void)hyst_parameters_encode(&parameters, store.active, PARAMETER_STORE_WORDS);
     (void)build(&parameters, &store.half[0]); /* always valid */
-    store.idle = 1;
     return &store.half[0];
 }
 
@@ -40,8 +69,18 @@ const uint32_t *parameter_store_active(void) {
     return store.active;
 }
 
+bool parameter_store_image_given(void) {
+    return store.image_given;
+}
+
 parameter_store_status_t parameter_store_status(void) {
     return store.status;
+}
+
+void parameter_store_save(void) {
+    const bool saved = image_store_save(store.active, store.active[WORD_LENGTH]);
+    store.status.stored = saved ? STORE_SAVED : STORE_FAILED;
+    store.status.sequence += saved ? 1U : 0U;
 }
 
 void parameter_store_commit(void) {
@@ -57,6 +96,7 @@ void parameter_store_commit(void) {
     }
     (void)loop_adopt(&store.half[store.idle]);
     store.idle = 1U - store.idle;
+    store.image_given = true;
     memset(store.active, 0, sizeof store.active);
     memcpy(store.active, store.staging, length * sizeof store.active[0]);
     if (store.status.commits < UINT16_MAX) {

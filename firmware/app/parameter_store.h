@@ -5,7 +5,8 @@
  * A commit decodes and validates the staged image as a set and builds its coefficients in the idle half of a double
  * buffer; the loop adopts them (loop_adopt). A refused image changes nothing but the result. Besides what
  * hyst/parameters.h checks, the image must have been made for this board's sample rate
- * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE).
+ * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE) and ask for no more than the board allows
+ * (hyst/board_limits.h).
  *
  * Main loop only.
  */
@@ -17,8 +18,9 @@
 /** Words of each of the two register blocks: the longest image. */
 #define PARAMETER_STORE_WORDS HYST_IMAGE_MAX_WORDS
 
-/** Puts the default image in force, for this board's sample rate. Returns what loop_init is to start with. */
-const loop_parameters_t *parameter_store_init(void);
+/** Puts the stored image in force (image_store.h), or, where there is none that is valid, the default image, for this
+ * board's sample rate and parked at its safe code. Returns what loop_init is to start with. */
+loop_parameters_t *parameter_store_init(void);
 
 /** Where an upload is written to. PARAMETER_STORE_WORDS words, in any order. */
 uint32_t *parameter_store_staging(void);
@@ -26,13 +28,25 @@ uint32_t *parameter_store_staging(void);
 /** The image in force. PARAMETER_STORE_WORDS words; 0 behind the image's length. */
 const uint32_t *parameter_store_active(void);
 
+/** Was an image put in force, other than the one of parameter_store_init? Without one there are no limits, and the
+ * amplifier cannot be armed. */
+bool parameter_store_image_given(void);
+
+/** Register `store_state`. */
+typedef enum { STORE_NONE, STORE_LOADED, STORE_REFUSED, STORE_SAVED, STORE_FAILED } parameter_store_stored_t;
+
 /** Result of the last commit, and how many were accepted since start (saturates at UINT16_MAX). */
 typedef struct {
     hyst_parameters_fault_t fault;
     uint16_t commits;
+    parameter_store_stored_t stored;
+    uint32_t sequence; /**< of the stored image */
 } parameter_store_status_t;
 
 parameter_store_status_t parameter_store_status(void);
+
+/** Stores the image in force. Only while loop_off(). */
+void parameter_store_save(void);
 
 /** Tries to put the staged image in force. Not while loop_adoption_pending(): the idle half is not idle then. */
 void parameter_store_commit(void);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "register_blocks.h"
 #include "capture.h"
+#include "event_log.h"
 #include "loop.h"
 #include "parameter_store.h"
 #include "register_table.h"
@@ -10,18 +11,16 @@
 #define WAVEFORM_POINTS (LENGTH_waveform / 2U / WORDS_PER_POINT)
 
 _Static_assert(LENGTH_staging == 2U * PARAMETER_STORE_WORDS && LENGTH_active == LENGTH_staging, "two registers a word");
-_Static_assert(LENGTH_capture == CAPTURE_CAPACITY * CAPTURE_FRAME_REGISTERS, "the whole buffer can be read");
+_Static_assert(LENGTH_event_log == EVENT_LOG_LENGTH * EVENT_LOG_REGISTERS, "the whole log can be read");
+_Static_assert(LENGTH_capture == CAPTURE_WORDS, "the whole buffer can be read");
 
 static source_point_t waveform[WAVEFORM_POINTS];
 
 static const struct {
     uint16_t address, registers;
 } blocks[] = {
-#define REGISTER(name, address, type, access, unit, text)
 #define BLOCK(name, address, registers, access, text) {address, registers},
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
 };
 
 void register_blocks_init(void) {
@@ -64,6 +63,9 @@ static uint16_t read_register(uint16_t block, size_t index) {
     if (block == ADDRESS_capture) {
         return capture_register(index);
     }
+    if (block == ADDRESS_event_log) {
+        return event_log_register(index);
+    }
     const size_t word = index / 2U;
     const uint32_t x = block == ADDRESS_waveform  ? waveform_word(word)
                        : block == ADDRESS_staging ? parameter_store_staging()[word]
@@ -99,7 +101,7 @@ static void write_register(uint16_t block, size_t index, uint16_t x) {
 
 modbus_exception_t register_blocks_write(uint16_t address, uint16_t count, const uint16_t values[]) {
     const uint16_t block = block_of(address);
-    if (block == ADDRESS_active || block == ADDRESS_capture) {
+    if (block != ADDRESS_waveform && block != ADDRESS_staging) {
         return MODBUS_ILLEGAL_ADDRESS;
     }
     if (block == ADDRESS_waveform && loop_playing_breakpoints()) {

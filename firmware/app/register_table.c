@@ -1,22 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 #include "register_table.h"
+#include "board_list.h"
 #include <string.h>
 
 const register_info_t register_table[REGISTER_COUNT] = {
 #define REGISTER(name, address, type, access, unit, text)                                                              \
     {#name, address, REGISTER_##type, REGISTER_##access, unit, text},
-#define BLOCK(name, address, registers, access, text)
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
 };
 
 const register_block_info_t register_blocks[] = {
-#define REGISTER(name, address, type, access, unit, text)
 #define BLOCK(name, address, registers, access, text) {#name, address, registers, REGISTER_##access, text},
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
 };
 const size_t register_block_count = sizeof register_blocks / sizeof register_blocks[0];
 
@@ -36,4 +31,16 @@ const register_block_info_t *register_find_block(const char *name) {
         }
     }
     return NULL;
+}
+
+const char *board_name(int64_t id) {
+    switch (id) {
+#define BOARD_CASE(number, text)                                                                                       \
+    case number:                                                                                                       \
+        return text;
+        BOARD_LIST(BOARD_CASE)
+#undef BOARD_CASE
+    default:
+        return NULL;
+    }
 }

@@ -35,27 +35,19 @@ enum {
 #define REGISTER(name, address, type, access, unit, text) ADDRESS_##name = (address),
 #define BLOCK(name, address, registers, access, text)     ADDRESS_##name = (address),
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
 };
 
 /** INDEX_<name>: the place of a register in the order of registers.def, which is the order of addresses. */
 enum {
 #define REGISTER(name, address, type, access, unit, text) INDEX_##name,
-#define BLOCK(name, address, registers, access, text)
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
     REGISTER_COUNT
 };
 
 /** LENGTH_<name> of every block, in registers. */
 enum {
-#define REGISTER(name, address, type, access, unit, text)
 #define BLOCK(name, address, registers, access, text) LENGTH_##name = (registers),
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
 };
 
 typedef struct {
@@ -83,5 +75,8 @@ extern const size_t register_block_count;
 /** Look up by name. NULL if there is none. */
 const register_info_t *register_find(const char *name);
 const register_block_info_t *register_find_block(const char *name);
+
+/** What a value of register `board` is called (firmware/boards), or NULL. */
+const char *board_name(int64_t id);
 
 #endif

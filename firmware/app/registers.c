@@ -14,10 +14,7 @@ typedef struct {
 
 static const entry_t entries[REGISTER_COUNT] = {
 #define REGISTER(name, address, type, access, unit, text) {address, REGISTER_SIZE(REGISTER_##type), REGISTER_##access},
-#define BLOCK(name, address, registers, access, text)
 #include "registers.def"
-#undef REGISTER
-#undef BLOCK
 };
 
 /* Every register's value, whatever its type, in the order of the table. */
@@ -45,10 +42,10 @@ static uint16_t half(uint32_t x, bool low) {
     return (uint16_t)(low ? x : x >> 16);
 }
 
-void registers_init(void) {
+void registers_init(const board_start_t *start) {
     memset(value, 0, sizeof value);
     register_blocks_init();
-    control_init(value);
+    control_init(value, start);
     control_latch(value);
 }
 
@@ -81,13 +78,40 @@ void registers_read(uint16_t address, uint16_t count, uint16_t values[]) {
     }
 }
 
+/* Register `write_refused`. Append only. */
+typedef enum {
+    REFUSED_NOTHING = 0,
+    REFUSED_NO_REGISTER = 1,
+    REFUSED_READ_ONLY = 2,
+    REFUSED_HALF = 3,
+    REFUSED_VALUE = 4,
+    REFUSED_COMMAND = 5
+} refusal_t;
+
+static modbus_exception_t refuse(refusal_t refusal, uint32_t address, modbus_exception_t exception) {
+    value[INDEX_write_refused] = refusal;
+    value[INDEX_write_refused_at] = address;
+    return exception;
+}
+
+/* Why a write that has come to this address cannot go on there, with register i. */
+static refusal_t refusal_of(unsigned i, uint32_t address, uint32_t end) {
+    if (i == REGISTER_COUNT) {
+        return REFUSED_NO_REGISTER;
+    }
+    if (entries[i].access == REGISTER_RO) {
+        return REFUSED_READ_ONLY;
+    }
+    return entries[i].address != address || address + entries[i].registers > end ? REFUSED_HALF : REFUSED_NOTHING;
+}
+
 /* Puts the written values over a copy of the present ones. */
 static modbus_exception_t decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
     for (uint32_t at = span.first; at < span.end;) {
         const unsigned i = find(at);
-        if (i == REGISTER_COUNT || entries[i].access == REGISTER_RO || entries[i].address != at ||
-            at + entries[i].registers > span.end) {
-            return MODBUS_ILLEGAL_ADDRESS;
+        const refusal_t refusal = refusal_of(i, at, span.end);
+        if (refusal != REFUSED_NOTHING) {
+            return refuse(refusal, at, MODBUS_ILLEGAL_ADDRESS);
         }
         candidate[i] = 0;
         for (unsigned part = 0; part < entries[i].registers; part++) {
@@ -97,7 +121,8 @@ static modbus_exception_t decode_write(span_t span, const uint16_t values[], uin
     }
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (covers(span, entries[i].address) && !control_setting_valid(i, candidate)) {
-            return MODBUS_ILLEGAL_VALUE;
+            return refuse(i == INDEX_command ? REFUSED_COMMAND : REFUSED_VALUE, entries[i].address,
+                          MODBUS_ILLEGAL_VALUE);
         }
     }
     return MODBUS_OK;

@@ -10,11 +10,12 @@
 #ifndef REGISTERS_H
 #define REGISTERS_H
 
+#include "board.h"
 #include "modbus_exception.h"
 #include <stdint.h>
 
 /** Identity, defaults, a first telemetry snapshot. After loop_init. */
-void registers_init(void);
+void registers_init(const board_start_t *start);
 
 /**
  * May these registers be read now? MODBUS_ILLEGAL_ADDRESS when one of them does not exist, MODBUS_DEVICE_FAILURE for
@@ -27,7 +28,7 @@ void registers_read(uint16_t address, uint16_t count, uint16_t values[]);
 
 /**
  * MODBUS_ILLEGAL_ADDRESS when a register does not exist, is read only, or is half of a value whose other half is not
- * written; MODBUS_ILLEGAL_VALUE when a value is out of range or a command is not possible now; MODBUS_DEVICE_FAILURE
+ * written. MODBUS_ILLEGAL_VALUE when a value is out of range or a command is not possible now; MODBUS_DEVICE_FAILURE
  * for the breakpoint table while it plays. count >= 1.
  */
 modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint16_t values[]);

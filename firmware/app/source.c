@@ -31,17 +31,20 @@ void source_reset(source_t *source, hyst_q31_t value, hyst_q31_t slew) {
 static void begin_line(source_t *source) {
     const source_point_t point = source->settings.points[source->point];
     const uint32_t samples = point.samples > 0 ? point.samples : 1U;
-    const int64_t delta = (int64_t)point.value - source->value; /* |.| < 2^32 */
-    int64_t quotient = delta / samples;
-    int64_t remainder = delta % samples;
-    if (remainder < 0) { /* C rounds towards zero */
-        remainder += samples;
-        quotient--;
+    /* The distance is below 2^32: one division of 32 bits. */
+    const bool falls = point.value < source->value;
+    const uint32_t distance =
+        falls ? (uint32_t)source->value - (uint32_t)point.value : (uint32_t)point.value - (uint32_t)source->value;
+    int64_t quotient = distance / samples;
+    uint32_t remainder = distance - (uint32_t)quotient * samples;
+    if (falls) { /* rounded down: away from zero */
+        quotient = -quotient - (remainder > 0 ? 1 : 0);
+        remainder = remainder > 0 ? samples - remainder : 0;
     }
     source->line = (source_line_t){.left = samples,
                                    .samples = samples,
                                    .quotient = quotient,
-                                   .remainder = (uint32_t)remainder,
+                                   .remainder = remainder,
                                    .fraction = samples / 2U}; /* half: rounds to nearest */
 }
 
@@ -66,7 +69,7 @@ void source_stop(source_t *source) {
 
 /* Counts a complete turn or pass. Returns whether it was the last one. */
 static bool last_cycle(source_t *source) {
-    source->cycles++; /* wraps after 2^32 turns only when it plays for ever */
+    source->cycles++; /* wraps after 2^32 turns only when it plays without end */
     return source->settings.cycles != 0 && source->cycles == source->settings.cycles;
 }
 

@@ -35,7 +35,7 @@ typedef struct {
     source_kind_t kind;
     hyst_q31_t offset, amplitude; /**< sine */
     uint32_t increment;           /**< sine, 1 to 2^31 (half a turn: the Nyquist frequency) */
-    uint32_t cycles;              /**< turns or passes, 0 for ever */
+    uint32_t cycles;              /**< turns or passes, 0 without end */
     const source_point_t *points; /**< breakpoints; must not change while they play */
     uint32_t point_count;         /**< breakpoints, 1 or more */
 } source_settings_t;

@@ -12,19 +12,49 @@
 /** Register `state`. */
 typedef enum { LOOP_IDLE = 0, LOOP_PLAYING = 1, LOOP_CONDITIONING = 2, LOOP_PARKED = 3 } loop_state_t;
 
+/** Register `amplifier_state`. */
+typedef enum {
+    AMPLIFIER_OFF = 0,
+    AMPLIFIER_PRECHARGE = 1,
+    AMPLIFIER_CONDITIONING = 2,
+    AMPLIFIER_HOLD = 3,
+    AMPLIFIER_RUN = 4,
+    AMPLIFIER_STOP = 5,
+    AMPLIFIER_FAULT = 6
+} amplifier_state_t;
+
+/** Bits of the registers `limits_live` and `limits_sticky`: in force, and no fault. Append only. */
+enum {
+    LIMIT_DRIVE = 1,       /**< the drive met an end of its range */
+    LIMIT_UNREACHABLE = 2, /**< no drive reaches the reference */
+    LIMIT_FILTER = 4,      /**< a filter saturated */
+    LIMIT_SLEW = 8,        /**< the drive moves as fast as the board allows */
+    LIMIT_MEMORY = 16      /**< the model's memory was lost: condition the actuator */
+};
+
+/** Bits of the registers `warnings_live` and `warnings_sticky`: nothing stops. Append only. */
+enum {
+    WARNING_MODEL = 1,    /**< the model is no longer true (model_watch.h) */
+    WARNING_SENSOR = 2,   /**< the reading is at an end of the converter (sensor_watch.h) */
+    WARNING_CONVERTER = 4 /**< the reading stands still while the drive moves (sensor_watch.h) */
+};
+
+/* The type of a field, by the type of its register; ENUM is one of the enumerations above and in hyst/compensator.h. */
+#define TELEMETRY_U16  uint32_t
+#define TELEMETRY_U32  uint32_t
+#define TELEMETRY_ENUM uint32_t
+#define TELEMETRY_BITS uint32_t
+#define TELEMETRY_Q31  hyst_q31_t
+
+/** One field a row TELEMETRY or COUNTER of registers.def. Reference, drive and position are aligned (loop.h); cost_last
+ * and cost_max are of the samples before this one, whose own cost is not known yet. */
 typedef struct {
-    uint32_t sequence;
-    loop_state_t state;
-    hyst_mode_t active_mode;
-    hyst_q31_t reference, drive, position; /**< aligned, see loop.h */
-    uint32_t samples, drive_limited, unreachable, filter_saturated, overruns, converter_timeouts;
-    uint32_t cost_last, cost_max; /**< of the samples before this one, whose own cost is not known yet */
-    uint32_t fault_first;         /**< bit number + 1 */
-    uint32_t faults_sticky, faults_live;
-    uint32_t capture_state, capture_frames;
+#define TELEMETRY(name, address, type, unit, text) TELEMETRY_##type name;
+#include "registers.def"
 } telemetry_t;
 
-/** Sample interrupt only. */
+/** Sample interrupt only, when the sample is whole. It stays where it is and is read there, so only the interrupt may
+ * write to it from then on (or the main loop, under board_lock). */
 void telemetry_publish(const telemetry_t *sample);
 
 /** Main loop only: the newest sample that was published. */

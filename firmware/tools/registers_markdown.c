@@ -4,6 +4,7 @@
  * it is here.
  */
 #include "hyst/parameters.h"
+#include "loop.h"
 #include "modbus_server.h"
 #include "register_table.h"
 #include <inttypes.h>
@@ -34,11 +35,16 @@ static void print_introduction(void) {
         "long it has to be is the board's to say (1.75 ms on h405).\n\n"
         "| function | what | most registers |\n|---|---|---|\n"
         "| 3, 4 | read registers; both read this one map | %u |\n"
+        "| 1, 2 | read coils, discrete inputs | 1, 69 bits |\n"
+        "| 5, 15 | write the coil: armed | 1 bit |\n"
         "| 6 | write one register | 1 |\n"
+        "| 8 | diagnostics: 0 query data, 10 clear counters, 12 errors, 14 messages | |\n"
+        "| 22 | mask write of one register | 1 |\n"
         "| 16 | write registers | %u |\n"
         "| 23 | write, then read | %u, %u |\n"
         "| 43/14 | device identification: vendor, product, revision | |\n\n"
-        "A request to address %u is executed and not answered. A request succeeds or fails as a whole: one that is "
+        "A request to address %u that only writes is executed and not answered; others are ignored. A request succeeds "
+        "or fails as a whole: one that is "
         "refused has changed nothing.\n\n"
         "| exception | meaning here |\n|---|---|\n"
         "| 1 | unknown function |\n"
@@ -86,7 +92,9 @@ static void print_table(void) {
            "read from the snapshot until then. So a request over the whole block is consistent, and so is reading "
            "`sequence` first and the rest piece by piece. Reading others alone shows an old snapshot. Counters "
            "saturate.\n\n");
-    print_registers(ADDRESS_sequence, ADDRESS_waveform);
+    print_registers(ADDRESS_sequence, ADDRESS_reset_cause);
+    printf("## Start\n\n");
+    print_registers(ADDRESS_reset_cause, ADDRESS_waveform);
     printf("## Blocks\n\n"
            "A request that starts in a block must end in it.\n\n"
            "| address | decimal | registers | name | access | |\n|---|---|---|---|---|---|\n");
@@ -96,6 +104,42 @@ static void print_table(void) {
                access_text(block->access), block->text);
     }
     printf("\n");
+}
+
+static void print_duties(void) {
+    printf(
+        "## What a master must do\n\n"
+        "The amplifier starts off: stage disabled, parked at the stored image's drive_park or, without one, at the "
+        "safe code of its board, without limits. To move "
+        "something:\n\n"
+        "1. Commit an image (`staging`, command 1). The output ramps to its `drive_park`.\n"
+        "2. Arm (command 9) and read `amplifier_state` until it is 3, hold: precharge takes %u ms.\n"
+        "3. Set a mode, a setpoint, start a source, condition.\n"
+        "4. Go on talking. Outside of park some request has to be accepted within `watchdog` milliseconds, %u unless "
+        "it is set; the sample interrupt counts them, in samples.\n"
+        "5. Disarm (command 10): ramp to park, then off.\n\n"
+        "After a fault that trips, `amplifier_state` is 6: the output ramps to park by `transition_slew`, beginning "
+        "with "
+        "the sample in which the fault is found, and the stage is disabled there. `trip_cause` says why. Command 3 "
+        "leads "
+        "out of it, to off; nothing else does, and nothing arms by itself.\n\n"
+        "| fault that trips | found | reaction |\n|---|---|---|\n"
+        "| communication timeout | in the sample after `watchdog` milliseconds | ramp from that sample on |\n"
+        "| overload | in the %uth late sample in a row | the same, and the compensator no longer runs: its memory is "
+        "lost "
+        "(`limits_live` 16), so condition the actuator afterwards |\n"
+        "| supply too low | in the next sample | ramp from that sample on |\n"
+        "| processor fault | at once | ramp to the safe code within 50 ms (0.5 s without the PLL), stage off, restart; "
+        "`reset_cause` 16 |\n"
+        "| interrupt or main loop stands still | within 1.9 s, by the hardware watchdog | restart, stage off; "
+        "`reset_cause` 4 |\n\n"
+        "`reset_cause` and `starts` tell a master that the amplifier has started anew: everything it had set is gone. "
+        "The "
+        "image in force is the stored one (`store_state`), or none.\n\n"
+        "Command 11 stores the image in force, while off and parked: an h405 stands still for up to 0.5 s then. The "
+        "next start has it in force and begins at its `drive_park`. Two flash sectors are written in turn: a supply "
+        "that goes meanwhile leaves the image before or the new one, whole. They wear after 20,000 saves.\n\n",
+        POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP);
 }
 
 static void print_faults(void) {
@@ -109,8 +153,12 @@ static void print_faults(void) {
     for (int field = HYST_FIELD_NONE; field < HYST_FIELD_COUNT; field++) {
         printf("| %d | %s |\n", field, hyst_field_text((hyst_field_t)field));
     }
-    printf("\nAn image for another sample rate than `sample_rate` is refused with %d at field %d.\n\n",
-           HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE);
+    printf(
+        "\nAn image for another sample rate than `sample_rate` is refused with %d at field %d. One that asks for more "
+        "than the board allows is refused with %d: a transition_slew that crosses the whole range in less than 10 ms "
+        "or more than 10 s, a cascade of filters (shape, inertia, equalise) that can amplify more than 64 times. New "
+        "limits that exclude the present drive are reached by a ramp of transition_slew.\n\n",
+        HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE, HYST_PARAMETERS_OUT_OF_RANGE);
 }
 
 /* The head of every example; LINE stands for the serial port. */
@@ -130,17 +178,27 @@ static void print_examples(void) {
     printf("Reference, drive and position of that snapshot as integers (divide by 2147483648):\n\n"
            "    " MBPOLL "-r %d -c 3 -t 4:int -B $LINE\n\n",
            ADDRESS_reference);
+}
+
+static void print_motion_examples(void) {
+    printf(
+        "Off, on and out of a fault: by hand the communication timeout has to go first (`watchdog` 0), then command 9 "
+        "arms; precharge takes 0.1 s.\n\n"
+        "    " MBPOLL "-r %d -t 4 $LINE 0\n"
+        "    " MBPOLL "-r %d -t 4 $LINE 9\n\n",
+        ADDRESS_watchdog, ADDRESS_command);
     printf("Linear mode, then a setpoint of a quarter of full scale:\n\n"
            "    " MBPOLL "-r %d -t 4 $LINE 2\n"
            "    " MBPOLL "-r %d -t 4:int -B $LINE 536870912\n\n",
            ADDRESS_mode, ADDRESS_setpoint);
-    printf("A sine of 10 Hz around 0, a tenth of full scale, for ever (10 Hz * 2^32 / 10 kHz = 4294967). Offset, "
+    printf("A sine of 10 Hz around 0, a tenth of full scale, without end (10 Hz * 2^32 / 10 kHz = 4294967). Offset, "
            "amplitude, increment and cycles follow each other, so one request sets them; the kind and the start are "
            "one each:\n\n"
            "    " MBPOLL "-r %d -t 4:int -B $LINE 0 214748365 4294967 0\n"
            "    " MBPOLL "-r %d -t 4 $LINE 1\n"
            "    " MBPOLL "-r %d -t 4 $LINE 2\n\n",
            ADDRESS_source_offset, ADDRESS_source, ADDRESS_command);
+    printf("The same with 10 for the 2 disarms: ramp to park, then off.\n");
 }
 
 static void print_commit_example(void) {
@@ -148,27 +206,29 @@ static void print_commit_example(void) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
     hyst_parameters_default(&parameters);
     const size_t count = hyst_parameters_encode(&parameters, words, HYST_IMAGE_MAX_WORDS);
-    printf(
-        "Putting an image in force: write its words to `staging`, commit, look at the result (`fault_code`, 0 is "
-        "accepted). This is the default image, for 10 kHz; mbpoll takes 32-bit numbers as signed ones. A longer image "
-        "needs several requests, %u words each at the most:\n\n"
-        "    " MBPOLL "-r %d -t 4:int -B $LINE --",
-        MODBUS_WRITE_MAX / 2U, ADDRESS_staging);
+    printf("Putting an image in force: write its words to `staging`, commit, look at the result (`fault_code`, 0 is "
+           "accepted). This one has no hysteresis, gain 1, the whole range, and parks in its middle, for 10 kHz; "
+           "mbpoll takes 32-bit numbers as signed ones. A longer image "
+           "needs several requests, %u words each at the most:\n\n"
+           "    " MBPOLL "-r %d -t 4:int -B $LINE --",
+           MODBUS_WRITE_MAX / 2U, ADDRESS_staging);
     for (size_t i = 0; i < count; i++) {
         printf(" %" PRId32, (int32_t)words[i]);
     }
     printf("\n"
            "    " MBPOLL "-r %d -t 4 $LINE 1\n"
-           "    " MBPOLL "-r %d -c 3 -t 4 $LINE\n",
+           "    " MBPOLL "-r %d -c 3 -t 4 $LINE\n\n",
            ADDRESS_command, ADDRESS_fault_code);
 }
 
 int main(void) {
     print_introduction();
     print_numbers();
+    print_duties();
     print_table();
     print_faults();
     print_examples();
     print_commit_example();
+    print_motion_examples();
     return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }

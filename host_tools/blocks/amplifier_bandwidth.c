@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The amplifier's output stage with the actuator's capacitance as its load. */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "first_order_lag.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
+#include "elements/first_order_lag.h"
 
-/* The hysteresis behind it remembers where the voltage turned; behind a sensor nothing does. */
+/* The following hysteresis remembers where the voltage reversed; after a sensor nothing does. */
 static void step(void *memory, signal_t *signal) {
     const first_order_stage_t *stage = memory;
     const double last = stage->lag.output;
@@ -32,7 +32,10 @@ static const probe_t looked_for = {.group = "lag",
 
 const block_t block_amplifier_bandwidth = {.name = "amplifier_bandwidth",
                                            .place = PLACE_ELECTRONICS,
+                                           .order = 20,
                                            .text = "first-order low pass of the amplifier and its load",
+                                           .lag = LAG_LOW_PASS,
+                                           .twin = "sensor_bandwidth",
                                            .parameter = first_order_lag_parameters,
                                            .parameters = 1,
                                            .state_bytes = sizeof(first_order_stage_t),

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The supply rails: the voltage stays between them. */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 enum { LOW, HIGH };
@@ -30,7 +31,7 @@ static void step(void *memory, signal_t *signal) {
     signal->turn_v = fmax(state->low_v, fmin(state->high_v, signal->turn_v));
 }
 
-/* Nothing undoes a rail. An amplifier that never asks for more stays in step with the actuator. */
+/* A rail has no inverse. An amplifier whose drive stays between the rails is not affected. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     hyst_parameters_t *p = job->parameters;
     const hyst_q31_t low = hyst_clamp(drive_from_volts(p, parameter[LOW].value[0]), p->drive_low, p->drive_high);
@@ -67,6 +68,7 @@ static const probe_t looked_for = {
 
 const block_t block_amplifier_saturation = {.name = "amplifier_saturation",
                                             .place = PLACE_ELECTRONICS,
+                                            .order = 40,
                                             .text = "rails that the voltage does not leave",
                                             .parameter = parameters,
                                             .parameters = 2,

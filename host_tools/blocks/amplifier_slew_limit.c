@@ -5,8 +5,8 @@
  * With d = voltage - drive and a drive that is a ramp of slope s between samples, d falls towards 0 at the rate limit
  * +- s and stays there while |s| is within the limit. Solved exactly, corner inside the sample included.
  */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -76,6 +76,7 @@ static const probe_t looked_for = {.group = "slew",
 
 const block_t block_amplifier_slew_limit = {.name = "amplifier_slew_limit",
                                             .place = PLACE_ELECTRONICS,
+                                            .order = 30,
                                             .text = "largest rate of the voltage: slew or current limit",
                                             .parameter = parameters,
                                             .parameters = 1,

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * A curved characteristic in front of the play operators: they see
+ * A nonlinear characteristic before the play operators, whose input is
  *
  *     g(u) = c + h (s + asymmetry (s^2 - 1)),     s = (u - c) / h,
  *
- * which leaves the ends of the range where they are and makes the rising branch no mirror image of the falling one.
- * Beyond the ends it goes on straight, so that it rises everywhere.
+ * which keeps the ends of the range and makes the rising and the falling branch asymmetric. Beyond the ends it
+ * continues linearly, so that it rises everywhere.
  */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 enum { ASYMMETRY, CENTER, HALF_RANGE };
@@ -20,29 +21,20 @@ static const parameter_info_t parameters[] = {
      .low = -0.45,
      .high = 0.45,
      .text = "drive that the operators miss in the middle of the range, of half the range"},
-    {.name = "center_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .chosen = true,
-     .center_of = "drive_range_v",
-     .text = "middle of the drive range"},
-    {.name = "half_range_v",
-     .unit = "V",
-     .low = 1e-9,
-     .high = 1e9,
-     .chosen = true,
-     .half_of = "drive_range_v",
-     .text = "half of the drive range"}};
+    PARAMETER_CENTER("center_v", "V", "drive_range_v", "middle of the drive range"),
+    PARAMETER_HALF_RANGE("half_range_v", "V", "drive_range_v", "half of the drive range")};
 
 typedef struct {
     double asymmetry, center_v, half_range_v;
 } state_t;
 
+static state_t state_of(const parameter_t *parameter) {
+    return (state_t){parameter[ASYMMETRY].value[0], parameter[CENTER].value[0], parameter[HALF_RANGE].value[0]};
+}
+
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
-    *(state_t *)memory =
-        (state_t){parameter[ASYMMETRY].value[0], parameter[CENTER].value[0], parameter[HALF_RANGE].value[0]};
+    *(state_t *)memory = state_of(parameter);
 }
 
 static double curve(const void *memory, double drive_v) {
@@ -59,7 +51,7 @@ static void step(void *memory, signal_t *signal) {
 
 /* The largest error is that of the chord of a parabola. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    const state_t state = {parameter[ASYMMETRY].value[0], parameter[CENTER].value[0], parameter[HALF_RANGE].value[0]};
+    const state_t state = state_of(parameter);
     const double chord = job->drive_half_v / HYST_CURVE_INTERVALS / state.half_range_v;
     if (!compile_drive_curve(job, curve, &state)) {
         return false;
@@ -71,8 +63,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[ASYMMETRY] = 0.01;
-    value[CENTER] = 0.5 * (setting->drive_high_v + setting->drive_low_v);
-    value[HALF_RANGE] = 0.5 * (setting->drive_high_v - setting->drive_low_v);
+    probe_range(setting->drive_low_v, setting->drive_high_v, &value[CENTER], &value[HALF_RANGE]);
     return index == 0;
 }
 
@@ -89,6 +80,7 @@ static const probe_t looked_for = {
 
 const block_t block_asymmetric_hysteresis = {.name = "asymmetric_hysteresis",
                                              .place = PLACE_HYSTERESIS,
+                                             .order = 10,
                                              .modifies_hysteresis = true,
                                              .text = "operators that see a curved drive: branches that do not mirror",
                                              .parameter = parameters,

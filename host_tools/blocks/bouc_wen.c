@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * Bouc-Wen hysteresis, and the recursion of paper 001 behind it. docs/MODELS.md, section 8.
+ * Bouc-Wen hysteresis, followed by the recursion of paper 001. docs/MODELS.md, section 8.
  *
  *     x = offset + d u + s h,      dh/du = 1 - (gamma + beta sgn(u' h)) |h|^n
  */
-#include "bouc_wen.h"
-#include "catalogue.h"
-#include "compile_bouc_wen.h"
-#include "recursion.h"
+#include "elements/bouc_wen.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_bouc_wen.h"
+#include "elements/recursion.h"
 #include <math.h>
 
 enum { OFFSET, DIRECT, HYSTERETIC, BETA, GAMMA, EXPONENT, RECURSION };
@@ -30,14 +31,8 @@ static const parameter_info_t parameters[] = {
      .default_value = 1.0,
      .text = "n: how sharply h saturates"},
     RECURSION_PARAMETER_TABLE,
-    {.name = "past_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .optional = true,
-     .chosen = true,
-     .text = "drives before the first sample, one after the other, from the middle on; absent: h was 0 there"}};
+    PARAMETER_MEMORY("past_v", "V",
+                     "drives before the first sample, one after the other, from the middle on; absent: h was 0 there")};
 
 enum { PAST = RECURSION + RECURSION_PARAMETERS, PARAMETERS };
 
@@ -106,7 +101,7 @@ static void pass(void *memory, double drive_v) {
     (void)bouc_wen_step(&state->hysteresis, recursion_input(&state->recursion, drive_v));
 }
 
-/* The curve. A recursion behind it is what the amplifier has for block modified_play only. */
+/* Compiles the curve. The amplifier supports a recursion after it only for block modified_play. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     bouc_wen_t hysteresis;
     if (recursion_is_used(parameter + RECURSION)) {
@@ -121,8 +116,9 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_bouc_wen = {.name = "bouc_wen",
                                 .place = PLACE_HYSTERESIS,
+                                .order = 100,
                                 .one_sample_rate = has_recursion,
-                                .text = "Bouc-Wen hysteresis, and a recursion behind it if asked for",
+                                .text = "Bouc-Wen hysteresis, and a recursion behind it if requested",
                                 .parameter = parameters,
                                 .parameters = PARAMETERS,
                                 .check = check,

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Charge that leaks away, or a drive that is coupled through a capacitor: the position returns to rest, exponentially.
- */
-#include "catalogue.h"
-#include "first_order_lag.h"
+/* Leakage of charge, or a capacitively coupled drive: the position returns to rest exponentially. */
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "elements/first_order_lag.h"
 #include <gsl/gsl_math.h>
 
 enum { TIME_CONSTANT, REST, INITIAL };
@@ -15,15 +15,8 @@ static const parameter_info_t parameters[] = {
      .high = 1e9,
      .optional = true,
      .text = "position when nothing is left of the charge"},
-    {.name = "initial_um",
-     .unit = "um",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .most = 1,
-     .optional = true,
-     .chosen = true,
-     .text = "what had leaked away when the recording began (default: all of its first sample)"}};
+    PARAMETER_INITIAL("initial_um", "um",
+                      "what had leaked away when the recording began (default: all of its first sample)")};
 
 typedef struct {
     first_order_stage_t leaked;
@@ -74,6 +67,7 @@ static const probe_t looked_for = {
 
 const block_t block_charge_leakage = {.name = "charge_leakage",
                                       .place = PLACE_SLOW,
+                                      .order = 30,
                                       .text = "the position returns to rest as the charge leaks away",
                                       .parameter = parameters,
                                       .parameters = 3,

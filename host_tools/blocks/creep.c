@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The position keeps moving after the drive has stopped, in proportion to the logarithm of time. docs/MODELS.md,
  * section 5. */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "creep_cells.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_job.h"
+#include "elements/creep_cells.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -15,7 +16,7 @@ static const parameter_info_t parameters[] = {
      .text = "growth of a step per decade of time, as a part of the step"},
     {.name = "shortest_s",
      .unit = "s",
-     .low = 1e-2, /* what is quicker is a lag: dielectric_loss */
+     .low = 1e-2, /* faster relaxation is block dielectric_loss */
      .high = 1e3,
      .optional = true,
      .default_value = 0.1,
@@ -29,15 +30,8 @@ static const parameter_info_t parameters[] = {
      .default_value = 1000.0,
      .chosen = true,
      .text = "to this time"},
-    {.name = "initial_um",
-     .unit = "um",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .most = 1,
-     .optional = true,
-     .chosen = true,
-     .text = "what had been present, before creep, when the recording began (default: its first sample)"}};
+    PARAMETER_INITIAL("initial_um", "um",
+                      "what had been present, before creep, when the recording began (default: its first sample)")};
 
 typedef struct {
     creep_cells_t cells;
@@ -97,11 +91,12 @@ static const probe_t looked_for = {
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 3U,
-    .positive = 1U, /* the step goes on; what comes back has leaked away */
+    .positive = 1U, /* creep continues in the direction of the step; a return is charge leakage */
     .accuracy = {0.03}};
 
 const block_t block_creep = {.name = "creep",
                              .place = PLACE_SLOW,
+                             .order = 10,
                              .text = "log-type creep: slow motion after the drive has stopped",
                              .parameter = parameters,
                              .parameters = 4,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The ceramic is behind by the same angle at every frequency: relaxations of six decades, y = h + sum c s_j, as creep,
- * but from times on that are shorter than a sample. docs/MODELS.md, section 5. */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "creep_cells.h"
-#include "first_order_lag.h"
+/* The ceramic lags by the same phase at every frequency: relaxations over six decades, y = h + sum c s_j, as in creep,
+ * but with time constants down to less than a sample. docs/MODELS.md, section 5. */
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
+#include "elements/creep_cells.h"
+#include "elements/first_order_lag.h"
 #include <gsl/gsl_math.h>
 
 enum { DECADES = 6, CELLS = DECADES * CREEP_CELLS_PER_DECADE + 1 };
@@ -57,8 +57,8 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->gain * sum;
 }
 
-/* The amplifier has one bank of cells. One that is quicker than its samples is a sample late there: c times a sample, a
- * hundredth of that. */
+/* The amplifier has one bank of cells. A cell faster than its sample period is late by a sample there, which delays the
+ * position by c samples, about a hundredth of one. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return compile_creep(job, creep_cells(growth_per_decade(parameter), shortest_s, longest_s, job->rate_hz));
 }
@@ -82,6 +82,7 @@ static const probe_t looked_for = {
 
 const block_t block_dielectric_loss = {.name = "dielectric_loss",
                                        .place = PLACE_SLOW,
+                                       .order = 20,
                                        .text = "lag by the same angle at every frequency",
                                        .parameter = parameters,
                                        .parameters = 1,

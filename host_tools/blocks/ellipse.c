@@ -6,12 +6,12 @@
  *
  * docs/MODELS.md, section 13. Exact for a sine of a frequency in the table; between table frequencies gain and phase
  * follow a monotone cubic over log f, outside of them the nearest frequency's k and d hold. One amplitude, one bias.
- * Optionally, at low frequencies, each half of the loop has its own ellipse, which gives the loop its sharp tips.
+ * Optionally, at low frequencies, the two halves of the loop have separate ellipses, which gives the loop sharp tips.
  */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "period_tracker.h"
-#include "phaser.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
+#include "elements/phaser.h"
+#include "numerics/period_tracker.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -116,7 +116,7 @@ typedef struct {
 
 enum { ROW_NUMBERS = sizeof(phaser_row_t) / sizeof(double) };
 
-/* Of a measured frequency: that of the table's own recordings has one too. */
+/* Relative tolerance of a measured frequency, since those in the table were measured, too. */
 static const double frequency_error = 0.01;
 
 /* The drive turned when it came back by this part of drive_range_v. */
@@ -308,6 +308,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_ellipse = {.name = "ellipse",
                                .place = PLACE_HYSTERESIS,
+                               .order = 80,
                                .text = "the loop of a sine as an ellipse that depends on its frequency",
                                .parameter = parameters,
                                .parameters = sizeof parameters / sizeof parameters[0],

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A gain that changes steadily, as while an actuator or its amplifier warms up. */
-#include "catalogue.h"
+#include "chain/catalogue.h"
 
 enum { GAIN, CENTER };
 
@@ -56,6 +56,7 @@ static const probe_t looked_for = {.group = "slow",
 const block_t block_gain_drift = {
     .name = "gain_drift",
     .place = PLACE_SLOW,
+    .order = 40,
     .text = "gain that changes in proportion to time",
     .parameter = parameters,
     .parameters = 2,

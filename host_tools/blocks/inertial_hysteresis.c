@@ -8,8 +8,9 @@
  * linear in the new position, so they only stiffen the spring, and the equation is solved exactly.
  * docs/MODELS.md, section 11.
  */
-#include "catalogue.h"
-#include "stop_bank.h"
+#include "chain/catalogue.h"
+#include "compile/compile_stop_bank.h"
+#include "elements/stop_bank.h"
 
 enum { DAMPING = STOP_PARAMETERS, MASS, PARAMETERS };
 
@@ -59,12 +60,12 @@ static void step(void *memory, signal_t *signal) {
 }
 
 /*
- * The drive that mass and damper take is a sum of the present and the two positions before it, beside the spring's:
+ * The drive for mass and damper, in addition to that of the spring, is a weighted sum of the last three positions:
  *
  *     x'  = (3 x[k] - 4 x[k-1] + x[k-2]) / (2 dt)      error (w dt)^2 / 3
  *     x'' = (x[k] - 2 x[k-1] + x[k-2]) / dt^2          late by one sample
  *
- * A sum too large for the number format is averaged with the drive's own past (a1), which makes it later still.
+ * A sum too large for the number format is averaged with the past drive (a1), which adds more delay.
  */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     const double most = 14.5; /* of the sum of magnitudes, which has to stay below 15 */
@@ -88,13 +89,15 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     section->b0 = -section->b1 - section->b2; /* nothing at rest, to the bit; |b1| < 8 and b2 <= -b1 / 2: no overflow */
     section->a2 = 0;
     p->inertia_sections = 1;
-    compile_note(job, "%s: damping and mass driven for; the acceleration's share is late by %.3g samples", job->block,
-                 1.0 + past / (1.0 - past));
+    compile_note(job,
+                 "%s: damping and mass compensated by feedforward; the acceleration's share is late by %.3g samples",
+                 job->block, 1.0 + past / (1.0 - past));
     return true;
 }
 
 const block_t block_inertial_hysteresis = {.name = "inertial_hysteresis",
                                            .place = PLACE_HYSTERESIS,
+                                           .order = 70,
                                            .text = "a mass on a damper and a spring made of stops",
                                            .parameter = parameters,
                                            .parameters = PARAMETERS,

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * Inertia and damping as the source prints them in play form: y = u - c u' - m u''. The first-order expansion of a mode
- * (block resonance) far below its frequency, with differences that look backwards:
+ * Inertia and damping in play form, as printed in the source: y = u - c u' - m u''. This is the first-order expansion
+ * of a mode (block resonance) far below its frequency, with backward differences:
  *
  *     u'  = (3 u[k] - 4 u[k-1] + u[k-2]) / (2 dt),      u'' = (u[k] - 2 u[k-1] + u[k-2]) / dt^2
  *
  * docs/MODELS.md, section 11.
  */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -51,13 +51,14 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
         return compile_shape(job, invert_mode(0.5 * M_1_PI / sqrt(m), 0.5 * c / sqrt(m), job->rate_hz, plain));
     }
     const double slow_s = 0.5 * (c + sqrt(spread)), fast_s = slow_s > 0.0 ? m / slow_s : 0.0;
-    const double least_s = 1e-3 / job->rate_hz; /* below, there is nothing to undo */
+    const double least_s = 1e-3 / job->rate_hz; /* below, no inverse is needed */
     return (slow_s < least_s || compile_shape(job, invert_lag(0.5 * M_1_PI / slow_s, job->rate_hz, plain))) &&
            (fast_s < least_s || compile_shape(job, invert_lag(0.5 * M_1_PI / fast_s, job->rate_hz, plain)));
 }
 
 const block_t block_inertial_terms = {.name = "inertial_terms",
                                       .place = PLACE_MECHANICS,
+                                      .order = 20,
                                       .text = "inertia and damping to first order: less c rate and m acceleration",
                                       .parameter = parameters,
                                       .parameters = 2,

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * The term of paper 001 that bends a loop until it crosses itself, behind any hysteresis:
+ * The bilinear term of paper 001, which bends a loop until it crosses itself, after any hysteresis:
  *
  *     y[k] = h[k] + g y[k-1] u[k-1],      u = (drive - center) / half range
  *
  * The product is known before the sample, so h follows from y exactly. docs/MODELS.md, section 9. At another sample
- * rate the last sample is another time ago: of a small product that is a small part.
+ * rate the delay of the product changes, which matters little while the product is small.
  */
-#include "catalogue.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
 
 enum { GAIN, CENTER, HALF_RANGE };
 
@@ -18,20 +19,8 @@ static const parameter_info_t parameters[] = {
      .low = -0.99,
      .high = 0.99,
      .text = "g: part of the last position that the last drive, as a fraction of its half range, adds"},
-    {.name = "center_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .chosen = true,
-     .center_of = "drive_range_v",
-     .text = "drive that counts as 0"},
-    {.name = "half_range_v",
-     .unit = "V",
-     .low = 1e-9,
-     .high = 1e9,
-     .chosen = true,
-     .half_of = "drive_range_v",
-     .text = "drive above center_v that counts as 1"}};
+    PARAMETER_CENTER("center_v", "V", "drive_range_v", "drive that counts as 0"),
+    PARAMETER_HALF_RANGE("half_range_v", "V", "drive_range_v", "drive above center_v that counts as 1")};
 
 typedef struct {
     double gain, center_v, half_range_v;
@@ -45,8 +34,7 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
                                    .half_range_v = parameter[HALF_RANGE].value[0]};
 }
 
-/* What the last sample multiplies its position by. Beyond the half range it stays below 1, or the position would run
- * away. */
+/* Feedback factor of the last position. It stays below 1 beyond the half range, too, or the position would diverge. */
 static double factor(const state_t *state, double drive_v) {
     const double u = (drive_v - state->center_v) / state->half_range_v;
     return state->gain * (u < -1.0 ? -1.0 : u > 1.0 ? 1.0 : u);
@@ -67,8 +55,7 @@ static void step(void *memory, signal_t *signal) {
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[GAIN] = 0.005;
-    value[CENTER] = 0.5 * (setting->drive_high_v + setting->drive_low_v);
-    value[HALF_RANGE] = 0.5 * (setting->drive_high_v - setting->drive_low_v);
+    probe_range(setting->drive_low_v, setting->drive_high_v, &value[CENTER], &value[HALF_RANGE]);
     return index == 0;
 }
 
@@ -85,6 +72,7 @@ static const probe_t looked_for = {
 const block_t block_interleaved_hysteresis = {
     .name = "interleaved_hysteresis",
     .place = PLACE_HYSTERESIS,
+    .order = 110,
     .follows_hysteresis = true,
     .text = "product of position and drive, which makes loops cross themselves",
     .parameter = parameters,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Hum: a sine on the reading, at rest too, whose phase knows nothing of the drive. */
-#include "catalogue.h"
+/* Hum: a sine on the reading, also at rest, whose phase does not depend on the drive. */
+#include "chain/catalogue.h"
 #include <gsl/gsl_math.h>
 
 enum { FREQUENCY, AMPLITUDE, PHASE };
@@ -93,8 +93,10 @@ static const probe_t looked_for = {
 const block_t block_mains_interference = {
     .name = "mains_interference",
     .place = PLACE_SENSOR,
+    .order = 40,
     .adds = true,
     .text = "hum of the mains on the reading",
+    .own_clock = true,
     .parameter = parameters,
     .parameters = 3,
     .state_bytes = sizeof(state_t),

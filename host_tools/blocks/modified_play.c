@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* The modified play model of paper 001: a plane of plays, and the recursion behind it. docs/MODELS.md, section 9. */
-#include "catalogue.h"
-#include "compile_modified_play.h"
-#include "play_plane.h"
-#include "recursion.h"
+/* The modified play model of paper 001: a plane of plays, followed by a recursion. docs/MODELS.md, section 9. */
+#include "chain/catalogue.h"
+#include "compile/compile_modified_play.h"
+#include "elements/play_plane.h"
+#include "elements/recursion.h"
 #include <string.h>
 
 enum { OFFSET, DIRECT, CELLS, ENVELOPE, RECURSION };
@@ -105,6 +105,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_modified_play = {.name = "modified_play",
                                      .place = PLACE_HYSTERESIS,
+                                     .order = 90,
                                      .one_sample_rate = has_recursion,
                                      .text = "hysteresis of a bimorph: plane of plays, recursion, harmonics",
                                      .parameter = parameters,

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Weighted sum of play operators, offset_um + w_0 u + sum w_i z_i with z_i = max(u - r_i, min(u + r_i, z_i)). */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_job.h"
+#include "elements/play_stairs.h"
 #include <math.h>
 #include <string.h>
 
@@ -9,35 +11,19 @@ enum { OFFSET, WEIGHTS, THRESHOLDS, INITIAL_MEMORY };
 
 static const parameter_info_t parameters[] = {
     {.name = "offset_um", .unit = "um", .low = -1e9, .high = 1e9, .text = "position at 0 V, demagnetised"},
-    {.name = "weights",
-     .unit = "um/V",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .text = "w_0 of the drive itself, then one a play operator"},
-    {.name = "thresholds_v",
-     .unit = "V",
-     .low = 1e-12,
-     .high = 1e9,
-     .array = true,
-     .rising = true,
-     .chosen = true,
-     .text = "of the play operators, strictly rising"},
-    {.name = "initial_memory_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .optional = true,
-     .chosen = true,
-     .text = "of the play operators before the first sample; absent: demagnetised at 0 V"}};
+    PARAMETER_WEIGHTS("um/V", "w_0 of the drive itself, then one a play operator"),
+    PARAMETER_THRESHOLDS("thresholds_v", "V", "of the play operators, strictly rising"),
+    PARAMETER_MEMORY("initial_memory_v", "V",
+                     "of the play operators before the first sample; absent: demagnetised at 0 V")};
 
 typedef struct {
     size_t operators;
     double offset_um, direct;              /* direct: w_0 */
     bool moved;                            /* since it was settled: then the operators are where these led them */
     double drive_v, behind_v, position_um; /* behind_v: of the slack */
-    double array[];                        /* weights w_1.., thresholds, initial memory, memory: operators each */
+    bool staircase;                        /* the stairs are in use: many operators, in a memory that is nested */
+    play_stairs_t stairs;
+    double array[]; /* weights w_1.., thresholds, initial memory, memory: operators each; then what the stairs need */
 } state_t;
 
 static bool check(const parameter_t *parameter, failure_t *failure) {
@@ -46,7 +32,8 @@ static bool check(const parameter_t *parameter, failure_t *failure) {
 
 static size_t further_bytes(const parameter_t *parameter, const stage_setup_t *setup) {
     (void)setup;
-    return 4 * parameter[THRESHOLDS].count * sizeof(double);
+    const size_t n = parameter[THRESHOLDS].count;
+    return 4 * n * sizeof(double) + (n >= PLAY_STAIRS_WORTH_IT ? play_stairs_bytes(n) : 0);
 }
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
@@ -60,6 +47,9 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     memcpy(state->array + n, parameter[THRESHOLDS].value, n * sizeof(double));
     if (parameter[INITIAL_MEMORY].count > 0) {
         memcpy(state->array + 2 * n, parameter[INITIAL_MEMORY].value, n * sizeof(double));
+    }
+    if (n >= PLAY_STAIRS_WORTH_IT) {
+        play_stairs_open(&state->stairs, state->array + 4 * n, n, state->array, state->array + n);
     }
 }
 
@@ -97,8 +87,10 @@ static void step(void *memory, signal_t *signal) {
     const double drive_v = signal->value, behind_v = signal->value - signal->slack_v;
     const size_t n = state->operators;
     if (!state->moved || drive_v != state->drive_v || behind_v != state->behind_v) {
-        state->position_um = state->offset_um + state->direct * drive_v +
-                             sum_of_operators(n, state->array, state->array + n, state->array + 3 * n, behind_v);
+        const double sum = state->staircase
+                               ? play_stairs_move(&state->stairs, behind_v)
+                               : sum_of_operators(n, state->array, state->array + n, state->array + 3 * n, behind_v);
+        state->position_um = state->offset_um + state->direct * drive_v + sum;
         state->drive_v = drive_v;
         state->behind_v = behind_v;
         state->moved = true;
@@ -114,6 +106,8 @@ static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     const size_t n = state->operators;
     memcpy(state->array + 3 * n, state->array + 2 * n, n * sizeof(double)); /* zeros if none was given */
+    state->staircase =
+        n >= PLAY_STAIRS_WORTH_IT && play_stairs_settle(&state->stairs, state->array, state->array + 2 * n);
     state->moved = false;
     step(state, signal);
 }
@@ -125,8 +119,10 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_prandtl_ishlinskii = {.name = "prandtl_ishlinskii",
                                           .place = PLACE_HYSTERESIS,
+                                          .order = 30,
                                           .can_widen = true,
                                           .text = "hysteresis as a weighted sum of play operators",
+                                          .operators = OPERATORS_PLAYS,
                                           .parameter = parameters,
                                           .parameters = 4,
                                           .check = check,

@@ -1,20 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Preisach model in Everett form: preisach_grid.h. */
-#include "catalogue.h"
-#include "compile_preisach.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_preisach.h"
 #include <string.h>
 
 enum { LEVELS, EVERETT, OFFSET, PAST };
 
 static const parameter_info_t parameters[] = {
-    {.name = "levels_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .rising = true,
-     .chosen = true,
-     .text = "of the drive, strictly rising, two or more"},
+    PARAMETER_LEVELS("levels_v", "V", -1e9, "of the drive, strictly rising, two or more"),
     {.name = "everett_um",
      .unit = "um",
      .low = -1e9,
@@ -26,14 +20,9 @@ static const parameter_info_t parameters[] = {
      .low = -1e9,
      .high = 1e9,
      .text = "mean of the positions at the lowest level (coming from below) and the highest"},
-    {.name = "past_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .optional = true,
-     .chosen = true,
-     .text = "drives before the first sample, one after the other, from the lowest level on; absent: demagnetised"}};
+    PARAMETER_MEMORY(
+        "past_v", "V",
+        "drives before the first sample, one after the other, from the lowest level on; absent: demagnetised")};
 
 typedef struct {
     preisach_grid_t grid;
@@ -123,9 +112,11 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_preisach = {.name = "preisach",
                                 .place = PLACE_HYSTERESIS,
+                                .order = 40,
                                 .can_widen = true,
                                 .text =
                                     "hysteresis as relays over the plane of their switching drives, in Everett form",
+                                .operators = OPERATORS_RELAYS,
                                 .parameter = parameters,
                                 .parameters = 4,
                                 .check = check,

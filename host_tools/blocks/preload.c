@@ -5,8 +5,8 @@
  * An actuator of compliance s (um/N) under the force F + (K + kappa F) y, with c = s kappa: the mount pushes with F at
  * position 0 and is stiffer the harder it was tightened. docs/MODELS.md, section 11.
  */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 enum { COMPLIANCE, FORCE, SHIFT, SPRING };
@@ -39,7 +39,7 @@ static const parameter_info_t parameters[] = {
      .high = 1e6,
      .optional = true,
      .chosen = true,
-     .text = "stiffness of the mount without preload; takes part through shift_um_per_n"}};
+     .text = "stiffness of the mount without preload; acts through shift_um_per_n"}};
 
 typedef struct {
     double gain, shift_um;
@@ -61,7 +61,7 @@ static void step(void *memory, signal_t *signal) {
     signal->value = state->gain * (signal->value - state->shift_um);
 }
 
-/* The hysteresis has to deliver what is left of its position when the force has taken its share. */
+/* The hysteresis must deliver the position before the reduction by the force. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     const state_t state = state_under(parameter, job->options->preload_n);
     job->elastic_center_um = job->elastic_center_um / state.gain + state.shift_um;
@@ -89,6 +89,7 @@ static const probe_t looked_for = {.group = "preload",
 
 const block_t block_preload = {.name = "preload",
                                .place = PLACE_MECHANICS,
+                               .order = 30,
                                .text = "a force against the motion that costs stroke",
                                .parameter = parameters,
                                .parameters = 4,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Rounding of the position to the converter's steps. */
-#include "catalogue.h"
+#include "chain/catalogue.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -35,8 +35,10 @@ static const probe_t looked_for = {
 
 const block_t block_quantisation = {.name = "quantisation",
                                     .place = PLACE_SENSOR,
+                                    .order = 60,
                                     .adds = true,
                                     .text = "steps of the position converter",
+                                    .readings = READINGS_STEPPED,
                                     .parameter = parameters,
                                     .parameters = 1,
                                     .state_bytes = sizeof(double),

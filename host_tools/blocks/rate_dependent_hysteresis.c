@@ -5,19 +5,20 @@
  *
  *     growth = min(beta_s |du/dt|, limit_v)
  *
- * That is the hysteresis as it was behind one play of that half width, but for what has no width (docs/MODELS.md,
- * section 3.7): the play is here, and the hysteresis is told how far it is behind the drive.
+ * This is equivalent to a play of that half width before the hysteresis, except for elements without width
+ * (docs/MODELS.md, section 3.7). The play is simulated here, and its lag behind the drive is passed to the hysteresis
+ * in slack_v.
  *
- * The amplifier's form, lib/hyst (prandtl_ishlinskii.h), has the rate at sample k known before sample k, so that the
+ * In the amplifier's form, lib/hyst (prandtl_ishlinskii.h), the rate at sample k is known before sample k, so that the
  * inverse is exact:
  *
- *     growth[k] = min(beta_s |v[k-1]| / dt, limit_v),     v[k] = v[k-1] + g (u[k] - u[k-1] - v[k-1]),     g = 1 -
- * exp(-dt / rate_filter_s)
+ *     growth[k] = min(beta_s |v[k-1]| / dt, limit_v)
+ *     v[k] = v[k-1] + g (u[k] - u[k-1] - v[k-1]),     g = 1 - exp(-dt / rate_filter_s)
  *
- * An actuator does not wait: with `immediate` the rate is that of the instant, along a parabola through the samples.
+ * An actuator has no such delay: with `immediate` the rate is the present one, from a parabola through the samples.
  */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {
@@ -51,7 +52,7 @@ static const parameter_info_t parameters[] = {
 
 enum { BETA, RATE_FILTER, LIMIT, IMMEDIATE, PARAMETERS };
 
-/* Of a sample: instants at which a growth that does not wait is looked at. */
+/* Instants per sample at which an immediate growth is evaluated. */
 enum { INSTANTS = 8 };
 /* V per sample: a filtered rate that a hold has brought below that is none. It would go on into numbers so small that
  * arithmetic takes a hundred times as long. */
@@ -91,7 +92,7 @@ static void settle(void *memory, signal_t *signal) {
     signal->slack_v = 0.0;
 }
 
-/* fmin() and fmax() are calls, and this is the innermost loop of all: nothing here is a NaN. */
+/* fmin() and fmax() are calls, too slow for the innermost loop. No value here is a NaN. */
 static double clamp(double low, double value, double high) {
     return value < low ? low : value > high ? high : value;
 }
@@ -106,8 +107,9 @@ static void follow(state_t *state, double drive_v) {
     state->behind = clamp(drive_v - growth_v, state->behind, drive_v + growth_v);
 }
 
-/* How the drive bends through a sample: the smaller of two bends in turn, or none where they differ in direction, as
- * about a corner; and no further than to rest at one end of the sample, as where a hold begins. */
+/* Curvature of the drive through a sample: the smaller of two successive second differences, or 0 where their signs
+ * differ, as at a corner. It is limited so that the rate at most reaches 0 at one end of the sample, as where a hold
+ * begins. */
 static double smooth_bend(double before, double now, double change) {
     const double smaller = fabs(before) < fabs(now) ? fabs(before) : fabs(now);
     const double most = smaller < 2.0 * fabs(change) ? smaller : 2.0 * fabs(change);
@@ -125,7 +127,7 @@ static void follow_through_sample(state_t *state, double drive_v) {
         state->behind = drive_v;
         return;
     }
-    /* A rate that nothing smooths has changed behind a corner, before the drive has moved. */
+    /* An unsmoothed rate changes right after a corner, before the drive has moved. */
     for (int i = gain < 1.0 ? 1 : 0; i <= INSTANTS; i++) {
         const double part = (double)i / INSTANTS;
         const double drive = input + change * part - 0.5 * smooth * part * (1.0 - part);
@@ -165,8 +167,8 @@ static double widening_part(const model_t *model) {
     return part;
 }
 
-/* The amplifier's own past drive sets its thresholds: the time constant without which that runs away (docs/MODELS.md,
- * section 3.4). The amplifier accepts 0.9. */
+/* The past drive sets the thresholds in the amplifier. This is the least time constant with which that feedback is
+ * stable (docs/MODELS.md, section 3.4). The amplifier accepts 0.9. */
 static double stable_filter_s(double beta_s, double filter_s, double part, double rate_hz) {
     const double most = 0.8;
     return beta_s * rate_hz * part * gain_of(filter_s, rate_hz) <= most ? filter_s : beta_s * part / most;
@@ -194,8 +196,8 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
            compile_to_fixed(job, gain_of(filter_s, job->rate_hz), 30, "rate gain", &p->pi_rate_gain);
 }
 
-/* A rate that is smoothed over longer is no rate: thresholds that have grown for a while behind a motion let the
- * position go on, as creep does. */
+/* Longer smoothing no longer gives a rate: thresholds that shrink long after a motion let the position drift, as creep
+ * does. */
 #define LONGEST_FILTER_S 0.02
 
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
@@ -220,6 +222,7 @@ static const probe_t looked_for = {.group = "rate",
 
 const block_t block_rate_dependent_hysteresis = {.name = "rate_dependent_hysteresis",
                                                  .place = PLACE_HYSTERESIS,
+                                                 .order = 20,
                                                  .modifies_hysteresis = true,
                                                  .widens = true,
                                                  .text = "loops that widen with the drive rate",

@@ -7,9 +7,9 @@
  * without input, whose solution over one sample is a constant 2-by-2 matrix. All of it is linear in y - a0, y' and the
  * differences of u that a1 to a3 are made of: what each of these adds is made once.
  */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "smooth_drive.h"
+#include "chain/catalogue.h"
+#include "chain/smooth_drive.h"
+#include "compile/compile_job.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -112,6 +112,7 @@ static const probe_t looked_for = {
 
 const block_t block_resonance = {.name = "resonance",
                                  .place = PLACE_MECHANICS,
+                                 .order = 10,
                                  .text = "inertia and damping: one mode of the mechanics",
                                  .parameter = parameters,
                                  .parameters = 2,

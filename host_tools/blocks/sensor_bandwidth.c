@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "first_order_lag.h"
+#include "chain/catalogue.h"
+#include "compile/compile_job.h"
+#include "elements/first_order_lag.h"
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return compile_shape(job, invert_lag(parameter[0].value[0], job->rate_hz, job->options->no_filters));
@@ -22,7 +22,10 @@ static const probe_t looked_for = {.group = "lag",
 
 const block_t block_sensor_bandwidth = {.name = "sensor_bandwidth",
                                         .place = PLACE_SENSOR,
+                                        .order = 10,
                                         .text = "first-order low pass of the position sensor",
+                                        .lag = LAG_LOW_PASS,
+                                        .twin = "amplifier_bandwidth",
                                         .parameter = first_order_lag_parameters,
                                         .parameters = 1,
                                         .state_bytes = sizeof(first_order_stage_t),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* White Gaussian noise of the position sensor. The same seed gives the same noise. */
-#include "catalogue.h"
+#include "chain/catalogue.h"
 #include <gsl/gsl_math.h>
 
 static const parameter_info_t parameters[] = {
@@ -39,8 +39,10 @@ static void step(void *memory, signal_t *signal) {
 
 const block_t block_sensor_noise = {.name = "sensor_noise",
                                     .place = PLACE_SENSOR,
+                                    .order = 50,
                                     .adds = true,
                                     .text = "white noise of the position sensor",
+                                    .readings = READINGS_NOISY,
                                     .parameter = parameters,
                                     .parameters = 1,
                                     .state_bytes = sizeof(state_t),

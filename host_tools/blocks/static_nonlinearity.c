@@ -4,40 +4,31 @@
  *
  *     reading = c + h (s + quadratic s^2 + cubic s^3),     s = (position - c) / h
  *
- * Beyond the ends of the range, |s| = 1, it goes on straight, so that it rises everywhere.
+ * Beyond the ends of the range, |s| = 1, it continues linearly, so that it rises everywhere.
  */
-#include "catalogue.h"
-#include "compile_job.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 enum { QUADRATIC, CUBIC, CENTER, HALF_RANGE };
 
-static const parameter_info_t parameters[] = {{.name = "quadratic",
-                                               .proportional = true,
-                                               .unit = "1",
-                                               .low = -1.0,
-                                               .high = 1.0,
-                                               .text = "error at both ends, of half the range"},
-                                              {.name = "cubic",
-                                               .proportional = true,
-                                               .unit = "1",
-                                               .low = -1.0,
-                                               .high = 1.0,
-                                               .text = "error at the upper end, of half the range"},
-                                              {.name = "center_um",
-                                               .unit = "um",
-                                               .low = -1e9,
-                                               .high = 1e9,
-                                               .chosen = true,
-                                               .center_of = "displacement_range_um",
-                                               .text = "middle of the range, where the reading is right"},
-                                              {.name = "half_range_um",
-                                               .unit = "um",
-                                               .low = 1e-9,
-                                               .high = 1e9,
-                                               .chosen = true,
-                                               .half_of = "displacement_range_um",
-                                               .text = "half of the range that the two numbers refer to"}};
+static const parameter_info_t parameters[] = {
+    {.name = "quadratic",
+     .proportional = true,
+     .unit = "1",
+     .low = -1.0,
+     .high = 1.0,
+     .text = "error at both ends, of half the range"},
+    {.name = "cubic",
+     .proportional = true,
+     .unit = "1",
+     .low = -1.0,
+     .high = 1.0,
+     .text = "error at the upper end, of half the range"},
+    PARAMETER_CENTER("center_um", "um", "displacement_range_um", "middle of the range, where the reading is right"),
+    PARAMETER_HALF_RANGE("half_range_um", "um", "displacement_range_um",
+                         "half of the range that the two numbers refer to")};
 
 typedef struct {
     double quadratic, cubic, center_um, half_range_um;
@@ -70,7 +61,7 @@ static double slope_at(const state_t *state, double s) {
     return 1.0 + s * (2.0 * state->quadratic + 3.0 * state->cubic * s);
 }
 
-/* What the sensor adds at s, of half the range. */
+/* Error of the sensor at s, as a fraction of half the range. */
 static double error_at(const state_t *state, double s) {
     const double inside = fmax(-1.0, fmin(s, 1.0));
     return inside * inside * (state->quadratic + state->cubic * inside) +
@@ -100,8 +91,8 @@ static double position_of(const void *memory, double reading_um) {
            state->half_range_um * (low + (reading - low - error_at(state, low)) / slope_at(state, low));
 }
 
-/* The amplifier makes positions of readings by straight lines between 33 nodes: how far the reading is off then, looked
- * at in eight places of each line. */
+/* The amplifier converts readings to positions by linear interpolation between 33 nodes. The error is evaluated at
+ * eight points of each line. */
 static double worst_error_um(const compile_job_t *job, const state_t *state, double center_um, double half_um) {
     enum { PLACES = 8 * HYST_CURVE_INTERVALS };
     double worst = 0.0;
@@ -132,8 +123,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     value[QUADRATIC] = index == 0 ? 0.005 : 0.0;
     value[CUBIC] = index == 1 ? 0.005 : 0.0;
-    value[CENTER] = 0.5 * (setting->displacement_high_um + setting->displacement_low_um);
-    value[HALF_RANGE] = 0.5 * (setting->displacement_high_um - setting->displacement_low_um);
+    probe_range(setting->displacement_low_um, setting->displacement_high_um, &value[CENTER], &value[HALF_RANGE]);
     return index < 2;
 }
 
@@ -149,6 +139,7 @@ static const probe_t looked_for = {
 
 const block_t block_static_nonlinearity = {.name = "static_nonlinearity",
                                            .place = PLACE_SENSOR,
+                                           .order = 20,
                                            .adds = true,
                                            .text = "curved characteristic of the position sensor",
                                            .parameter = parameters,

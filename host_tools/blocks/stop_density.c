@@ -4,9 +4,10 @@
  *
  * With E = v - play this is a bank of plays, and is run and compiled as one.
  */
-#include "stop_density.h"
-#include "catalogue.h"
-#include "compile_job.h"
+#include "elements/stop_density.h"
+#include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
+#include "compile/compile_job.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -29,22 +30,9 @@ static const parameter_info_t parameters[] = {
     {.name = "delta_v", .unit = "V", .low = -1e9, .high = 1e9, .text = "threshold at which it is highest"},
     {.name = "a", .unit = "1", .low = 1e-9, .high = 1e9, .text = "thresholds are a times the levels ..."},
     {.name = "b_v", .unit = "V", .low = 0.0, .high = 1e9, .text = "... plus this"},
-    {.name = "levels_v",
-     .unit = "V",
-     .low = 1e-9,
-     .high = 1e9,
-     .array = true,
-     .rising = true,
-     .chosen = true,
-     .text = "drive levels, strictly rising from above 0"},
-    {.name = "initial_memory_v",
-     .unit = "V",
-     .low = -1e9,
-     .high = 1e9,
-     .array = true,
-     .optional = true,
-     .chosen = true,
-     .text = "drive less stop output before the first sample; absent: demagnetised at 0 V"}};
+    PARAMETER_LEVELS("levels_v", "V", 1e-9, "drive levels, strictly rising from above 0"),
+    PARAMETER_MEMORY("initial_memory_v", "V",
+                     "drive less stop output before the first sample; absent: demagnetised at 0 V")};
 
 double stop_density_bank(const stop_density_t *density, double *threshold_v, double *weight) {
     double below_v = density->b_v, sum = 0.0;
@@ -125,6 +113,7 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 
 const block_t block_stop_density = {.name = "stop_density",
                                     .place = PLACE_HYSTERESIS,
+                                    .order = 50,
                                     .can_widen = true,
                                     .text = "hysteresis as stops weighted by a density of their threshold",
                                     .parameter = parameters,

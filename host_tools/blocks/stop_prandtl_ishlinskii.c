@@ -6,8 +6,9 @@
  *
  * Solved exactly at every sample. docs/MODELS.md, section 11.
  */
-#include "catalogue.h"
-#include "stop_bank.h"
+#include "chain/catalogue.h"
+#include "compile/compile_stop_bank.h"
+#include "elements/stop_bank.h"
 
 static const parameter_info_t parameters[] = {STOP_PARAMETER_TABLE};
 
@@ -36,6 +37,7 @@ static void step(void *memory, signal_t *signal) {
 
 const block_t block_stop_prandtl_ishlinskii = {.name = "stop_prandtl_ishlinskii",
                                                .place = PLACE_HYSTERESIS,
+                                               .order = 60,
                                                .text =
                                                    "hysteresis whose drive is a weighted sum of stops of the position",
                                                .parameter = parameters,

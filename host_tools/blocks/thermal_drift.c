@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What expands while sensor and frame warm up: an exponential in time that nothing the drive does can change. */
-#include "catalogue.h"
+/* Thermal expansion while sensor and frame warm up: an exponential in time, independent of the drive. */
+#include "chain/catalogue.h"
 #include <math.h>
 
 enum { DRIFT, TIME_CONSTANT };
@@ -40,20 +40,23 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return probe_between(3.0 * setting->longest_s, 0.03 * setting->longest_s, 5, index, &value[TIME_CONSTANT]);
 }
 
-static const probe_t looked_for = {.group = "slow",
-                                   .explanation =
-                                       "The reading drifts and settles exponentially, whatever the drive does.",
-                                   .excitation = "silence at rest before and after, and returns to the same voltage",
-                                   .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
-                                   .probe = probe,
-                                   .searched = 1U << DRIFT | 1U << TIME_CONSTANT,
-                                   .accuracy = {0.01}};
+static const probe_t looked_for = {
+    .group = "slow",
+    .explanation = "The reading drifts and settles exponentially, whatever the drive does.",
+    .excitation = "silence at rest before and after, and returns to the same voltage",
+    .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
+    .probe = probe,
+    .searched = 1U << DRIFT | 1U << TIME_CONSTANT,
+    .accuracy = {0.01},
+    .doubtful = {.beside = "creep", .size_um = "drift_um", .part_of_range = "gamma_per_decade"}};
 
 const block_t block_thermal_drift = {
     .name = "thermal_drift",
     .place = PLACE_SENSOR,
+    .order = 30,
     .adds = true,
     .text = "offset that settles exponentially, whatever the drive does",
+    .follows_temperature = true,
     .parameter = parameters,
     .parameters = 2,
     .state_bytes = sizeof(state_t),

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Pure delay. Between samples the drive is the cubic through the four around the delayed instant, or a straight line
  * (smooth_drive.h). */
-#include "catalogue.h"
-#include "compile_job.h"
-#include "smooth_drive.h"
+#include "chain/catalogue.h"
+#include "chain/smooth_drive.h"
+#include "compile/compile_job.h"
 #include <math.h>
 
 static const parameter_info_t parameters[] = {{.name = "delay_s",
@@ -55,7 +55,7 @@ static void settle(void *memory, signal_t *signal) {
     state->output = signal->value;
 }
 
-/* So many samples ago, or ahead where that is negative; 0 where that is not known. */
+/* The value this many samples ago, or ahead if negative; 0 if it is not known. */
 static double sample(const state_t *state, const signal_t *signal, ptrdiff_t ago) {
     if (ago < 0) {
         return (size_t)-ago <= signal->known_ahead ? signal->ahead[-ago - 1] : 0.0;
@@ -109,7 +109,9 @@ static const probe_t looked_for = {
 
 const block_t block_transport_delay = {.name = "transport_delay",
                                        .place = PLACE_ELECTRONICS,
+                                       .order = 10,
                                        .text = "pure delay between command and voltage",
+                                       .lag = LAG_DELAY,
                                        .parameter = parameters,
                                        .parameters = 1,
                                        .state_bytes = sizeof(state_t),

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "account.h"
-#include "attempt.h"
-#include "fit_ranges.h"
-#include "json_output.h"
-#include "past.h"
+#include "diagnosis/account.h"
+#include "base/json_output.h"
+#include "chain/fit_ranges.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/nuisance/past.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -62,7 +62,8 @@ static bool simulate_without(job_t *job, const finding_t *finding, failure_t *fa
     return good;
 }
 
-static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, failure_t *failure) {
+static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, double **share,
+                           failure_t *failure) {
     const bool good = finding->in_readings ? simulate(job->diagnosis, &job->diagnosis->model, job->difference, failure)
                                            : simulate_without(job, finding, failure);
     for (size_t i = 0; good && i < job->count; i++) {
@@ -72,6 +73,9 @@ static bool locate_finding(job_t *job, const finding_t *finding, location_t *whe
     }
     if (good) {
         locate(job->recordings, job->count, job->difference, job->account->from, 0.0, where);
+        for (size_t i = 0; i < job->count; i++) {
+            memcpy(share[i], job->difference[i], job->recordings[i].samples * sizeof(double));
+        }
     }
     return good;
 }
@@ -122,7 +126,8 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
     bool good = simulate(diagnosis, &diagnosis->baseline, account->before, failure) &&
                 simulate_smooth(&job, &diagnosis->model, account->after, failure);
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
-        good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], failure);
+        account->share[f] = recordings_room(recordings, count);
+        good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], account->share[f], failure);
     }
     if (good && something_remains(diagnosis)) {
         locate_remaining(&job, &account->remaining);
@@ -147,5 +152,8 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
 void account_free(account_t *account) {
     recordings_room_free(account->before, account->recordings);
     recordings_room_free(account->after, account->recordings);
+    for (size_t f = 0; f < DIAGNOSIS_MOST_FINDINGS && account->share[f] != NULL; f++) {
+        recordings_room_free(account->share[f], account->recordings);
+    }
     free(account->from);
 }

@@ -3,9 +3,9 @@
 #ifndef ACCOUNT_H
 #define ACCOUNT_H
 
-#include "findings.h"
-#include "locate.h"
-#include "measured_columns.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/measured_columns.h"
+#include "diagnosis/where/locate.h"
 
 typedef struct {
     /**
@@ -18,6 +18,8 @@ typedef struct {
     /** Simulations of every recording by the baseline and by the final model, which do not round to the converter's
      * steps (as errors are counted), and the first samples that count (those whose memory is determined, or all). */
     double **before, **after;
+    /** Of each finding, what the final model loses without it (see where), of every recording; NULL behind the last. */
+    double **share[DIAGNOSIS_MOST_FINDINGS];
     size_t *from;
     size_t recordings;
     measured_columns_t measured; /**< what was measured beside drive and displacement */

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "attempt.h"
-#include "candidate.h"
-#include "catalogue.h"
-#include "lattice.h"
-#include "measured_columns.h"
-#include "names.h"
-#include "past.h"
-#include "past_choice.h"
-#include "reconsider.h"
-#include "refitted.h"
-#include "search_round.h"
-#include "sides.h"
-#include "verdict.h"
+#include "diagnosis/attempt.h"
+#include "chain/catalogue.h"
+#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/measured_columns.h"
+#include "diagnosis/names.h"
+#include "diagnosis/noise/lattice.h"
+#include "diagnosis/nuisance/past.h"
+#include "diagnosis/nuisance/past_choice.h"
+#include "diagnosis/reconsider.h"
+#include "diagnosis/refitted.h"
+#include "diagnosis/search_round.h"
+#include "diagnosis/sides.h"
+#include "diagnosis/verdict.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -57,18 +57,30 @@ double attempt_excess(const diagnosis_t *d, double held) {
     return held / ((double)d->samples.held * d->noise.sigma_um * d->noise.sigma_um) - 1.0;
 }
 
+/* NULL: the catalogue has none. */
+static const block_t *block_of_steps(void) {
+    for (size_t i = 0; i < catalogue_count; i++) {
+        if (catalogue[i]->readings == READINGS_STEPPED) {
+            return catalogue[i];
+        }
+    }
+    return NULL;
+}
+
 /* A converter's steps show in the readings themselves. */
 static void find_steps(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
+    const block_t *steps = block_of_steps();
     const double step = job->step_um, error_um = step / sqrt(12.0);
-    if (step > 0.0 && error_um > attempt_least_steps * d->noise.rms_um && d->findings < DIAGNOSIS_MOST_FINDINGS) {
+    if (steps != NULL && step > 0.0 && error_um > attempt_least_steps * d->noise.rms_um &&
+        d->findings < DIAGNOSIS_MOST_FINDINGS) {
         const double each = lattice_likelihood_per_sample();
         const double t = sqrt(each * (double)d->samples.fitted);
-        model_block_t *block = model_append(&d->model, &block_quantisation);
-        model_set(block, "step_um", step);
+        model_block_t *block = model_append(&d->model, steps);
+        model_set(block, steps->parameter[0].name, step);
         block->parameter[0].sigma = allocate(1, sizeof(double));
         *block->parameter[0].sigma = job->step_sigma_um;
-        d->finding[d->findings++] = (finding_t){.block = &block_quantisation,
+        d->finding[d->findings++] = (finding_t){.block = steps,
                                                 .t = t,
                                                 .t_blocks = t,
                                                 .certainty = NAMED,
@@ -82,7 +94,7 @@ static void find_steps(attempt_t *job) {
 
 void attempt_without_noise(model_t *model) {
     for (size_t b = model->blocks; b-- > 0;) {
-        if (model->block[b].block == &block_sensor_noise || model->block[b].block == &block_quantisation) {
+        if (model->block[b].block->readings != READINGS_AS_THEY_ARE) {
             model_remove(model, b);
         }
     }

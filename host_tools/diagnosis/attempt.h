@@ -3,10 +3,10 @@
 #ifndef ATTEMPT_H
 #define ATTEMPT_H
 
-#include "diagnose.h"
-#include "joint_fit.h"
-#include "lines.h"
-#include "progress.h"
+#include "base/progress.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/evidence/joint_fit.h"
+#include "diagnosis/noise/lines.h"
 
 typedef struct {
     diagnosis_t *diagnosis;
@@ -16,9 +16,10 @@ typedef struct {
     const block_t *without;        /* not looked for */
     const model_t *begin;          /* what the search begins with in place of the fitted chain; NULL: that */
     joint_power_t power;           /* of the model as it is */
-    double found_um;               /* what all that was found changes, whitened, beyond J */
+    double found_um;               /* what all that was found changes, whitened, beyond the nuisance subspace */
     double step_um, step_sigma_um; /* of the converter, 0: none to be seen */
     bool coarse;                   /* the steps' error is larger than the noise */
+    fitted_chain_t beside; /* review.h: the operator in the place of the hysteresis, nothing found; may be empty */
     progress_t progress;
     double left; /* of the work, by a guess: nobody knows how many rounds it takes */
 } attempt_t;

@@ -3,8 +3,8 @@
 #ifndef BASELINE_H
 #define BASELINE_H
 
-#include "family.h"
-#include "noise.h"
+#include "diagnosis/noise/noise.h"
+#include "identify/family.h"
 
 enum { BASELINE_SHAPES = 4 };
 
@@ -28,8 +28,8 @@ void baseline_free(baseline_t *baseline, size_t count);
 /** Narrow peaks of the residual (lines.h) in the longest recording. */
 size_t baseline_lines(const samples_t *samples, const double *residual, double *line_hz);
 
-/** At rest if there is enough of it, else from what a rich model leaves: J with shapes, trends, lines, and the best
- * probe of every block. */
+/** At rest if there is enough of it, else from what a rich model leaves: the nuisance subspace with shapes, trends,
+ * lines, and the best probe of every block. */
 bool baseline_noise(const samples_t *samples, const model_t *model, const probe_setting_t *setting, noise_t *noise,
                     failure_t *failure);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "candidate_judgement.h"
-#include "remainder.h"
+#include "diagnosis/candidate_judgement.h"
+#include "diagnosis/noise/remainder.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
@@ -54,7 +54,7 @@ static double *change_found(const attempt_t *job) {
     return change;
 }
 
-/* Beyond J. Where it acts, it has to be more than the error of what was found may be. */
+/* Beyond the nuisance subspace. Where it acts, it has to be more than the error of what was found may be. */
 static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const diagnosis_t *d = job->diagnosis;
     const double least_um = (job->coarse ? least_part_of_steps : candidate_least_size) * d->noise.sigma_um;

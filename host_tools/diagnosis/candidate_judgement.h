@@ -3,8 +3,8 @@
 #ifndef CANDIDATE_JUDGEMENT_H
 #define CANDIDATE_JUDGEMENT_H
 
-#include "attempt.h"
-#include "candidate.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/evidence/candidate.h"
 
 /** By the measured voltage or current, as surely as it takes to make a name. */
 bool candidate_contradicted(const candidate_t *candidate);

@@ -1,24 +1,24 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "column_test.h"
-#include "attempt.h"
-#include "basis.h"
-#include "candidate.h"
-#include "nuisance.h"
-#include "signals.h"
+#include "diagnosis/column_test.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/nuisance/nuisance.h"
+#include "diagnosis/nuisance/signals.h"
+#include "numerics/basis.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Fewer rows than this for each column of J are explained by anything. */
+/* Fewer rows than this for each column of the nuisance subspace are explained by anything. */
 static const size_t rows_per_column = 2;
 
 /* The rows of fitted or of held-out samples. */
 typedef struct {
     samples_part_t part;
     size_t rows;
-    basis_t basis;        /* J, and the half waves behind it */
-    size_t drive_columns; /* of J */
+    basis_t basis;        /* the nuisance subspace, and the half waves behind it */
+    size_t drive_columns; /* of the nuisance subspace */
     double *residual;     /* whitened */
 } rows_t;
 
@@ -28,7 +28,7 @@ struct column_test {
     signals_t signals;
     rows_t fitted, held;
     double *white;   /* a column */
-    double found_um; /* what the findings change, whitened, beyond J */
+    double found_um; /* what the findings change, whitened, beyond the nuisance subspace */
     double chance;
 };
 
@@ -54,7 +54,8 @@ static void open_rows(rows_t *rows, const signals_t *signals, samples_part_t par
     basis_open(&rows->basis, count, nuisance_most(signals, options));
 }
 
-/* Takes out of rows what J explains, or J and the half waves. Returns the rows. */
+/* Takes out of rows what the nuisance subspace explains, or the nuisance subspace and the half waves. Returns the rows.
+ */
 static double *take_out(rows_t *rows, double *x, column_speed_t speed) {
     const size_t all = rows->basis.columns;
     rows->basis.columns = speed == TEST_FAST ? all : rows->drive_columns;

@@ -2,8 +2,8 @@
 /**
  * Whether what a model leaves goes with a column of numbers that the model knows nothing of.
  *
- *     e' = coefficient x' + rest,     e', x': residual and column, whitened (noise.h), less their projections on J
- *                                     (nuisance.h)
+ *     e' = coefficient x' + rest,     e', x': residual and column, whitened (noise.h), less their projections on
+ *                                     the nuisance subspace (nuisance.h)
  *
  * In the *fast* test also less those on 12 half waves of cosine over each recording: what passes it cannot be any other
  * slow drift. It is fitted to the samples that are not held out, and passes when
@@ -12,13 +12,14 @@
  *   (regression.h);
  * - what it explains is at least 0.08 of the noise, as for a block (candidate.h), and a tenth of what the model's
  * findings change: their simulation is right to about that;
- * - 2 log likelihood of the held-out samples at this coefficient, J and half waves free, is at least 12.
+ * - 2 log likelihood of the held-out samples at this coefficient, the nuisance subspace and half waves free, is at
+ * least 12.
  */
 #ifndef COLUMN_TEST_H
 #define COLUMN_TEST_H
 
-#include "diagnose.h"
-#include "regression.h"
+#include "diagnosis/diagnose.h"
+#include "numerics/regression.h"
 
 typedef struct column_test column_test_t;
 
@@ -41,12 +42,12 @@ void column_test_close(column_test_t *test);
 /** The model without noise and steps, and its simulation: a column. */
 const model_t *column_test_model(const column_test_t *test);
 const double *column_test_simulated(const column_test_t *test);
-/** Whether there are enough held-out samples for J. Otherwise nothing passes. */
+/** Whether there are enough held-out samples for the nuisance subspace. Otherwise nothing passes. */
 bool column_test_enough(const column_test_t *test);
 
 column_trial_t column_try(column_test_t *test, const double *column, column_speed_t speed);
 
-/** Part of what the half waves explain beyond J that the column explains, too. */
+/** Part of what the half waves explain beyond the nuisance subspace that the column explains, too. */
 double column_drift_share(column_test_t *test, const double *column);
 
 /**

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "diagnose.h"
-#include "attempt.h"
-#include "baseline.h"
-#include "catalogue.h"
-#include "lattice.h"
-#include "line_clock.h"
-#include "trials.h"
-#include "unseen.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/baseline.h"
+#include "diagnosis/noise/lattice.h"
+#include "diagnosis/noise/line_clock.h"
+#include "diagnosis/review.h"
+#include "diagnosis/trials.h"
+#include "diagnosis/unseen.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -59,6 +59,15 @@ static void count_steps_as_noise(attempt_t *job, noise_t *noise) {
     }
 }
 
+static bool has_own_clock(const model_t *model) {
+    for (size_t b = 0; b < model->blocks; b++) {
+        if (model->block[b].block->own_clock) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* The noise, with a model that explains the recordings as far as any does by now. */
 static bool find_noise(attempt_t *job, const model_t *model) {
     diagnosis_t *d = job->diagnosis;
@@ -67,7 +76,7 @@ static bool find_noise(attempt_t *job, const model_t *model) {
     if (good) {
         samples_residual(&d->samples, simulated, residual);
         job->setting.lines = baseline_lines(&d->samples, residual, job->line_hz);
-        if (model_find(model, block_mains_interference.name) == NULL) {
+        if (!has_own_clock(model)) {
             line_clock_set(d->recordings, &d->samples, residual, job->line_hz, job->setting.lines);
         }
         good = baseline_noise(&d->samples, model, &job->setting, &d->noise, job->failure);
@@ -136,8 +145,11 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
     diagnosis->model_given = true;
     model_copy(&shape[0].model, given);
     attempt_without_noise(&shape[0].model);
-    good = begin(&job, &shape[0].model, recordings, count) && find_noise(&job, &shape[0].model) &&
-           trial_of_first(&job, &shape[0]);
+    good = begin(&job, &shape[0].model, recordings, count) && find_noise(&job, &shape[0].model);
+    if (good) {
+        review_begin(&job, &shape[0].model);
+        good = trial_of_first(&job, &shape[0]);
+    }
     if (good) {
         as_given_t as_given;
         note_given(diagnosis, &as_given);
@@ -146,15 +158,18 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
             trials_of_others(&job, shape, shapes);
         }
         trial_without_the_first(&job);
+        good = review_end(&job);
         put_given(diagnosis, &as_given);
-        good = unseen_complete(&job);
+        good = good && unseen_complete(&job) && review_delivered(&job);
     }
+    review_close(&job);
     baseline_free(shape, shapes);
     progress_end(&job.progress);
-    if (!good) {
+    if (!progress_go_on(failure) || !good) {
         diagnosis_free(diagnosis);
+        return false;
     }
-    return good;
+    return true;
 }
 
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
@@ -169,22 +184,27 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
     progress_begin(&job.progress, "diagnosing");
     good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
            baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &rough, &shapes, failure) &&
-           (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)) && /* with a better model, better */
-           trial_of_first(&job, &baseline[0]);
+           (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
+    if (good) {
+        review_begin(&job, &baseline[0].model);
+        good = trial_of_first(&job, &baseline[0]);
+    }
     if (good) {
         if (!trial_leaves_nothing(&job, &baseline[0])) {
             trials_of_others(&job, baseline, shapes);
         }
         trial_without_the_first(&job);
-        good = unseen_complete(&job);
+        good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
     }
+    review_close(&job);
     baseline_free(baseline, shapes);
     baseline_free(&rough, 1);
     progress_end(&job.progress);
-    if (!good) {
+    if (!progress_go_on(failure) || !good) {
         diagnosis_free(diagnosis);
+        return false;
     }
-    return good;
+    return true;
 }
 
 void diagnosis_free_models(diagnosis_t *diagnosis) {

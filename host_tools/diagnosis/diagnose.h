@@ -11,8 +11,9 @@
 #ifndef DIAGNOSE_H
 #define DIAGNOSE_H
 
-#include "family.h"
-#include "remainder.h"
+#include "belief/shape.h"
+#include "diagnosis/noise/remainder.h"
+#include "identify/family.h"
 
 enum { DIAGNOSIS_MOST_FINDINGS = 6, DIAGNOSIS_MOST_RIVALS = 4 };
 
@@ -22,6 +23,7 @@ typedef enum { DETECTED, ISOLATED /* to a group */, NAMED } certainty_t;
 typedef struct {
     const block_t *block;
     certainty_t certainty;
+    certainty_t settled; /**< as its names were settled, before the verdict made it less */
     double t, t_blocks;
     double margin;  /**< 2 log likelihood to the best block of another name, HUGE_VAL without any */
     double support; /**< 2 log likelihood that the held-out samples give it */
@@ -82,7 +84,12 @@ typedef struct {
     size_t findings;
     finding_t finding[DIAGNOSIS_MOST_FINDINGS];
     size_t tested;
-    remainder_t remainder; /**< whether more than noise remains */
+    remainder_t remainder; /**< whether more than noise, and another shape of the hysteresis, remains */
+    /** More is left than noise, but the universal operator explains it: it is the shape of the hysteresis. */
+    bool another_shape;
+    /** As `hyst simulate` tells them of whole recordings (delivered.h): of both models, a straight line, plays. */
+    double baseline_delivered_percent, delivered_percent, line_percent, plays_percent;
+    shape_t shape; /**< the universal operator in the place of the hysteresis, before anything was found */
     verdict_t verdict;
     size_t rounds, considered; /**< of the search; blocks in them, those that explain most of each */
     considered_t consideration[DIAGNOSIS_MOST_CONSIDERED];
@@ -100,7 +107,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
               failure_t *failure);
 /**
  * The same without a model: from the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the
- * signatures of all blocks; where that leaves more than noise, or finds something, also from the others that come near,
+ * signatures of all blocks. Where that leaves more than noise, or finds something, also from the others that come near,
  * and the answer that leaves the least error of the held-out samples stands: a wrong shape shall not be taken for
  * physics that is missing, nor physics for a shape.
  */

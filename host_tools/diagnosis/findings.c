@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "findings.h"
-#include "joint_fit.h"
-#include "refitted.h"
-#include "searched.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/evidence/joint_fit.h"
+#include "diagnosis/evidence/searched.h"
+#include "diagnosis/refitted.h"
 #include <math.h>
 #include <stdlib.h>
 

@@ -3,7 +3,7 @@
 #ifndef FINDINGS_H
 #define FINDINGS_H
 
-#include "diagnose.h"
+#include "diagnosis/diagnose.h"
 
 /** Whether a parameter of a finding was searched. */
 bool finding_searched(const finding_t *finding, size_t parameter);
@@ -25,7 +25,7 @@ void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block);
 
 /**
  * Writes the standard errors of the hysteresis and of the findings into diagnosis->model (refine.h, no iterations):
- * jointly, with as many samples as count by the residuals' autocorrelation; widened by sqrt(3/2), because refine counts
+ * jointly, with as many samples as count by the residuals' autocorrelation. Widened by sqrt(3/2), because refine counts
  * all samples and a third was held out of the fit.
  */
 bool findings_errors(diagnosis_t *diagnosis, failure_t *failure);

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "measured_columns.h"
-#include "blocks/first_order_lag.h"
-#include "catalogue.h"
-#include "column_test.h"
-#include "findings.h"
-#include "golden_section.h"
-#include "reconsider.h"
-#include "sides.h"
+#include "diagnosis/measured_columns.h"
+#include "diagnosis/column_test.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/reconsider.h"
+#include "diagnosis/sides.h"
+#include "elements/first_order_lag.h"
+#include "numerics/golden_section.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -227,12 +226,12 @@ bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failur
 /* What the temperature leaves of a block must be more than nothing, and more than half. */
 static bool explained_by_temperature(const finding_t *finding, const finding_columns_t *columns) {
     const electrical_change_t *beside = &columns->beside_temperature;
-    return finding->block != &block_thermal_drift && beside->measured &&
+    return !finding->block->follows_temperature && beside->measured &&
            (beside->part < least_deviations * beside->sigma || electrical_verdict(beside) == CHANGE_ABSENT);
 }
 
 bool finding_contradicted(const finding_t *finding, const finding_columns_t *columns) {
-    const bool anywhere = finding->block == &block_transport_delay || columns->block != finding->block;
+    const bool anywhere = finding->block->lag == LAG_DELAY || columns->block != finding->block;
     const change_verdict_t voltage = electrical_verdict(&columns->voltage),
                            current = electrical_verdict(&columns->current);
     const bool not_there = voltage == CHANGE_ABSENT || (voltage == CHANGE_NOT_SEEN && current == CHANGE_ABSENT);

@@ -20,9 +20,9 @@
 #ifndef MEASURED_COLUMNS_H
 #define MEASURED_COLUMNS_H
 
-#include "attempt.h"
-#include "diagnose.h"
-#include "electrical.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/evidence/electrical.h"
 
 enum { MEASURED_MOST = 3 };
 
@@ -32,7 +32,7 @@ typedef struct {
     relation_t relation;
     double coefficient, sigma; /**< um/K, um/A, of the voltage 1 */
     double lag_s;              /**< time constant of the lag behind the thermometer, 0: none */
-    double share;              /**< of the square of what is left on the held-out samples, whitened, beyond J */
+    double share; /**< of the square of what is left on the held-out samples, whitened, beyond the nuisance subspace */
     double least; /**< coefficient from which on it would have gone with it; HUGE_VAL: it does not vary enough */
 } column_relation_t;
 

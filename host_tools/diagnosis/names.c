@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "names.h"
-#include "catalogue.h"
-#include "electrical.h"
-#include "findings.h"
-#include "hysteresis_numbers.h"
-#include "parallel.h"
-#include "probing.h"
+#include "diagnosis/names.h"
+#include "base/parallel.h"
+#include "chain/catalogue.h"
+#include "diagnosis/evidence/electrical.h"
+#include "diagnosis/evidence/probing.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/nuisance/hysteresis_numbers.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* A chain with one of the group's blocks in the finding's place. */
 typedef struct {
@@ -17,10 +16,6 @@ typedef struct {
     joint_power_t power;
     double likelihood; /* 2 log, but for what all of the group have in common */
 } reading_t;
-
-static bool same_group(const block_t *one, const block_t *other) {
-    return strcmp(one->probe->group, other->probe->group) == 0;
-}
 
 /* Fits everything that was found together with it. */
 static void fit(const attempt_t *job, const model_t *without, reading_t *reading) {
@@ -39,14 +34,15 @@ static void fit(const attempt_t *job, const model_t *without, reading_t *reading
 typedef struct {
     const attempt_t *job;
     search_problem_t problem; /* its baseline: the chain without the finding */
-    double least;             /* 2 log likelihood beyond J, below which a block cannot be it */
+    double least;             /* 2 log likelihood beyond the nuisance subspace, below which a block cannot be it */
     reading_t *reading;
 } anew_t;
 
-/* Of what the finding itself explains beyond J: no hysteresis makes up for it, if it is more than so much. */
+/* Of what the finding itself explains beyond the nuisance subspace: no hysteresis makes up for it, if it is more than
+ * so much. */
 static const double part_that_cannot = 0.5, so_much = 1000.0;
 
-/* The least that another block has to explain; everything, where J says little. */
+/* The least that another block has to explain; everything, where the nuisance subspace says little. */
 static double least_of_others(const evidence_t *evidence, const model_t *model, const block_t *block) {
     const size_t at = (size_t)(model_find(model, block->name) - model->block);
     double *signature = evidence_signature(evidence, model, at), own = 0.0;
@@ -86,7 +82,7 @@ static size_t list_group(const finding_t *finding, const model_t *without, readi
     reading[0] = (reading_t){.block = finding->block};
     for (size_t i = 0; i < catalogue_count; i++) {
         const block_t *block = catalogue[i];
-        if (block != finding->block && block->probe != NULL && same_group(block, finding->block) &&
+        if (block != finding->block && block->probe != NULL && block_same_group(block, finding->block) &&
             model_find(without, block->name) == NULL) {
             reading[count++] = (reading_t){.block = block};
         }
@@ -152,7 +148,7 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
     bool outside = false;
     finding_t before = *finding;
     for (size_t r = 0; r < before.rivals; r++) {
-        if (!same_group(before.rival[r], finding->block)) {
+        if (!block_same_group(before.rival[r], finding->block)) {
             finding->rival[rivals++] = before.rival[r];
             outside = true;
         }
@@ -219,14 +215,14 @@ static bool settle(attempt_t *job, finding_t *finding) {
 static bool alone_in_group(const block_t *block) {
     size_t members = 0;
     for (size_t i = 0; i < catalogue_count; i++) {
-        members += catalogue[i]->probe != NULL && same_group(catalogue[i], block);
+        members += catalogue[i]->probe != NULL && block_same_group(catalogue[i], block);
     }
     return members == 1;
 }
 
 static bool found_beside(const diagnosis_t *d, const finding_t *finding, const block_t *rival) {
     for (size_t f = 0; f < d->findings; f++) {
-        if (&d->finding[f] != finding && !d->finding[f].in_readings && same_group(d->finding[f].block, rival)) {
+        if (&d->finding[f] != finding && !d->finding[f].in_readings && block_same_group(d->finding[f].block, rival)) {
             return true;
         }
     }
@@ -245,22 +241,25 @@ static void forget_found(const diagnosis_t *d, finding_t *finding) {
     finding->rivals = rivals;
 }
 
-/* A creep goes on from what came before the recording, for as many decades of time as nobody knows: that looks like a
- * drift which settles. As long as that is smaller than the creep of the whole stroke in one decade, it may be no more.
- */
-static void doubt_drift_beside_creep(diagnosis_t *d) {
-    const model_block_t *drift = model_find(&d->model, block_thermal_drift.name);
-    const model_block_t *creep = model_find(&d->model, block_creep.name);
+/* What came before the recording may look like an effect that is small beside another one (probe_t.doubtful): a creep
+ * goes on, for as many decades of time as nobody knows, and that looks like a drift which settles. */
+static void doubt(diagnosis_t *d, finding_t *finding) {
+    const probe_t *probe = finding->block->probe;
+    if (probe == NULL || probe->doubtful.beside == NULL || finding->rivals == DIAGNOSIS_MOST_RIVALS) {
+        return;
+    }
+    const model_block_t *found = model_find(&d->model, finding->block->name);
+    const model_block_t *other = model_find(&d->model, probe->doubtful.beside);
+    if (found == NULL || other == NULL) {
+        return;
+    }
     double range_um[2];
     recordings_range(d->recordings, d->samples.count, COLUMN_DISPLACEMENT, range_um);
-    for (size_t f = 0; f < d->findings && drift != NULL && creep != NULL; f++) {
-        finding_t *finding = &d->finding[f];
-        const double in_a_decade_um = *model_parameter(creep, "gamma_per_decade")->value * (range_um[1] - range_um[0]);
-        if (finding->block == &block_thermal_drift && finding->rivals < DIAGNOSIS_MOST_RIVALS &&
-            fabs(*model_parameter(drift, "drift_um")->value) < in_a_decade_um) {
-            finding->rival[finding->rivals++] = &block_creep;
-            finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
-        }
+    const double part_of_range = *model_parameter(other, probe->doubtful.part_of_range)->value;
+    const double past_um = part_of_range * (range_um[1] - range_um[0]);
+    if (fabs(*model_parameter(found, probe->doubtful.size_um)->value) < past_um) {
+        finding->rival[finding->rivals++] = other->block;
+        finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
     }
 }
 
@@ -276,6 +275,8 @@ bool names_settle(attempt_t *job) {
             good = settle(job, &d->finding[f]);
         }
     }
-    doubt_drift_beside_creep(d);
+    for (size_t f = 0; f < d->findings; f++) {
+        doubt(d, &d->finding[f]);
+    }
     return good;
 }

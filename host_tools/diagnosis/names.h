@@ -6,7 +6,7 @@
 #ifndef NAMES_H
 #define NAMES_H
 
-#include "attempt.h"
+#include "diagnosis/attempt.h"
 
 /**
  * Puts each other block of a finding's group in its place, looks for its best numbers, and fits everything together.

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "reconsider.h"
-#include "findings.h"
+#include "diagnosis/reconsider.h"
+#include "diagnosis/findings.h"
 #include <math.h>
 #include <string.h>
 

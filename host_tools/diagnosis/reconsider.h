@@ -6,7 +6,7 @@
 #ifndef RECONSIDER_H
 #define RECONSIDER_H
 
-#include "attempt.h"
+#include "diagnosis/attempt.h"
 
 /** Takes out the findings, the latest first, that the others make superfluous: without them the fit is worse by less
  * than this size (root mean square, in parts of the noise), or the held-out samples do not miss them. One stays in any

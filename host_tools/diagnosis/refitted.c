@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "refitted.h"
-#include "findings.h"
-#include "joint_fit.h"
-#include "searched.h"
+#include "diagnosis/refitted.h"
+#include "diagnosis/evidence/joint_fit.h"
+#include "diagnosis/evidence/searched.h"
+#include "diagnosis/findings.h"
 #include <math.h>
 
 void refitted_choose(diagnosis_t *diagnosis, const model_t *given) {

@@ -6,7 +6,7 @@
 #ifndef REFITTED_H
 #define REFITTED_H
 
-#include "diagnose.h"
+#include "diagnosis/diagnose.h"
 
 /** Chooses those that the recordings determine: at least one number of the block (finding_determined). The others stay
  * as they were given; so do all where the recordings cannot tell them from each other. */

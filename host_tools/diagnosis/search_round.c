@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "search_round.h"
-#include "baseline.h"
-#include "candidate_judgement.h"
-#include "search.h"
-#include "unseen.h"
+#include "diagnosis/search_round.h"
+#include "diagnosis/baseline.h"
+#include "diagnosis/candidate_judgement.h"
+#include "diagnosis/evidence/search.h"
+#include "diagnosis/unseen.h"
 #include <math.h>
 #include <string.h>
 
@@ -33,7 +33,7 @@ static void name(const evidence_t *evidence, const candidates_t *found, finding_
             if (finding->certainty == NAMED) {
                 finding->certainty = ISOLATED;
             }
-            if (strcmp(rival->block->probe->group, best->block->probe->group) != 0 &&
+            if (!block_same_group(rival->block, best->block) &&
                 fabs(evidence_cosine(evidence, best->signature, rival->signature)) < same_signature) {
                 finding->certainty = DETECTED;
             }

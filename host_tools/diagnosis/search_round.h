@@ -3,7 +3,7 @@
 #ifndef SEARCH_ROUND_H
 #define SEARCH_ROUND_H
 
-#include "attempt.h"
+#include "diagnosis/attempt.h"
 
 /**
  * Asks the three questions (evidence.h) one after another, the last only where enough is left, until the best candidate

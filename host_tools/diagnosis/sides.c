@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "sides.h"
-#include "candidate.h"
-#include "catalogue.h"
-#include "findings.h"
-#include "golden_section.h"
-#include "reconsider.h"
+#include "diagnosis/sides.h"
+#include "chain/catalogue.h"
+#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/reconsider.h"
+#include "numerics/golden_section.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,15 +16,18 @@ enum { LAG_STEPS = 24 };
 /* How far from where it begins a lag in the voltage may be. */
 static const double lag_range = 8.0;
 
+/* NULL: it has no twin. */
+static const block_t *other_side(const block_t *block) {
+    return block->twin != NULL ? catalogue_find(block->twin) : NULL;
+}
+
 const block_t *sides_block(const block_t *block) {
-    return block == &block_sensor_bandwidth    ? &block_amplifier_bandwidth
-           : block->place == PLACE_ELECTRONICS ? block
-                                               : NULL;
+    return block->place == PLACE_ELECTRONICS ? block : other_side(block);
 }
 
 /* The one parameter of a low pass, its cutoff in Hz, or of a delay, in s. */
 static double number_of_lag(const block_t *block, double seconds) {
-    return block == &block_transport_delay ? seconds : 1.0 / (2.0 * M_PI * seconds);
+    return block->lag == LAG_DELAY ? seconds : 1.0 / (2.0 * M_PI * seconds);
 }
 
 /* A low pass or a delay, by the time that it takes: in front of the others in the electronics, behind them in the
@@ -41,7 +44,7 @@ static void add_lag(model_t *model, const block_t *block, double seconds) {
 
 static double lag_of(const diagnosis_t *d, const finding_t *finding) {
     const double number = d->model.block[finding_index(d, finding)].parameter[0].value[0];
-    return finding->block == &block_transport_delay ? number : 1.0 / (2.0 * M_PI * number);
+    return finding->block->lag == LAG_DELAY ? number : 1.0 / (2.0 * M_PI * number);
 }
 
 electrical_change_t sides_change(const diagnosis_t *d, const finding_t *finding, column_t column) {
@@ -65,15 +68,9 @@ bool sides_only_part(const electrical_change_t *change) {
     return change->part + deviations * change->sigma < nearly_all;
 }
 
-static const block_t *other_side(const block_t *block) {
-    return block == &block_amplifier_bandwidth ? &block_sensor_bandwidth
-           : block == &block_sensor_bandwidth  ? &block_amplifier_bandwidth
-                                               : NULL;
-}
-
 /* 2 log likelihood that the columns give the electronics of a model, compared with the baseline's. */
 static double by_columns(const diagnosis_t *d, const model_t *model) {
-    return electrical_likelihood(&d->samples, &d->baseline, model, &block_amplifier_bandwidth);
+    return electrical_preference(&d->samples, &d->baseline, model);
 }
 
 /* How much a proposal is preferred to the model, as 2 log likelihood. */
@@ -203,9 +200,31 @@ typedef struct {
     const block_t *before, *behind;
 } pair_t;
 
-static const pair_t pairs[] = {{&block_amplifier_bandwidth, &block_sensor_bandwidth},
-                               {&block_transport_delay, &block_sensor_bandwidth},
-                               {&block_amplifier_bandwidth, &block_transport_delay}};
+/* Lags that a catalogue may have; more are not paired. */
+enum { MOST_PAIRS = 16 };
+
+static bool may_be_before(const block_t *block) {
+    return block->lag != LAG_NONE && block->place == PLACE_ELECTRONICS;
+}
+
+static bool may_be_behind(const block_t *block) {
+    return block->lag == LAG_DELAY || (block->lag != LAG_NONE && block->place != PLACE_ELECTRONICS);
+}
+
+/* All pairs of the catalogue: first those of low passes, then those with a delay. Returns how many. */
+static size_t list_pairs(pair_t pair[MOST_PAIRS]) {
+    size_t count = 0;
+    for (int delays = 0; delays < 2; delays++) {
+        for (size_t i = 0; i < catalogue_count * catalogue_count && count < MOST_PAIRS; i++) {
+            const block_t *before = catalogue[i / catalogue_count], *behind = catalogue[i % catalogue_count];
+            const bool delay = before->lag == LAG_DELAY || behind->lag == LAG_DELAY;
+            if (before != behind && may_be_before(before) && may_be_behind(behind) && delay == (delays == 1)) {
+                pair[count++] = (pair_t){before, behind};
+            }
+        }
+    }
+    return count;
+}
 
 typedef struct {
     const pair_t *pair; /* NULL: none is preferred */
@@ -217,17 +236,13 @@ typedef struct {
 /* The findings that are lags. */
 typedef struct {
     size_t count;
-    finding_t *finding[3];
+    finding_t *finding[DIAGNOSIS_MOST_FINDINGS];
 } lags_t;
-
-static bool is_lag(const block_t *block) {
-    return other_side(block) != NULL || block == &block_transport_delay;
-}
 
 static void find_lags(diagnosis_t *d, lags_t *lags) {
     *lags = (lags_t){0};
     for (size_t f = 0; f < d->findings; f++) {
-        if (is_lag(d->finding[f].block)) {
+        if (d->finding[f].block->lag != LAG_NONE) {
             lags->finding[lags->count++] = &d->finding[f];
         }
     }
@@ -310,9 +325,11 @@ static bool take_pair(attempt_t *job, const lags_t *lags, proposal_t *best) {
 }
 
 static bool split(attempt_t *job, const lags_t *lags, double part) {
+    pair_t pairs[MOST_PAIRS];
+    const size_t count = list_pairs(pairs);
     proposal_t best = {0};
     bool good = true;
-    for (size_t i = 0; good && i < sizeof pairs / sizeof pairs[0]; i++) {
+    for (size_t i = 0; good && i < count; i++) {
         good = propose(job, lags, part, &pairs[i], &best);
     }
     if (best.pair != NULL && !(good && take_pair(job, lags, &best))) {
@@ -340,7 +357,7 @@ static bool settle(attempt_t *job, finding_t *finding) {
     }
     const electrical_change_t change = voltage.measured ? voltage : sides_change(d, finding, COLUMN_CURRENT);
     const change_verdict_t verdict = electrical_verdict(&change);
-    const bool contradicted = finding->block == &block_amplifier_bandwidth
+    const bool contradicted = finding->block->place == PLACE_ELECTRONICS
                                   ? verdict == CHANGE_ABSENT
                                   : verdict == CHANGE_PRESENT && !sides_only_part(&change);
     return !contradicted || swap(job, finding);

@@ -9,8 +9,8 @@
 #ifndef SIDES_H
 #define SIDES_H
 
-#include "attempt.h"
-#include "electrical.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/evidence/electrical.h"
 
 /** Whose change is looked for in the columns: a block of the electronics itself; amplifier_bandwidth for
  * sensor_bandwidth. NULL: they say nothing of this block. */
@@ -23,7 +23,7 @@ bool sides_only_part(const electrical_change_t *change);
 
 /**
  * A lag that the voltage shows in part becomes two: a low pass or a delay before it, with the number that the voltage
- * says, and one behind it; all other numbers are fitted again, and other findings that were too small beside the two
+ * says, and one behind it. All other numbers are fitted again, and other findings that were too small beside the two
  * go. It stays so when the position prefers it by what makes a name, held-out samples included, and the voltage does,
  * too; of the pairs that do the most preferred. Otherwise a low pass that the columns contradict goes to the other
  * side, if position and columns together prefer it. Nothing happens without these columns.

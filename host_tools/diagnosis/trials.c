@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "trials.h"
-#include "findings.h"
-#include "hysteresis_numbers.h"
-#include "parallel.h"
+#include "diagnosis/trials.h"
+#include "base/parallel.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/nuisance/hysteresis_numbers.h"
 #include <math.h>
 #include <stdlib.h>
 
 /* 2 log likelihood of the held-out samples for each number of its hysteresis, by which a diagnosis has to be better.
  * One that contains a block which another shape can imitate has to be better by what a name has to win by. */
 static const double number_price = 1.0;
-/* In parts of the square of what is left, by how much a diagnosis has to be better that is not the whole answer; and
+/* In parts of the square of what is left, by how much a diagnosis has to be better that is not the whole answer. And
  * one with a curve, or with a hysteresis that imitates curves: 0.15 of the noise, since no shape of few numbers is
  * right to much less. */
 static const double incomplete_handicap = 0.1025, curve_handicap = 0.0225;
@@ -78,6 +78,7 @@ static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, c
     trial->diagnosis = (diagnosis_t){.recordings = job->diagnosis->recordings,
                                      .samples = job->diagnosis->samples,
                                      .noise = job->diagnosis->noise,
+                                     .shape = job->diagnosis->shape,
                                      .model_given = job->diagnosis->model_given,
                                      .family = family};
 }

@@ -3,8 +3,8 @@
 #ifndef TRIALS_H
 #define TRIALS_H
 
-#include "attempt.h"
-#include "baseline.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/baseline.h"
 
 enum { TRIALS_MOST_SHAPES = 1 + BASELINE_SHAPES };
 

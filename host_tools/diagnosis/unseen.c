@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "unseen.h"
-#include "catalogue.h"
-#include "findings.h"
-#include "lattice.h"
-#include "loop_parts.h"
-#include "nuisance.h"
-#include "probing.h"
+#include "diagnosis/unseen.h"
+#include "chain/catalogue.h"
+#include "diagnosis/evidence/probing.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/noise/lattice.h"
+#include "diagnosis/nuisance/nuisance.h"
+#include "diagnosis/where/loop_parts.h"
 #include <math.h>
 
 /* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise.
@@ -14,7 +14,7 @@ static const double least_curve = 0.3;
 /* A drive that goes back by this part of its range turns round. */
 static const double turns_round = 0.01;
 
-/* Why J leaves nothing of a block, as far as the drive says it. */
+/* Why the nuisance subspace leaves nothing of a block, as far as the drive says it. */
 static const char *why_imitated(const diagnosis_t *d, const block_t *block) {
     if (samples_reversals(&d->samples, turns_round) == 0) {
         return "the drive never turns round, and on the way in one direction other numbers imitate it";
@@ -74,18 +74,15 @@ static bool is_noted(const diagnosis_t *d, const block_t *block) {
 }
 
 /* The step that would have shown: not too fine for the readings to come back to it, and large enough to matter. */
-static void note_steps(attempt_t *job) {
+static void note_steps(attempt_t *job, const block_t *block) {
     diagnosis_t *d = job->diagnosis;
     double range[2];
     lattice_visible_steps(d->samples.recordings, d->samples.count, range);
     const double smallest = fmax(range[0], attempt_least_steps * sqrt(12.0) * d->noise.rms_um);
     if (smallest < range[1]) {
-        note(d, (unseen_t){.block = &block_quantisation,
-                           .testable = true,
-                           .smallest_um = smallest / sqrt(12.0),
-                           .value = smallest});
+        note(d, (unseen_t){.block = block, .testable = true, .smallest_um = smallest / sqrt(12.0), .value = smallest});
     } else {
-        note_untestable(d, &block_quantisation, "too few samples for steps to stand out of the readings");
+        note_untestable(d, block, "too few samples for steps to stand out of the readings");
     }
 }
 
@@ -141,8 +138,8 @@ bool unseen_complete(attempt_t *job) {
             continue;
         }
         const char *why = why_not_probed(job, block);
-        if (block == &block_quantisation) {
-            note_steps(job);
+        if (block->readings == READINGS_STEPPED) {
+            note_steps(job, block);
         } else if (why != NULL) {
             note_untestable(d, block, why);
         } else if (count < DIAGNOSIS_MOST_UNSEEN) {

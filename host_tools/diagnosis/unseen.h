@@ -4,8 +4,8 @@
 #ifndef UNSEEN_H
 #define UNSEEN_H
 
-#include "attempt.h"
-#include "candidate.h"
+#include "diagnosis/attempt.h"
+#include "diagnosis/evidence/candidate.h"
 
 /** Of the blocks that were tried in vain in a round. */
 void unseen_note(diagnosis_t *diagnosis, const candidates_t *found);

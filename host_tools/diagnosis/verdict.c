@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "verdict.h"
-#include "past.h"
+#include "diagnosis/verdict.h"
+#include "diagnosis/nuisance/past.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -29,6 +29,9 @@ static bool comes_near_only(const attempt_t *job, double missing) {
 
 static void judge(attempt_t *job, double missing) {
     diagnosis_t *d = job->diagnosis;
+    for (size_t f = 0; f < d->findings; f++) {
+        d->finding[f].settled = d->finding[f].certainty;
+    }
     if (!d->remainder.structured) {
         d->verdict = d->findings == 0 ? NOTHING_MISSING : EXPLAINED;
     } else if (d->findings > 0 && !comes_near_only(job, missing)) {

@@ -3,7 +3,7 @@
 #ifndef VERDICT_H
 #define VERDICT_H
 
-#include "attempt.h"
+#include "diagnosis/attempt.h"
 
 /**
  * Looks for structure in what the model leaves (remainder.h), and writes remainder and verdict into the diagnosis.

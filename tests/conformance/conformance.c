@@ -43,6 +43,7 @@ int main(void) {
         {"bouc_wen_refusals", subject_bouc_wen_refusals},
         {"modified_play", subject_modified_play},
         {"modified_play_refusals", subject_modified_play_refusals},
+        {"compensator_families", subject_compensator_families},
     };
     static const struct {
         const char *name;

@@ -13,20 +13,20 @@ typedef struct {
 } adoption_t;
 
 static const adoption_t adoptions[] = {
-    {"256 plays to 256 plays                      ", FIXED_THRESHOLDS, 256, FIXED_THRESHOLDS, 256},
-    {"256 plays to 256 rate-dependent plays       ", FIXED_THRESHOLDS, 256, RATE_DEPENDENT, 256},
-    {"256 plays to 10 plays                       ", FIXED_THRESHOLDS, 256, FIXED_THRESHOLDS, 10},
-    {"64 plays to 256 plays                       ", FIXED_THRESHOLDS, 64, FIXED_THRESHOLDS, 256},
-    {"10 plays to 10 plays                        ", FIXED_THRESHOLDS, 10, FIXED_THRESHOLDS, 10},
-    {"Preisach, 30 intervals to 30                ", PREISACH, 30, PREISACH, 30},
-    {"Preisach, 30 intervals to 7                 ", PREISACH, 30, PREISACH, 7},
-    {"Bouc-Wen, 64 cells to 64                    ", BOUC_WEN, 64, BOUC_WEN, 64},
-    {"modified play, 16 divisions to 16           ", MODIFIED_PLAY, 16, MODIFIED_PLAY, 16},
-    {"modified play, 15 divisions to 16           ", MODIFIED_PLAY, 15, MODIFIED_PLAY, 16},
-    {"256 plays to Preisach, 30 intervals         ", FIXED_THRESHOLDS, 256, PREISACH, 30},
-    {"256 plays to Bouc-Wen, 64 cells             ", FIXED_THRESHOLDS, 256, BOUC_WEN, 64},
-    {"256 plays to modified play, 16 divisions    ", FIXED_THRESHOLDS, 256, MODIFIED_PLAY, 16},
-    {"Preisach, 30 intervals to 256 plays         ", PREISACH, 30, FIXED_THRESHOLDS, 256},
+    {"play_256_to_play_256", FIXED_THRESHOLDS, 256, FIXED_THRESHOLDS, 256},
+    {"play_256_to_play_rate_256", FIXED_THRESHOLDS, 256, RATE_DEPENDENT, 256},
+    {"play_256_to_play_10", FIXED_THRESHOLDS, 256, FIXED_THRESHOLDS, 10},
+    {"play_64_to_play_256", FIXED_THRESHOLDS, 64, FIXED_THRESHOLDS, 256},
+    {"play_10_to_play_10", FIXED_THRESHOLDS, 10, FIXED_THRESHOLDS, 10},
+    {"preisach_30_to_preisach_30", PREISACH, 30, PREISACH, 30},
+    {"preisach_30_to_preisach_7", PREISACH, 30, PREISACH, 7},
+    {"bouc_wen_64_to_bouc_wen_64", BOUC_WEN, 64, BOUC_WEN, 64},
+    {"modified_play_16_to_modified_play_16", MODIFIED_PLAY, 16, MODIFIED_PLAY, 16},
+    {"modified_play_15_to_modified_play_16", MODIFIED_PLAY, 15, MODIFIED_PLAY, 16},
+    {"play_256_to_preisach_30", FIXED_THRESHOLDS, 256, PREISACH, 30},
+    {"play_256_to_bouc_wen_64", FIXED_THRESHOLDS, 256, BOUC_WEN, 64},
+    {"play_256_to_modified_play_16", FIXED_THRESHOLDS, 256, MODIFIED_PLAY, 16},
+    {"preisach_30_to_play_256", PREISACH, 30, FIXED_THRESHOLDS, 256},
 };
 
 const unsigned cost_adoptions = sizeof adoptions / sizeof adoptions[0];
@@ -35,44 +35,8 @@ const char *cost_adoption_name(unsigned index) {
     return adoptions[index].name;
 }
 
-/* A hysteresis of that kind in place of the one that is there. `size`: operators, intervals, cells or divisions. */
-void cost_generate(generator_t *generator, hyst_parameters_t *p, cost_kind_t kind, uint32_t size) {
-    static bouc_wen_arguments_t cells;
-    p->pi_operators = 0;
-    p->pi_beta = 0;
-    switch (kind) {
-    case FIXED_THRESHOLDS:
-    case RATE_DEPENDENT:
-        generate_hysteresis(generator, p, size, kind == RATE_DEPENDENT);
-        break;
-    case PREISACH:
-        generate_preisach(generator, p, size);
-        break;
-    case BOUC_WEN:
-        generate_bouc_wen(generator, &cells, size);
-        p->family = HYST_FAMILY_BOUC_WEN;
-        p->bouc_wen_cells = cells.cells;
-        p->bouc_wen_direct = cells.direct;
-        memcpy(p->bouc_wen_length, cells.length, sizeof cells.length);
-        memcpy(p->bouc_wen_slope, cells.slope, sizeof cells.slope);
-        break;
-    case MODIFIED_PLAY:
-        p->family = HYST_FAMILY_MODIFIED_PLAY;
-        p->modified_plays = 1;
-        generate_modified_play(generator, &p->modified_play[0], size);
-        break;
-    }
-}
-
-/* Thresholds at equal distances up to half the range: then `peel` leaves one more operator behind with every reversal.
- */
-static void spread_thresholds(hyst_parameters_t *p) {
-    for (uint32_t i = 0; i < p->pi_operators; i++) {
-        p->pi_threshold[i] = (hyst_q31_t)((int64_t)(HYST_Q31_MAX / 2) * (i + 1U) / (p->pi_operators + 1U));
-    }
-}
-
-/* Its longest stroke is half the range: the setpoint's slew reaches no farther in a sample. */
+/* On thresholds that are spread evenly. Its longest stroke is half the range: the setpoint's slew reaches no farther in
+ * a sample. */
 static hyst_q31_t peel(uint32_t k) {
     const int64_t amplitude = HYST_Q31_MAX / 2 * (4 * (int64_t)(DEPTH - k) + 1) / (4 * DEPTH + 4);
     return (hyst_q31_t)(k % 2U == 0 ? amplitude : -amplitude);
@@ -94,8 +58,8 @@ static hyst_q31_t far_jumps(uint32_t k) {
     return k % 2U == 0 ? HYST_Q31_MAX / 4 * 3 : -(HYST_Q31_MAX / 4 * 3);
 }
 
-/* Everything there is, so that it costs what it can, and none of it does much, so that the history is what was asked
- * for. */
+/* Everything there is, so that it costs what it can, and none of it does much, so that the history is as
+ * requested. */
 static void furnish(hyst_parameters_t *p) {
     p->transition_slew = 1;
     p->shape_sections = p->equalise_sections = 2;
@@ -130,7 +94,7 @@ uint32_t cost_measure_adoption(cost_t *cost, generator_t *generator, hyst_parame
             parameters->shape_sections = parameters->equalise_sections = parameters->inertia_sections = 0;
             parameters->creep_cells = 0;
         }
-        spread_thresholds(parameters);
+        cost_spread_thresholds(parameters);
         parameters->transition_slew = HYST_Q31_MAX / 1000;
         (void)cost_adopt(&ignored, parameters, beginning_of_peel);
         cost_hold(HYST_MODE_DIRECT, beginning_of_peel, SETTLING);
@@ -140,7 +104,7 @@ uint32_t cost_measure_adoption(cost_t *cost, generator_t *generator, hyst_parame
         cost_hold(HYST_MODE_COMPENSATE, ever_smaller, 2);
         set_hysteresis(generator, parameters, a->to, a->to_size);
         if ((i & 1U) == 0) {
-            spread_thresholds(parameters);
+            cost_spread_thresholds(parameters);
         }
         const uint32_t samples = cost_adopt(cost, parameters, (i & 4U) == 0 ? ever_smaller : far_jumps);
         most = samples > most ? samples : most;

@@ -3,13 +3,7 @@
 #ifndef COST_ADOPTION_H
 #define COST_ADOPTION_H
 
-#include "conformance.h"
 #include "cost_loop.h"
-
-typedef enum { FIXED_THRESHOLDS, RATE_DEPENDENT, PREISACH, BOUC_WEN, MODIFIED_PLAY } cost_kind_t;
-
-/** A hysteresis of that kind in place of the one that is there. `size`: operators, intervals, cells or divisions. */
-void cost_generate(generator_t *generator, hyst_parameters_t *parameters, cost_kind_t kind, uint32_t size);
 
 /** What is measured: from one hysteresis to another, with every filter, creep cell and curve there can be, half of the
  * time new ones. */

@@ -1,25 +1,17 @@
 /* SPDX-License-Identifier: MIT */
-/** The whole sample interrupt's work, loop_sample, measured on a board that has nothing but a counter. */
+/** The whole sample interrupt of the h405, measured (cost_board.c). */
 #ifndef COST_LOOP_H
 #define COST_LOOP_H
 
-#include "hyst/parameters.h"
+#include "cost_case.h"
 
 typedef enum { COST_SINE, COST_STEPS } cost_source_t;
 
-typedef struct {
-    uint32_t worst;
-    uint64_t sum;
-    uint32_t calls;
-} cost_t;
-
-/** Instructions since some point in time, and what looking twice costs with nothing in between. */
-uint32_t cost_counter(void);
-uint32_t cost_of_looking(void);
-void cost_add(cost_t *cost, uint32_t taken);
-
 /** The setpoint of a sample, counted from 0. */
 typedef hyst_q31_t (*cost_setpoint_t)(uint32_t sample);
+
+/** The board's clock, as if it ran. Before amplifier_init. */
+void cost_board_init(void);
 
 /**
  * Commits the parameters through the registers, as a master would, and runs the loop until it has adopted them: the
@@ -32,7 +24,8 @@ uint32_t cost_adopt(cost_t *adopting, const hyst_parameters_t *parameters, cost_
 void cost_hold(hyst_mode_t mode, cost_setpoint_t setpoint, uint32_t samples);
 
 /**
- * Adopts the parameters, then plays the source in compensate mode while the capture runs. COST_STEPS goes to another
+ * Adopts the parameters, then plays the source in compensate mode while the capture runs. The first sample of the mode,
+ * in which the filters settle, counts among those that adopt. COST_STEPS goes to another
  * one of the 128 `steps` in every sample.
  */
 void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_t *parameters, cost_source_t source,

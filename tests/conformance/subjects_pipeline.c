@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* iir.h, parameters.h, compensator.h */
 #include "conformance.h"
+#include <string.h>
 
 static void digest_filter_state(digest_t *digest, const hyst_iir_t *iir, const hyst_iir_state_t *state) {
     for (uint32_t i = 0; i < iir->sections; i++) {
@@ -81,6 +82,7 @@ void subject_iir_refusals(digest_t *digest, generator_t *generator) {
 /* What the subjects below work on. Static and shared: SRAM has no room for one set each. */
 static hyst_parameters_t p[2];
 static hyst_compensator_t compensator[2];
+static hyst_compensator_state_t running;
 static uint32_t image[HYST_IMAGE_MAX_WORDS + 1U];
 
 void subject_image(digest_t *digest, generator_t *generator) {
@@ -159,10 +161,9 @@ static void digest_compensator_state(digest_t *digest, const hyst_compensator_t 
 
 /* All modes in any order, parameters swapped under way. */
 void subject_compensator(digest_t *digest, generator_t *generator) {
-    static hyst_compensator_state_t state;
     generate_parameters(generator, &p[0]);
     build(&p[0], &compensator[0]);
-    hyst_compensator_reset(&compensator[0], &state);
+    hyst_compensator_reset(&compensator[0], &running);
     for (unsigned pass = 0; pass < 100; pass++) {
         const hyst_compensator_t *const active = &compensator[pass & 1U];
         excitation_t excitation = {0};
@@ -172,15 +173,84 @@ void subject_compensator(digest_t *digest, generator_t *generator) {
                 mode = (hyst_mode_t)generate_below(generator, 4);
             }
             unsigned events = 0;
-            digest_add_signed(
-                digest, hyst_compensator_step(active, &state, mode, generate_signal(generator, &excitation), &events));
+            digest_add_signed(digest, hyst_compensator_step(active, &running, mode,
+                                                            generate_signal(generator, &excitation), &events));
             digest_add(digest, events);
         }
-        digest_compensator_state(digest, active, &state);
+        digest_compensator_state(digest, active, &running);
         hyst_compensator_t *const next = &compensator[(pass + 1U) & 1U];
         generate_parameters(generator, &p[0]);
         build(&p[0], next);
-        while (!hyst_compensator_adopt(active, next, &state)) {
+        while (!hyst_compensator_adopt(active, next, &running)) {
+        }
+    }
+}
+
+/* A compensator of any family, with filters of gain 1, so that the histories below reach it as they are. */
+static void any_family(generator_t *generator, hyst_parameters_t *parameters) {
+    bouc_wen_arguments_t cells = {0}; /* on the stack: SRAM is full */
+    generate_parameters(generator, parameters);
+    const uint32_t family = generate_below(generator, 4);
+    if (family == 1) {
+        generate_preisach(generator, parameters, 1U + generate_below(generator, HYST_PREISACH_MAX_INTERVALS));
+    } else if (family == 2) {
+        generate_bouc_wen(generator, &cells, 1U + generate_below(generator, HYST_BOUC_WEN_MAX_CELLS));
+        parameters->family = HYST_FAMILY_BOUC_WEN;
+        parameters->bouc_wen_cells = cells.cells;
+        parameters->bouc_wen_direct = cells.direct;
+        memcpy(parameters->bouc_wen_length, cells.length, sizeof cells.length);
+        memcpy(parameters->bouc_wen_slope, cells.slope, sizeof cells.slope);
+    } else if (family == 3) {
+        parameters->family = HYST_FAMILY_MODIFIED_PLAY;
+        parameters->modified_plays = 1;
+        generate_modified_play(generator, &parameters->modified_play[0],
+                               1U + generate_below(generator, HYST_MODIFIED_PLAY_MAX_DIVISIONS));
+    } else {
+        const bool rate_dependent = generate_below(generator, 2) != 0;
+        generate_hysteresis(generator, parameters, generate_below(generator, HYST_PI_MAX_OPERATORS + 1U),
+                            rate_dependent);
+    }
+    if (family != 0) {
+        parameters->pi_operators = 0;
+        parameters->pi_beta = 0;
+    }
+    for (unsigned i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {
+        parameters->shape[i] = parameters->equalise[i] = (hyst_iir_section_t){.b0 = HYST_Q28_ONE};
+    }
+    parameters->transition_slew = 1 + (hyst_q31_t)(generate(generator) >> (1U + generate_below(generator, 31)));
+}
+
+/* Every family in reversals that shrink to nothing and jumps across the range, in all modes, with transitions that take
+ * from one sample to for ever, and another family after it. */
+void subject_compensator_families(digest_t *digest, generator_t *generator) {
+    any_family(generator, &p[0]);
+    build(&p[0], &compensator[0]);
+    hyst_compensator_reset(&compensator[0], &running);
+    for (unsigned pass = 0; pass < 100; pass++) {
+        hyst_compensator_t *const active = &compensator[pass & 1U];
+        hyst_compensator_t *const next = &compensator[(pass + 1U) & 1U];
+        hyst_mode_t mode = HYST_MODE_COMPENSATE;
+        hyst_q31_t reference = generate_signed(generator);
+        for (unsigned k = 0; k < 250; k++) {
+            if (generate_below(generator, 50) == 0) {
+                mode = generate_below(generator, 2) != 0 ? HYST_MODE_COMPENSATE
+                                                         : (hyst_mode_t)generate_below(generator, 4);
+            }
+            if (generate_below(generator, 40) == 0) {
+                reference = generate_signed(generator);
+            } else { /* back by a part of 1/64 or less, rarely more */
+                const int64_t part = 32768 - (int64_t)generate_below(generator, 32768U >> generate_below(generator, 6));
+                reference = (hyst_q31_t)(-reference * part / 32768);
+            }
+            unsigned events = 0;
+            digest_add_signed(digest, hyst_compensator_step(active, &running, mode, reference, &events));
+            digest_add(digest, events);
+            digest_add_wide(digest, running.transition);
+            digest_add_signed(digest, hyst_hysteresis_output(&active->hysteresis, hyst_compensator_memory(&running)));
+        }
+        any_family(generator, &p[0]);
+        build(&p[0], next);
+        while (!hyst_compensator_adopt(active, next, &running)) {
         }
     }
 }

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * An amplifier on a pseudo-terminal: the application on the fake board of tests/firmware, in a process of its own,
- * behind a line that can be made to misbehave. Its actuator follows the drive one to one, unless it is given another.
+ * behind a line that can be made to misbehave. Its communication timeout counts real time. Its actuator follows the
+ * drive one to one, unless it is given another.
  */
 #ifndef TESTS_SIMULATED_DEVICE_H
 #define TESTS_SIMULATED_DEVICE_H
 
-#include "twin.h"
+#include "bench/twin.h"
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -39,6 +40,7 @@ typedef struct {
     volatile unsigned park_after; /**< requests until somebody parks the amplifier; 0: nobody does */
 
     volatile unsigned requests; /**< that arrived */
+    volatile unsigned lost;     /**< of these, by LINE_LOSES_REQUEST */
     volatile unsigned starts;   /**< commands `start` that were executed */
 } line_control_t;
 

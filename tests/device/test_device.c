@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The Modbus client against lines that lose, delay, damage and repeat: it recovers, or says in one line what is wrong.
  */
+#include "amplifier/device.h"
+#include "base/monotonic_clock.h"
+#include "base/provenance.h"
 #include "capture.h"
-#include "device.h"
 #include "hyst/compensator.h"
 #include "simulated_device.h"
 #include "unity.h"
+#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 /* Short, so that faults cost little time, and long enough for a loaded machine to answer. */
 #define TIMEOUT_S 0.25
@@ -59,6 +63,17 @@ static void test_identity(void) {
     TEST_ASSERT_EQUAL_INT(CAPTURE_CAPACITY, device_identity(device, INDEX_capture_capacity));
     TEST_ASSERT_TRUE(device_sample_rate_hz(device) == 10000.0);
     TEST_ASSERT_EQUAL_UINT(0, device_repetitions(device));
+}
+
+/* Pages and recordings say which amplifier it was. */
+static void test_results_name_the_device(void) {
+    provenance_t from;
+    open_device();
+    provenance_now(&from);
+    TEST_ASSERT_NOT_NULL(from.device);
+    TEST_ASSERT_NOT_NULL(strstr(from.device, "board "));
+    TEST_ASSERT_NOT_NULL(strstr(from.device, options.port));
+    provenance_free(&from);
 }
 
 static void test_values_of_every_width_and_sign_come_back(void) {
@@ -118,6 +133,22 @@ static void test_nobody_there(void) {
     options.slave = 7; /* the device is number 1 */
     refuses_to_open("no answer from ");
     expect_line("(slave 7)");
+}
+
+/* A client was killed while it waited, and its answer comes when the next one has opened the line: an answer of the
+ * same shape, of another register. */
+static void test_an_answer_to_somebody_who_has_gone_is_dropped(void) {
+    static const uint8_t read_mode[] = {1, 3, 0x01, 0x01, 0, 1, 0xD4, 0x36};
+    simulated_device_line()->delay_ms = (unsigned)(TIMEOUT_S * 1000.0 / 3.0);
+    simulated_device_fault(LINE_DELAYS, 0, 1);
+    const int line = open(options.port, O_RDWR | O_NOCTTY);
+    TEST_ASSERT_EQUAL_INT((int)sizeof read_mode, (int)write(line, read_mode, sizeof read_mode));
+    while (simulated_device_line()->requests == 0) {
+        sleep_until(monotonic_s() + 0.001); /* it has arrived, and the answer is under way */
+    }
+    (void)close(line);
+    open_device();
+    TEST_ASSERT_EQUAL_INT(CAPTURE_CAPACITY, read_register(INDEX_capture_length));
 }
 
 static void test_slow_answers_within_the_timeout_need_no_repetition(void) {
@@ -182,12 +213,12 @@ static void test_a_line_that_echoes_is_named(void) {
 }
 
 static void test_a_register_map_of_the_future_is_refused(void) {
-    simulated_device_fault(LINE_LIES, 1, 1); /* magic is good, abi is one more */
-    refuses_to_open("register map version 2 is unknown here (known: 1): upgrade hyst");
+    simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more */
+    refuses_to_open("register map version 3 is unknown here (known: 2): upgrade hyst");
 }
 
 static void test_something_else_is_not_taken_for_an_amplifier(void) {
-    simulated_device_fault(LINE_LIES, 0, 1);
+    simulated_device_fault(LINE_LIES, 0, 2);
     refuses_to_open("is not a hyst amplifier: register magic is 0x485A");
 }
 
@@ -246,11 +277,13 @@ static void test_start_is_never_executed_twice(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_identity);
+    RUN_TEST(test_results_name_the_device);
     RUN_TEST(test_values_of_every_width_and_sign_come_back);
     RUN_TEST(test_blocks_are_cut_into_requests_and_put_together_again);
     RUN_TEST(test_one_or_two_lost_requests_or_answers_are_made_good);
     RUN_TEST(test_silence_is_one_line_and_the_line_works_again_afterwards);
     RUN_TEST(test_nobody_there);
+    RUN_TEST(test_an_answer_to_somebody_who_has_gone_is_dropped);
     RUN_TEST(test_slow_answers_within_the_timeout_need_no_repetition);
     RUN_TEST(test_a_late_answer_is_never_taken_for_another);
     RUN_TEST(test_damaged_answers_are_made_good);

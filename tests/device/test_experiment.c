@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Upload and experiments against the application itself, whose actuator follows the drive one to one. */
-#include "amplifier_image.h"
-#include "compile.h"
-#include "experiment.h"
-#include "fit_ranges.h"
+#include "amplifier/amplifier_image.h"
+#include "amplifier/experiment.h"
+#include "chain/fit_ranges.h"
+#include "compile/compile.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <math.h>
@@ -179,12 +179,12 @@ static void test_track_pairs_reference_and_position(void) {
 static void test_long_waveforms_are_thinned_to_fit(void) {
     upload();
     experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_TRIANGLE, 30.0, 45.0);
-    experiment.waveform.frequency_hz = 1.0; /* 30000 samples into 8192 frames: every fourth */
+    experiment.waveform.frequency_hz = 1.0; /* 30000 samples into 10666 frames: every third */
     TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
-    TEST_ASSERT_EQUAL_UINT(7500, r.samples);
-    TEST_ASSERT_TRUE(r.sample_rate_hz == 2500.0);
-    /* Frame 624 is sample 2497 of the 2500 to the first top. */
-    TEST_ASSERT_DOUBLE_WITHIN(0.0013, 45.0 + 30.0 * 2497.0 / 2500.0, r.column[COLUMN_DRIVE][624]);
+    TEST_ASSERT_EQUAL_UINT(10000, r.samples);
+    TEST_ASSERT_TRUE(r.sample_rate_hz == 10000.0 / 3.0);
+    /* Frame 832 is sample 2497 of the 2500 to the first top. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.0013, 45.0 + 30.0 * 2497.0 / 2500.0, r.column[COLUMN_DRIVE][832]);
     TEST_ASSERT_EQUAL_STRING("10.000000:90.000000", recording_key(&r, DRIVE_CONVERTER_KEY));
     TEST_ASSERT_EQUAL_STRING("-30.000000:50.000000", recording_key(&r, POSITION_CONVERTER_KEY));
     recording_free(&r);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What record --probe plays, looked at from outside: the corners alone. */
-#include "catalogue.h"
-#include "probe_plan.h"
+#include "amplifier/probe_plan.h"
+#include "chain/catalogue.h"
 #include "random.h"
 #include "unity.h"
 #include <math.h>
@@ -43,7 +43,7 @@ static void expect_playable(unsigned parts, const probe_limits_t *limits) {
         high = fmax(high, level);
         TEST_ASSERT_TRUE(level >= limits->range_v[0] - 1e-9 * span_v(limits));
         TEST_ASSERT_TRUE(level <= limits->range_v[1] + 1e-9 * span_v(limits));
-        if (i == 2) { /* the memory is determined before anything else */
+        if (i == 2) { /* the memory is determined first */
             TEST_ASSERT_DOUBLE_WITHIN(1e-9, limits->range_v[0], low);
             TEST_ASSERT_DOUBLE_WITHIN(1e-9, limits->range_v[1], high);
         }
@@ -98,7 +98,7 @@ static void test_lengths(void) {
     }
 }
 
-/* Each part is there if and only if it is asked for: alone it makes the plan longer, and the text says so. */
+/* Each part is there if and only if requested: alone it makes the plan longer, and the text says so. */
 static void test_each_part_adds_to_the_plan(void) {
     char text[200];
     probe_plan_make(&plan, 0, &usual);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The converter line and the twin on it, against a partner that the test plays in a process of its own. */
-#include "catalogue.h"
-#include "converter_line.h"
-#include "monotonic_clock.h"
-#include "recording.h"
-#include "twin.h"
+#include "base/monotonic_clock.h"
+#include "bench/converter_line.h"
+#include "bench/twin.h"
+#include "chain/catalogue.h"
+#include "recording/recording.h"
 #include "unity.h"
 #include <math.h>
 #include <signal.h>
@@ -143,6 +143,41 @@ static void test_noise_has_its_size_and_its_seed(void) {
         twin_close(twin);
         twin = NULL;
     }
+}
+
+/* From its time on the voltage is never above the rail; below it nothing changes. */
+static void test_the_supply_sags_at_its_time(void) {
+    twin_options_t options = options_of();
+    options.sags = true;
+    options.sag_v = 40.0;
+    options.sag_at_s = 0.01;
+    open_twin(&options);
+    for (int i = 0; i < 300; i++) {
+        const double volts = i % 2 == 0 ? 30.0 : 80.0;
+        twin_step(twin, (uint16_t)lround(volts / 100.0 * 65536.0));
+        const double expected = 1.0 + 0.5 * (i < 100 ? volts : fmin(volts, 40.0));
+        TEST_ASSERT_INT_WITHIN(1, (int)lround((expected + 10.0) / 100.0 * 65536.0), twin_position_code(twin));
+    }
+}
+
+/* Until its time the load is not there; then a step rings with its mode. */
+static void test_the_load_comes_at_its_time(void) {
+    twin_options_t options = options_of();
+    options.load_hz = 250.0;
+    options.load_damping = 0.02;
+    options.load_at_s = 0.02;
+    options.substeps = 8;
+    open_twin(&options);
+    const int rest = (int)lround((1.0 + 25.0 + 10.0) / 100.0 * 65536.0);
+    uint16_t top = 0;
+    for (int i = 0; i < 2000; i++) {
+        twin_step(twin, i < 100 || i >= 1900 ? 32768 : 16384);
+        if (i < 100) {
+            TEST_ASSERT_INT_WITHIN(1, rest, twin_position_code(twin));
+        }
+        top = i >= 1900 && twin_position_code(twin) > top ? twin_position_code(twin) : top;
+    }
+    TEST_ASSERT_GREATER_THAN(rest + 6000, top); /* of a step of 8192 codes, nearly as much beyond */
 }
 
 /* A mode rings at its frequency after a step: the first overshoot comes after half a period. */
@@ -314,6 +349,8 @@ int main(void) {
     RUN_TEST(test_the_line_recovers_from_lost_and_foreign_bytes);
     RUN_TEST(test_codes_are_linear_in_volts_and_micrometres_and_saturate);
     RUN_TEST(test_noise_has_its_size_and_its_seed);
+    RUN_TEST(test_the_supply_sags_at_its_time);
+    RUN_TEST(test_the_load_comes_at_its_time);
     RUN_TEST(test_resonance_rings);
     RUN_TEST(test_frames_are_repeated_until_the_board_is_up_and_paired_afterwards);
     RUN_TEST(test_answers_to_repeated_frames_are_dropped);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Waveforms: their corners are where and when they should be, and what cannot be played is refused. */
+#include "amplifier/waveform.h"
 #include "unity.h"
-#include "waveform.h"
 #include <math.h>
 
-static const command_t command = {"test", "", "", "", NULL};
 static const double range[2] = {-10.0, 30.0};
 
 void setUp(void) {
@@ -14,7 +13,8 @@ void tearDown(void) {
 
 static waveform_t choose(const waveform_options_t *options) {
     waveform_t w;
-    TEST_ASSERT_EQUAL_INT(OPTIONS_RUN, waveform_choose(&command, options, range, "V", &w));
+    failure_t failure;
+    TEST_ASSERT_TRUE(waveform_make(options, range, "V", &w, &failure));
     return w;
 }
 
@@ -76,7 +76,8 @@ static void refuse(const char *name, double frequency, double amplitude, double 
                    unsigned long steps) {
     const waveform_options_t options = {name, frequency, amplitude, offset, cycles, steps};
     waveform_t w;
-    TEST_ASSERT_EQUAL_INT(STATUS_USAGE, waveform_choose(&command, &options, range, "V", &w));
+    failure_t failure;
+    TEST_ASSERT_FALSE(waveform_make(&options, range, "V", &w, &failure));
 }
 
 static void test_what_cannot_be_played_is_wrong_usage(void) {

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "fake_board.h"
 #include "amplifier.h"
+#include "control.h"
 #include "loop.h"
+#include "parameter_store.h"
+#include "registers.h"
 #include "unity.h"
 #include <string.h>
 
@@ -13,7 +16,12 @@ const board_info_t board_info = {.id = 0,
                                  .drive_bits = FAKE_CONVERTER_BITS,
                                  .sample_rate_mhz = 1000000000U / FAKE_SAMPLE_US,
                                  .cost_rate_hz = 1000000,
-                                 .modbus_silence_us = FAKE_SILENCE_US};
+                                 .modbus_silence_us = FAKE_SILENCE_US,
+                                 .safe_code = FAKE_SAFE_CODE,
+                                 .drive_slew_max = FAKE_DRIVE_SLEW_MAX,
+                                 .image_limits = {.transition_slew_min = FAKE_TRANSITION_SLEW_MIN,
+                                                  .transition_slew_max = FAKE_TRANSITION_SLEW_MAX,
+                                                  .filter_gain_max = FAKE_FILTER_GAIN_MAX}};
 
 uint32_t board_cost_counter(void) {
     fake_board.cost += fake_board.cost_per_look;
@@ -40,9 +48,40 @@ void board_unlock(uint32_t key) {
     TEST_ASSERT_EQUAL_UINT_MESSAGE(key, fake_board.locks, "locks must nest");
 }
 
-void fake_board_power_on(uint16_t faults) {
+void board_stage_enable(bool on) {
+    fake_board.stage_enabled = on;
+}
+
+void board_watchdog_feed(void) {
+    fake_board.watchdog_fed++;
+}
+
+void fake_board_start(const board_start_t *start) {
     memset(&fake_board, 0, sizeof fake_board);
-    amplifier_init(faults);
+    amplifier_init(start);
+}
+
+static void command(uint16_t command) {
+    TEST_ASSERT_EQUAL(MODBUS_OK, registers_write(ADDRESS_command, 1, &command));
+}
+
+void fake_board_power_on(uint16_t faults) {
+    static const uint16_t no_timeout = 0;
+    const board_start_t start = {.faults = faults, .reset_cause = RESET_POWER, .starts = 1};
+    hyst_parameters_t parameters;
+    fake_store_clear();
+    fake_board_start(&start);
+    hyst_parameters_default(&parameters);
+    (void)hyst_parameters_encode(&parameters, parameter_store_staging(), PARAMETER_STORE_WORDS);
+    command(COMMAND_COMMIT);
+    TEST_ASSERT_TRUE(parameter_store_image_given());
+    memset(parameter_store_staging(), 0, PARAMETER_STORE_WORDS * sizeof(uint32_t));
+    TEST_ASSERT_EQUAL(MODBUS_OK, registers_write(ADDRESS_watchdog, 1, &no_timeout));
+    command(COMMAND_ARM);
+    (void)fake_board_run(FAKE_SAMPLES); /* from the safe code to the middle in 1000, precharge in another 1000 */
+    TEST_ASSERT_TRUE(loop_ready());
+    command(COMMAND_CLEAR);
+    fake_board.microseconds = 0;
 }
 
 uint16_t fake_board_sample(hyst_q31_t position) {

@@ -10,6 +10,13 @@
 
 enum { FAKE_LATENCY = 2, FAKE_SAMPLE_US = 100, FAKE_SILENCE_US = 1750 };
 
+/* As the h405 has them. */
+#define FAKE_DRIVE_SLEW_MAX      BOARD_RANGE_IN_US(800, 1000000U / FAKE_SAMPLE_US)
+#define FAKE_TRANSITION_SLEW_MIN BOARD_RANGE_IN_US(10000000, 1000000U / FAKE_SAMPLE_US)
+#define FAKE_TRANSITION_SLEW_MAX BOARD_RANGE_IN_US(10000, 1000000U / FAKE_SAMPLE_US)
+#define FAKE_FILTER_GAIN_MAX     64
+#define FAKE_SAFE_CODE           0U
+
 typedef struct {
     uint32_t microseconds;
     uint32_t cost;          /**< what board_cost_counter says */
@@ -18,14 +25,45 @@ typedef struct {
     uint8_t sent[256];      /**< last frame on the Modbus line */
     size_t sent_length;
     unsigned frames_sent;
+    bool stage_enabled;
+    unsigned watchdog_fed; /**< how often */
 } fake_board_t;
 
 extern fake_board_t fake_board;
 
 /* FAKE_CONVERTER_BITS comes from CMakeLists.txt. */
 
-/** Power-on: everything zero, then amplifier_init. */
+/** Its flash sectors, which keep what they hold over fake_board_start. */
+typedef struct {
+    uint32_t words[BOARD_STORE_SECTORS][BOARD_STORE_WORDS];
+    unsigned erasures;
+    unsigned steps_left; /**< until the supply goes; only while cutting */
+    bool cutting, dead;
+    bool stuck; /**< stuck_word takes nothing */
+    size_t stuck_word;
+} fake_store_t;
+
+extern fake_store_t fake_store;
+
+/** Erased, as delivered. */
+void fake_store_clear(void);
+
+/** The supply goes in the middle of the erase or program step number `steps` from now on; nothing is written after it.
+ * `random`, for what is half done then. */
+void fake_store_cut_after(unsigned steps, uint32_t (*random)(void));
+
+/** The supply comes back. Returns whether it was gone. */
+bool fake_store_power_on(void);
+
+/** Power-on: everything zero, then amplifier_init. Off, without an image. */
+void fake_board_start(const board_start_t *start);
+
+/** The same, and what a master does before it works: commits the default image, which is parked in the middle, takes
+ * the communication timeout away, arms and waits until the amplifier holds. Then clears the counters. */
 void fake_board_power_on(uint16_t faults);
+
+/** Commits of fake_board_power_on, and the samples it takes. */
+enum { FAKE_COMMITS = 1, FAKE_SAMPLES = 3000 };
 
 /** One sample period passes: the sample interrupt. Returns the drive code. */
 uint16_t fake_board_sample(hyst_q31_t position);

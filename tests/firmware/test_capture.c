@@ -55,13 +55,14 @@ static void commit_lookahead(uint32_t lookahead) {
     TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, master_get(INDEX_fault_code));
 }
 
-enum { POINTS = 100 };
+enum { POINTS = 100, LEVEL_MOST = FAKE_DRIVE_SLEW_MAX / 2 / 65536 };
 
-/* A random staircase of full-scale steps, one sample each, on the 16-bit grid: any misalignment shows at once. */
+/* A random staircase of the largest steps that the board allows, one sample each, on the 16-bit grid: any misalignment
+ * shows at once. */
 static void load_random_staircase(int16_t levels[POINTS]) {
     uint32_t words[2 * POINTS];
     for (unsigned i = 0; i < POINTS; i++) {
-        levels[i] = (int16_t)random_between(&rng, INT16_MIN, INT16_MAX);
+        levels[i] = (int16_t)random_between(&rng, -LEVEL_MOST, LEVEL_MOST);
         words[2 * i] = 1;
         words[2 * i + 1] = (uint32_t)levels[i] << 16;
     }
@@ -194,7 +195,7 @@ static void test_frames_cannot_be_read_while_they_are_written(void) {
     master_command(COMMAND_ARM_CAPTURE);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_read(ADDRESS_capture, 1, &value));
     (void)fake_board_run(1);
-    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_read(ADDRESS_capture + 24575, 1, &value));
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_read(ADDRESS_capture + CAPTURE_WORDS - 1U, 1, &value));
     (void)fake_board_run(2);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_capture, 1, &value));
 }
@@ -276,6 +277,120 @@ static void test_the_trigger_waits_for_the_next_start(void) {
     TEST_ASSERT_EQUAL(CAPTURE_DONE, capture_state());
 }
 
+/* A frame of the capture, in the order that it was taken in. */
+static int16_t signal_of(unsigned frame, unsigned width, unsigned capacity, unsigned signal) {
+    uint16_t value;
+    const unsigned place = (master_get(INDEX_capture_first) + frame) % capacity;
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_read((uint16_t)(ADDRESS_capture + width * place + signal), 1, &value));
+    return (int16_t)value;
+}
+
+/* As soon as it waits, the newest frames are kept; a trigger keeps the last of them, and the rest follow. */
+static void arm_history(uint16_t signals, uint16_t length, uint16_t before, capture_trigger_t trigger) {
+    set(INDEX_capture_signals, signals);
+    set(INDEX_capture_length, length);
+    set(INDEX_capture_before, before);
+    set(INDEX_capture_trigger, trigger);
+    master_command(COMMAND_ARM_CAPTURE);
+}
+
+static void test_what_was_before_the_trigger(void) {
+    enum { LENGTH = 16000, BEFORE = 12000, DECIMATION = 2 };
+    const uint32_t lives[] = {0, 5, 2 * BEFORE - 1, 2 * BEFORE, 2 * LENGTH + 7, 100001};
+    for (unsigned i = 0; i < sizeof lives / sizeof lives[0]; i++) {
+        setUp();
+        set(INDEX_capture_decimation, DECIMATION);
+        arm_history(CAPTURE_DRIVE | CAPTURE_POSITION, LENGTH, BEFORE, CAPTURE_AT_FAULT);
+        uint32_t n = 0;
+        for (; n < lives[i]; n++) {
+            (void)fake_board_sample((hyst_q31_t)(n << 16));
+        }
+        TEST_ASSERT_EQUAL(CAPTURE_ARMED, capture_state());
+        const loop_input_t low = {.position_code = (uint16_t)(n ^ BOARD_CODE_MIDDLE), .supply_low = true};
+        (void)loop_sample(&low);
+        for (n++; master_get(INDEX_capture_state) != CAPTURE_DONE; n++) {
+            (void)fake_board_sample((hyst_q31_t)(n << 16));
+        }
+        /* Every other sample since it was armed, from sample 0 on; the trigger came with sample lives[i]. */
+        const uint32_t frames_before = (lives[i] + 1U) / 2U;
+        const uint32_t first = frames_before > BEFORE ? frames_before - BEFORE : 0;
+        TEST_ASSERT_EQUAL_UINT32(LENGTH, master_get(INDEX_capture_frames));
+        for (unsigned frame = 0; frame < LENGTH; frame += 777) {
+            TEST_ASSERT_EQUAL_INT16((int16_t)(DECIMATION * (first + frame)), signal_of(frame, 2, 16000, 1));
+        }
+        TEST_ASSERT_EQUAL_INT16((int16_t)(DECIMATION * (first + LENGTH - 1)), signal_of(LENGTH - 1, 2, 16000, 1));
+    }
+}
+
+static void test_the_trigger_at_a_level(void) {
+    enum { LENGTH = 50, BEFORE = 9, LEVEL = 1000 };
+    set(INDEX_capture_level, (uint32_t)LEVEL << 16);
+    arm_history(CAPTURE_POSITION, LENGTH, BEFORE, CAPTURE_AT_LEVEL);
+    for (int n = 0; n < 100; n++) {
+        (void)fake_board_sample((LEVEL + 500 - n) << 16); /* above it from the beginning on, and down: no crossing */
+    }
+    TEST_ASSERT_EQUAL_UINT32(CAPTURE_ARMED, master_get(INDEX_capture_state));
+    for (int n = 0; n < 600; n++) {
+        (void)fake_board_sample((LEVEL - 500 + n) << 16);
+    }
+    TEST_ASSERT_EQUAL_UINT32(CAPTURE_DONE, master_get(INDEX_capture_state));
+    TEST_ASSERT_EQUAL_INT16(LEVEL, signal_of(BEFORE, 1, CAPTURE_WORDS, 0));
+    TEST_ASSERT_EQUAL_INT16(LEVEL - 1, signal_of(BEFORE - 1, 1, CAPTURE_WORDS, 0));
+    TEST_ASSERT_EQUAL_INT16(LEVEL + LENGTH - BEFORE - 1, signal_of(LENGTH - 1, 1, CAPTURE_WORDS, 0));
+}
+
+/* Each signal alone and all at once are the same numbers. */
+static void test_every_signal(void) {
+    enum { FRAMES = 40 };
+    int16_t all[FRAMES][CAPTURE_SIGNALS_MOST];
+    for (unsigned pass = 0; pass <= CAPTURE_SIGNALS_MOST; pass++) {
+        setUp();
+        set(INDEX_source, SOURCE_SINE);
+        set(INDEX_source_amplitude, 1U << 29);
+        set(INDEX_source_increment, 1U << 27);
+        set(INDEX_mode, HYST_MODE_COMPENSATE);
+        for (int n = 0; n < 20; n++) {
+            sample(0);
+        }
+        arm_history((uint16_t)(pass == 0 ? CAPTURE_ALL : 1U << (pass - 1U)), FRAMES, 0, CAPTURE_AT_ONCE);
+        master_command(COMMAND_START);
+        for (int n = 0; n < FRAMES; n++) {
+            sample(1); /* a sample late, so that there is an error */
+        }
+        for (unsigned frame = 0; frame < FRAMES; frame++) {
+            for (unsigned s = 0; pass == 0 && s < CAPTURE_SIGNALS_MOST; s++) {
+                all[frame][s] = signal_of(frame, CAPTURE_SIGNALS_MOST, CAPTURE_WORDS / CAPTURE_SIGNALS_MOST, s);
+            }
+            if (pass > 0) {
+                TEST_ASSERT_EQUAL_INT16(all[frame][pass - 1], signal_of(frame, 1, CAPTURE_WORDS, 0));
+            }
+            TEST_ASSERT_INT_WITHIN(1, all[frame][2] - all[frame][0], all[frame][3]);
+            if (frame > 0) {
+                TEST_ASSERT_INT_WITHIN(1, all[frame][1] - all[frame - 1][1], all[frame][4]);
+            }
+        }
+    }
+}
+
+static void test_what_does_not_fit_is_refused(void) {
+    set(INDEX_capture_signals, CAPTURE_DRIVE | CAPTURE_POSITION);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_signals, 0));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_signals, CAPTURE_ALL + 1));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_trigger, CAPTURE_AT_WARNING + 1));
+    set(INDEX_capture_length, 16000);
+    set(INDEX_capture_before, 15999);
+    master_command(COMMAND_ARM_CAPTURE);
+    set(INDEX_capture_before, 16000);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
+    set(INDEX_capture_length, 16001);
+    set(INDEX_capture_before, 1);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
+    set(INDEX_capture_before, 0);
+    master_command(COMMAND_ARM_CAPTURE);
+    set(INDEX_capture_trigger, CAPTURE_AT_LEVEL);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
+}
+
 int main(void) {
     rng = random_start("firmware_capture", 20261121);
     UNITY_BEGIN();
@@ -289,5 +404,9 @@ int main(void) {
     RUN_TEST(test_a_capture_one_frame_longer_than_the_buffer);
     RUN_TEST(test_arming_again_starts_anew);
     RUN_TEST(test_the_trigger_waits_for_the_next_start);
+    RUN_TEST(test_what_was_before_the_trigger);
+    RUN_TEST(test_the_trigger_at_a_level);
+    RUN_TEST(test_every_signal);
+    RUN_TEST(test_what_does_not_fit_is_refused);
     return UNITY_END();
 }

@@ -26,7 +26,7 @@ static void test_drive_is_rounded_to_12_bits(void) {
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint_slew, INT32_MAX));
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, (uint32_t)cases[i].drive));
-        (void)fake_board_run(3);
+        (void)fake_board_run(10);
         TEST_ASSERT_EQUAL_HEX16(cases[i].code, fake_board_sample(0));
         TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, 1));
         master_command(COMMAND_ARM_CAPTURE);

@@ -36,7 +36,7 @@ void tearDown(void) {
 static void publish_next(int signal) {
     (void)signal;
     interrupts = interrupts + 1;
-    telemetry_t sample;
+    static telemetry_t sample;
     uint32_t words[sizeof sample / sizeof(uint32_t)];
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         words[i] = (uint32_t)interrupts;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The loop: codes, modes, counters and faults, conditioning, watchdog. */
+/* The loop: codes, modes, counters and faults, conditioning. */
 #include "amplifier.h"
 #include "fake_board.h"
 #include "loop.h"
@@ -261,7 +261,7 @@ static void test_conditioning_does_not_wait_for_slow_transitions(void) {
     commit(&p);
     set(INDEX_mode, HYST_MODE_LINEAR);
     (void)settle();
-    p.transition_slew = 1;
+    p.transition_slew = FAKE_TRANSITION_SLEW_MIN;
     commit(&p);
     (void)fake_board_run(1);
     condition_and_check(HYST_MODE_LINEAR, p);
@@ -389,54 +389,6 @@ static void test_cost_last_and_worst(void) {
     TEST_ASSERT_EQUAL_UINT32(900, master_get(INDEX_cost_max));
 }
 
-/* A valid request over the line; master_* goes around it. */
-static void request_over_the_line(void) {
-    static const uint8_t pdu[] = {3, 0, 0, 0, 1};
-    uint8_t frame[MODBUS_FRAME_MAX];
-    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
-    fake_board.microseconds += FAKE_SILENCE_US + 1;
-    for (size_t i = 0; i < length; i++) {
-        modbus_server_receive(frame[i]);
-    }
-    fake_board.microseconds += FAKE_SILENCE_US + 1;
-    TEST_ASSERT_TRUE(amplifier_serve());
-}
-
-static void test_the_watchdog_parks(void) {
-    set(INDEX_watchdog, 50);
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_setpoint, 1U << 20);
-    for (int i = 0; i < 20; i++) {
-        request_over_the_line();
-        (void)fake_board_run(400);
-        (void)amplifier_serve();
-        TEST_ASSERT_EQUAL(HYST_MODE_DIRECT, loop_mode());
-    }
-    request_over_the_line();
-    fake_board.microseconds += 50000;
-    (void)amplifier_serve();
-    TEST_ASSERT_EQUAL(HYST_MODE_DIRECT, loop_mode());
-    fake_board.microseconds += 1;
-    (void)amplifier_serve();
-    TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
-    (void)fake_board_run(1);
-    TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
-    TEST_ASSERT_EQUAL_UINT32(FAULT_WATCHDOG, master_get(INDEX_faults_live));
-    TEST_ASSERT_EQUAL_UINT32(3, master_get(INDEX_fault_first));
-    request_over_the_line();
-    set(INDEX_mode, HYST_MODE_LINEAR);
-    (void)fake_board_run(1);
-    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_live));
-    TEST_ASSERT_EQUAL_UINT32(FAULT_WATCHDOG, master_get(INDEX_faults_sticky));
-}
-
-static void test_no_watchdog_by_default(void) {
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    fake_board.microseconds += 4000000000U;
-    (void)amplifier_serve();
-    TEST_ASSERT_EQUAL(HYST_MODE_DIRECT, loop_mode());
-}
-
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_codes_over_the_whole_range);
@@ -457,7 +409,5 @@ int main(void) {
     RUN_TEST(test_faults_first_sticky_live);
     RUN_TEST(test_a_fault_of_the_start_stays_live);
     RUN_TEST(test_cost_last_and_worst);
-    RUN_TEST(test_the_watchdog_parks);
-    RUN_TEST(test_no_watchdog_by_default);
     return UNITY_END();
 }

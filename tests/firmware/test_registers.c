@@ -51,7 +51,7 @@ static void test_exactly_the_registers_of_the_table_can_be_read(void) {
 
 static void test_identity(void) {
     TEST_ASSERT_EQUAL_HEX32(REGISTERS_MAGIC, master_get(INDEX_magic));
-    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_abi));
+    TEST_ASSERT_EQUAL_UINT32(2, master_get(INDEX_abi));
     TEST_ASSERT_EQUAL_UINT32(board_info.sample_rate_mhz, master_get(INDEX_sample_rate));
     TEST_ASSERT_EQUAL_UINT32(FAKE_LATENCY, master_get(INDEX_latency));
     TEST_ASSERT_EQUAL_UINT32(LENGTH_capture / 3, master_get(INDEX_capture_capacity));
@@ -89,13 +89,13 @@ static void test_values_out_of_range(void) {
         uint32_t good, bad;
     } cases[] = {{INDEX_mode, 3, 4},
                  {INDEX_source, 2, 3},
-                 {INDEX_command, COMMAND_LATCH, 9},
+                 {INDEX_command, COMMAND_LATCH, COMMAND_DISARM + 1},
                  {INDEX_waveform_points, LENGTH_waveform / 4, LENGTH_waveform / 4 + 1},
                  {INDEX_capture_decimation, 1, 0},
                  {INDEX_capture_decimation, 65535, 0},
                  {INDEX_capture_length, 1, 0},
                  {INDEX_capture_length, 65535, 0},
-                 {INDEX_capture_trigger, 1, 2},
+                 {INDEX_capture_trigger, 4, 5},
                  {INDEX_setpoint_slew, 1, 0},
                  {INDEX_setpoint_slew, INT32_MAX, 0x80000000U}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -106,6 +106,29 @@ static void test_values_out_of_range(void) {
             TEST_ASSERT_EQUAL_UINT32_MESSAGE(cases[i].good, master_get(cases[i].index), name);
         }
     }
+}
+
+static void expect_refusal(uint32_t why, uint16_t address) {
+    TEST_ASSERT_EQUAL_UINT32(why, master_get(INDEX_write_refused));
+    TEST_ASSERT_EQUAL_HEX16(address, master_get(INDEX_write_refused_at));
+}
+
+/* A rejected write says why, and at which register, until the next one. */
+static void test_why_a_write_was_refused(void) {
+    const uint16_t values[] = {0, 0, 0, 0};
+    expect_refusal(0, 0);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(0x00F0, 1, values));
+    expect_refusal(1, 0x00F0);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_magic, 1, values));
+    expect_refusal(2, ADDRESS_magic);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_mode, 2, values));
+    expect_refusal(3, ADDRESS_setpoint);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_length, 0));
+    expect_refusal(4, ADDRESS_capture_length);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, 99));
+    expect_refusal(5, ADDRESS_command);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, 1));
+    expect_refusal(5, ADDRESS_command);
 }
 
 static void test_a_two_register_value_is_written_only_whole(void) {
@@ -122,7 +145,7 @@ static void test_a_two_register_value_is_written_only_whole(void) {
 
 /* The whole control block in one request, one bad value at a time, at each place: nothing of it may stick. */
 static void test_a_request_with_one_bad_value_changes_nothing(void) {
-    enum { FIRST = ADDRESS_command, COUNT = ADDRESS_watchdog + 1 - ADDRESS_command };
+    enum { FIRST = ADDRESS_command, COUNT = ADDRESS_current_limit + 2 - ADDRESS_command };
     uint16_t good[COUNT + 1] = {0};
     uint16_t before[COUNT], after[COUNT];
     good[ADDRESS_mode - FIRST] = HYST_MODE_LINEAR;
@@ -133,13 +156,14 @@ static void test_a_request_with_one_bad_value_changes_nothing(void) {
     good[ADDRESS_capture_decimation - FIRST] = 7;
     good[ADDRESS_capture_length - FIRST] = 100;
     good[ADDRESS_setpoint_slew - FIRST] = 0x0200;
+    good[ADDRESS_capture_signals - FIRST] = 1;
     TEST_ASSERT_EQUAL(MODBUS_OK, master_read(FIRST, COUNT, before));
     static const struct {
         uint16_t address, bad;
     } faults[] = {{ADDRESS_command, 99},        {ADDRESS_mode, 4},
                   {ADDRESS_source, 3},          {ADDRESS_waveform_points, 999},
                   {ADDRESS_capture_length, 0},  {ADDRESS_capture_decimation, 0},
-                  {ADDRESS_capture_trigger, 2}, {ADDRESS_setpoint_slew, 0x8000}};
+                  {ADDRESS_capture_trigger, 5}, {ADDRESS_setpoint_slew, 0x8000}};
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
         uint16_t request[COUNT];
         memcpy(request, good, sizeof request);
@@ -226,6 +250,7 @@ int main(void) {
     RUN_TEST(test_read_only_registers_refuse);
     RUN_TEST(test_the_command_reads_as_0);
     RUN_TEST(test_values_out_of_range);
+    RUN_TEST(test_why_a_write_was_refused);
     RUN_TEST(test_a_two_register_value_is_written_only_whole);
     RUN_TEST(test_a_request_with_one_bad_value_changes_nothing);
     RUN_TEST(test_a_command_comes_after_the_settings_of_its_request);

@@ -56,7 +56,7 @@ static void test_a_sine_saturates(void) {
             fmin(settings.offset + (double)settings.amplitude * true_sine((uint32_t)n << 28), INT32_MAX);
         TEST_ASSERT_DOUBLE_WITHIN(6.0, exact, value);
     }
-    TEST_ASSERT_TRUE_MESSAGE(source.playing, "0 cycles is for ever");
+    TEST_ASSERT_TRUE_MESSAGE(source.playing, "0 cycles is without end");
 }
 
 /* delta i / n rounded to nearest, halves up, at once: with delta = q n + r it is q i + round(r i / n), where r i <

@@ -23,7 +23,13 @@ static void ask(const uint8_t *pdu, size_t length) {
     size_t reply_length;
     require(reply != NULL);
     const size_t frame_length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
-    require(modbus_serve(frame, frame_length, reply, &reply_length) == MODBUS_FRAME_ANSWERED);
+    const modbus_outcome_t outcome = modbus_serve(frame, frame_length, reply, &reply_length);
+    if (pdu[0] >= 0x80U) {
+        require(outcome == MODBUS_FRAME_FOREIGN && reply_length == 0);
+        free(reply);
+        return;
+    }
+    require(outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_REFUSED);
     require(reply_length >= 5 && reply_length <= MODBUS_FRAME_MAX && modbus_crc(reply, reply_length) == 0);
     free(reply);
 }

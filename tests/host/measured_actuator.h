@@ -8,7 +8,7 @@
 #define MEASURED_ACTUATOR_H
 
 #include "random.h"
-#include "recording.h"
+#include "recording/recording.h"
 
 typedef enum {
     CONSTANT_TEMPERATURE,

@@ -3,8 +3,8 @@
 #ifndef SUPPORT_H
 #define SUPPORT_H
 
-#include "catalogue.h"
-#include "chain.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
 #include "random.h"
 
 /** Writes a file of that name into the working directory. */

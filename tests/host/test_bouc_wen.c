@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The Bouc-Wen curve against its closed form, whatever the sampling, and as cells in the amplifier's library. */
-#include "catalogue.h"
-#include "chain.h"
-#include "compile_bouc_wen.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "compile/compile.h"
+#include "compile/compile_bouc_wen.h"
 #include "hyst/bouc_wen.h"
 #include "random.h"
 #include "unity.h"
@@ -91,8 +92,8 @@ static double by_short_steps(const bouc_wen_t *of, double h, double way) {
 }
 
 /* Sampled as recordings are: slow and fast drives that turn anywhere. With the library's pow in place of the table,
- * several seeds gave 6e-6 of the largest h for exponents below 2 (steps that end at the kink), 4e-8 up to 6, and 4e-7;
- * cubics of y^n, off by n^4 / 384 / 256^4, make that 6e-6, 3e-7 and 4e-6. */
+ * several seeds gave 6e-6 of the largest h for exponents below 2 (steps that end at the kink), 4e-8 up to 6, and 4e-7.
+ * Cubics of y^n, off by n^4 / 384 / 256^4, make that 6e-6, 3e-7 and 4e-6. */
 static void test_the_table_is_the_power(void) {
     static const struct {
         double least_exponent, most_exponent, tolerance;

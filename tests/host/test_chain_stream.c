@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A stream gives what the simulation of the whole gives, to the bit, wherever the signal is cut and the chain begins.
  */
-#include "chain_stream.h"
+#include "chain/chain_stream.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

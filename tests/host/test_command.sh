@@ -26,6 +26,14 @@ expect 0 '' --help
 has stdout 'Exit status'
 expect 0 '' --version
 has stdout 'hyst '
+expect 0 '' -V
+has stdout 'hyst '
+expect 0 '' help
+has stdout 'Exit status'
+expect 0 '' help fit
+has stdout 'hyst fit RECORDING'
+expect 2 "unknown command 'calibrate'" help calibrate
+expect 2 "help: too many arguments from 'now' on" help fit now
 expect 2 'which command'
 expect 2 "unknown command 'calibrate'" calibrate
 for command in fit simulate diagnose compile; do
@@ -47,7 +55,7 @@ expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1
 expect 2 "--sample-rate: 'fast' is not a valid HZ" compile model.json --sample-rate fast
-expect 2 '--json takes no value' compile model.json --json=1
+expect 2 '--json= needs the name of a file' compile model.json --json=
 
 # The path: fit, simulate, compile; text and JSON.
 expect 0 '' fit good.csv -o model.json --operators 4
@@ -64,6 +72,27 @@ grep -q "\"family\": \"$(sed -n 's/ .*//; 2p' stdout)\"" best.json || complain '
 expect 0 '' fit good.csv --family all --operators 4 --json
 has stdout '"hyst-fit-table-1"'
 has stdout '"reason"'
+# A sine, answered with harmonics: a family that holds for this sine only is nearest to what is held out, the same sine
+# again. It says nothing of other drives, so it is listed last and written only when asked for by name.
+awk 'BEGIN {
+    print "# sample_rate_hz: 1000\n# drive_unit: V\n# displacement_unit: um\nt,drive,displacement"
+    for (k = 0; k < 3000; k++) {
+        p = 6.283185307179586 * k / 200
+        printf "%.3f,%.6f,%.6f\n", k / 1000, 50 + 50 * sin(p), 5 + 3 * sin(p - 0.3) + 0.2 * sin(2 * p + 0.5) + 0.2 * sin(3 * p - 1)
+    }
+}' >sine.csv
+expect 0 '' fit sine.csv --family all --operators 4 -o sine.json
+awk '/^[a-z_]+ .*that sine only/ { print $5 }' stdout | sort -g >only
+awk '/^[a-z_]+ .* um$/ { print $5 }' stdout | sort -g >any
+if [ "$(head -n 1 only)" = '' ] || [ "$(cat only any | sort -g | head -n 1)" != "$(head -n 1 only)" ]; then
+    complain 'no family of one sine has the least error: this tests nothing'
+fi
+grep -q '"family": "\(ellipse\|.*modified_play\|recursive_bouc_wen\)"' sine.json && complain 'a model that holds for one sine only was chosen'
+expect 0 '' fit sine.csv --family all --operators 4 --json
+has stdout '"one_sine": true'
+expect 0 '' fit sine.csv --family ellipse -o sine.json
+grep -q '"family": "ellipse"' sine.json || complain 'asked for by name, it is written'
+
 expect 0 '' simulate model.json good.csv -o out.csv
 has stdout 'NRMSE'
 expect 0 '' simulate model.json good.csv --json
@@ -101,6 +130,71 @@ sed '100d' good.csv >gap.csv
 expect 1 'gap.csv:100: gap' fit gap.csv
 sed '100s/,[^,]*$/,nan/' good.csv >nan.csv
 expect 1 "nan.csv:100: column 'displacement': 'nan' is not" simulate model.json nan.csv
+# Numbers that are finite and can be none: the line names file, line and column, in every command that reads a recording.
+for value in 1e308 -1e308 1e9 -1e7; do
+    sed "100s/,[^,]*\$/,$value/" good.csv >huge.csv
+    sed "50s/,[^,]*,/,$value,/" good.csv >drive.csv
+    for command in 'fit' 'fit --family all' 'fit --json' 'diagnose' 'simulate model.json' 'report model.json'; do
+        case $command in
+        report*) arguments='a=good.csv,good.csv' ;;
+        *) arguments='' ;;
+        esac
+        # shellcheck disable=SC2086 # a command is several words
+        expect 1 "huge.csv:100: column 'displacement': '$value' is not plausible" $command huge.csv $arguments
+        # shellcheck disable=SC2086 # likewise
+        expect 1 "drive.csv:50: column 'drive': '$value' is not plausible" $command drive.csv $arguments
+    done
+    # The same from elsewhere: a text without our header, and one in another unit.
+    sed '1,3d; s/^t,drive,displacement/time [s],drive [V],displacement [um]/' huge.csv >elsewhere.csv
+    expect 1 "line 97: column 3 'displacement'" fit elsewhere.csv
+    has stderr 'is not plausible'
+done
+awk -F, '/^[0-9]/ { print $1 "," $2 "," 1e6 * $3; next } /^t,/ { print "time [s],drive [V],displacement [m]" }' good.csv >metres.csv
+expect 1 'um is not plausible: more than 1e+06 um' fit metres.csv
+
+# no_infinity COMMAND...: whatever it ends with, no number that it prints or writes is infinite or none.
+no_infinity() {
+    got=0
+    rm -f page.html
+    "$hyst" "$@" >stdout 2>stderr || got=$?
+    if grep -qiw -e 'inf' -e 'nan' stdout; then complain "hyst $*: prints a number that is none, with exit status $got"; fi
+    if [ -e page.html ] && grep -qiwE '(inf|nan)(&nbsp;| |<|")' page.html; then complain "hyst $*: writes a number that is none"; fi
+    [ "$got" -eq 0 ] || [ "$(wc -l <stderr)" -eq 1 ] || complain "hyst $*: stderr is not one line"
+}
+# Nothing moves where the error is measured; the reference is met exactly; the smallest numbers there are.
+awk -F, '/^[0-9]/ { if (++n > 3500) { print $1 ",0,5.123"; next } } { print }' good.csv >still_end.csv
+awk -F, '/^[0-9]/ { print $1 ",0," $3; next } { print }' good.csv >still_drive.csv
+awk -F, '/^[0-9]/ { print $1 "," $2 ",3"; next } { print }' good.csv >dead.csv
+awk -F, '/^[0-9]/ { printf "%s,%s,%.17g\n", $1, $2, 1e-308 * $3; next } { print }' good.csv >tiny.csv
+awk -F, '/^[0-9]/ { printf "%s,%.17g,%s\n", $1, 1e-308 * $2, $3; next } { print }' good.csv >tiny_drive.csv
+awk -F, '/^[0-9]/ { print $0 "," $3; next } /^t,/ { print $0 ",reference"; next } { print }' good.csv >exact.csv
+awk -F, '/^[0-9]/ { print $0 "," 1.01 * $3; next } /^t,/ { print $0 ",reference"; next } { print }' good.csv >near.csv
+awk -F, '/^[0-9]/ { print $0 ",7"; next } /^t,/ { print $0 ",reference"; next } { print }' good.csv >still.csv
+for recording in still_end still_drive dead tiny tiny_drive exact; do
+    no_infinity fit $recording.csv --operators 3
+    no_infinity fit $recording.csv --operators 3 --json
+    no_infinity fit $recording.csv --operators 3 --family all
+    no_infinity fit $recording.csv --operators 3 --family rate_dependent_prandtl_ishlinskii
+    no_infinity simulate model.json $recording.csv
+    no_infinity simulate model.json $recording.csv --json
+    no_infinity diagnose $recording.csv --report page.html
+done
+for tracks in exact,exact near,exact exact,near still,near near,still near,near; do
+    no_infinity report model.json good.csv "a=${tracks%,*}.csv,${tracks#*,}.csv" -o page.html
+    no_infinity report model.json good.csv "a=${tracks%,*}.csv,${tracks#*,}.csv" -o page.html --json
+done
+for number in 1e300 -1e300 1e30 1e-300; do
+    for array in 1 2; do # weights, thresholds
+        awk -v number="$number" -v array=$array '{ print }
+            /"value": \[/ && ++n == array { getline; sub(/[-0-9.e+]+/, number); print }' model.json >extreme.json
+        grep -qF -e "$number" extreme.json || complain 'no extreme number in the model: this tests nothing'
+        no_infinity simulate extreme.json good.csv
+        no_infinity simulate extreme.json good.csv --json
+        no_infinity compile extreme.json
+        no_infinity compile extreme.json --json
+    done
+done
+
 sed 's/,displacement$/,position/' good.csv >column.csv
 expect 1 "column.csv:4: missing column 'displacement'" fit column.csv
 sed 's/^# sample_rate_hz: 1000/# sample_rate_hz: 500/' good.csv >rate.csv
@@ -119,10 +213,15 @@ expect 1 'unknown.json: chain[0]: unknown block "prandtl"' compile unknown.json
 expect 1 'nowhere/image: No such file' compile model.json -o nowhere/image
 expect 1 'nowhere/model.json' fit good.csv --operators 2 -o nowhere/model.json
 # Diagnosis: text, JSON, page and model; the same bytes every time; and a compiler that takes the model.
+export SOURCE_DATE_EPOCH=1700000000 # the page says when it was made
 for run in 1 2; do
-    expect 0 '' diagnose good.csv --json diagnosis$run.json --report diagnosis$run.html -o better$run.json
+    expect 0 '' diagnose good.csv --json diagnosis.json --report diagnosis.html -o better.json
+    mv diagnosis.json diagnosis$run.json
+    mv diagnosis.html diagnosis$run.html
+    mv better.json better$run.json
     mv stdout text$run
 done
+unset SOURCE_DATE_EPOCH
 cp text1 stdout
 has stdout 'verdict    Nothing is missing'
 has stdout 'held out'

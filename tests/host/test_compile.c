@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Compiling: the amplifier's fixed point computes what the model says, and what cannot be compiled is refused in plain
  * words. */
-#include "catalogue.h"
-#include "chain.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "compile/compile.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

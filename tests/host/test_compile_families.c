@@ -3,8 +3,8 @@
  * Bouc-Wen and the modified play model in the amplifier: the reference comes out of the model in double precision, with
  * converters whose ranges are not those that the model was found in.
  */
-#include "catalogue.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -41,8 +41,8 @@ typedef struct {
 
 /*
  * Worst difference between reference and the model's position over the last three quarters, triangles of any height
- * after both were swept over the whole range. `sine_hz`: a sine instead; `locked`: the hysteresis is
- * told when it begins.
+ * after both were swept over the whole range. `sine_hz`: a sine instead; `locked`: the hysteresis gets
+ * its begin_sine.
  */
 static outcome_t follow(const model_t *model, const compile_options_t *ranges, double sine_hz, bool locked) {
     static hyst_compensator_t compensator;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Compiling a chain that ends in a curved sensor: the reading follows the reference, or the position does. */
-#include "catalogue.h"
-#include "chain.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "compile/compile.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>
@@ -86,7 +86,7 @@ static void expect_note(const compile_report_t *report, const char *text) {
 
 /*
  * The bound of the curve: chords of its inverse, whose curvature is at most |C''| / C'^3, over a 32nd of the range,
- * times the sensor's slope; and 1e-6 um for the rounding of a bank of four weights to Q28 (8 * 2^-29 of the range).
+ * times the sensor's slope, and 1e-6 um for the rounding of a bank of four weights to Q28 (8 * 2^-29 of the range).
  */
 static void test_the_reading_follows_the_reference(void) {
     random_t random = random_start("curved sensors", 31);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Stop form, inertia and preload in the amplifier: the reference comes out of the model that was compiled. */
-#include "catalogue.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Compiling a chain with blocks that no amplifier can undo: the rest is undone, and the report names what is not. */
-#include "catalogue.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* From recordings to an answer: physics that is planted is named with its numbers, and none where there is none. */
-#include "catalogue.h"
-#include "diagnosis/diagnosis_json.h"
-#include "diagnosis/diagnosis_text.h"
+#include "base/parallel.h"
+#include "chain/catalogue.h"
 #include "diagnosis/findings.h"
-#include "parallel.h"
+#include "report/diagnosis_json.h"
+#include "report/diagnosis_text.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -294,7 +294,20 @@ static void test_two_effects_are_named(void) {
 /* A mode behind a delay: before the mode is known, a low pass is a good guess for both; it must not stay. The mode
  * rings on into the rests, which makes the noise uncertain, and so the verdict. */
 static void test_a_superfluous_finding_does_not_stay(void) {
-    find_two(&block_transport_delay, delay_truth, &block_resonance, mode_truth);
+    plant(&block_transport_delay, delay_truth);
+    plant(&block_resonance, mode_truth);
+    measure(0.0);
+    look(true);
+    TEST_ASSERT_EQUAL_UINT64(2, diagnosis.findings);
+    expect_numbers(&block_resonance, mode_truth);
+    expect_needed();
+    /* Beside a hysteresis of any shape the two low passes say as much as the delay, so it is one of these three. */
+    const finding_t *delay = finding_of(&diagnosis, &block_transport_delay);
+    TEST_ASSERT_NOT_NULL(delay);
+    TEST_ASSERT_TRUE(delay->certainty >= ISOLATED);
+    for (size_t r = 0; r < delay->rivals; r++) {
+        TEST_ASSERT_TRUE(delay->rival[r]->lag != LAG_NONE);
+    }
 }
 
 /* 0.8 % of creep beside a mode whose response is many times the noise: not where the mode acts. */
@@ -361,7 +374,8 @@ static void test_what_only_comes_near_is_no_name(void) {
 }
 
 /* The actuator leaves its seat in the lowest quarter of the stroke: a line with a bend. A sensor's curve takes most of
- * that, and what it leaves is another curve. */
+ * that, and what it leaves is another curve. That has no name; and since it is the same at any speed it is no more than
+ * another shape of the hysteresis: DIAGNOSIS, 10. */
 static void test_a_curve_that_leaves_a_curve_is_no_name(void) {
     double range[2];
     measure(0.0);
@@ -372,12 +386,10 @@ static void test_a_curve_that_leaves_a_curve_is_no_name(void) {
         *x += 0.05 * fmax(0.0, seat_um - *x);
     }
     look(false);
-    TEST_ASSERT_EQUAL_INT(UNKNOWN_PHYSICS, diagnosis.verdict);
-    TEST_ASSERT_TRUE(diagnosis.remainder.at_levels);
-    for (size_t f = 0; f < diagnosis.findings; f++) {
-        TEST_ASSERT_TRUE(diagnosis.finding[f].shape);
-        TEST_ASSERT_EQUAL_INT(DETECTED, diagnosis.finding[f].certainty);
-    }
+    TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_UINT64(0, diagnosis.findings);
+    TEST_ASSERT_TRUE(diagnosis.another_shape);
+    TEST_ASSERT_TRUE(diagnosis.shape.whole);
 }
 
 static void give(const block_t *block, const double *value) {
@@ -423,7 +435,8 @@ static void test_what_the_model_has_wrong_is_not_missing(void) {
     }
 }
 
-/* A drift that settles in an hour cannot be told from a line in four seconds: its numbers stay where they were. */
+/* A drift that settles in an hour cannot be distinguished from a line in four seconds: its numbers stay where they
+ * were. */
 static void test_what_the_recording_does_not_determine_stays(void) {
     static const numbers_t drift = {1e-6, 3600.0};
     give(&block_thermal_drift, drift);

@@ -24,19 +24,22 @@ static void test_json_has_the_format_of_the_contract(void) {
     work_out();
     json_t *json = as_json(), *names, *chain, *findings, *where, *parameters, *confusable, *remaining, *unseen, *band,
            *levels;
-    double given, before, held_out, nrmse, floor_percent, confidence, value, sigma, rms, by_level;
+    double given, before, held_out, nrmse, floor_percent, confidence, value, sigma, rms, by_level, delivered;
     const char *text, *place, *certainty, *unit, *explanation, *excitation, *loop, *name;
     int past_unknown, structured, outliers;
     expect_format(json,
-                  "{s:s, s:o, s:{s:f, s:f}, s:{s:o, s:f, s:f}, s:o, s:o, s:{s:f, s:f, s:f, s:b, s:b, s:f, s:o, s:i, "
-                  "s:f, s:o, s:o}, "
+                  "{s:s, s:o, s:{s:f, s:f}, s:{s:o, s:f, s:f, s:f, s:f, s:f}, s:o, s:o, s:{s:f, s:f, s:f, s:f, s:b, "
+                  "s:b, s:f, s:o, "
+                  "s:i, s:f, s:o, s:o}, "
                   "s:s, s:n}",
                   "format", &text, "recordings", &names, "given", "nrmse_percent", &given, "held_out_nrmse_percent",
                   &held_out, "baseline", "chain", &chain, "nrmse_percent", &before, "held_out_nrmse_percent", &held_out,
-                  "findings", &findings, "not_found", &unseen, "remaining", "nrmse_percent", &nrmse,
-                  "held_out_nrmse_percent", &held_out, "noise_floor_percent", &floor_percent, "past_unknown",
-                  &past_unknown, "structured", &structured, "rms_um", &rms, "band_hz", &band, "outliers", &outliers,
-                  "by_level", &by_level, "levels_um", &levels, "where", &remaining, "verdict", &place, "caveat");
+                  "simulated_nrmse_percent", &delivered, "straight_line_nrmse_percent", &delivered,
+                  "plays_nrmse_percent", &delivered, "findings", &findings, "not_found", &unseen, "remaining",
+                  "nrmse_percent", &nrmse, "held_out_nrmse_percent", &held_out, "simulated_nrmse_percent", &delivered,
+                  "noise_floor_percent", &floor_percent, "past_unknown", &past_unknown, "structured", &structured,
+                  "rms_um", &rms, "band_hz", &band, "outliers", &outliers, "by_level", &by_level, "levels_um", &levels,
+                  "where", &remaining, "verdict", &place, "caveat");
     TEST_ASSERT_EQUAL_DOUBLE(1.9, given);
     TEST_ASSERT_EQUAL_DOUBLE(0.9, before);
     TEST_ASSERT_TRUE(json_is_null(band) && json_is_null(levels));
@@ -116,7 +119,7 @@ static void test_steps_are_not_drawn(void) {
 /* White noise of known size: the standard error of the frequency follows from the derivative of the simulation. It is
  * larger by sqrt(3/2) = 1.22 for the held-out third, by what the other numbers share with it (about 1 %), and by the
  * scatter of the autocorrelation time, which is 1 or more for white residuals. What the block's approximations add is
- * told by its table, and is more. */
+ * in its table, and is more. */
 static void test_standard_errors_are_those_of_the_noise(void) {
     work_out();
     const model_block_t *block = model_find(&diagnosis.model, "resonance");
@@ -212,7 +215,7 @@ static void expect_reason(const block_t *block, double smallest_um, const char *
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(diagnosis.unseen[0].why, why), diagnosis.unseen[0].why);
 }
 
-/* Of what J imitates the drive says why, as far as it does. */
+/* Why the drive makes the nuisance subspace imitate a block. */
 static void test_what_is_not_testable_has_its_reason(void) {
     expect_reason(&block_creep, 0.01, "larger than such a block");
     expect_reason(&block_creep, HUGE_VAL, "other numbers imitate it");
@@ -235,7 +238,7 @@ static void test_what_is_not_testable_has_its_reason(void) {
 static void test_what_cannot_be_written_is_one_line(void) {
     work_out();
     TEST_ASSERT_FALSE(
-        diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, "no/such/folder.html", &failure));
+        diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, NULL, "no/such/folder.html", &failure));
     expect_line(&failure, "no/such/folder.html");
     TEST_ASSERT_FALSE(
         diagnosis_write_json(&diagnosis, &account, recordings, RECORDINGS, "no/such/folder.json", &failure));

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Orthonormal columns: what they explain and what they leave, of one vector and of many. */
-#include "diagnosis/basis.h"
-#include "failure.h"
-#include "parallel.h"
+#include "base/failure.h"
+#include "base/parallel.h"
+#include "numerics/basis.h"
 #include "random.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What the model leaves, against temperature, voltage and current, from an actuator that shares no formula with it. */
 #include "diagnosis/baseline.h"
-#include "diagnosis/measured_columns_text.h"
 #include "measured_actuator.h"
+#include "report/measured_columns_text.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>
@@ -137,7 +137,7 @@ static void test_what_follows_the_thermometer_goes_with_it(void) {
     TEST_ASSERT_EQUAL_INT(GOES_WITH_IT, relation->relation);
     TEST_ASSERT_DOUBLE_WITHIN(4.0 * relation->sigma, 0.05, relation->coefficient);
     TEST_ASSERT_TRUE(relation->sigma < 0.1 * 0.05 && relation->lag_s == 0.0);
-    TEST_ASSERT_TRUE(relation->share > 0.5); /* 0.93 by the sizes, less what 190 columns of J take of a slow tone */
+    TEST_ASSERT_TRUE(relation->share > 0.5); /* 0.93 by the sizes, less what 190 nuisance columns take of a slow tone */
     TEST_ASSERT_TRUE(relation->least < 0.05);
     expect_text("What the model leaves goes with the temperature: 0.0");
 }
@@ -158,7 +158,7 @@ static void test_a_thermometer_that_only_drifts_is_not_oversold(void) {
     measure((actuator_t){.climate = WARMING_UP, .um_per_kelvin = 0.05, .temperature = true});
     look();
     TEST_ASSERT_EQUAL_INT(LOOKS_LIKE_IT, measured.column[0].before.relation);
-    expect_text("cannot be told from any other slow drift");
+    expect_text("cannot be distinguished from any other slow drift");
 }
 
 /* Wherever the disturbance comes from, it is in the measured voltage. */
@@ -195,7 +195,7 @@ static void test_a_lag_is_told_on_its_side(void) {
     expect_side(&block_amplifier_bandwidth, true, "it is behind the amplifier");
 }
 
-/* A wandering temperature takes part of its way steadily: a drift of the gain explains some of that. */
+/* A wandering temperature has a steady share: a drift of the gain explains some of that. */
 static void test_what_the_temperature_explains_is_no_drift_of_the_gain(void) {
     char text[DIAGNOSIS_LINE];
     measure((actuator_t){.climate = CYCLING_TEMPERATURE, .um_per_kelvin = 0.05, .temperature = true});

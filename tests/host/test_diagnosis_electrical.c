@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* On which side of the actuator's voltage an effect is, from an actuator that shares no formula with the blocks. */
-#include "diagnosis/electrical.h"
+#include "diagnosis/evidence/electrical.h"
 #include "measured_actuator.h"
 #include "support.h"
 #include "unity.h"
@@ -91,7 +91,7 @@ static void test_what_is_behind_the_voltage_is_not(void) {
     expect(&(actuator_t){.voltage = true, .current = true}, &block_amplifier_saturation, 92.0, CHANGE_ABSENT);
 }
 
-/* A monitor output of another scale and with an offset; and one with a lag of its own, a tenth of what is asked about.
+/* A monitor output of another scale and with an offset; and one with a lag of its own, a tenth of that in question.
  */
 static void test_a_monitor_need_not_be_calibrated(void) {
     suppose(&block_amplifier_bandwidth, 150.0);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a diagnosis simulates, projects and fits with. */
-#include "diagnosis/evidence.h"
-#include "diagnosis/joint_fit.h"
+#include "diagnosis/evidence/evidence.h"
+#include "diagnosis/evidence/joint_fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>
@@ -144,8 +144,8 @@ static double rms_between(const model_t *one, const model_t *other) {
 /* From weights that are too large and a mode that is elsewhere. p numbers from n samples leave a simulation that is
  * wrong by noise sqrt(p / n) on average over its noise; twice that. The sums of squares have a deviation of sqrt(2 /
  * n). */
-/* Both in percent of a stroke, and the worst recording counts: an error that is the same in all of them is told as the
- * noise of that size is. */
+/* Both in percent of a stroke, and the worst recording counts: an error that is the same in all of them is reported as
+ * the noise of that size is. */
 static void test_noise_and_error_have_one_measure(void) {
     const double error_um = 0.02;
     double *simulated = samples_column(&samples), least_um = HUGE_VAL;

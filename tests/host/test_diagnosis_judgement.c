@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* How well a shape of hysteresis suits: beside a signature it leaves the noise, also where fitted samples do not say
  * it. */
-#include "diagnosis/shape_judgement.h"
-#include "diagnosis/smooth_plane.h"
+#include "diagnosis/evidence/shape_judgement.h"
+#include "diagnosis/nuisance/smooth_plane.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -96,7 +96,7 @@ static double excess(double square, size_t count) {
 
 /* Squares of some 7000 independent values scatter by 1.7 %: four of these, less 40 numbers in 7000. Of the held-out
  * samples a third are where the fitted ones leave a trace of a filter at most, and noise in that moves the numbers: in
- * nine noises 0.04 to 2.1 of the noise's square came of it, and 21 to 73 where nothing kept the numbers. */
+ * nine noises 0.04 to 2.1 of the noise variance came of it, and 21 to 73 where nothing kept the numbers. */
 static void test_beside_its_signature_noise_is_left(void) {
     const joint_power_t beside = shape_judgement(&samples, &noise, &plane, &tone, 1, true);
     printf("beyond the noise: fitted %.3f of %zu, held out %.3f of %zu\n", excess(beside.fitted, samples.fitted),

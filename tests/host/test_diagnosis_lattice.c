@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The steps of a converter, seen in the readings alone. */
-#include "diagnosis/lattice.h"
+#include "diagnosis/noise/lattice.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

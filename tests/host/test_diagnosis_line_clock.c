@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Hum in recordings that were begun at any moment: one line, one amplitude, and each recording its own phase. */
 #include "diagnosis/diagnose.h"
-#include "diagnosis/line_clock.h"
+#include "diagnosis/noise/line_clock.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -50,8 +50,8 @@ static double apart_s(double one_s, double other_s) {
     return remainder(one_s - other_s, 1.0 / hum_hz);
 }
 
-/* By a line that is told 0.03 Hz off, a third of a bin of the longest recording: over half of that it is 0.7 rad. The
- * phase of a line of four times the noise in 4000 samples is known to sqrt(2 / 4000) / 4 = 0.006 rad; where samples are
+/* By a line that is given 0.03 Hz off, a third of a bin of the longest recording: over half of that it is 0.7 rad. The
+ * phase of a line of four times the noise in 4000 samples is known to sqrt(2 / 4000) / 4 = 0.006 rad. Where samples are
  * held out, the larger noise of second differences at high frequencies leaks in: 0.04 rad were seen. */
 static void test_clocks_are_found(void) {
     static const double line_hz[] = {333.0, 50.0}, most_rad = 0.12;

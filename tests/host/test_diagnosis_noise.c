@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The sensor's noise, found where the drive rests: of first order, with white noise on top. */
-#include "diagnosis/noise.h"
+#include "diagnosis/noise/noise.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -230,7 +230,8 @@ static void test_slow_noise_in_short_rests(void) {
     expect_size("slow noise in rests", &ratios, 0.25);
 }
 
-/* 25 memories long, and 20 columns have taken theirs: unless they are told of, less than half of the square is left. */
+/* 25 memories long, and 20 columns have taken theirs: unless they are accounted for, less than half of the square is
+ * left. */
 static void test_slow_noise_beside_columns(void) {
     const truth_t truth = {0.99, 0.01, 0.0};
     ratios_t ratios = {0}, unaware = {0};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Products of whitened columns by bands of frequency, against those of columns that were whitened sample by sample. */
-#include "diagnosis/noise_bands.h"
+#include "diagnosis/noise/noise_bands.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>

@@ -2,7 +2,7 @@
 /* Recordings that begin in the middle of a past: what that left is taken out, and nothing else; and effects that were
  * only there before the drive had been everywhere are found. */
 #include "diagnosis/diagnose.h"
-#include "diagnosis/past.h"
+#include "diagnosis/nuisance/past.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -70,7 +70,7 @@ static double rms(const double *x, size_t count) {
 }
 
 /* What sweeps leave that ended at -40 V and at 140 V, beside one that ended at 8 V: lines between nodes 10 V apart
- * leave 1.6 and 1.1 % of it, and in the held-out samples, which take no part, 1.5 %. */
+ * leave 1.6 and 1.1 % of it, and in the held-out samples, which are excluded, 1.5 %. */
 static void test_past_explains_what_sweeps_left(void) {
     static const double end_v[] = {-40.0, 140.0}, sign[] = {1.0, -1.0}, most = 0.02;
     open_samples();

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* One series in another one: how often chance is taken for a relation, and whether the standard error is one. */
-#include "diagnosis/regression.h"
+#include "numerics/regression.h"
 #include "random.h"
 #include "unity.h"
 #include <math.h>

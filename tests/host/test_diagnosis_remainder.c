@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Whether more than noise is left: of noise alone never, of what has some size always. */
-#include "diagnosis/remainder.h"
+#include "diagnosis/noise/remainder.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

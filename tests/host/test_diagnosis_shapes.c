@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Smooth hystereses of few numbers, and the numbers that a diagnosis changes. */
-#include "diagnosis/hysteresis_numbers.h"
-#include "diagnosis/joint_fit.h"
-#include "diagnosis/smooth_bank.h"
-#include "diagnosis/smooth_plane.h"
-#include "diagnosis/splines.h"
+#include "diagnosis/evidence/joint_fit.h"
+#include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "diagnosis/nuisance/smooth_bank.h"
+#include "diagnosis/nuisance/smooth_plane.h"
+#include "numerics/splines.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

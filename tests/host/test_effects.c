@@ -243,7 +243,7 @@ static void test_static_nonlinearity_that_falls_is_refused(void) {
         }
         model_free(&model);
     }
-    TEST_ASSERT_GREATER_THAN(300, refused); /* both answers were asked for */
+    TEST_ASSERT_GREATER_THAN(300, refused); /* both answers were requested */
     TEST_ASSERT_LESS_THAN(2700, refused);
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Ellipses and sines through points: against loops from an independent generator, and against their own errors. */
-#include "ellipse_fit.h"
 #include "ellipses_003.h"
-#include "sine_fit.h"
+#include "numerics/ellipse_fit.h"
+#include "numerics/sine_fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Block and family `ellipse`: the block against loops from an independent generator, its inverse against the block. */
-#include "catalogue.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
+#include "elements/phaser.h"
 #include "ellipses_003.h"
-#include "fit.h"
 #include "hyst/compensator.h"
-#include "phaser.h"
-#include "sine_fit.h"
+#include "identify/fit.h"
+#include "numerics/sine_fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

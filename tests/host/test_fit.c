@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Identification finds again what a synthetic recording was made from, and says how sure it is. */
-#include "fit.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Family bouc_wen: plain Bouc-Wen from any drive. */
-#include "compile.h"
-#include "fit.h"
+#include "compile/compile.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

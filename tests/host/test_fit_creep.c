@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Creep in a synthetic recording is found, its size within the stated error; where there is none, none is claimed. */
-#include "catalogue.h"
-#include "creep_search.h"
-#include "fit.h"
+#include "chain/catalogue.h"
+#include "identify/creep_search.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What fit.h does for every family: with families made for the purpose, each with a fault or a gap of its own. */
-#include "catalogue.h"
-#include "fit.h"
+/* What fit.h does without endy family: with families made for the purpose, each with a fault or a gap of its own. */
+#include "chain/catalogue.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Families of paper 001: both estimates against known numbers, refusals. */
-#include "families/modified_play.h"
-#include "family.h"
-#include "play_plane.h"
-#include "recursion.h"
+#include "elements/play_plane.h"
+#include "elements/recursion.h"
+#include "identify/families/modified_play.h"
+#include "identify/family.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

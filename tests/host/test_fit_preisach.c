@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Identification of the Preisach model: what it recovers, what it says it cannot, and what it does then. */
-#include "catalogue.h"
-#include "compile.h"
-#include "fit.h"
-#include "preisach_grid.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
+#include "elements/preisach_grid.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Rate dependence: found when it is there, nothing when it is not, and always with an inverse that is stable.
  */
-#include "catalogue.h"
-#include "fit.h"
+#include "chain/catalogue.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Families in stop form and with inertia: the truth found again, from positions whose derivatives are known. */
-#include "catalogue.h"
-#include "fit.h"
+#include "chain/catalogue.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Image files: the same validator as the amplifier's, one line for every kind of damage. */
-#include "compile.h"
+/* Image files: the same validator as the amplifier's, one line without endy kind of damage. */
+#include "compile/compile.h"
 #include "support.h"
 #include "unity.h"
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bounded least squares against its optimality conditions, computed here from the rows themselves. */
-#include "least_squares.h"
-#include "parallel.h"
+#include "base/parallel.h"
+#include "numerics/least_squares.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Where an effect acts: constructed differences whose place is known. */
-#include "diagnosis/cells.h"
-#include "diagnosis/drive_period.h"
-#include "diagnosis/drive_rate.h"
-#include "diagnosis/lines.h"
-#include "diagnosis/locate.h"
-#include "diagnosis/loop_parts.h"
-#include "diagnosis/spectrum.h"
+#include "diagnosis/noise/lines.h"
+#include "diagnosis/where/cells.h"
+#include "diagnosis/where/drive_period.h"
+#include "diagnosis/where/drive_rate.h"
+#include "diagnosis/where/locate.h"
+#include "diagnosis/where/loop_parts.h"
+#include "numerics/spectrum.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -348,7 +348,7 @@ static void test_no_period(void) {
 }
 
 /* Parseval, on average over the place under the window: the energy of white noise there scatters by sqrt(3.9 / 12000)
- * (Hann's window squared has a relative spread of 35/18), of which 0.1 are five; the level of 4096 bins of it, three of
+ * (Hann's window squared has a relative spread of 35/18), of which 0.1 are five. The level of 4096 bins of it, three of
  * which are independent of each other in four, by 1/55. */
 static void test_spectrum_has_all_the_energy(void) {
     double energy = 0.0, spectral = 0.0, level = 0.0;

@@ -85,7 +85,7 @@ has json '"relation": "goes with it"'
 has words 'What the model leaves goes with the temperature: 0.0'
 diagnose warming
 has json '"relation": "looks like it"'
-has words 'cannot be told from any other slow drift'
+has words 'cannot be distinguished from any other slow drift'
 diagnose wandering
 has json '"relation": "goes with it"'
 has json '"findings": []' # a block that moves slowly explains a part, but stands for nothing beside the thermometer

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Model files: what is read is what was written, and everything else is refused with one line that says where. */
-#include "catalogue.h"
-#include "model.h"
+#include "chain/catalogue.h"
+#include "chain/model.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Blocks of paper 001: the plane of plays against relays, the recursion, the amplifier, refusals. */
-#include "compile.h"
-#include "play_plane.h"
-#include "recursion.h"
+#include "compile/compile.h"
+#include "elements/play_plane.h"
+#include "elements/recursion.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Tasks on all processors: each done once, whatever their number, nested or not, and never more threads than asked for.
+/* Tasks on all processors: each done once, whatever their number, nested or not, and never more threads than requested.
  */
-#include "parallel.h"
+#include "base/parallel.h"
 #include "unity.h"
 #include <stdatomic.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Merging play operators: the branch of the merged bank differs from the original by no more than what is reported. */
-#include "play_curve.h"
+#include "elements/play_curve.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Preisach model on the host: the block, and the amplifier's table that is compiled from it. */
-#include "catalogue.h"
-#include "chain.h"
-#include "compile.h"
-#include "preisach_grid.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "compile/compile.h"
+#include "elements/preisach_grid.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

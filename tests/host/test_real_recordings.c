@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The recordings of real actuators, found through HYST_RECORDINGS; skipped without it. */
-#include "compile.h"
-#include "fit.h"
+#include "compile/compile.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Refining finds again what a recording was made from, knows how sure it is, and says what it cannot know. */
-#include "catalogue.h"
-#include "refine.h"
+#include "chain/catalogue.h"
+#include "identify/refine.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Stop form, inertia and preload: blocks against the operator definitions, each other, and integration in small steps.
  */
-#include "catalogue.h"
-#include "stop_bank.h"
+#include "chain/catalogue.h"
+#include "elements/stop_bank.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The density form against the stop operator's own definition, against areas in closed form, and what the numbers that
  * are printed for it do. */
-#include "catalogue.h"
-#include "compile.h"
-#include "fit.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
+#include "identify/fit.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

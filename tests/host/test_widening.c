@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Loops that widen with the drive rate: plays and relays whose thresholds move, each one by itself, against the play in
  * front of the hysteresis that block rate_dependent_hysteresis is. */
-#include "preisach_grid.h"
+#include "elements/preisach_grid.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>

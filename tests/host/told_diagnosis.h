@@ -7,10 +7,10 @@
 #ifndef TOLD_DIAGNOSIS_H
 #define TOLD_DIAGNOSIS_H
 
-#include "catalogue.h"
-#include "diagnosis/diagnosis_json.h"
-#include "diagnosis/diagnosis_report.h"
-#include "diagnosis/diagnosis_text.h"
+#include "chain/catalogue.h"
+#include "report/diagnosis_json.h"
+#include "report/diagnosis_report.h"
+#include "report/diagnosis_text.h"
 #include "support.h"
 
 enum { SAMPLES = 6000, RECORDINGS = 2 };

@@ -116,7 +116,7 @@ static void interleaved(passage_t *passage, const double *parameter) {
     for (size_t k = 0; k < passage->count; k++) {
         const size_t then = k >= OVERSAMPLING ? k - OVERSAMPLING : 0;
         const double s = (passage->drive_v[then] - middle_v(passage)) / half_range_v(passage);
-        if (then == 0) { /* as it has been for ever */
+        if (then == 0) { /* as it has been without end */
             passage->value[k] /= 1.0 - parameter[0] * s;
         } else {
             passage->value[k] += parameter[0] * passage->value[then] * s;
@@ -271,22 +271,13 @@ static void steps(passage_t *passage, const double *parameter) {
 }
 
 const effect_t catalogue_effects[] = {
-    {"transport_delay", "lag", {"delay_s"}, 2e-4, 2e-2, set_first, delay, STAGE_ELECTRONICS, false},
-    {"amplifier_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_ELECTRONICS, false},
-    {"amplifier_slew_limit", "slew", {"limit_v_per_s"}, 0.5, 100.0, set_slew, slew, STAGE_ELECTRONICS, false},
-    {"amplifier_saturation", "saturation", {"high_v"}, 0.05, 0.4, set_rail, rail, STAGE_ELECTRONICS, false},
-    {"asymmetric_hysteresis",
-     "shape",
-     {"asymmetry", "half_range_v"},
-     0.03,
-     0.3,
-     set_bend,
-     asymmetric,
-     STAGE_HYSTERESIS,
-     false},
-    {"rate_dependent_hysteresis", "rate", {"beta_s"}, 1e-3, 0.1, set_first, rate_dependent, STAGE_HYSTERESIS, true},
+    {"transport_delay", {"delay_s"}, 2e-4, 2e-2, set_first, delay, STAGE_ELECTRONICS, false},
+    {"amplifier_bandwidth", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_ELECTRONICS, false},
+    {"amplifier_slew_limit", {"limit_v_per_s"}, 0.5, 100.0, set_slew, slew, STAGE_ELECTRONICS, false},
+    {"amplifier_saturation", {"high_v"}, 0.05, 0.4, set_rail, rail, STAGE_ELECTRONICS, false},
+    {"asymmetric_hysteresis", {"asymmetry", "half_range_v"}, 0.03, 0.3, set_bend, asymmetric, STAGE_HYSTERESIS, false},
+    {"rate_dependent_hysteresis", {"beta_s"}, 1e-3, 0.1, set_first, rate_dependent, STAGE_HYSTERESIS, true},
     {"interleaved_hysteresis",
-     "shape",
      {"bilinear_gain", "half_range_v"},
      0.02,
      0.3,
@@ -294,25 +285,24 @@ const effect_t catalogue_effects[] = {
      interleaved,
      STAGE_POSITION,
      false},
-    {"creep", "slow", {"gamma_per_decade"}, 0.015, 0.1, set_first, creep, STAGE_POSITION, false},
-    {"dielectric_loss", "slow", {"loss_tangent"}, 0.01, 0.1, set_first, constant_phase, STAGE_POSITION, false},
-    {"charge_leakage", "slow", {"time_constant_s"}, 0.2, 20.0, set_leakage, leakage, STAGE_POSITION, false},
-    {"gain_drift", "slow", {"gain_per_s"}, 0.02, 0.5, set_gain_drift, gain_drift, STAGE_POSITION, false},
-    {"resonance", "resonance", {"frequency_hz", "damping_ratio"}, 1e-5, 1e-3, set_mode, mode, STAGE_POSITION, false},
-    {"preload", "preload", {"compliance_per_n"}, 0.003, 0.1, set_first, preload, STAGE_POSITION, false},
-    {"sensor_bandwidth", "lag", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_POSITION, false},
+    {"creep", {"gamma_per_decade"}, 0.015, 0.1, set_first, creep, STAGE_POSITION, false},
+    {"dielectric_loss", {"loss_tangent"}, 0.01, 0.1, set_first, constant_phase, STAGE_POSITION, false},
+    {"charge_leakage", {"time_constant_s"}, 0.2, 20.0, set_leakage, leakage, STAGE_POSITION, false},
+    {"gain_drift", {"gain_per_s"}, 0.02, 0.5, set_gain_drift, gain_drift, STAGE_POSITION, false},
+    {"resonance", {"frequency_hz", "damping_ratio"}, 1e-5, 1e-3, set_mode, mode, STAGE_POSITION, false},
+    {"preload", {"compliance_per_n"}, 0.003, 0.1, set_first, preload, STAGE_POSITION, false},
+    {"sensor_bandwidth", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_POSITION, false},
     {"static_nonlinearity",
-     "shape",
-     {"quadratic", "cubic", "half_range_um", "center_um"},
+     {"quadratic", "half_range_um", "center_um"},
      0.01,
      0.3,
      set_curved_sensor,
      curved_sensor,
      STAGE_POSITION,
      false},
-    {"thermal_drift", "slow", {"drift_um", "time_constant_s"}, 0.02, 1.0, set_thermal, thermal, STAGE_POSITION, false},
-    {"mains_interference", "hum", {"frequency_hz", "amplitude_um"}, 2e-3, 0.5, set_hum, hum, STAGE_POSITION, false},
-    {"quantisation", "quantisation", {"step_um"}, 5e-3, 0.5, set_steps, steps, STAGE_SAMPLES, false},
+    {"thermal_drift", {"drift_um", "time_constant_s"}, 0.02, 1.0, set_thermal, thermal, STAGE_POSITION, false},
+    {"mains_interference", {"frequency_hz", "amplitude_um"}, 2e-3, 0.5, set_hum, hum, STAGE_POSITION, false},
+    {"quantisation", {"step_um"}, 5e-3, 0.5, set_steps, steps, STAGE_SAMPLES, false},
 };
 const size_t catalogue_effect_count = sizeof catalogue_effects / sizeof catalogue_effects[0];
 

@@ -31,7 +31,6 @@ typedef struct {
 
 typedef struct {
     const char *name;                         /**< as the block's in the catalogue, or in words */
-    const char *group;                        /**< effects that are confused share one; NULL: in no catalogue */
     const char *parameter[EFFECT_PARAMETERS]; /**< named as the block's; NULL: none further */
     double typical;                           /**< size of a typical case */
     double most;                              /**< size that physics allows */

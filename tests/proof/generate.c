@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * proof_generate --seed N [--reduced] FOLDER
+ * proof_generate --effects
  *
  * Writes recordings into the folder, and on stdout what they hide, which nothing in the recordings says. The case's
  * number is that of its recordings: case-007.csv, or case-007-0.csv and so on where it has several.
+ *
+ * --effects lists what can be hidden of the catalogue of blocks, one a line: its name, then its parameters' names.
  */
 #include "simulate.h"
 #include <errno.h>
@@ -40,9 +43,8 @@ static void write_recording(const char *folder, const case_t *item, size_t numbe
 static void print_effect(const presence_t *presence, bool first) {
     const effect_t *effect = presence->effect;
     const char *separator = "";
-    printf("%s\n      {\"name\": \"%s\", \"group\": ", first ? "" : ",", effect->name);
-    printf(effect->group != NULL ? "\"%s\"" : "null", effect->group);
-    printf(", \"strength\": %.4g, \"visible\": %.4g, \"parameters\": {", presence->strength, presence->visible);
+    printf("%s\n      {\"name\": \"%s\", \"strength\": %.4g, \"visible\": %.4g, \"parameters\": {", first ? "" : ",",
+           effect->name, presence->strength, presence->visible);
     for (size_t p = 0; p < EFFECT_PARAMETERS && effect->parameter[p] != NULL; p++) {
         printf("%s\"%s\": %.10g", separator, effect->parameter[p], presence->parameter[p]);
         separator = ", ";
@@ -83,7 +85,21 @@ static void make(const char *folder, case_t *item, size_t number) {
     excitation_free(&excitation);
 }
 
+static int list_effects(void) {
+    for (size_t e = 0; e < catalogue_effect_count; e++) {
+        printf("%s", catalogue_effects[e].name);
+        for (size_t p = 0; p < EFFECT_PARAMETERS && catalogue_effects[e].parameter[p] != NULL; p++) {
+            printf(" %s", catalogue_effects[e].parameter[p]);
+        }
+        printf("\n");
+    }
+    return EXIT_SUCCESS;
+}
+
 int main(int argc, char **argv) {
+    if (argc == 2 && strcmp(argv[1], "--effects") == 0) {
+        return list_effects();
+    }
     uint64_t seed = 0;
     bool reduced = false, seeded = false;
     const char *folder = NULL;
@@ -99,7 +115,7 @@ int main(int argc, char **argv) {
         }
     }
     if (folder == NULL || !seeded) {
-        fputs("usage: proof_generate --seed N [--reduced] FOLDER\n", stderr);
+        fputs("usage: proof_generate --seed N [--reduced] FOLDER\n       proof_generate --effects\n", stderr);
         return 2;
     }
     size_t count;

@@ -43,7 +43,7 @@ void refit_add_bank(refit_t *refit, const excitation_t *excitation, bool from_ab
     }
 }
 
-/* Cholesky, of the correlations; a column that the ones before it explain to 1e-9 takes no part. What the j-th column
+/* Cholesky, of the correlations; a column that the ones before it explain to 1e-9 is left out. What the j-th column
  * explains of the change is the square of the j-th number of the forward solution. */
 double refit_left(const refit_t *refit) {
     double factor[REFIT_MOST_NUMBERS][REFIT_MOST_NUMBERS] = {{0.0}}, explained[REFIT_MOST_NUMBERS] = {0.0};

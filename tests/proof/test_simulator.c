@@ -70,7 +70,7 @@ static void test_plane_is_its_relays(void) {
     free(on);
 }
 
-/* Falling branches lie above rising ones, for every source. */
+/* Falling branches lie above rising ones, without endy source. */
 static void test_hysteresis_lags(void) {
     for (int source = 0; source < SOURCE_COUNT; source++) {
         case_t item = bare_case((source_t)source, EXCITATION_SINE);
@@ -180,7 +180,7 @@ static void test_strengths_are_reached(void) {
     }
 }
 
-/* Every effect that no catalogue has is there with at least half of the strength that was asked for, on every source
+/* Every effect that no catalogue has is there with at least half of the strength that was requested, on every source
  * and wherever the stroke lies: some come in steps, or only in a part of the stroke. */
 static void test_unknown_effects_are_there(void) {
     for (size_t e = 0; e < unknown_effect_count; e++) {

@@ -194,19 +194,19 @@ static void telegraph(passage_t *passage, const double *parameter) {
 }
 
 const effect_t unknown_effects[] = {
-    {"relaxation of one time", NULL, {NULL}, 0.01, 0.2, set_first, relaxation, STAGE_POSITION, false},
-    {"gain step", NULL, {NULL}, 0.01, 0.5, set_gain_step, gain_step, STAGE_POSITION, false},
-    {"self-heating", NULL, {NULL}, 0.005, 0.5, set_first, self_heating, STAGE_POSITION, false},
-    {"mode with antiresonance", NULL, {NULL}, 0.05, 1.0, set_mode, antiresonance, STAGE_POSITION, false},
-    {"stiffening mode", NULL, {NULL}, 1e-5, 1e-3, set_stiffening, stiffening_mode, STAGE_POSITION, false},
-    {"contact lost below a position", NULL, {NULL}, 0.02, 0.9, set_first, contact, STAGE_POSITION, false},
-    {"backlash", NULL, {NULL}, 0.005, 0.2, set_um, backlash, STAGE_POSITION, false},
-    {"stiction", NULL, {NULL}, 0.005, 0.2, set_um, stiction, STAGE_POSITION, false},
-    {"cross-talk of the squared rate", NULL, {NULL}, 0.05, 10.0, set_um, rate_crosstalk, STAGE_POSITION, false},
-    {"aliased tone that wanders", NULL, {NULL}, 0.002, 0.5, set_um, aliased_tone, STAGE_POSITION, false},
-    {"timing jitter", NULL, {NULL}, 1e-4, 0.05, set_first, jitter, STAGE_POSITION, false},
-    {"missing codes", NULL, {NULL}, 0.005, 0.07, set_um, missing_codes, STAGE_POSITION, false},
-    {"spikes", NULL, {NULL}, 0.02, 1.0, set_um, spikes, STAGE_SAMPLES, false},
-    {"random telegraph signal", NULL, {NULL}, 0.005, 0.5, set_um, telegraph, STAGE_SAMPLES, false},
+    {"relaxation of one time", {NULL}, 0.01, 0.2, set_first, relaxation, STAGE_POSITION, false},
+    {"gain step", {NULL}, 0.01, 0.5, set_gain_step, gain_step, STAGE_POSITION, false},
+    {"self-heating", {NULL}, 0.005, 0.5, set_first, self_heating, STAGE_POSITION, false},
+    {"mode with antiresonance", {NULL}, 0.05, 1.0, set_mode, antiresonance, STAGE_POSITION, false},
+    {"stiffening mode", {NULL}, 1e-5, 1e-3, set_stiffening, stiffening_mode, STAGE_POSITION, false},
+    {"contact lost below a position", {NULL}, 0.02, 0.9, set_first, contact, STAGE_POSITION, false},
+    {"backlash", {NULL}, 0.005, 0.2, set_um, backlash, STAGE_POSITION, false},
+    {"stiction", {NULL}, 0.005, 0.2, set_um, stiction, STAGE_POSITION, false},
+    {"cross-talk of the squared rate", {NULL}, 0.05, 10.0, set_um, rate_crosstalk, STAGE_POSITION, false},
+    {"aliased tone that wanders", {NULL}, 0.002, 0.5, set_um, aliased_tone, STAGE_POSITION, false},
+    {"timing jitter", {NULL}, 1e-4, 0.05, set_first, jitter, STAGE_POSITION, false},
+    {"missing codes", {NULL}, 0.005, 0.07, set_um, missing_codes, STAGE_POSITION, false},
+    {"spikes", {NULL}, 0.02, 1.0, set_um, spikes, STAGE_SAMPLES, false},
+    {"random telegraph signal", {NULL}, 0.005, 0.5, set_um, telegraph, STAGE_SAMPLES, false},
 };
 const size_t unknown_effect_count = sizeof unknown_effects / sizeof unknown_effects[0];

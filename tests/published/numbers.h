@@ -6,7 +6,7 @@
 #ifndef NUMBERS_H
 #define NUMBERS_H
 
-#include "failure.h"
+#include "base/failure.h"
 #include <jansson.h>
 
 typedef struct {

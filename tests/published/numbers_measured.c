@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "golden_section.h"
-#include "least_squares.h"
 #include "numbers.h"
-#include "recording.h"
-#include "sine_fit.h"
+#include "numerics/golden_section.h"
+#include "numerics/least_squares.h"
+#include "numerics/sine_fit.h"
+#include "recording/recording.h"
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_sort.h>
 #include <gsl/gsl_statistics_double.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The error budget finds the flaws that were put in. */
-#include "error_budget.h"
 #include "random.h"
+#include "report/error_budget.h"
 #include <math.h>
 #include <stdio.h>
 #include <unity.h>

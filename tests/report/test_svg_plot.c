@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What a picture may not lose, and what must not break it. */
-#include "svg_plot.h"
+#include "page/svg_plot.h"
 #include <stdlib.h>
 #include <string.h>
 #include <unity.h>
@@ -204,6 +204,106 @@ static void test_short_decades_are_plain_numbers(void) {
     TEST_ASSERT_NULL(strstr(text, ">1e"));
 }
 
+static void count_of(const char *part, size_t expected) {
+    TEST_ASSERT_EQUAL_UINT64_MESSAGE(expected, occurrences(part), part);
+}
+
+/* Noise over time is a band from its lowest to its highest value; a slow curve of as many samples is a line. */
+static void test_a_trace_denser_than_the_pixels_is_a_band(void) {
+    static double slow[POINTS];
+    for (size_t k = 0; k < POINTS; k++) {
+        x[k] = (double)k;
+        y[k] = k % 2 == 0 ? 1.0 : -1.0;
+        slow[k] = sin(6.283185307179586 * 3.0 * (double)k / POINTS);
+    }
+    y[9999] = 3.0;
+    const plot_line_t lines[] = {{"before", "dense", x, y, POINTS}, {"after", "slow", x, slow, POINTS}};
+    draw(lines, 2, "both", PLOT_NO_SHADE);
+    count_of("<path class=\"band before\"", 1);
+    count_of("<polyline class=\"after\"", 1);
+    count_of("<polyline", 1);
+    /* The spike of one sample is the top of the band: -1 to 3 are 262 units but for 5 % on either side. */
+    char *at = strchr(strstr(text, "band before"), 'M') + 1, *next;
+    double top = HUGE_VAL, bottom = -HUGE_VAL;
+    while (*at != 'Z') {
+        strtod(at, &next);
+        const double level = strtod(next, &next);
+        top = fmin(top, level);
+        bottom = fmax(bottom, level);
+        at = next + 1;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 262.0 / 1.1, bottom - top);
+}
+
+/* A loop keeps its two branches however often it is repeated; where a spread says as much, it is one. */
+static void test_a_loop_stays_a_line(void) {
+    for (size_t k = 0; k < POINTS; k++) {
+        x[k] = cos(6.283185307179586 * 50.0 * (double)k / POINTS);
+        y[k] = sin(6.283185307179586 * 50.0 * (double)k / POINTS) * (double)(k % 97) / 96.0;
+    }
+    plot_line_t line = {"before", "loop", x, y, POINTS};
+    draw(&line, 1, "loop", PLOT_NO_SHADE);
+    count_of("band before", 0);
+    free(text);
+    line.class_name = "before spread";
+    draw(&line, 1, "loop", PLOT_NO_SHADE);
+    count_of("<path class=\"band before spread\"", 1);
+    free(text);
+    for (size_t k = 0; k < POINTS; k++) { /* but a single outline leaves most of what it encloses empty */
+        y[k] = sin(6.283185307179586 * 50.0 * (double)k / POINTS);
+    }
+    draw(&line, 1, "loop", PLOT_NO_SHADE);
+    count_of("<path class=\"band", 0);
+}
+
+/* 2 to 9 of each decade; 2 and 5 with their numbers where there are few decades. */
+static void test_minor_ticks(void) {
+    const double hz[] = {1.0, 1000.0}, level[] = {1.0, 6.0};
+    const plot_line_t line = {"after", "a", hz, level, 2};
+    FILE *file = open_memstream(&text, &length);
+    TEST_ASSERT_NOT_NULL(file);
+    plot_write_logarithmic(file, &(plot_t){"t", "x", "y", &line, 1, PLOT_NO_SHADE});
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+    count_of("v4\"/>", 3 * 8 + 1); /* and 0.9, as the axis is a little wider */
+    count_of("h-4\"/>", 5);
+    count_of(">100</text>", 1);
+    count_of(">200</text>", 0);
+    count_of(">2</text>", 1); /* of the levels */
+    count_of(">5</text>", 1);
+    free(text);
+    text = NULL;
+    file = open_memstream(&text, &length);
+    TEST_ASSERT_NOT_NULL(file);
+    plot_write_over_frequency(file, &(plot_t){"t", "x", "y", &line, 1, PLOT_NO_SHADE});
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+    count_of("v4\"/>", 3 * 8 + 1); /* and 0.9, as the axis is a little wider */
+    count_of("h-4\"/>", 0);        /* the levels are linear */
+}
+
+/* The numbers beside a picture: all of few, of many the extremes of each stretch, and how many there were. */
+static void test_data_keep_the_extremes(void) {
+    for (size_t k = 0; k < POINTS; k++) {
+        x[k] = (double)k;
+        y[k] = 0.0;
+    }
+    y[12345] = 7.25;
+    y[12346] = -3.5;
+    const plot_line_t lines[] = {{"after", "a</script>", x, y, POINTS}, {"before", "b", x, x, 3}};
+    draw(lines, 2, "data", PLOT_NO_SHADE);
+    char *data = strstr(text, "class=\"data\"");
+    TEST_ASSERT_NOT_NULL(data);
+    TEST_ASSERT_NOT_NULL(strstr(data, "7.25"));
+    TEST_ASSERT_NOT_NULL(strstr(data, "-3.5"));
+    TEST_ASSERT_NOT_NULL(strstr(data, "\"of\":20000"));
+    TEST_ASSERT_NOT_NULL(strstr(data, "\"of\":3,\"x\":[0,1,2],\"y\":[0,1,2]"));
+    count_of("</script>", 1);
+    size_t commas = 0;
+    for (const char *at = strstr(data, "\"y\":["); *at != ']'; at++) {
+        commas += *at == ',' ? 1 : 0;
+    }
+    TEST_ASSERT_TRUE(commas < 2500);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_sample_spike_keeps_its_height);
@@ -215,6 +315,10 @@ int main(void) {
     RUN_TEST(test_a_sheet_has_the_legend_that_its_plots_have);
     RUN_TEST(test_logarithmic_axes);
     RUN_TEST(test_short_decades_are_plain_numbers);
+    RUN_TEST(test_a_trace_denser_than_the_pixels_is_a_band);
+    RUN_TEST(test_a_loop_stays_a_line);
+    RUN_TEST(test_minor_ticks);
+    RUN_TEST(test_data_keep_the_extremes);
     RUN_TEST(test_nothing_to_draw_draws_nothing);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier.h"
-#include "compile.h"
+#include "compile/compile.h"
 #include <gsl/gsl_math.h>
 
 static double reference(const sine_track_t *track, double rate_hz, double sample) {

@@ -7,7 +7,7 @@
 #define AMPLIFIER_H
 
 #include "hyst/parameters.h"
-#include "recording.h"
+#include "recording/recording.h"
 
 /** A twin, as the amplifier meets it. */
 typedef struct {

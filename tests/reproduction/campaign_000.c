@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "campaign_000.h"
-#include "chain.h"
-#include "moving_average.h"
+#include "chain/chain.h"
+#include "numerics/moving_average.h"
 #include "twins/twin_000.h"
 #include <gsl/gsl_math.h>
 #include <stdio.h>

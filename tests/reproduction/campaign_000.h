@@ -6,8 +6,8 @@
 #ifndef CAMPAIGN_000_H
 #define CAMPAIGN_000_H
 
-#include "model.h"
-#include "recording.h"
+#include "chain/model.h"
+#include "recording/recording.h"
 #include <stdint.h>
 
 #define CAMPAIGN_000_RATE_HZ 20000.0 /* chosen: the paper does not report it */

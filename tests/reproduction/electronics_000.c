@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "electronics_000.h"
-#include "catalogue.h"
-#include "linear_fit.h"
+#include "chain/catalogue.h"
+#include "identify/linear_fit.h"
 #include <gsl/gsl_multimin.h>
 #include <math.h>
 #include <stdlib.h>

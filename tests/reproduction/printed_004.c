@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "printed_004.h"
-#include "catalogue.h"
+#include "chain/catalogue.h"
 #include "random.h"
 #include "twins/twin_004.h"
 #include <gsl/gsl_math.h>

@@ -7,8 +7,8 @@
 #ifndef PRINTED_004_H
 #define PRINTED_004_H
 
-#include "model.h"
-#include "recording.h"
+#include "chain/model.h"
+#include "recording/recording.h"
 #include <stdint.h>
 
 enum { PRINTED_004_OPERATORS = 10 };

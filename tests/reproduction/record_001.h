@@ -3,7 +3,7 @@
 #ifndef RECORD_001_H
 #define RECORD_001_H
 
-#include "recording.h"
+#include "recording/recording.h"
 #include <stdint.h>
 
 /** A sine of the drive around 0 V, and what the twin's sensor reads; the transient is over when it begins. */

@@ -10,7 +10,7 @@
 #ifndef REPRODUCTION_H
 #define REPRODUCTION_H
 
-#include "svg_plot.h"
+#include "page/svg_plot.h"
 #include <stdbool.h>
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "reproduction_page.h"
-#include "json_output.h"
+#include "base/json_output.h"
 #include <errno.h>
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #ifndef REPRODUCTION_PAGE_H
 #define REPRODUCTION_PAGE_H
 
-#include "failure.h"
+#include "base/failure.h"
 #include "reproduction.h"
 #include <stdio.h>
 

@@ -6,10 +6,10 @@
  */
 #include "amplifier.h"
 #include "campaign_000.h"
-#include "catalogue.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
 #include "electronics_000.h"
-#include "fit.h"
+#include "identify/fit.h"
 #include "reproduction.h"
 #include "twins/twin_000.h"
 #include <math.h>

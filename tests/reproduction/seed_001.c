@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bimorph with odd harmonics and interleaved hysteresis, 1 to 110 Hz. docs/MODELS.md, section 9. */
 #include "seed_001.h"
-#include "chain.h"
-#include "families/modified_play.h"
-#include "family.h"
+#include "chain/chain.h"
+#include "commands/print.h"
+#include "identify/families/modified_play.h"
+#include "identify/family.h"
+#include "numerics/sine_fit.h"
 #include "reproduction.h"
-#include "sine_fit.h"
 #include <gsl/gsl_math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,7 +25,7 @@ typedef struct {
     double hz;
     double rms_um[MODELS], fit_percent[MODELS]; /* held out, simulated */
     double one_step_um;                         /* recursive least squares, predicting one step */
-    double one_step_simulated_um;               /* the same, simulated; HUGE_VAL: runs away */
+    double one_step_simulated_um;               /* the same, simulated; HUGE_VAL: diverges */
     seed_001_tracked_t printed; /* recursive least squares at +-75 V and direct inverse multiplication */
     seed_001_tracked_t exact;   /* proposed model at the drive that the reference needs, exact inverse of lib/hyst */
     seed_001_tracked_t direct;  /* the same, direct inverse multiplication */

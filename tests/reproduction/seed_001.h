@@ -3,7 +3,7 @@
 #ifndef SEED_001_H
 #define SEED_001_H
 
-#include "model.h"
+#include "chain/model.h"
 #include "record_001.h"
 #include "twins/twin_001.h"
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Beyond paper 001: one physical chain for all frequencies instead of 110 sets of numbers. */
-#include "catalogue.h"
-#include "chain.h"
-#include "family.h"
-#include "play_plane.h"
-#include "recursion.h"
-#include "refine.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "elements/play_plane.h"
+#include "elements/recursion.h"
+#include "identify/family.h"
+#include "identify/refine.h"
 #include "seed_001.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>

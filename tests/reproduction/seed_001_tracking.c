@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Compensation in paper 001: direct inverse multiplication as printed, and both inverses of lib/hyst. */
-#include "compile.h"
-#include "play_plane.h"
-#include "recursion.h"
+#include "compile/compile.h"
+#include "elements/play_plane.h"
+#include "elements/recursion.h"
+#include "numerics/sine_fit.h"
 #include "seed_001.h"
-#include "sine_fit.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The thesis on a P-753.31C: Prandtl-Ishlinskii model with a density, and Preisach model, one set of numbers a
  * frequency. */
-#include "catalogue.h"
-#include "chain.h"
-#include "fit.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "commands/print.h"
+#include "identify/fit.h"
 #include "reproduction.h"
 #include "seed_002_chain.h"
 #include "seed_002_loops.h"

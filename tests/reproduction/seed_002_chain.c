@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "seed_002_chain.h"
-#include "catalogue.h"
-#include "refine.h"
+#include "chain/catalogue.h"
+#include "identify/refine.h"
 #include "seed_002_loops.h"
 #include <math.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #ifndef SEED_002_CHAIN_H
 #define SEED_002_CHAIN_H
 
-#include "model.h"
+#include "chain/model.h"
 #include "reproduction.h"
 
 /** Drive that the thesis judges at, and its mean error there, in % of the stroke. */

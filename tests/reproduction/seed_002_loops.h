@@ -3,13 +3,13 @@
 #ifndef SEED_002_LOOPS_H
 #define SEED_002_LOOPS_H
 
-#include "recording.h"
+#include "recording/recording.h"
 #include <stdint.h>
 
 /** Periods of a recorded sine. */
 #define LOOPS_002_CYCLES 6
 
-/** A sine from 0 V to top_v and back. The twin has been at it for ever. */
+/** A sine from 0 V to top_v and back. The twin has been at it without end. */
 recording_t record_sine_002(double hz, double rate_hz, double top_v, uint64_t seed);
 
 /** The same, from rest at 0 V on. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "seed_002_memory.h"
-#include "chain.h"
+#include "chain/chain.h"
 #include "twins/twin_002.h"
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef SEED_002_MEMORY_H
 #define SEED_002_MEMORY_H
 
-#include "model.h"
+#include "chain/model.h"
 #include "reproduction.h"
 
 /** Reports how well the twin, its ceramic alone and this model (of 0 to 70 V) wipe out, and how congruent their loops

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "seed_002_track.h"
-#include "compile.h"
+#include "compile/compile.h"
 #include "twins/twin_002.h"
 #include <math.h>
 

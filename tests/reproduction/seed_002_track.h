@@ -4,7 +4,7 @@
 #define SEED_002_TRACK_H
 
 #include "amplifier.h"
-#include "model.h"
+#include "chain/model.h"
 
 /**
  * Tracks a sine with the twin, through the image that the model compiles to, at the model's sample rate. Error in % of

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Gu and Zhu: a family of ellipses. docs/MODELS.md, section 13. */
 #include "amplifier.h"
-#include "catalogue.h"
-#include "compile.h"
-#include "ellipse_fit.h"
+#include "chain/catalogue.h"
+#include "commands/print.h"
+#include "compile/compile.h"
 #include "ellipses_003.h"
-#include "fit.h"
+#include "identify/fit.h"
+#include "numerics/ellipse_fit.h"
+#include "numerics/sine_fit.h"
 #include "random.h"
 #include "reproduction.h"
-#include "sine_fit.h"
 #include "twins/twin_003.h"
 #include <gsl/gsl_math.h>
 #include <stdio.h>
@@ -319,7 +320,7 @@ static bool measure_delay(const recording_t *tracked, double frequency_hz, doubl
     return good;
 }
 
-/* One model for every frequency: play operators and creep from one recording of 10 Hz, and a delay, measured by
+/* One model without endy frequency: play operators and creep from one recording of 10 Hz, and a delay, measured by
  * tracking 100 Hz without it. */
 static bool track_with_plays(tracking_t *tracking) {
     recording_t recording, tracked = {0};

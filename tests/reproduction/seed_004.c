@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Rate-dependent Prandtl-Ishlinskii model of a piezoelectric cantilever and its inverse. docs/MODELS.md, section 3. */
 #include "amplifier.h"
-#include "catalogue.h"
-#include "chain.h"
-#include "compile.h"
-#include "fit.h"
+#include "chain/catalogue.h"
+#include "chain/chain.h"
+#include "commands/print.h"
+#include "compile/compile.h"
+#include "identify/fit.h"
+#include "numerics/sine_fit.h"
 #include "printed_004.h"
 #include "reproduction.h"
-#include "sine_fit.h"
 #include "twins/twin_004.h"
 #include <gsl/gsl_math.h>
 #include <stdio.h>

@@ -49,7 +49,7 @@ static void test_is_the_continuum_of_plays_that_it_says(void) {
         largest = fmax(largest, fabs(expected - twin_002_step(&twin, v)));
     }
     /* A midpoint rule of step s misses at most s^2 / 4 times the jump of slope (2 times the density) at each corner of
-     * the memory, and there are never more than the turning points left; 20 is more than random drives leave. */
+     * the memory, and there are never more than the turning points left. 20 is more than random drives leave. */
     TEST_ASSERT_DOUBLE_WITHIN(20.0 * 0.5 * pow(most_v / PLAYS, 2.0) * n.density_um_per_v2, 0.0, largest);
 }
 

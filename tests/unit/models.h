@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * Prandtl-Ishlinskii models for tests: random ones, adversarial ones and the one that seed 004 publishes.
+ * Prandtl-Ishlinskii models for tests: random ones, adversarial ones and the one that paper 004 publishes.
  */
 #ifndef TESTS_MODELS_H
 #define TESTS_MODELS_H

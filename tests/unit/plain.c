@@ -34,17 +34,20 @@ void plain_advance(const hyst_pi_t *model, plain_t *plain, int32_t drive) {
     plain->drive = drive;
 }
 
+static int64_t weight(const hyst_pi_t *model, uint32_t i) {
+    return i == 0 ? model->slope[0] : (int64_t)model->slope[i] - model->slope[i - 1];
+}
+
 static int64_t sum(const hyst_pi_t *model, const plain_t *plain) {
     int64_t total = 0;
     for (uint32_t i = 0; i < model->operators; i++) {
-        total += (int64_t)model->weight[i + 1] * plain->memory[i];
+        total += weight(model, i + 1) * plain->memory[i];
     }
     return total;
 }
 
 int32_t plain_output(const hyst_pi_t *model, const plain_t *plain) {
-    const int64_t total =
-        (int64_t)model->weight[0] * plain->drive + sum(model, plain) + (int64_t)model->offset * (1 << 28);
+    const int64_t total = weight(model, 0) * plain->drive + sum(model, plain) + (int64_t)model->offset * (1 << 28);
     return hyst_saturate((total + (1 << 27)) >> 28);
 }
 
@@ -74,7 +77,7 @@ int32_t plain_solve(const hyst_pi_t *model, const plain_t *plain, int32_t positi
     bool inside = true;
     for (int outward = -1; outward <= 1 && model->operators > 0; outward += 2) {
         const int64_t first = plain->memory[0] + outward * (model->threshold[0] + growth);
-        const int64_t rest = outward * (target - (model->weight[0] * first + memory));
+        const int64_t rest = outward * (target - (weight(model, 0) * first + memory));
         if (rest > 0) {
             drive = walk(model, plain, growth, outward, rest);
             inside = false;
@@ -82,7 +85,7 @@ int32_t plain_solve(const hyst_pi_t *model, const plain_t *plain, int32_t positi
     }
     if (inside) {
         const int64_t distance = target - memory;
-        drive = (distance + (distance < 0 ? -1 : 1) * (model->weight[0] / 2)) / model->weight[0];
+        drive = (distance + (distance < 0 ? -1 : 1) * (weight(model, 0) / 2)) / weight(model, 0);
     }
     *saturated = *saturated || drive > INT32_MAX || drive < INT32_MIN;
     return hyst_saturate(drive);

@@ -93,7 +93,7 @@ void preisach_reference_begin(preisach_reference_t *reference, const preisach_ar
     reference->drive = -1.0L;
 }
 
-/* X(alpha, beta) of seed 002: the plane a_0 + a_1 alpha + a_2 beta in a triangle (2.25), b_0 + b_1 alpha + b_2 beta +
+/* X(alpha, beta) of paper 002: the plane a_0 + a_1 alpha + a_2 beta in a triangle (2.25), b_0 + b_1 alpha + b_2 beta +
  * b_3 alpha beta in a square (2.26). Coefficients from the corners. */
 static long double x_of(const preisach_reference_t *m, long double alpha, long double beta) {
     const long double width = 2.0L / m->intervals;

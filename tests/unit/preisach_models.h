@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * Preisach models for tests: random and adversarial tables, and the model in long double as seed 002 writes it, which
+ * Preisach models for tests: random and adversarial tables, and the model in long double as paper 002 writes it, which
  * shares no code with lib/hyst.
  */
 #ifndef TESTS_PREISACH_MODELS_H
@@ -46,7 +46,7 @@ slopes_t preisach_slopes(const hyst_preisach_t *model);
 
 /**
  * The model in long double. The past is a list of the unforgotten reversals, of any length, and every output is the
- * whole sum of seed 002, (2.18) and (2.22), from the lower end of the range. Values are fractions of full scale.
+ * whole sum of paper 002, (2.18) and (2.22), from the lower end of the range. Values are fractions of full scale.
  */
 typedef struct {
     uint32_t intervals;

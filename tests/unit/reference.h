@@ -26,7 +26,8 @@ long double reference_pi_forward(reference_pi_t *model, long double drive);
  */
 long double reference_pi_inverse(reference_pi_t *model, long double position);
 
-/** Seed 004, equations (16) to (23), rate-independent: the inverse as another Prandtl-Ishlinskii model of the position.
+/** Paper 004, equations (16) to (23), rate-independent: the inverse as another Prandtl-Ishlinskii model of the
+ * position.
  */
 reference_pi_t reference_pi_analytic_inverse(const reference_pi_t *model);
 

@@ -168,7 +168,9 @@ static int64_t curve_at(const hyst_pi_t *from, const hyst_pi_state_t *state, hys
     int64_t continued = state->drive; /* the line of the next inner operator, outwards */
     if (i > 0) {
         const hyst_pi_run_t *run = run_with(state, i - 1U);
-        continued = run->level + (int64_t)run->side * threshold;
+        const uint32_t last = run->end - 1U;
+        continued =
+            hyst_pi_memory(from, state, last) + run->side * ((int64_t)threshold - (int64_t)from->threshold[last]);
     }
     return within(continued, hyst_pi_memory(from, state, i), (int64_t)from->threshold[i] - threshold);
 }
@@ -193,8 +195,11 @@ static void expect_same_memory(const hyst_pi_state_t *expected, const hyst_pi_st
     TEST_ASSERT_EQUAL_INT32(expected->drive, got->drive);
     TEST_ASSERT_EQUAL_INT32(expected->rate, got->rate);
     for (uint32_t k = 0; k < expected->runs; k++) {
-        TEST_ASSERT_EQUAL_INT64(expected->run[k].level, got->run[k].level);
-        TEST_ASSERT_EQUAL_INT64(expected->run[k].outer, got->run[k].outer);
+        TEST_ASSERT_EQUAL_INT32(expected->run[k].level, got->run[k].level);
+        for (int way = HYST_PI_DOWN; way <= HYST_PI_UP; way++) {
+            TEST_ASSERT_EQUAL_INT64(expected->run[k].response[way], got->run[k].response[way]);
+            TEST_ASSERT_EQUAL_INT32(expected->run[k].corner[way], got->run[k].corner[way]);
+        }
         TEST_ASSERT_EQUAL_UINT16(expected->run[k].end, got->run[k].end);
         TEST_ASSERT_EQUAL_INT8(expected->run[k].side, got->run[k].side);
     }

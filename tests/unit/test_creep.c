@@ -117,7 +117,7 @@ static void test_step_response_is_logarithmic(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.03 * gamma, gamma, at_decade[2] - at_decade[1]);
 }
 
-/* A cell that sees the ends for ever never leaves them, and nothing wraps (UBSan looks on). */
+/* A cell that sees the ends without end never leaves them, and nothing wraps (UBSan looks on). */
 static void test_extremes_do_not_wrap(void) {
     hyst_creep_cell_t cell[2] = {{.gain = HYST_Q31_MAX / 2, .rate = HYST_Q31_MAX},
                                  {.gain = -HYST_Q31_MAX / 2, .rate = 1}};
@@ -147,9 +147,53 @@ static void test_refusals(void) {
     TEST_ASSERT_EQUAL_INT(HYST_CREEP_GAIN_TOO_LARGE, hyst_creep_build(&creep, 1, cell, &element));
 }
 
+/* The cells to the last bit, by their equations in 128 bits: rates up to 1 and steps between the ends of the range,
+ * after which a level lies outside of it by rounding, and its distance from the other end is 2^31 units of Q30. */
+static void test_cells_are_their_equations(void) {
+    int beyond = 0;
+    for (int run = 0; run < 3000; run++) {
+        hyst_creep_cell_t cell[4];
+        for (int j = 0; j < 4; j++) {
+            cell[j].gain = random_q31(&rng) / 5;
+            cell[j].rate = HYST_Q31_MAX - (random_unit(&rng) < 0.5 ? random_between(&rng, 0, 3) : 0);
+            if (random_unit(&rng) < 0.3) {
+                cell[j].rate = (random_q31(&rng) & INT32_MAX) | 1;
+            }
+        }
+        hyst_creep_t creep;
+        uint32_t element;
+        TEST_ASSERT_EQUAL_INT(HYST_CREEP_OK, hyst_creep_build(&creep, 4, cell, &element));
+        hyst_creep_state_t state;
+        hyst_creep_settle(&creep, &state, random_q31(&rng));
+        for (int k = 0; k < 100; k++) {
+            const hyst_q31_t ends[] = {INT32_MIN, INT32_MIN, INT32_MAX, INT32_MIN + random_between(&rng, 0, 3)};
+            const hyst_q31_t h = random_unit(&rng) < 0.8 ? ends[random_bits(&rng) % 4U] : random_q31(&rng);
+            __int128 offset = 0;
+            int64_t expected[4];
+            for (int j = 0; j < 4; j++) {
+                const __int128 s = state.level[j];
+                const __int128 level = (s + (1 << 29)) >> 30;
+                offset += (__int128)cell[j].gain * (level > INT32_MAX   ? INT32_MAX
+                                                    : level < INT32_MIN ? INT32_MIN
+                                                                        : level);
+                const __int128 difference = ((__int128)h * HYST_Q30_ONE - s + (1 << 30)) >> 31;
+                beyond += difference > INT32_MAX ? 1 : 0;
+                expected[j] = (int64_t)(s + difference * cell[j].rate);
+            }
+            TEST_ASSERT_EQUAL_INT64((int64_t)((offset + (1 << 30)) >> 31), hyst_creep_offset(&creep, &state));
+            hyst_creep_advance(&creep, &state, h);
+            for (int j = 0; j < 4; j++) {
+                TEST_ASSERT_EQUAL_INT64(expected[j], state.level[j]);
+            }
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(beyond > 0, "the distance that does not fit into 32 bits was met");
+}
+
 int main(void) {
     rng = random_start("test_creep", 20261121);
     UNITY_BEGIN();
+    RUN_TEST(test_cells_are_their_equations);
     RUN_TEST(test_composition_is_exact);
     RUN_TEST(test_follows_double_precision);
     RUN_TEST(test_step_response_is_logarithmic);

@@ -176,6 +176,34 @@ static void test_no_sections_is_a_wire(void) {
     TEST_ASSERT_FALSE(saturated);
 }
 
+/* A first sample is a sample after settling, to the last bit of the state: sections of any gain, saturated or not. */
+static void test_a_first_sample_is_settling_and_a_sample(void) {
+    int saturations = 0;
+    for (int run = 0; run < 20000; run++) {
+        hyst_iir_section_t section[HYST_IIR_MAX_SECTIONS];
+        const uint32_t sections = (uint32_t)(random_bits(&rng) % (HYST_IIR_MAX_SECTIONS + 1U));
+        for (uint32_t i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {
+            section[i] = random_section(0.999);
+            if (random_unit(&rng) < 0.3) { /* gains up to 4 */
+                section[i].b0 = random_q31(&rng) / 2;
+            }
+        }
+        const hyst_iir_t iir = accept(sections, section);
+        hyst_iir_state_t expected, got;
+        hyst_iir_reset(&expected);
+        got = expected;
+        const hyst_q31_t x = random_unit(&rng) < 0.1 ? INT32_MIN : random_q31(&rng) >> (random_bits(&rng) % 31U);
+        bool wanted = false;
+        bool saturated = false;
+        hyst_iir_settle(&iir, &expected, x);
+        TEST_ASSERT_EQUAL_INT32(hyst_iir_step(&iir, &expected, x, &wanted), hyst_iir_begin(&iir, &got, x, &saturated));
+        TEST_ASSERT_EQUAL_INT(wanted, saturated);
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &got, sizeof got);
+        saturations += saturated ? 1 : 0;
+    }
+    TEST_ASSERT_TRUE(saturations > 500);
+}
+
 static void refused(hyst_iir_section_t bad, hyst_iir_status_t status) {
     const hyst_iir_section_t good = {HYST_Q28_ONE, 0, 0, 0, 0};
     const hyst_iir_section_t section[2] = {good, bad};
@@ -202,6 +230,7 @@ static void test_refuses_unstable_and_too_large(void) {
 int main(void) {
     rng = random_start("test_iir", 20261121);
     UNITY_BEGIN();
+    RUN_TEST(test_a_first_sample_is_settling_and_a_sample);
     RUN_TEST(test_follows_double_precision);
     RUN_TEST(test_settles_to_the_exact_gain);
     RUN_TEST(test_settle_is_the_fixed_point);

@@ -3,6 +3,7 @@
  * The exact inverse: composition with the forward model over random and adversarial samples at every drive rate,
  * agreement with the published analytic inverse, and the stability rule.
  */
+#include "composition.h"
 #include "reference.h"
 #include "unity.h"
 #include <inttypes.h>
@@ -15,13 +16,6 @@ static random_t rng;
 void setUp(void) {
 }
 void tearDown(void) {
-}
-
-/* Samples per model family that the composition must survive unsaturated: the issue's 10^7, or
- * HYST_COMPOSITION_SAMPLES. */
-static uint64_t samples_wanted(void) {
-    const char *text = getenv("HYST_COMPOSITION_SAMPLES");
-    return text != NULL ? strtoull(text, NULL, 10) : UINT64_C(10000000);
 }
 
 /*
@@ -110,7 +104,7 @@ static void compose(const hyst_pi_t *model, int samples, composition_t *total) {
 
 static void composition(uint32_t operators, bool rate_dependent) {
     composition_t total = {0};
-    while (total.composed < samples_wanted()) {
+    while (total.composed < composition_samples()) {
         const bool published = operators == 10 && random_unit(&rng) < 0.2;
         pi_arguments_t a = pi_random(&rng, operators, rate_dependent);
         if (published) { /* q = 0.44 on the published numbers */
@@ -207,7 +201,7 @@ static void test_agrees_with_the_published_analytic_inverse(void) {
 
 /*
  * The formula and the publication disagree: b_1 is -0.525, not -0.346, and of the others only b_0 and b_10 (and those
- * next to zero) agree (docs/MODELS.md). The formula is what we test against; `by_hand` are its values from the printed
+ * next to zero) agree (docs/MODELS.md). The test is against the formula; `by_hand` are its values from the printed
  * weights.
  */
 static void test_published_inverse_weights_do_not_follow_from_the_formula(void) {

@@ -167,7 +167,7 @@ static void test_builder_refuses_what_is_not_invertible(void) {
     refused(&bad, HYST_PI_RATE_GAIN_OUT_OF_RANGE, 0);
     bad.rate_gain = HYST_Q30_ONE + 1;
     refused(&bad, HYST_PI_RATE_GAIN_OUT_OF_RANGE, 0);
-    bad.rate_gain = HYST_Q30_ONE; /* seed 004 unsmoothed: q_1 = 2.066 * 0.6893 / 1.5408 = 0.92 */
+    bad.rate_gain = HYST_Q30_ONE; /* paper 004 unsmoothed: q_1 = 2.066 * 0.6893 / 1.5408 = 0.92 */
     refused(&bad, HYST_PI_RATE_FEEDBACK_UNSTABLE, 1);
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The exact inverse of the Preisach model: composition with the forward model over random and adversarial samples. */
+#include "composition.h"
 #include "preisach_models.h"
 #include "unity.h"
 #include <inttypes.h>
@@ -12,12 +13,6 @@ static random_t rng;
 void setUp(void) {
 }
 void tearDown(void) {
-}
-
-/* The 10^7 samples over all grids, or HYST_COMPOSITION_SAMPLES. */
-static uint64_t samples_wanted(void) {
-    const char *text = getenv("HYST_COMPOSITION_SAMPLES");
-    return text != NULL ? strtoull(text, NULL, 10) : UINT64_C(10000000);
 }
 
 /*
@@ -139,7 +134,7 @@ static void test_composition(void) {
     uint64_t saturated = 0;
     uint64_t merged = 0;
     for (size_t k = 0; k < count; k++) {
-        const composition_t total = composition(grids[k], samples_wanted() / count + 1U);
+        const composition_t total = composition(grids[k], composition_samples() / count + 1U);
         saturated += total.saturated;
         merged += total.merged;
     }

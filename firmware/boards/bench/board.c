@@ -19,20 +19,27 @@
 #include "startup.h"
 #include "stm32f405.h"
 
-#define QEMU_TIMER_HZ 1000000000U
-#define QEMU_CORE_HZ  168000000U
-#define APB2_HZ       84000000U /* for the baud rate, which the emulation ignores */
+#define SAMPLE_RATE_HZ 10000U
+#define QEMU_TIMER_HZ  1000000000U
+#define QEMU_CORE_HZ   168000000U
+#define APB2_HZ        84000000U /* for the baud rate, which the emulation ignores */
 
 const board_info_t board_info = {
-    .id = 2,
+    .id = BOARD_ID,
     .latency_samples = 1,
     .position_bits = 16,
     .drive_bits = 16,
-    .sample_rate_mhz = 10000000, /* the twin's sample period is 100 us of its own time */
+    .sample_rate_mhz = SAMPLE_RATE_HZ * 1000U, /* the twin's sample period is 100 us of simulated time */
     .cost_rate_hz = QEMU_TIMER_HZ,
     /* Bytes arrive when the host's scheduler lets QEMU read them, so the pauses within a frame are not the line's. Next
      * to two busy processes on two cores, 5 ms cut a third of the uploads' frames and 20 ms one in thirty. */
     .modbus_silence_us = 20000,
+    .safe_code = 0,
+    /* As the h405's. */
+    .drive_slew_max = BOARD_RANGE_IN_US(800, SAMPLE_RATE_HZ),
+    .image_limits = {.transition_slew_min = BOARD_RANGE_IN_US(10000000, SAMPLE_RATE_HZ),
+                     .transition_slew_max = BOARD_RANGE_IN_US(10000, SAMPLE_RATE_HZ),
+                     .filter_gain_max = 64},
 };
 
 /* Long enough for the host to deliver the next byte, if there is one: some 100 us. */
@@ -45,18 +52,53 @@ static struct {
     unsigned bytes;
 } arriving;
 
-uint16_t board_init(void) {
+board_start_t board_init(void) {
+    const last_run_t last = last_run_take(false); /* the emulator's memory begins as zeros */
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM5 | RCC_APB1ENR_USART2;
     TIM5->CR1 = TIM_CR1_CEN;
     TIM2->PSC = QEMU_TIMER_HZ / 1000000U - 1U;
     TIM2->CR1 = TIM_CR1_CEN;
     SYSTICK->RVR = QEMU_CORE_HZ / 1000U - 1U;
     SYSTICK->CSR = SYSTICK_CSR_ENABLE | SYSTICK_CSR_TICKINT | SYSTICK_CSR_CLKSOURCE;
-    modbus_line_init(APB2_HZ);
-    return 0;
+    /* A pseudo-terminal has two directions, and hands the next request over in the very moment in which the answer's
+     * last byte is written. */
+    modbus_line_init(APB2_HZ, false);
+    return (board_start_t){.reset_cause = last.faulted ? RESET_FAULT | RESET_SOFTWARE : RESET_POWER,
+                           .starts = (uint16_t)(last.starts + 1U),
+                           .fault_address = last.fault_address,
+                           .fault_status = last.fault_status};
 }
 
-void board_start(void) {
+/* There is no stage, and no hardware watchdog in QEMU 7.2. */
+void board_stage_enable(bool on) {
+    (void)on;
+}
+
+void board_watchdog_feed(void) {
+}
+
+/* Memory that a reset leaves alone, in place of flash, which QEMU 7.2 cannot program. It begins as zeros: no copy is
+ * whole. */
+static uint32_t store[BOARD_STORE_SECTORS][BOARD_STORE_WORDS] __attribute__((section(".noinit")));
+
+const uint32_t *board_store_sector(unsigned sector) {
+    return store[sector];
+}
+
+bool board_store_erase(unsigned sector) {
+    for (size_t i = 0; i < BOARD_STORE_WORDS; i++) {
+        store[sector][i] = UINT32_MAX;
+    }
+    return true;
+}
+
+bool board_store_program(unsigned sector, size_t word, uint32_t value) {
+    store[sector][word] &= value;
+    return true;
+}
+
+void board_start(uint16_t drive_code) {
+    (void)drive_code; /* the first sample says it */
     USART2->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
     nvic_enable(IRQ_USART2, PRIORITY_SAMPLE);
 }
@@ -85,8 +127,8 @@ static bool receive(uint32_t byte) {
 }
 
 /*
- * The loop, once for every three bytes. QEMU hands over one byte at a time, and waking the emulated processor for each
- * costs more than the loop itself; so, after the first, the interrupt looks for the others for a while. A code cut
+ * The loop, once without endy three bytes. QEMU hands over one byte at a time, and waking the emulated processor for
+ * each costs more than the loop itself; so, after the first, the interrupt looks for the others for a while. A code cut
  * short is finished by later interrupts.
  */
 void usart2_handler(void) {
@@ -105,7 +147,7 @@ void usart2_handler(void) {
 void systick_handler(void) {
 }
 
-/* The output is the answer to the twin: without one, it stops. */
+/* The output is the answer to the twin: without one it keeps the last code, until the next start answers. */
 void outputs_to_safety(void) {
 }
 

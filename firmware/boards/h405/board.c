@@ -3,17 +3,22 @@
  * STM32F405 on an Olimex STM32-H405: on-chip converters, RS-485 on USART1. Wiring: docs/WIRING.md. Never run on silicon
  * so far.
  *
- * One timer clocks everything. Each update of TIM2, 10 kHz, triggers by hardware
- *   - the ADC: position sample k is taken within the 2.7 us that follow update k;
- *   - the DAC: the code that was written during the last period goes to the output.
- * The interrupt of update k reads position k and writes drive code k, which therefore appears at update k + 1, free of
- * any jitter of the software, and stays until update k + 2. Position k + 1 is sampled just as drive k appears, before
- * anything has moved; position k + 2 is the first that shows drive k: latency_samples is 2.
+ * One timer clocks everything. TIM2 counts to 10 kHz and triggers by hardware
+ *   - the ADC, by its compare channel 2, ADC_AHEAD_US before update k: position sample k;
+ *   - the DAC, by its update k: the code that was written during the last period goes to the output.
+ * So the position is sampled when the output has had all its period to settle, and the 2.7 us of sampling are over
+ * before the output moves. The interrupt of update k reads position k and writes drive code k, which therefore appears
+ * at update k + 1, free of any jitter of the software, and stays until update k + 2. Position k + 1 is sampled just
+ * before drive k appears; position k + 2 is the first that shows drive k: latency_samples is 2.
  *
- * Safe output: an interrupt that is late, or never comes again, leaves the last code standing, since the DAC repeats
- * what it holds. For a piezo that is the safe output; a neutral code written at the start of every interrupt, as motor
- * drives do it, would turn one late sample into a full-scale step of the actuator. Parking is for faults from which
- * nothing computes any more.
+ * Time is counted in periods, not in interrupts: the cycle counter, which runs from the same clock, tells an interrupt
+ * how many periods ago the last one was.
+ *
+ * Safe output: an interrupt that is late leaves the last code standing, since the DAC repeats what it holds. For a
+ * piezo that is better than a neutral code written at the start of every interrupt, as motor drives do it, which would
+ * turn one late sample into a full-scale step of the actuator. An interrupt or a main loop that never comes again is
+ * the hardware watchdog's (supply.h): within 1.9 s it resets the processor, the stage goes off, and the output floats
+ * to where its pull-down leads. A processor fault ramps to the safe code first.
  */
 #include "board.h"
 #include "clock.h"
@@ -21,13 +26,21 @@
 #include "modbus_line.h"
 #include "startup.h"
 #include "stm32f405.h"
+#include "supply.h"
 
 #define SAMPLE_RATE_HZ   10000U
 #define SAMPLE_PERIOD_US (1000000U / SAMPLE_RATE_HZ)
+#define ADC_AHEAD_US     5U /* a conversion takes 3.2 us */
 
 #define PIN_POSITION     1U /* PA1, ADC channel 1: PA0 is the user button of the Olimex board */
 #define PIN_DRIVE        4U /* PA4, DAC channel 1 */
+#define PIN_STAGE_ENABLE 0U /* PB0, high is on */
 #define CHANNEL_POSITION 1U
+
+/* After a processor fault: one 12-bit code in 500 turns of 4 cycles or more, so the whole range in 50 ms at 168 MHz and
+ * in 0.5 s at 16 MHz, before the watchdog bites. */
+#define SAFE_CODE       0U
+#define SAFE_RAMP_TURNS 500U
 
 /* A conversion takes 56 cycles of sampling and 12 of conversion at 21 MHz: 3.2 us. A look takes 8 cycles of the
  * processor or more, so the bound is at least 9.5 us at 168 MHz; twice that, with the fall-back, is a fifth of the
@@ -35,19 +48,33 @@
 #define CONVERSION_LOOKS 200U
 
 const board_info_t board_info = {
-    .id = 1,
+    .id = BOARD_ID,
     .latency_samples = 2,
     .position_bits = 12,
     .drive_bits = 12,
     .sample_rate_mhz = SAMPLE_RATE_HZ * 1000U,
     .cost_rate_hz = 168000000, /* processor cycles; 16 MHz after a fall-back to the bare internal oscillator */
     .modbus_silence_us = 1750, /* the fixed t3.5 of the Modbus standard above 19200 baud */
+    .safe_code = SAFE_CODE,
+    /* The whole range in 0.8 ms: 150 V into 3 uF, a large stack, are then 0.56 A. A sine over the whole range may have
+     * 400 Hz. A slower stage needs a smaller number here. */
+    .drive_slew_max = BOARD_RANGE_IN_US(800, SAMPLE_RATE_HZ),
+    /* Parking over the whole range takes between 10 ms, three periods of a mode of 300 Hz and 45 mA into those 3 uF,
+     * and 10 s, the longest that somebody waits for it. A filter amplifies at most 64 times: one code of a 12-bit
+     * position moves the drive by no more than 1/64 of its range. The host's roll-offs make up to 11. */
+    .image_limits = {.transition_slew_min = BOARD_RANGE_IN_US(10000000, SAMPLE_RATE_HZ),
+                     .transition_slew_max = BOARD_RANGE_IN_US(10000, SAMPLE_RATE_HZ),
+                     .filter_gain_max = 64},
 };
 
-/* Touched by the sample interrupt alone once it runs; `samples` is also read by the main loop. */
-static volatile uint32_t samples;
+/* Touched by the sample interrupt alone once it runs. */
 static uint16_t position_code = BOARD_CODE_MIDDLE;
 static bool period_missed;
+static uint32_t last_cycles;
+
+static volatile uint32_t periods; /* since start; read by the main loop */
+static uint32_t cycles_per_period;
+static uint32_t late_cycles; /* so many since the last interrupt, rounded to periods, are two */
 
 static uint32_t apb1_timer_hz;
 
@@ -57,10 +84,6 @@ static void converters_init(void) {
     RCC->APB2ENR |= RCC_APB2ENR_ADC1;
     GPIOA->MODER |= GPIO_MODE_ANALOG << (2U * PIN_POSITION) | GPIO_MODE_ANALOG << (2U * PIN_DRIVE);
 
-    /* Not triggered yet: the parking code is at the output as soon as the channel is on. */
-    DAC->DHR12L1 = BOARD_CODE_MIDDLE;
-    DAC->CR = DAC_CR_EN1;
-
     ADC_COMMON->CCR = ADC_CCR_ADCPRE_4; /* 21 MHz of at most 36 */
     ADC1->SMPR2 = ADC_SMPR2_CHANNEL(CHANNEL_POSITION, ADC_SMPR_56_CYCLES);
     ADC1->SQR1 = 0; /* a sequence of one */
@@ -68,27 +91,65 @@ static void converters_init(void) {
     ADC1->CR2 = ADC_CR2_ADON; /* the first conversion comes long after the 3 us it needs to stabilise */
 }
 
-uint16_t board_init(void) {
+static void stage_init(void) {
+    RCC->AHB1ENR |= RCC_AHB1ENR_GPIOB;
+    GPIOB->BSRR = GPIO_BSRR_RESET(PIN_STAGE_ENABLE);
+    GPIOB->MODER |= GPIO_MODE_OUTPUT << (2U * PIN_STAGE_ENABLE);
+}
+
+board_start_t board_init(void) {
+    const uint16_t cause = reset_cause();
+    const last_run_t last = last_run_take((cause & RESET_POWER) != 0);
+    stage_init();
+    const bool supplied = supply_init();
     const clocks_t clocks = clock_init();
     apb1_timer_hz = clocks.apb1_timer_hz;
+    cycles_per_period = clocks.core_hz / SAMPLE_RATE_HZ;
+    late_cycles = 2U * cycles_per_period - cycles_per_period / 2U;
     DEMCR |= DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
     converters_init();
-    modbus_line_init(clocks.apb2_hz);
-    return clocks.fallback ? FAULT_CLOCK_FALLBACK : 0;
+    modbus_line_init(clocks.apb2_hz, true);
+    return (board_start_t){.faults =
+                               (uint16_t)((clocks.fallback ? FAULT_CLOCK_FALLBACK : 0) | (supplied ? 0 : FAULT_SUPPLY)),
+                           .reset_cause = (uint16_t)(cause | (last.faulted ? RESET_FAULT : 0)),
+                           .starts = (uint16_t)(last.starts + 1U),
+                           .fault_address = last.fault_address,
+                           .fault_status = last.fault_status};
 }
 
-void board_start(void) {
+void board_stage_enable(bool on) {
+    static bool enabled;
+    if (on != enabled) {
+        enabled = on;
+        GPIOB->BSRR = on ? GPIO_BSRR_SET(PIN_STAGE_ENABLE) : GPIO_BSRR_RESET(PIN_STAGE_ENABLE);
+    }
+}
+
+void board_watchdog_feed(void) {
+    watchdog_feed();
+}
+
+void board_start(uint16_t drive_code) {
+    /* Not triggered yet: the parking code is at the output as soon as the channel is on. */
+    DAC->DHR12L1 = drive_code;
+    DAC->CR = DAC_CR_EN1;
     TIM2->ARR = apb1_timer_hz / SAMPLE_RATE_HZ - 1U;
+    /* High from the compare value to the end of the period: the rising edge starts the conversion. */
+    TIM2->CCMR1 = TIM_CCMR1_OC2_PWM2;
+    TIM2->CCR2 = TIM2->ARR + 1U - apb1_timer_hz / 1000000U * ADC_AHEAD_US;
+    TIM2->CCER = TIM_CCER_CC2E;
     TIM2->EGR =
         TIM_EGR_UG; /* loads ARR, and raises an update that is no period: the converters must not be triggered yet */
     TIM2->SR = ~TIM_SR_UIF;
     TIM2->CR2 = TIM_CR2_MMS_UPDATE;
     DAC->CR = DAC_CR_EN1 | DAC_CR_TEN1 | DAC_CR_TSEL1_TIM2;
-    ADC1->CR2 = ADC_CR2_ADON | ADC_CR2_EXTSEL_TIM2_TRGO | ADC_CR2_EXTEN_RISING;
+    ADC1->CR2 = ADC_CR2_ADON | ADC_CR2_EXTSEL_TIM2_CC2 | ADC_CR2_EXTEN_RISING;
+    last_cycles = DWT_CYCCNT;
     nvic_enable(IRQ_TIM2, PRIORITY_SAMPLE);
     TIM2->DIER = TIM_DIER_UIE;
     TIM2->CR1 = TIM_CR1_CEN;
+    watchdog_start();
 }
 
 static bool conversion_done(void) {
@@ -113,6 +174,19 @@ static bool read_position(void) {
     return in_time;
 }
 
+/* Since the last interrupt: 1, unless some were missed. (An emulator without a cycle counter says 0 cycles.) */
+static uint32_t count_periods(void) {
+    const uint32_t cycles = DWT_CYCCNT;
+    const uint32_t since = cycles - last_cycles;
+    uint32_t passed = 1;
+    last_cycles = cycles;
+    if (since >= late_cycles) {
+        passed = (since + cycles_per_period / 2U) / cycles_per_period;
+    }
+    periods += passed;
+    return passed;
+}
+
 /*
  * The loop. Period 100 us; deadline: the code must be written before the next update. Cost: docs/TIMING.md, and the
  * registers cost_last and cost_max. On an overrun the DAC repeats the last code for one period and the next sample
@@ -120,8 +194,8 @@ static bool read_position(void) {
  */
 void tim2_handler(void) {
     TIM2->SR = ~TIM_SR_UIF;
-    samples++;
-    loop_input_t input = {.overrun = period_missed};
+    const uint32_t passed = count_periods();
+    loop_input_t input = {.overrun = period_missed || passed > 1U, .supply_low = supply_low()};
     input.converter_timeout = !read_position();
     input.position_code = position_code;
     DAC->DHR12L1 = loop_sample(&input);
@@ -131,20 +205,32 @@ void tim2_handler(void) {
     period_missed = (TIM2->SR & TIM_SR_UIF) != 0;
 }
 
-/* With the trigger off, a code goes from the holding register to the output at once. The middle of the range, and not
- * the image's drive_park: after a fault no memory is to be trusted. docs/WIRING.md tells the power stage's designer. */
+/*
+ * With the trigger off, a code goes from the holding register to the output at once. From what is at the output now,
+ * which the converter knows itself, one code at a time to the safe one; not to the image's drive_park, because after a
+ * fault no memory is to be trusted. Then the stage goes off. docs/WIRING.md tells the power stage's designer.
+ */
 void outputs_to_safety(void) {
+    TIM2->CR1 = 0;
+    TIM2->DIER = 0;
+    int32_t code = (int32_t)(DAC->DOR1 & 0xFFFU);
+    DAC->DHR12L1 = (uint32_t)code << 4;
     DAC->CR = DAC_CR_EN1;
-    DAC->DHR12L1 = BOARD_CODE_MIDDLE;
+    while (code != (int32_t)(SAFE_CODE >> 4)) {
+        code += code < (int32_t)(SAFE_CODE >> 4) ? 1 : -1;
+        DAC->DHR12L1 = (uint32_t)code << 4;
+        for (unsigned turn = 0; turn < SAFE_RAMP_TURNS; turn++) {
+            __asm__ volatile("nop");
+        }
+    }
+    GPIOB->BSRR = GPIO_BSRR_RESET(PIN_STAGE_ENABLE);
 }
 
 uint32_t board_cost_counter(void) {
     return DWT_CYCCNT;
 }
 
-/* In steps of one sample: all that this clock times, the end of a Modbus frame and the watchdog, is long against 100
- * us. And there is no second timer that could disagree with the loop about what time it is, whatever the oscillator (or
- * the emulator) makes of its rate. */
+/* In steps of one period: all that this clock times, the end of a Modbus frame and its echo, is long against 100 us. */
 uint32_t board_microseconds(void) {
-    return samples * SAMPLE_PERIOD_US;
+    return periods * SAMPLE_PERIOD_US;
 }

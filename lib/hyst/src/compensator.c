@@ -22,102 +22,168 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
     state->settled = false;
 }
 
+void hyst_compensator_prepare(hyst_compensator_t *c) {
+    c->stages = (c->reference_curved ? (unsigned)HYST_STAGE_REFERENCE_CURVE : 0U) |
+                (c->shape.sections > 0 ? (unsigned)HYST_STAGE_SHAPE : 0U) |
+                (c->creep.cells > 0 ? (unsigned)HYST_STAGE_CREEP : 0U) |
+                (c->curved ? (unsigned)HYST_STAGE_DRIVE_CURVE : 0U) |
+                (c->inertia.sections > 0 ? (unsigned)HYST_STAGE_INERTIA : 0U) |
+                (c->equalise.sections > 0 ? (unsigned)HYST_STAGE_EQUALISE : 0U);
+    if (c->curved) {
+        hyst_curve_invert(&c->drive_curve, &c->drive_curve_inverse);
+    }
+}
+
 /* Drive of the hysteresis (before the electronics' inverse) and of the amplifier (after it). */
 typedef struct {
     hyst_q31_t hysteresis;
     hyst_q31_t amplifier;
 } stage_drive_t;
 
-static stage_drive_t same(hyst_q31_t drive) {
+static inline stage_drive_t same(hyst_q31_t drive) {
     return (stage_drive_t){.hysteresis = drive, .amplifier = drive};
 }
 
-static stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_q31_t reference,
-                                unsigned *events) {
+/* A cascade that is there. Its state starts settled where it does not belong to the present input. */
+static inline hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *state, bool settled, hyst_q31_t x,
+                                bool *saturated) {
+    return settled ? hyst_iir_step(iir, state, x, saturated) : hyst_iir_begin(iir, state, x, saturated);
+}
+
+static inline stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                       hyst_q31_t reference, hyst_hysteresis_found_t *found, unsigned *events) {
     bool filter_saturated = false;
     bool unreachable = false;
-    const hyst_q31_t position = c->reference_curved ? hyst_curve_apply(&c->reference_curve, reference) : reference;
-    if (!state->settled) {
-        hyst_iir_settle(&c->shape, &state->shape, position);
+    const unsigned stages = c->stages;
+    const bool settled = state->settled;
+    hyst_q31_t elastic = reference;
+    if ((stages & HYST_STAGE_REFERENCE_CURVE) != 0) {
+        elastic = hyst_curve_apply(&c->reference_curve, elastic);
     }
-    const hyst_q31_t shaped = hyst_iir_step(&c->shape, &state->shape, position, &filter_saturated);
-    /* |shaped - offset| < 2^32. Saturating makes it the farthest the hysteresis could be asked for. */
-    const hyst_q31_t elastic = hyst_saturate(shaped - hyst_creep_offset(&c->creep, &state->creep));
-    stage_drive_t drive;
-    drive.hysteresis = hyst_hysteresis_solve(&c->hysteresis, hyst_compensator_memory(state), elastic, &unreachable);
-    if (c->curved) {
-        drive.hysteresis = hyst_curve_solve(&c->drive_curve, drive.hysteresis, &unreachable);
+    if ((stages & HYST_STAGE_SHAPE) != 0) {
+        elastic = filter(&c->shape, &state->shape, settled, elastic, &filter_saturated);
     }
-    hyst_q31_t forced = drive.hysteresis;
-    if (c->inertia.sections > 0) { /* without sections the cascade is a wire, here it has to be nothing */
-        if (!state->settled) {
-            hyst_iir_settle(&c->inertia, &state->inertia, elastic);
-        }
-        forced = hyst_add(forced, hyst_iir_step(&c->inertia, &state->inertia, elastic, &filter_saturated));
+    if ((stages & HYST_STAGE_CREEP) != 0) {
+        /* |elastic - offset| < 2^32. Saturating makes it the farthest that the hysteresis could reach. */
+        elastic = hyst_saturate(elastic - hyst_creep_offset(&c->creep, &state->creep));
     }
-    if (!state->settled) {
-        hyst_iir_settle(&c->equalise, &state->equalise, forced);
-        state->settled = true;
+    stage_drive_t drive =
+        same(hyst_hysteresis_find(&c->hysteresis, hyst_compensator_memory(state), elastic, &unreachable, found));
+    if ((stages & HYST_STAGE_DRIVE_CURVE) != 0) {
+        drive = same(hyst_curve_solve_by(&c->drive_curve, &c->drive_curve_inverse, drive.hysteresis, &unreachable));
     }
-    drive.amplifier = hyst_iir_step(&c->equalise, &state->equalise, forced, &filter_saturated);
-    *events |= (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
-               (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
+    if ((stages & HYST_STAGE_INERTIA) != 0) {
+        drive.amplifier =
+            hyst_add(drive.amplifier, filter(&c->inertia, &state->inertia, settled, elastic, &filter_saturated));
+    }
+    if ((stages & HYST_STAGE_EQUALISE) != 0) {
+        drive.amplifier = filter(&c->equalise, &state->equalise, settled, drive.amplifier, &filter_saturated);
+    }
+    state->settled = true;
+    *events = (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
+              (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
     return drive;
 }
 
-static stage_drive_t wanted(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                            hyst_q31_t reference, unsigned *events) {
-    if (mode == HYST_MODE_COMPENSATE) {
-        return compensate(c, state, reference, events);
-    }
-    state->settled = false; /* the filters stand still meanwhile */
+static inline hyst_q31_t without_model(const hyst_compensator_t *c, hyst_mode_t mode, hyst_q31_t reference) {
     if (mode == HYST_MODE_DIRECT) {
-        return same(reference);
+        return reference;
     }
     if (mode == HYST_MODE_LINEAR) {
         /* |gain * reference| <= 2^62, so the sum of its 34 bits and the offset is far from 2^63. */
-        return same(hyst_saturate(hyst_round_shift(hyst_product(c->linear_gain, reference), 28) + c->linear_offset));
+        return hyst_saturate(hyst_round_shift(hyst_product(c->linear_gain, reference), 28) + c->linear_offset);
     }
-    return same(c->drive_park);
+    return c->drive_park;
 }
 
-static int64_t towards_zero(int64_t x, hyst_q31_t step) {
-    if (x > step) {
-        return x - step;
+/* A transition of more than 32 bits, as after a step across more than half the range: rare, and in 64 bits. */
+static int64_t far_towards_zero(int64_t x, hyst_q31_t step) {
+    return x > 0 ? x - step : x + step; /* farther from zero than any step */
+}
+
+static inline int64_t towards_zero(int64_t x, hyst_q31_t step) {
+    const int32_t near = (int32_t)x;
+    if (near != x) {
+        return far_towards_zero(x, step);
     }
-    return x < -(int64_t)step ? x + step : 0;
+    if (near > 0) {
+        return near > step ? near - step : 0;
+    }
+    return near < -step ? near + step : 0; /* step > 0 */
+}
+
+static hyst_q31_t far_limited(hyst_q31_t drive, int64_t transition, hyst_q31_t low, hyst_q31_t high, bool *met) {
+    const int64_t sum = drive + transition; /* |.| < 2^33 */
+    const hyst_q31_t result = hyst_clamp(hyst_saturate(sum), low, high);
+    *met = sum != result;
+    return result;
+}
+
+/* drive + transition, within the limits. */
+static inline hyst_q31_t limited(hyst_q31_t drive, int64_t transition, hyst_q31_t low, hyst_q31_t high, bool *met) {
+    const int32_t near = (int32_t)transition;
+    if (near != transition) {
+        return far_limited(drive, transition, low, high, met);
+    }
+    const hyst_q31_t sum = hyst_add(drive, near);
+    const hyst_q31_t result = hyst_clamp(sum, low, high);
+    *met = result != sum || (uint32_t)sum != (uint32_t)drive + (uint32_t)near; /* clamped, or saturated */
+    return result;
+}
+
+/* What the hysteresis and the creep remember of this sample. */
+static inline void remember(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                            hyst_q31_t seen, const hyst_hysteresis_found_t *found) {
+    if ((c->stages & HYST_STAGE_DRIVE_CURVE) != 0) {
+        seen = hyst_curve_apply(&c->drive_curve, seen);
+    }
+    hyst_hysteresis_state_t *memory = hyst_compensator_memory(state);
+    if (mode == HYST_MODE_COMPENSATE) {
+        hyst_hysteresis_follow(&c->hysteresis, memory, seen, found);
+    } else {
+        hyst_hysteresis_advance(&c->hysteresis, memory, seen);
+    }
+    if ((c->stages & HYST_STAGE_CREEP) != 0) {
+        hyst_creep_advance(&c->creep, &state->creep, hyst_hysteresis_output(&c->hysteresis, memory));
+    }
 }
 
 hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
                                  hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
-    *events = 0;
-    const stage_drive_t stage = wanted(compensator, state, mode, reference, events);
+    hyst_hysteresis_found_t found;
+    stage_drive_t stage;
+    if (mode == HYST_MODE_COMPENSATE) {
+        stage = compensate(compensator, state, reference, &found, events);
+    } else {
+        *events = 0;
+        state->settled = false; /* the filters stand still meanwhile */
+        stage = same(without_model(compensator, mode, reference));
+    }
+    int64_t transition = state->transition;
     if (mode != state->mode || state->adopted) {
-        state->transition = (int64_t)state->drive - stage.amplifier; /* |.| < 2^32 */
+        transition = (int64_t)state->drive - stage.amplifier; /* |.| < 2^32 */
+        state->transition = transition;
         state->mode = mode;
         state->adopted = false;
-    } else {
-        state->transition = towards_zero(state->transition, compensator->transition_slew);
+    } else if (transition != 0) {
+        transition = towards_zero(transition, compensator->transition_slew);
+        state->transition = transition;
     }
-    const int64_t sum = stage.amplifier + state->transition; /* |.| < 2^33 */
-    if (sum > compensator->drive_high || sum < compensator->drive_low) {
+    const hyst_q31_t low = compensator->drive_low;
+    const hyst_q31_t high = compensator->drive_high;
+    bool met;
+    const hyst_q31_t drive = limited(stage.amplifier, transition, low, high, &met);
+    if (met) {
         *events |= (unsigned)HYST_STEP_DRIVE_LIMITED;
     }
-    const hyst_q31_t drive = hyst_clamp(hyst_saturate(sum), compensator->drive_low, compensator->drive_high);
+    state->drive = drive;
     /* Inertia and equalise sections are spent on moving the mass and on the electronics: the hysteresis sees what was
      * there before them. Without any, it sees the drive. */
-    const hyst_q31_t seen =
-        mode != HYST_MODE_COMPENSATE || (compensator->inertia.sections == 0 && compensator->equalise.sections == 0)
-            ? drive
-            : hyst_clamp(hyst_saturate(stage.hysteresis + state->transition), compensator->drive_low,
-                         compensator->drive_high);
-    hyst_hysteresis_state_t *memory = hyst_compensator_memory(state);
-    hyst_hysteresis_advance(&compensator->hysteresis, memory, curved(compensator, seen));
-    if (compensator->creep.cells > 0) {
-        hyst_creep_advance(&compensator->creep, &state->creep,
-                           hyst_hysteresis_output(&compensator->hysteresis, memory));
+    hyst_q31_t seen = drive;
+    if (stage.hysteresis != stage.amplifier) {
+        seen = limited(stage.hysteresis, transition, low, high, &met);
     }
-    state->drive = drive;
+    remember(compensator, state, mode, seen, &found);
     return drive;
 }
 

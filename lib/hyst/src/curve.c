@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hyst/curve.h"
+#include "hyst/reciprocal.h"
 
 /* An interval is 2^27 units of Q31 wide, and 32 of them are the range. */
 #define SHIFT 27U
@@ -34,23 +35,61 @@ hyst_q31_t hyst_curve_apply(const hyst_curve_t *curve, hyst_q31_t x) {
     return (hyst_q31_t)(curve->node[i] + hyst_round_shift(rise * inset, SHIFT));
 }
 
-hyst_q31_t hyst_curve_solve(const hyst_curve_t *curve, hyst_q31_t y, bool *saturated) {
+/* The interval in which the curve is y: node[result] <= y <= node[result + 1], where node[0] <= y <= node[32]. */
+static inline uint32_t interval_of(const hyst_curve_t *curve, hyst_q31_t y) {
     uint32_t low = 0;
-    uint32_t high = HYST_CURVE_INTERVALS;
-    if (y < curve->node[low] || y > curve->node[high]) {
+    for (uint32_t half = HYST_CURVE_INTERVALS / 2U; half > 0; half /= 2U) { /* 5 times */
+        low = curve->node[low + half] <= y ? low + half : low;
+    }
+    return low;
+}
+
+static inline bool outside(const hyst_curve_t *curve, hyst_q31_t y, hyst_q31_t *end) {
+    *end = y < curve->node[0] ? HYST_Q31_MIN : HYST_Q31_MAX;
+    return y < curve->node[0] || y > curve->node[HYST_CURVE_INTERVALS];
+}
+
+static inline uint32_t rise_of(const hyst_curve_t *curve, uint32_t i) {
+    /* 2^19 .. 2^32 - 1: the other intervals rise, too. */
+    return (uint32_t)curve->node[i + 1U] - (uint32_t)curve->node[i];
+}
+
+/* Half the rise more: rounds to nearest. */
+static inline uint64_t dividend_of(const hyst_curve_t *curve, uint32_t i, hyst_q31_t y, uint32_t rise) {
+    const uint64_t rest = (uint32_t)y - (uint32_t)curve->node[i]; /* <= rise */
+    return (rest << SHIFT) + rise / 2U;                           /* < 2^60 */
+}
+
+static inline hyst_q31_t place(uint32_t i, uint32_t inset) {
+    return hyst_saturate(HYST_Q31_MIN + (int64_t)i * WIDTH + inset); /* inset <= 2^27 */
+}
+
+hyst_q31_t hyst_curve_solve(const hyst_curve_t *curve, hyst_q31_t y, bool *saturated) {
+    hyst_q31_t end;
+    if (outside(curve, y, &end)) {
         *saturated = true;
-        return y < curve->node[low] ? HYST_Q31_MIN : HYST_Q31_MAX;
+        return end;
     }
-    while (high - low > 1U) { /* node[low] <= y <= node[high]; 5 times */
-        const uint32_t middle = low + (high - low) / 2U;
-        if (curve->node[middle] <= y) {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    const uint32_t i = interval_of(curve, y);
+    const uint32_t rise = rise_of(curve, i);
+    return place(i, (uint32_t)(dividend_of(curve, i, y, rise) / rise));
+}
+
+void hyst_curve_invert(const hyst_curve_t *curve, hyst_curve_inverse_t *inverse) {
+    for (uint32_t i = 0; i < HYST_CURVE_INTERVALS; i++) {
+        inverse->reciprocal[i] = hyst_reciprocal(rise_of(curve, i));
     }
-    const uint64_t rise = (uint64_t)((int64_t)curve->node[high] - curve->node[low]); /* 2^19 .. 2^32 */
-    const uint64_t rest = (uint64_t)((int64_t)y - curve->node[low]);                 /* <= rise */
-    const uint64_t inset = ((rest << SHIFT) + rise / 2U) / rise;                     /* <= 2^27 */
-    return hyst_saturate(HYST_Q31_MIN + (int64_t)low * WIDTH + (int64_t)inset);
+}
+
+hyst_q31_t hyst_curve_solve_by(const hyst_curve_t *curve, const hyst_curve_inverse_t *inverse, hyst_q31_t y,
+                               bool *saturated) {
+    hyst_q31_t end;
+    if (outside(curve, y, &end)) {
+        *saturated = true;
+        return end;
+    }
+    const uint32_t i = interval_of(curve, y);
+    const uint32_t rise = rise_of(curve, i);
+    uint32_t remainder;
+    return place(i, hyst_divide(dividend_of(curve, i, y, rise), rise, inverse->reciprocal[i], &remainder));
 }

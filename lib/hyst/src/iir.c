@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hyst/iir.h"
+#include "hyst/reciprocal.h"
 
 /* Coefficients may add up to less than 15 in magnitude: see the bound in iir.h. */
 #define MAGNITUDE_LIMIT (15 * (int64_t)HYST_Q28_ONE)
@@ -33,7 +34,17 @@ hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_
     }
     iir->sections = sections;
     for (uint32_t i = 0; i < sections; i++) {
-        iir->section[i] = section[i];
+        const hyst_iir_section_t *s = &section[i];
+        /* |a1| < 2 and |a2| < 1, so the signs can be changed; 1 + a1 + a2 is positive: the stability triangle. */
+        iir->section[i] =
+            (hyst_iir_coefficients_t){.b0 = s->b0,
+                                      .b1 = s->b1,
+                                      .b2 = s->b2,
+                                      .minus_a1 = -s->a1,
+                                      .minus_a2 = -s->a2,
+                                      .at_rest = (uint32_t)(HYST_Q28_ONE + s->a1 + s->a2),
+                                      .reciprocal = hyst_reciprocal((uint32_t)(HYST_Q28_ONE + s->a1 + s->a2)),
+                                      .gain = (int64_t)s->b0 + s->b1 + s->b2};
     }
     return HYST_IIR_OK;
 }
@@ -49,42 +60,116 @@ void hyst_iir_reset(hyst_iir_state_t *state) {
     }
 }
 
+/* x gain / at_rest toward zero, saturated, and x gain - result at_rest. |x gain| < 2^63. */
+static inline hyst_q31_t at_dc(const hyst_iir_coefficients_t *s, hyst_q31_t x, int64_t *rest) {
+    const int64_t product = x * s->gain;
+    const uint64_t size = (uint64_t)hyst_magnitude(product);
+    uint32_t remainder = 0;
+    /* Up to 2^31 - 1 for either sign; -2^31 is left to the other way, as what saturates. */
+    if (size >> 31 < s->at_rest) {
+        const int32_t y = (int32_t)hyst_divide(size, s->at_rest, s->reciprocal, &remainder);
+        *rest = product < 0 ? -(int64_t)remainder : (int64_t)remainder;
+        return product < 0 ? -y : y;
+    }
+    const hyst_q31_t end = product < 0 ? HYST_Q31_MIN : HYST_Q31_MAX;
+    *rest = product - end * (int64_t)s->at_rest; /* of the same sign, and |end at_rest| < 2^61 */
+    return end;
+}
+
 void hyst_iir_settle(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x) {
     for (uint32_t i = 0; i < iir->sections; i++) {
-        const hyst_iir_section_t *s = &iir->section[i];
-        /* |numerator| < 15 * 2^28 and |x| <= 2^31: the product is below 2^63. The denominator is positive by the
-         * stability triangle. */
-        const int64_t numerator = (int64_t)s->b0 + s->b1 + s->b2;
-        const int64_t denominator = (int64_t)HYST_Q28_ONE + s->a1 + s->a2;
-        const hyst_q31_t y = hyst_saturate(x * numerator / denominator);
+        int64_t rest;
+        const hyst_q31_t y = at_dc(&iir->section[i], x, &rest);
         state->section[i] = at_rest(x, y);
         x = y;
     }
 }
 
-static hyst_q31_t section_step(const hyst_iir_section_t *s, hyst_iir_section_state_t *state, hyst_q31_t x,
-                               bool *saturated) {
-    /* |sum| < 15 * 2^28 * 2^31 + 2^28 < 2^63. */
-    const int64_t sum = hyst_product(s->b0, x) + hyst_product(s->b1, state->x1) + hyst_product(s->b2, state->x2) -
-                        hyst_product(s->a1, state->y1) - hyst_product(s->a2, state->y2) + state->remainder;
-    const int64_t exact = sum >> 28;
-    const hyst_q31_t y = hyst_saturate(exact);
-    if (y == exact) {
-        state->remainder = (int32_t)(sum & (HYST_Q28_ONE - 1));
-    } else {
-        state->remainder = HALF_UNIT;
-        *saturated = true;
+/* sum >> 28 does not fit into 32 bits. */
+static hyst_q31_t saturated_at(int32_t upper_word, int32_t *remainder, bool *saturated) {
+    *remainder = HALF_UNIT;
+    *saturated = true;
+    return upper_word < 0 ? HYST_Q31_MIN : HYST_Q31_MAX;
+}
+
+/* The output of an exact sum, and what it leaves for the next. It fits where the sum lies within 2^59, and so its upper
+ * word within 2^27. */
+static inline hyst_q31_t rounded(int64_t sum, int32_t *remainder, bool *saturated) {
+    const int32_t upper_word = (int32_t)(sum >> 32);
+    *remainder = (int32_t)((uint32_t)sum & (uint32_t)(HYST_Q28_ONE - 1));
+    if ((uint32_t)upper_word + (UINT32_C(1) << 27) >= UINT32_C(1) << 28) {
+        return saturated_at(upper_word, remainder, saturated);
     }
-    state->x2 = state->x1;
-    state->x1 = x;
-    state->y2 = state->y1;
-    state->y1 = y;
+    return (hyst_q31_t)(uint32_t)((uint64_t)sum >> 28);
+}
+
+/*
+ * Each section settles for what the one before it settled at, and gets what that one makes of its first sample. With
+ * x gain = y (1 + a1 + a2) + rest the first sum, b0 x' + (b1 + b2) x - (a1 + a2) y + 1/2, is y + rest + 1/2 + b0 (x' -
+ * x): the bound of every sum.
+ */
+hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
+    const hyst_iir_coefficients_t *s = iir->section;
+    hyst_q31_t settled = x;
+    for (uint32_t i = 0; i < iir->sections; i++, s++) {
+        hyst_iir_section_state_t *past = &state->section[i];
+        int64_t rest;
+        const hyst_q31_t y = at_dc(s, settled, &rest);
+        const int64_t sum =
+            rest + HALF_UNIT + hyst_product(y, HYST_Q28_ONE) + (hyst_product(s->b0, x) - hyst_product(s->b0, settled));
+        past->x2 = settled;
+        past->x1 = x;
+        past->y2 = y;
+        x = rounded(sum, &past->remainder, saturated);
+        past->y1 = x;
+        settled = y;
+    }
+    return x;
+}
+
+/* One section. *x1 and *x2 are the past of its input, and become that of its output: the next section's. */
+static inline hyst_q31_t section_step(const hyst_iir_coefficients_t *s, hyst_iir_section_state_t *past, hyst_q31_t x,
+                                      hyst_q31_t *x1, hyst_q31_t *x2, bool *saturated) {
+    const hyst_q31_t y1 = past->y1;
+    const hyst_q31_t y2 = past->y2;
+    /* |sum| < 15 * 2^28 * 2^31 + 2^28 < 2^63. */
+    int64_t sum = (uint32_t)past->remainder;
+    sum += hyst_product(s->b0, x);
+    sum += hyst_product(s->b1, *x1);
+    sum += hyst_product(s->b2, *x2);
+    sum += hyst_product(s->minus_a1, y1);
+    sum += hyst_product(s->minus_a2, y2);
+    past->x2 = *x1;
+    past->x1 = x;
+    const hyst_q31_t y = rounded(sum, &past->remainder, saturated);
+    past->y2 = y1;
+    past->y1 = y;
+    *x1 = y1;
+    *x2 = y2;
     return y;
 }
 
+/* Written out: a loop over so few sections costs a sixth of them. */
+_Static_assert(HYST_IIR_MAX_SECTIONS == 4, "sections are written out");
+
 hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
-    for (uint32_t i = 0; i < iir->sections; i++) {
-        x = section_step(&iir->section[i], &state->section[i], x, saturated);
+    const uint32_t sections = iir->sections;
+    hyst_q31_t x1 = state->section[0].x1;
+    hyst_q31_t x2 = state->section[0].x2;
+    if (sections == 0) {
+        return x;
     }
-    return x;
+    x = section_step(&iir->section[0], &state->section[0], x, &x1, &x2, saturated);
+    if (sections == 1) {
+        return x;
+    }
+    x = section_step(&iir->section[1], &state->section[1], x, &x1, &x2, saturated);
+    if (sections == 2) {
+        return x;
+    }
+    x = section_step(&iir->section[2], &state->section[2], x, &x1, &x2, saturated);
+    if (sections == 3) {
+        return x;
+    }
+    return section_step(&iir->section[3], &state->section[3], x, &x1, &x2, saturated);
 }

@@ -88,7 +88,7 @@ static uint32_t row_begin(uint32_t divisions, uint32_t row) {
 /*
  * The cell that row m contributes when the drive is in a column, 0..N-1 counted in the direction of travel. Row m
  * stands r_m behind the drive, which is m / 2 cells of width 2 / N, and its own cells begin m / 2 cells later than
- * those of row 0: so it is in cell column - m as counted in that direction. False where it has none.
+ * those of row 0. So it is in cell column - m as counted in that direction. False where it has none.
  */
 static bool cell_of(uint32_t divisions, bool down, uint32_t column, uint32_t row, uint32_t *cell) {
     if (row > column) {

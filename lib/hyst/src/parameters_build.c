@@ -260,5 +260,8 @@ hyst_parameters_fault_t hyst_parameters_build(const hyst_parameters_t *parameter
     compensator->linear_offset = parameters->linear_offset;
     compensator->linear_gain = parameters->linear_gain;
     compensator->transition_slew = parameters->transition_slew;
+    if (found.error == HYST_PARAMETERS_OK) {
+        hyst_compensator_prepare(compensator);
+    }
     return found;
 }

@@ -1,153 +1,190 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Bounds used below. hyst_pi_build enforces sum |w_i| <= 4, that is 2^30 in Q28; hence |w_i| <= 2^30 and 2^20 <= S_j <=
- * 2^30. Signals are below 2^31 in magnitude, so products are below 2^61 and the whole weighted sum is too: W = sum w_i
- * z_i, |W| <= 2^61 (Q59).
+ * 2^30. Signals are below 2^31 in magnitude, so products are below 2^61 and the whole weighted sum is too. A corner is
+ * a memory plus or minus a threshold, below 2^32, and the responses there are within 2^62. The goals of searches are a
+ * position less offset, below 2^60 in Q59, less or plus S_0 growth <= 2^61.
+ *
+ * A corner outside Q31 is stored as the end of the range, and a drive less or plus the growth is saturated, too. The
+ * comparisons stay exact: a drive never lies beyond such a corner, and the end of the range never lies beyond itself.
+ * (Going up, a drive's lower end is below every corner, because these are memory plus a positive threshold; going down
+ * likewise.)
+ *
+ * `outward` is a constant, +1 or -1, wherever it is an argument of an inline function: the compiler makes one copy for
+ * each direction.
  */
-#include "hyst/prandtl_ishlinskii.h"
+#include "hyst/reciprocal.h"
+#include "prandtl_ishlinskii_runs.h"
 
-/* Common growth of all thresholds, known before the sample. threshold + kappa <= HYST_Q31_MAX by kappa_limit. */
-static hyst_q31_t kappa(const hyst_pi_t *model, const hyst_pi_state_t *state) {
-    /* beta |v|: Q20 * Q30 = Q50, <= 2^62; 19 bits down is Q31. */
-    const int64_t growth = hyst_round_shift((int64_t)model->beta * hyst_magnitude(state->rate), 19);
-    return growth < model->kappa_limit ? (hyst_q31_t)growth : model->kappa_limit;
+static inline uint32_t smaller(uint32_t a, uint32_t b) {
+    return a < b ? a : b;
 }
 
-/* First operator of run k: where the next inner one ends. */
-static uint32_t first_of(const hyst_pi_state_t *state, uint32_t k) {
-    return k + 1U < state->runs ? state->run[k + 1U].end : 0U;
+/* Index of the direction outward, and of the other one. */
+#define ALONG(outward)   ((outward) > 0 ? HYST_PI_UP : HYST_PI_DOWN)
+#define AGAINST(outward) ((outward) > 0 ? HYST_PI_DOWN : HYST_PI_UP)
+
+/* Outermost run whose first operator is carried by a movement to `edge`, when that of the innermost is. The runs
+ * outside are not, from some one on (nesting). Bisection: floor(log2(runs - 1)) + 1 probes. */
+static inline hyst_pi_run_t *last_run_by_drive(hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
+    hyst_pi_run_t *run = &state->run[state->runs - 1U];
+    for (uint32_t left = state->runs - 1U; left > 0;) { /* runs that may be carried, too */
+        const uint32_t half = (left + 1U) / 2U;
+        const hyst_q31_t corner = (run - half)->corner[ALONG(outward)];
+        run = (outward > 0 ? edge > corner : edge < corner) ? run - half : run;
+        left -= half; /* beyond one that is not carried lie half - 1 <= left - half; asking a known one again does no
+                         harm */
+    }
+    return run;
 }
 
-/* Sum of w_i z_i over the operators of the run from index `from` on: level * (<= 2^30) <= 2^62, moments <= 2^61. */
-static int64_t run_sum(const hyst_pi_t *model, const hyst_pi_run_t *run, uint32_t from) {
-    return run->level * (model->slope[run->end] - model->slope[from]) +
-           run->side * (model->moment[run->end] - model->moment[from]);
+/* The same for a movement that ends where the position is `goal`. */
+static inline const hyst_pi_run_t *last_run_by_position(const hyst_pi_state_t *state, int64_t goal, int outward) {
+    uint32_t left = state->runs - 1U;
+    const hyst_pi_run_t *run = &state->run[left];
+    while (left > 0) {
+        const uint32_t half = (left + 1U) / 2U;
+        const int64_t response = (run - half)->response[ALONG(outward)];
+        run = (outward > 0 ? goal > response : goal < response) ? run - half : run;
+        left -= half;
+    }
+    return run;
 }
 
-/* W = sum of all w_i z_i. */
-static int64_t memory_sum(const hyst_pi_t *model, const hyst_pi_state_t *state) {
+/* Last operator whose turn is below, if that of operator 0 is; as hyst_pi_last_within. */
+static inline uint32_t last_turn_below(const hyst_pi_t *model, uint64_t reach) {
+    const int64_t *at = model->turn;
+#define PROBE(half) at = (uint64_t)at[half] < reach ? at + (half) : at
+    HYST_PI_PROBE_LEVELS(model->levels, PROBE)
+#undef PROBE
+    return (uint32_t)(at - model->turn);
+}
+
+/*
+ * The first `end` operators, up to one of `run`, turn round at the drive `edge`, where the position is `response`, both
+ * less the growth: they become the innermost run. |edge|: Q31, see above.
+ */
+static inline void carry_along(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_pi_run_t *run, uint32_t end,
+                               hyst_q31_t edge, int64_t response, int outward) {
+    if (end < run->end) { /* some are left behind */
+        if (run->side == 0) {
+            hyst_pi_begin_at(model, run, hyst_pi_base(run), end);
+        } else { /* its side is outward: the other way they all turn at one drive still */
+            const hyst_q31_t threshold = model->threshold[end];
+            const hyst_q31_t memory =
+                (hyst_q31_t)((uint32_t)run->level + (uint32_t)outward * (uint32_t)threshold); /* as hyst_pi_memory_in */
+            run->response[ALONG(outward)] = run->response[AGAINST(outward)] + outward * model->turn[end];
+            run->corner[ALONG(outward)] = outward > 0 ? hyst_add(memory, threshold) : hyst_subtract(memory, threshold);
+        }
+        run++;
+    }
+    const hyst_q31_t threshold = model->threshold[0];
+    run->response[ALONG(outward)] = response;
+    run->response[AGAINST(outward)] = response - outward * model->turn[0]; /* <= 2^62, as every response */
+    run->corner[ALONG(outward)] = edge;
+    run->corner[AGAINST(outward)] = outward > 0 ? hyst_subtract(hyst_subtract(edge, threshold), threshold)
+                                                : hyst_add(hyst_add(edge, threshold), threshold);
+    run->level = edge;
+    run->end = (uint16_t)end;
+    run->side = (int8_t)-outward;
+    state->runs = (uint32_t)(run - state->run) + 1U; /* <= operators: every run has at least one */
+}
+
+/* Carries along all operators that the drive less the growth, `edge`, lies beyond; the innermost is one of them. */
+static inline void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
+    hyst_pi_run_t *run = last_run_by_drive(state, edge, outward);
+    /* Beyond the corner of its first operator by 1 .. 2^32 - 1, modulo 2^32. */
+    uint32_t beyond = outward > 0 ? (uint32_t)edge - (uint32_t)run->corner[ALONG(outward)]
+                                  : (uint32_t)run->corner[ALONG(outward)] - (uint32_t)edge;
+    uint32_t end = run->end;
+    int64_t response = run->response[ALONG(outward)];
+    if (run->side != -outward) {
+        /* Corner i lies |side + outward| (a_i - a_first) further out. Up to 2^31 + (2^32 - 2) / 2; or, where the memory
+         * is the level, edge - level - 1 in all: below 2^32. */
+        const uint32_t first = hyst_pi_first(state, run);
+        const uint32_t nearest = (uint32_t)model->threshold[first];
+        const uint32_t reach = nearest + ((beyond - 1U) >> (run->side & 1));
+        /* Thresholds rise over all runs: within this one it is that, or its last. */
+        end = smaller(end, 1U + hyst_pi_last_within(model, reach));
+        const uint32_t further = (uint32_t)model->threshold[end - 1U] - nearest;
+        const int64_t turn = model->turn[end - 1U];
+        if (run->side != 0) {
+            beyond -= 2U * further;
+            response = run->response[AGAINST(outward)] + outward * turn;
+        } else {
+            beyond -= further;
+            response += outward * ((turn - model->turn[first]) >> 1); /* of two even numbers */
+        }
+    }
+    /* Behind the corner of the last one the slope is S_end: 2^32 * 2^30 = 2^62 at most; the sum is a response. */
+    response += outward * (int64_t)((uint64_t)beyond * (uint32_t)model->slope[end]);
+    carry_along(model, state, run, end, edge, response, outward);
+}
+
+static inline void move(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
     if (state->runs == 0) {
-        return 0;
-    }
-    const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
-    return innermost->outer + run_sum(model, innermost, 0);
-}
-
-/*
- * Where the drive, going outward (+1 up, -1 down), begins to carry operator i of the run along: z_i + outward a_i. The
- * threshold's common growth comes on top. |corner| < 2^32.
- */
-static int64_t corner_of(const hyst_pi_t *model, const hyst_pi_run_t *run, uint32_t i, int outward) {
-    return run->level + (int64_t)(run->side + outward) * model->threshold[i];
-}
-
-static void push(hyst_pi_state_t *state, int64_t level, int64_t outer, uint32_t end, int side) {
-    state->run[state->runs] =
-        (hyst_pi_run_t){.level = level, .outer = outer, .end = (uint16_t)end, .side = (int8_t)side};
-    state->runs++; /* <= operators: every run has at least one */
-}
-
-/*
- * A movement outward or a search for a position asks every operator the same question, from the innermost on: does it
- * reach you? The answers are yes up to some operator and no behind it (nesting). question_t is the question;
- * reach() bisects, first over runs, then within one, and returns the number of operators with yes. *run is the run of
- * the last of them (when there is one).
- */
-typedef struct {
-    const hyst_pi_t *model;
-    const hyst_pi_state_t *state;
-    int outward;
-    hyst_q31_t growth;
-    bool for_position; /* else for a drive */
-    int64_t goal;      /* drive without the growth, or position in Q59; */
-} question_t;
-
-/* Response at the corner of operator i of run k, where the operators before it are carried along and the others rest.
- */
-static int64_t response_at(const question_t *q, uint32_t k, uint32_t i, int64_t corner) {
-    const hyst_pi_run_t *run = &q->state->run[k];
-    /* Carried: sum over m < i of w_m (corner - outward a_m), and w_0 (corner + outward growth). True size < 2^62. */
-    const hyst_q28_t carried = q->model->slope[i] - q->model->slope[0];
-    const int64_t thresholds = q->outward * (q->model->moment[i] + hyst_product(q->growth, carried));
-    const int64_t drive = corner + (int64_t)q->outward * q->growth;
-    return q->model->slope[i] * drive - thresholds + run_sum(q->model, run, i) + run->outer;
-}
-
-static bool reaches(const question_t *q, uint32_t k, uint32_t i) {
-    const int64_t corner = corner_of(q->model, &q->state->run[k], i, q->outward);
-    const int64_t there = q->for_position ? response_at(q, k, i, corner) : corner;
-    return q->outward > 0 ? q->goal > there : q->goal < there;
-}
-
-static uint32_t reach(const question_t *q, uint32_t *run) {
-    const uint32_t runs = q->state->runs;
-    if (runs == 0 || !reaches(q, runs - 1U, 0)) {
-        return 0;
-    }
-    uint32_t yes = runs - 1U; /* its first operator is reached */
-    uint32_t no = 0;          /* runs outside `no` are not; yes >= no */
-    while (yes > no) {
-        const uint32_t middle = no + (yes - no) / 2U;
-        if (reaches(q, middle, first_of(q->state, middle))) {
-            yes = middle;
-        } else {
-            no = middle + 1U;
-        }
-    }
-    *run = yes;
-    uint32_t reached = first_of(q->state, yes) + 1U;
-    uint32_t end = q->state->run[yes].end;
-    while (reached < end) {
-        const uint32_t middle = reached + (end - reached) / 2U;
-        if (reaches(q, yes, middle)) {
-            reached = middle + 1U;
-        } else {
-            end = middle;
-        }
-    }
-    return reached;
-}
-
-/* Carries along all operators that the drive reaches going outward. */
-static void move(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t growth, hyst_q31_t drive, int outward) {
-    const int64_t edge = drive - (int64_t)outward * growth; /* carried operators: z_i = edge - outward a_i */
-    const question_t question = {
-        .model = model, .state = state, .outward = outward, .growth = growth, .for_position = false, .goal = edge};
-    uint32_t run = 0;
-    const uint32_t moved = reach(&question, &run);
-    if (moved == 0) {
         return;
     }
-    const hyst_pi_run_t *last = &state->run[run];
-    const int64_t outer = last->outer + run_sum(model, last, moved); /* of a run that is wiped out: outer + 0 */
-    state->runs = moved == last->end ? run : run + 1U;
-    push(state, edge, outer, moved, -outward);
+    /* At most one of the two finds anything. Not only the sign of the step decides: thresholds may also have shrunk. */
+    const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+    const hyst_q31_t up = hyst_subtract(drive, state->growth);
+    const hyst_q31_t down = hyst_add(drive, state->growth);
+    if (up > innermost->corner[HYST_PI_UP]) {
+        move_outward(model, state, up, 1);
+    } else if (down < innermost->corner[HYST_PI_DOWN]) {
+        move_outward(model, state, down, -1);
+    }
+}
+
+/* (a - b) / 2, rounded down: fits. */
+static inline int32_t half_difference(int32_t a, int32_t b) {
+    return (a >> 1) - (b >> 1) - (b & ~a & 1);
+}
+
+/* The drive's past. */
+static inline void remember(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
+    if (model->beta > 0) {
+        /* Step in Q30, |step| <= 2^31. Two products of at most 2^31 * 2^30. */
+        int64_t change = HYST_Q30_ONE / 2; /* half a unit: rounds to nearest */
+        change += hyst_product(half_difference(drive, state->drive), model->rate_gain);
+        change += hyst_product(state->rate, -model->rate_gain);
+        /* The new rate lies between the old one and the step, so it fits; the change alone may need 33 bits. */
+        state->rate = (hyst_q30_t)((uint32_t)state->rate + (uint32_t)((uint64_t)change >> 30));
+        state->growth = hyst_pi_growth(model, state->rate);
+    }
+    state->drive = drive;
 }
 
 void hyst_pi_reset(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
     state->runs = 0;
-    if (model->operators > 0) {
-        push(state, 0, 0, model->operators, 0);
-    }
-    move(model, state, 0, drive, drive < 0 ? -1 : 1);
-    state->drive = drive;
     state->rate = 0;
+    state->growth = 0;
+    state->drive = drive;
+    if (model->operators > 0) {
+        hyst_pi_run_t *all = &state->run[0];
+        all->level = 0;
+        all->side = 0;
+        all->end = (uint16_t)model->operators;
+        hyst_pi_begin_at(model, all, 0, 0); /* at drive 0 the position is the offset */
+        state->runs = 1;
+    }
+    move(model, state, drive);
 }
 
 void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
-    const hyst_q31_t growth = kappa(model, state);
-    /* At most one of the two finds anything. Not only the sign of the step decides: thresholds may also have shrunk. */
-    move(model, state, growth, drive, 1);
-    move(model, state, growth, drive, -1);
-    if (model->beta > 0) {
-        /* Step in Q30, |step| <= 2^31 - 1/2: fits. The new rate lies between the old one and the step, so it fits too.
-         */
-        const int64_t step = ((int64_t)drive - state->drive) >> 1;
-        /* |step - rate| < 2^32, times g <= 2^30: below 2^62. The change alone may need 33 bits, so it is added in 64.
-         */
-        state->rate = (hyst_q30_t)(state->rate + hyst_round_shift((step - state->rate) * model->rate_gain, 30));
+    move(model, state, drive);
+    remember(model, state, drive);
+}
+
+void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive, const hyst_pi_found_t *found) {
+    if (drive != found->drive || found->outward == HYST_PI_SEARCH) {
+        move(model, state, drive);
+    } else if (found->outward > 0) { /* carried, so the drive less the growth lies beyond a corner: it fits */
+        carry_along(model, state, &state->run[found->run], found->end, drive - state->growth, found->response, 1);
+    } else if (found->outward < 0) {
+        carry_along(model, state, &state->run[found->run], found->end, drive + state->growth, found->response, -1);
     }
-    state->drive = drive;
+    remember(model, state, drive);
 }
 
 hyst_q31_t hyst_pi_memory(const hyst_pi_t *model, const hyst_pi_state_t *state, uint32_t index) {
@@ -155,49 +192,121 @@ hyst_q31_t hyst_pi_memory(const hyst_pi_t *model, const hyst_pi_state_t *state, 
     while (state->run[k].end <= index) {
         k--;
     }
-    return (hyst_q31_t)(state->run[k].level + (int64_t)state->run[k].side * model->threshold[index]);
+    return hyst_pi_memory_in(model, &state->run[k], index);
+}
+
+/* W = sum of all w_i z_i, |W| <= 2^61: the position in the middle between the innermost corners, less what the drive
+ * gives there by itself. */
+static inline int64_t memory_sum(const hyst_pi_t *model, const hyst_pi_state_t *state) {
+    if (state->runs == 0) {
+        return 0;
+    }
+    const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+    const int64_t middle = innermost->response[HYST_PI_UP] - (model->turn[0] >> 1); /* at drive = z_1 */
+    return middle - hyst_product(model->slope[0], hyst_pi_memory_in(model, innermost, 0));
 }
 
 hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state) {
     /* |w_0 u + W| <= 2^61 together, offset < 2^59 in Q59. */
-    const int64_t sum = hyst_product(model->weight[0], state->drive) + memory_sum(model, state);
+    const int64_t sum = hyst_product(model->slope[0], state->drive) + memory_sum(model, state);
     return hyst_saturate(hyst_round_shift(sum + hyst_product(model->offset, HYST_Q28_ONE), 28));
 }
 
-/* The drive outside the gap of the first operator, on the side `outward`; |result| may exceed the range. */
-static int64_t solve_outward(const question_t *q, int64_t from_memory) {
-    uint32_t k = 0;
-    const uint32_t passed = reach(q, &k);
-    if (passed == 0) {
-        /* Inside the gap. w_0 = S_0 > 0 and |goal - W| < 2^62. C divides toward zero: half a divisor away from zero
-         * first. */
-        const int64_t distance = q->goal - from_memory;
-        const int64_t half = distance < 0 ? -(q->model->weight[0] / 2) : q->model->weight[0] / 2;
-        return (distance + half) / q->model->weight[0];
+static inline hyst_q31_t out_of_reach(int outward, bool *saturated, hyst_pi_found_t *found) {
+    *saturated = true;
+    found->drive = outward > 0 ? HYST_Q31_MAX : HYST_Q31_MIN;
+    found->outward = HYST_PI_SEARCH;
+    return found->drive;
+}
+
+/* The drive inside the gap of the first operator: w_0 u + W = goal. */
+static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal, bool *saturated,
+                                    hyst_pi_found_t *found) {
+    /* w_0 = S_0 > 0 and |goal - W| < 2^62. Half a divisor away from zero, then toward zero. */
+    const int64_t distance = goal - memory_sum(model, state);
+    const uint32_t slope = (uint32_t)model->slope[0];
+    const uint64_t dividend = (uint64_t)hyst_magnitude(distance) + slope / 2U;
+    if (dividend >> 32 >= slope) { /* |u| >= 2^32 */
+        return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
     }
-    /* Behind the corner of the last operator passed the slope is S_passed. */
-    const int64_t corner = corner_of(q->model, &q->state->run[k], passed - 1U, q->outward);
-    const uint64_t rest = (uint64_t)hyst_magnitude(q->goal - response_at(q, k, passed - 1U, corner));
-    const uint64_t slope = (uint64_t)q->model->slope[passed];
-    return corner + q->outward * (q->growth + (int64_t)((rest + slope / 2U) / slope));
+    uint32_t remainder;
+    const int64_t size = hyst_divide(dividend, slope, model->reciprocal[0], &remainder);
+    const int64_t drive = distance < 0 ? -size : size;
+    if (drive > HYST_Q31_MAX || drive < HYST_Q31_MIN) {
+        return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
+    }
+    found->drive = (hyst_q31_t)drive;
+    found->outward = 0; /* the gap ends at integers, so rounding does not leave it */
+    return found->drive;
+}
+
+/* The drive outside of it, on the side `outward`. `goal`: less the growth. */
+static inline hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal, int outward,
+                                    bool *saturated, hyst_pi_found_t *found) {
+    const hyst_pi_run_t *run = last_run_by_position(state, goal, outward);
+    /* Beyond the corner of the last operator passed: > 0, < 2^63 by the bounds above. */
+    uint64_t rest;
+    uint32_t last = run->end - 1U;
+    if (run->side == -outward) { /* all of them turn at once */
+        rest = (uint64_t)(outward > 0 ? goal - run->response[ALONG(outward)] : run->response[ALONG(outward)] - goal);
+    } else {
+        /* Operator i is passed if |side + outward| T_i < rest, the goal's distance from the position at the level.
+         * Where side is 0, that is within 2^61, and twice the distance below 2^64. */
+        const int64_t base = run->side != 0 ? run->response[AGAINST(outward)] : hyst_pi_base(run);
+        rest = (uint64_t)(outward > 0 ? goal - base : base - goal);
+        const uint64_t reach = run->side != 0 ? rest : 2U * rest;
+        last = smaller(last, last_turn_below(model, reach));
+        const uint64_t turn = (uint64_t)model->turn[last];
+        rest -= run->side != 0 ? turn : turn >> 1;
+    }
+    /* Behind its corner, memory + outward (threshold + growth), the slope is S_end. */
+    const uint32_t slope = (uint32_t)model->slope[last + 1U];
+    const uint64_t dividend = rest + slope / 2U;
+    if (dividend >> 32 >= slope) { /* 2^32 further at least */
+        return out_of_reach(outward, saturated, found);
+    }
+    uint32_t remainder;
+    const uint32_t further = hyst_divide(dividend, slope, model->reciprocal[last + 1U], &remainder);
+    const hyst_q31_t memory = hyst_pi_memory_in(model, run, last);
+    const uint32_t room =
+        outward > 0 ? (uint32_t)HYST_Q31_MAX - (uint32_t)memory : (uint32_t)memory + (UINT32_C(1) << 31);
+    const uint32_t threshold = (uint32_t)model->threshold[last] + (uint32_t)state->growth; /* <= HYST_Q31_MAX */
+    const uint32_t distance = threshold + further;
+    if (distance < threshold || distance > room) { /* 2^32 or more, or beyond the range */
+        return out_of_reach(outward, saturated, found);
+    }
+    found->drive = (hyst_q31_t)(outward > 0 ? (uint32_t)memory + distance : (uint32_t)memory - distance);
+    found->run = (uint16_t)(run - state->run);
+    found->end = (uint16_t)(last + 1U);
+    /* At the rounded drive the position is off the goal by what the division left: dividend = slope further +
+     * remainder, so slope further - rest = slope / 2 - remainder. */
+    found->response = goal + outward * ((int64_t)(slope / 2U) - remainder);
+    /* Rounded to its corner, the drive does not carry the last operator: then which one? */
+    found->outward = (int8_t)(further > 0 ? outward : HYST_PI_SEARCH);
+    return found->drive;
+}
+
+hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated,
+                        hyst_pi_found_t *found) {
+    /* |position - offset| < 2^32: |goal| < 2^60. */
+    const int64_t goal = ((int64_t)position - model->offset) * HYST_Q28_ONE;
+    if (state->runs > 0) {
+        const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+        /* Behind a corner the position is S_0 growth further than without growth: nothing but w_0 u knows of it. */
+        const int64_t growth = hyst_product(model->slope[0], state->growth);
+        if (goal - growth > innermost->response[HYST_PI_UP]) {
+            return beyond_gap(model, state, goal - growth, 1, saturated, found);
+        }
+        if (goal + growth < innermost->response[HYST_PI_DOWN]) {
+            return beyond_gap(model, state, goal + growth, -1, saturated, found);
+        }
+    }
+    return within_gap(model, state, goal, saturated, found);
 }
 
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated) {
-    /* |position - offset| < 2^32: |goal| < 2^60. */
-    const int64_t goal = ((int64_t)position - model->offset) * HYST_Q28_ONE;
-    const int64_t from_memory = memory_sum(model, state);
-    const hyst_q31_t centre = state->runs > 0 ? hyst_pi_memory(model, state, 0) : 0;
-    const question_t question = {.model = model,
-                                 .state = state,
-                                 .outward = goal >= hyst_product(model->weight[0], centre) + from_memory ? 1 : -1,
-                                 .growth = kappa(model, state),
-                                 .for_position = true,
-                                 .goal = goal};
-    const int64_t drive = solve_outward(&question, from_memory);
-    if (drive > HYST_Q31_MAX || drive < HYST_Q31_MIN) {
-        *saturated = true;
-    }
-    return hyst_saturate(drive);
+    hyst_pi_found_t found;
+    return hyst_pi_find(model, state, position, saturated, &found);
 }
 
 hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
@@ -206,133 +315,8 @@ hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 }
 
 hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t position, bool *saturated) {
-    const hyst_q31_t drive = hyst_pi_solve(model, state, position, saturated);
-    hyst_pi_advance(model, state, drive);
+    hyst_pi_found_t found;
+    const hyst_q31_t drive = hyst_pi_find(model, state, position, saturated, &found);
+    hyst_pi_follow(model, state, drive, &found);
     return drive;
-}
-
-/* A straight piece of the memory curve: memory = level + side * threshold. */
-typedef struct {
-    int64_t level;
-    int side;
-} line_t;
-
-static int64_t on_line(line_t line, int64_t threshold) {
-    return line.level + line.side * threshold;
-}
-
-/* Number of operators whose threshold is at most `threshold`, among the first `high`: often all of them. */
-static uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold, uint32_t high) {
-    uint32_t low = high > 0 && model->threshold[high - 1U] <= threshold ? high : 0U;
-    while (low < high) {
-        const uint32_t middle = low + (high - low) / 2U;
-        if (model->threshold[middle] <= threshold) {
-            low = middle + 1U;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
-/*
- * The first `end` operators lie on this line. Runs that are left without operators vanish: one, or all that were laid
- * after what has turned out to be outdated (hyst_pi_carry).
- */
-static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, line_t line) {
-    while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
-        state->runs--; /* from at most HYST_PI_MAX_OPERATORS */
-    }
-    int64_t outer = 0;
-    if (state->runs > 0) {
-        const hyst_pi_run_t *previous = &state->run[state->runs - 1U];
-        outer = previous->outer + run_sum(model, previous, end);
-    }
-    if (end > 0) {
-        push(state, line.level, outer, end, line.side);
-    }
-}
-
-/*
- * Inwards of the known point (threshold, memory) the curve is `line`, as far as it may be: a curve of slope at most 1
- * through the point stays between the lines of slope -1 and +1 through it. Where `line` would leave these bounds, the
- * bound takes its place.
- */
-static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, int64_t threshold, int64_t memory,
-                           line_t line) {
-    const line_t highest = {memory + threshold, -1};
-    const line_t lowest = {memory - threshold, 1};
-    const line_t bound = on_line(line, threshold) > memory ? highest : lowest;
-    /* The line is within bounds up to the threshold where it meets the bound; parallel to it, everywhere or nowhere. */
-    const int64_t slope = line.side - bound.side;
-    const int64_t distance = bound.level - line.level;
-    int64_t meets = threshold;
-    if (slope > 0) {
-        meets = distance >> (slope - 1); /* rounded down: slope is 1 or 2 */
-    } else if (slope < 0) {
-        meets = -distance >> (-slope - 1);
-    }
-    const uint32_t inside = operators_up_to(model, threshold - 1, model->operators);
-    const uint32_t on_it = operators_up_to(model, meets, inside);
-    if (on_it < inside) {
-        lay(model, state, inside, bound);
-    }
-    lay(model, state, on_it, line);
-}
-
-static line_t line_of(const hyst_pi_run_t *run) {
-    return (line_t){run->level, run->side};
-}
-
-/* The outermost run, and what lies outside of it. There the memory keeps the last operator's value, as far as a play
- * can be displaced: |z| + a <= 1. */
-static void lay_outermost(const hyst_pi_t *from, const hyst_pi_run_t *outermost, const hyst_pi_t *to,
-                          hyst_pi_state_t *to_state) {
-    const hyst_q31_t last = from->threshold[from->operators - 1U];
-    const int64_t memory = on_line(line_of(outermost), last);
-    const line_t constant = {memory, 0};
-    const line_t farthest = memory >= 0 ? (line_t){HYST_Q31_MAX, -1} : (line_t){HYST_Q31_MIN, 1};
-    const int64_t meets = memory >= 0 ? HYST_Q31_MAX - memory : memory - HYST_Q31_MIN;
-    to_state->runs = 0;
-    lay(to, to_state, to->operators, farthest);
-    lay(to, to_state, operators_up_to(to, meets, to->operators), constant);
-    lay(to, to_state, operators_up_to(to, last, to->operators), line_of(outermost));
-}
-
-/* Run k >= 1, inwards of the last known point of the run around it. */
-static void lay_run(const hyst_pi_t *from, const hyst_pi_run_t run[], uint32_t k, const hyst_pi_t *to,
-                    hyst_pi_state_t *to_state) {
-    const hyst_q31_t next = from->threshold[run[k].end];
-    lay_inwards_of(to, to_state, next, on_line(line_of(&run[k - 1U]), next), line_of(&run[k]));
-}
-
-bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
-                   hyst_pi_state_t *to_state, uint32_t *carried) {
-    const uint32_t runs = from_state->runs;
-    const line_t at_drive = {from_state->drive, 0};
-    if (runs == 0) {
-        to_state->runs = 0;
-        lay(to, to_state, to->operators, at_drive);
-    } else {
-        /* A sample takes runs off the inner end and puts one there: all but the innermost are what they were. */
-        uint32_t k = *carried < runs ? *carried : runs - 1U;
-        const uint32_t portion_end = k + HYST_PI_CARRY_RUNS < runs ? k + HYST_PI_CARRY_RUNS : runs;
-        for (; k < portion_end; k++) {
-            if (k == 0) {
-                lay_outermost(from, &from_state->run[0], to, to_state);
-            } else {
-                lay_run(from, from_state->run, k, to, to_state);
-            }
-        }
-        *carried = k;
-        if (k < runs) {
-            return false;
-        }
-        /* The curve begins at the drive for threshold 0. */
-        const hyst_q31_t first = from->threshold[0];
-        lay_inwards_of(to, to_state, first, on_line(line_of(&from_state->run[runs - 1U]), first), at_drive);
-    }
-    to_state->drive = from_state->drive;
-    to_state->rate = to->beta > 0 ? from_state->rate : 0;
-    return true;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The validator of the Prandtl-Ishlinskii model, and the tables it makes. Bounds as in prandtl_ishlinskii.c. */
 #include "hyst/prandtl_ishlinskii.h"
+#include "hyst/reciprocal.h"
 
 /* The limits 0.9 and -0.45 on the rate feedback, in Q20. docs/MODELS.md, section 3.4. */
 #define FEEDBACK_MAX ((hyst_q20_t)(HYST_Q20_ONE / 10 * 9))
@@ -36,7 +37,7 @@ static hyst_pi_status_t check_weights(uint32_t operators, const hyst_q28_t weigh
     return HYST_PI_OK;
 }
 
-/* q_j = g beta (S_j - S_0) / S_j must lie in [-0.45, 0.9] for every branch j. Weights were checked before. */
+/* q_j = g beta (S_j - S_0) / S_j must lie in [-0.45, 0.9] without endy branch j. Weights were checked before. */
 static hyst_pi_status_t check_rate(uint32_t operators, const hyst_q28_t weight[], hyst_q20_t beta, hyst_q30_t rate_gain,
                                    uint32_t *element) {
     *element = 0;
@@ -82,14 +83,23 @@ hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t 
     *element = 0;
     model->operators = operators;
     model->offset = offset;
-    model->weight[0] = weight[0];
     model->slope[0] = weight[0];
-    model->moment[0] = 0;
+    model->reciprocal[0] = hyst_reciprocal((uint32_t)weight[0]);
+    int64_t moment = 0; /* w_1 a_1 + ... + w_i a_i, below 2^61 in magnitude */
     for (uint32_t i = 0; i < operators; i++) {
         model->threshold[i] = threshold[i];
-        model->weight[i + 1] = weight[i + 1];
+        model->turn[i] = 2 * (hyst_product(model->slope[i], threshold[i]) - moment);
+        moment += hyst_product(weight[i + 1], threshold[i]);
         model->slope[i + 1] = model->slope[i] + weight[i + 1]; /* 2^20 .. 2^30 by check_weights */
-        model->moment[i + 1] = model->moment[i] + hyst_product(weight[i + 1], threshold[i]);
+        model->reciprocal[i + 1] = hyst_reciprocal((uint32_t)model->slope[i + 1]);
+    }
+    model->levels = 0;
+    while (UINT32_C(1) << model->levels < operators) {
+        model->levels++;
+    }
+    for (uint32_t i = operators; i < UINT32_C(1) << model->levels; i++) {
+        model->threshold[i] = HYST_Q31_MAX;
+        model->turn[i] = INT64_MAX;
     }
     model->kappa_limit = HYST_Q31_MAX - (operators > 0 ? threshold[operators - 1] : 0);
     model->beta = beta;

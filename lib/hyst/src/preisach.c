@@ -5,6 +5,7 @@
  * are below 5, and since all branches rise every output lies between them: below 5 * 2^60 in Q60.
  */
 #include "hyst/preisach.h"
+#include "hyst/reciprocal.h"
 
 static hyst_preisach_status_t check_step(uint32_t intervals, int64_t difference, hyst_preisach_status_t too_flat) {
     /* Slope = difference / (2 / N). |difference| < 2^32, N <= 30. */
@@ -131,11 +132,39 @@ static uint32_t remaining(const hyst_preisach_state_t *state, goal_t goal, bool 
     return left > 0 ? left : 1U;
 }
 
-/* Distance in drive of reversal k from the next of the same kind, which lies further in. */
-static uint32_t gap(const hyst_preisach_state_t *state, uint32_t k) {
-    const uint32_t outer = (uint32_t)state->extreme[k].drive;
-    const uint32_t inner = (uint32_t)(k + 2U < state->extremes ? state->extreme[k + 2U].drive : state->now.drive);
-    return k % 2U == 0U ? inner - outer : outer - inner; /* minima rise inwards, maxima sink */
+_Static_assert(HYST_PREISACH_MAX_EXTREMES % 2 == 0, "a full stack ends with a maximum");
+
+/*
+ * In a full stack, the last k >= 1 with the smallest gap: the distance in drive of reversal k from the next of the same
+ * kind, k + 2, which lies further in. Minima (even) rise inwards, maxima sink. Behind the last minimum stands the
+ * present drive. The lower end stays: its gap is enclosed by reversals 1 and 2 from the other side, and counts as that
+ * of 1.
+ */
+static uint32_t smallest_gap(const hyst_preisach_state_t *state) {
+    const hyst_preisach_point_t *point = &state->extreme[2];
+    uint32_t minimum = (uint32_t)point[0].drive;
+    uint32_t maximum = (uint32_t)point[1].drive;
+    const uint32_t first = minimum - (uint32_t)state->extreme[0].drive;
+    const uint32_t second = (uint32_t)state->extreme[1].drive - maximum;
+    uint32_t least = first < second ? first : second;
+    uint32_t smallest = 1;
+    for (uint32_t k = 2; k + 2U < HYST_PREISACH_MAX_EXTREMES; k += 2U, point += 2) {
+        const uint32_t next_minimum = (uint32_t)point[2].drive;
+        const uint32_t rise = next_minimum - minimum;
+        if (rise <= least) {
+            least = rise;
+            smallest = k;
+        }
+        const uint32_t next_maximum = (uint32_t)point[3].drive;
+        const uint32_t fall = maximum - next_maximum;
+        if (fall <= least) {
+            least = fall;
+            smallest = k + 1U;
+        }
+        minimum = next_minimum;
+        maximum = next_maximum;
+    }
+    return (uint32_t)state->now.drive - minimum <= least ? HYST_PREISACH_MAX_EXTREMES - 2U : smallest;
 }
 
 /*
@@ -144,16 +173,7 @@ static uint32_t gap(const hyst_preisach_state_t *state, uint32_t k) {
  * further in move by the same number: the weight of the rectangle of the Preisach plane that changes hands.
  */
 static void merge(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
-    uint32_t smallest = 1;
-    /* The lower end stays: its gap is enclosed by reversals 1 and 2 from the other side. */
-    uint32_t least = gap(state, 0) < gap(state, 1) ? gap(state, 0) : gap(state, 1);
-    for (uint32_t k = 2; k + 1U < state->extremes; k++) {
-        const uint32_t here = gap(state, k);
-        if (here <= least) {
-            least = here;
-            smallest = k;
-        }
-    }
+    const uint32_t smallest = smallest_gap(state);
     const uint32_t next = smallest + 2U;
     hyst_preisach_point_t *inner = next < state->extremes ? &state->extreme[next] : &state->now;
     const int64_t change = on_branch(model, &state->extreme[smallest - 1U], inner->drive).output - inner->output;
@@ -213,22 +233,15 @@ void hyst_preisach_reset(const hyst_preisach_t *model, hyst_preisach_state_t *st
 }
 
 hyst_q31_t hyst_preisach_output(const hyst_preisach_t *model, const hyst_preisach_state_t *state) {
-    (void)model;                                                   /* as for every other hysteresis */
+    (void)model;                                                   /* as without endy other hysteresis */
     return hyst_saturate(hyst_round_shift(state->now.output, 29)); /* < 5 * 2^60 + 2^28 */
 }
 
-/* floor(2^33 rest / whole), 33 bits; 0 <= rest < whole < 2^62. */
-static uint64_t quotient(uint64_t rest, uint64_t whole) {
-    uint64_t bits = 0;
-    for (unsigned k = 0; k < 33; k++) {
-        rest *= 2U;
-        bits *= 2U;
-        if (rest >= whole) {
-            rest -= whole;
-            bits += 1U;
-        }
-    }
-    return bits;
+/* x / divisor, x < 2^39, divisor <= 2 HYST_PREISACH_MAX_INTERVALS: by two divisions of 32 bits. */
+static inline uint64_t divide_by_small(uint64_t x, uint32_t divisor) {
+    const uint32_t upper = (uint32_t)(x >> 16);                                        /* < 2^23 */
+    const uint32_t rest = (upper % divisor) << 16 | (uint32_t)(x & (uint64_t)0xFFFFU); /* < 60 * 2^16 */
+    return (uint64_t)(upper / divisor) << 16 | rest / divisor;                         /* the latter < 2^16 */
 }
 
 hyst_q31_t hyst_preisach_solve(const hyst_preisach_t *model, const hyst_preisach_state_t *state, hyst_q31_t position,
@@ -256,8 +269,9 @@ hyst_q31_t hyst_preisach_solve(const hyst_preisach_t *model, const hyst_preisach
         return wanted < lower ? HYST_Q31_MIN : HYST_Q31_MAX;
     }
     /* Place on the grid in Q33, rounded down, below 2^38; to the nearest drive: half a divisor more. */
-    const uint64_t place = ((uint64_t)interval << 33) + quotient((uint64_t)(wanted - lower), (uint64_t)(upper - lower));
-    const int64_t drive = HYST_Q31_MIN + (int64_t)((place + model->intervals) / (2U * model->intervals));
+    const uint64_t place =
+        ((uint64_t)interval << 33) + hyst_fraction((uint64_t)(wanted - lower), (uint64_t)(upper - lower));
+    const int64_t drive = HYST_Q31_MIN + (int64_t)divide_by_small(place + model->intervals, 2U * model->intervals);
     if (drive > HYST_Q31_MAX) {
         *saturated = true;
     }

@@ -15,11 +15,14 @@ hyst_q31_t hyst_sine(uint32_t phase) {
     if (u > quarter_turn || u < -quarter_turn) {
         u = (int32_t)(2U * HYST_PHASE_QUARTER_TURN - phase);
     }
-    const hyst_q30_t square = (hyst_q30_t)hyst_round_shift(hyst_product(u, u), 30); /* 0 .. 2^30 */
+    /* Negative numbers reach one unit further, so -2 |u| and -2 u^2, Q30, are what is multiplied: -2^31 .. 0. All
+     * products are those of Q30, rounded to nearest. */
+    const int32_t twice = u < 0 ? 2 * u : -2 * u;
+    const int32_t minus_twice_square = -2 * hyst_add_high_product(0, twice, twice);
     hyst_q30_t sum = coefficient[TERMS - 1U];
     for (unsigned i = TERMS - 1U; i-- > 0;) {
-        /* |sum| < 2^31 in every step: 1.571 in Q30 at most. */
-        sum = coefficient[i] + (hyst_q30_t)hyst_round_shift(hyst_product(sum, square), 30);
+        /* |sum| < 2^30 before the last step, and 1.571 in Q30 at most after it. */
+        sum = hyst_subtract_high_product(coefficient[i], 2 * sum, minus_twice_square);
     }
     return hyst_saturate(hyst_round_shift(hyst_product(sum, u), 29)); /* Q30 * Q30 = Q60 */
 }

@@ -9,7 +9,7 @@ from pymodbus.mei_message import ReadDeviceInformationRequest
 
 SLAVE = 1
 MODE, SETPOINT, SETPOINT_SLEW = 0x0101, 0x0102, 0x0111
-COMMAND, SEQUENCE = 0x0100, 0x0200
+COMMAND, ARM, SEQUENCE = 0x0100, 9, 0x0200
 
 
 def words(value):
@@ -22,7 +22,7 @@ def signed(high, low):
 
 
 def main(port):
-    client = ModbusSerialClient(port, baudrate=115200, parity="N", stopbits=1, timeout=3)
+    client = ModbusSerialClient(port, baudrate=115200, parity="N", stopbits=1, timeout=3, retry_on_empty=True)
     assert client.connect(), f"cannot open {port}"
 
     def read(address, count):
@@ -37,6 +37,10 @@ def main(port):
     identity = read(0, 14)
     assert identity[0] == 0x4859 and identity[3] == 2, identity
     assert (identity[4] << 16 | identity[5]) == 10_000_000, identity
+
+    # Armed, as docs/REGISTERS.md says; the polls below are more frequent than the communication timeout.
+    assert client.write_register(MODE, 1, slave=SLAVE).exception_code == 3, "moves before it is armed"
+    assert not client.write_register(COMMAND, ARM, slave=SLAVE).isError(), "arming"
 
     # A drive of -0.25 full scale in direct mode shows up in the telemetry.
     target = -(1 << 29)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "synthetic.h"
-#include "catalogue.h"
-#include "compile.h"
+#include "chain/catalogue.h"
+#include "compile/compile.h"
 #include "unity.h"
 #include <math.h>
 

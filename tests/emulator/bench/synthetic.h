@@ -3,8 +3,8 @@
 #ifndef TESTS_SYNTHETIC_H
 #define TESTS_SYNTHETIC_H
 
+#include "chain/model.h"
 #include "hyst/parameters.h"
-#include "model.h"
 
 #define SYNTHETIC_RATE_HZ 10000.0
 

@@ -4,13 +4,14 @@
  * with more physics (400 operators, a mode, noise, converters) than the amplifier's model has. One bench serves all
  * tests, in the order of main().
  */
-#include "amplifier_image.h"
+#include "amplifier/amplifier_image.h"
+#include "amplifier/experiment.h"
+#include "base/monotonic_clock.h"
 #include "bench_process.h"
 #include "capture.h"
-#include "chain.h"
-#include "compile.h"
-#include "experiment.h"
-#include "monotonic_clock.h"
+#include "chain/chain.h"
+#include "commands/print.h"
+#include "compile/compile.h"
 #include "source.h"
 #include "synthetic.h"
 #include "telemetry.h"
@@ -109,10 +110,11 @@ static void test_compensation_makes_the_error_fall(void) {
     TEST_ASSERT_TRUE(after < before / 10.0);
 }
 
-/* Plays a sine for ever, so that what follows happens under motion. */
+/* Plays a sine without end, so that what follows happens under motion. */
 static void start_motion(void) {
     const double step_um = 35.0;
-    must(device_command(device, COMMAND_STOP, &failure));
+    must(device_arm(device, &failure));
+    must(device_write(device, INDEX_watchdog, 0, &failure)); /* later tests wait without a word */
     must(device_write(device, INDEX_mode, HYST_MODE_COMPENSATE, &failure));
     must(device_write(device, INDEX_source, SOURCE_SINE, &failure));
     must(device_write(device, INDEX_source_offset, position_from_micrometres(&good, 50.0), &failure));

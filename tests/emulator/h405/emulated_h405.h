@@ -4,7 +4,7 @@
 #ifndef EMULATED_H405_H
 #define EMULATED_H405_H
 
-#include "device.h"
+#include "amplifier/device.h"
 #include "peripheral_log.h"
 
 /* Emulated time follows the instructions, so it may be slow. What takes longer than this hangs. */
@@ -16,13 +16,16 @@ extern peripheral_log_t h405_log;
 /** Starts the image and waits until its loop runs. */
 void h405_start(void);
 
+/** Starts the bench image in its place: the same start-up code, without a twin. */
+void bench_start(void);
+
 /** Writes a register, in one request. */
 void h405_write(unsigned index, int64_t value);
 
 /** Waits until there are this many codes in the log. */
 void h405_wait(size_t codes);
 
-/** Through the debugger: the next sample interrupt goes where there is no code. */
+/** Through the debugger: the processor goes on where there is no code. */
 void h405_crash(void);
 
 /** Call outside of any test, so that a failed one leaves no emulator behind. Allowed when nothing was started. */

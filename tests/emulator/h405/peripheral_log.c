@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "peripheral_log.h"
-#include "monotonic_clock.h"
+#include "base/monotonic_clock.h"
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>

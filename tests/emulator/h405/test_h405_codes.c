@@ -4,7 +4,7 @@
  * converter's register, write what the library computed?
  *
  * The emulator has no model of the converters, but logs every write to them. The test steers the image over Modbus
- * through all modes; then it runs the same application natively (tests/firmware) with the same commands in the same
+ * through all modes. Then it runs the same application natively (tests/firmware) with the same commands in the same
  * samples, and demands the same codes, every one of them, from the first sample to the last.
  *
  * Which sample was the first after a command? The driver enable of the answer is in the log, among the codes. A sample
@@ -16,6 +16,7 @@
 #include "fake_board.h"
 #include "hyst/parameters.h"
 #include "master.h"
+#include "power_state.h"
 #include "source.h"
 #include "unity.h"
 
@@ -30,7 +31,9 @@ typedef struct {
 } action_t;
 
 static const action_t actions[] = {
+    {INDEX_watchdog, 0, 0},              /* nobody talks while this counts samples */
     {INDEX_command, COMMAND_COMMIT, 80}, /* parked elsewhere: a transition */
+    {INDEX_command, COMMAND_ARM, POWER_PRECHARGE_MS * 10 + 20},
     {INDEX_setpoint_slew, (uint32_t)Q31(0.02), 0},
     {INDEX_setpoint, (uint32_t)Q31(0.3), 0},
     {INDEX_mode, HYST_MODE_DIRECT, 60},
@@ -49,7 +52,7 @@ static const action_t actions[] = {
     {INDEX_command, COMMAND_START, 300},
     {INDEX_mode, HYST_MODE_LINEAR, 60},
     {INDEX_setpoint, (uint32_t)Q31(0.99), 120}, /* meets the drive limit */
-    {INDEX_command, COMMAND_PARK, 40},
+    {INDEX_command, COMMAND_DISARM, 40},
 };
 enum { ACTIONS = sizeof actions / sizeof actions[0], NONE = ACTIONS };
 
@@ -140,7 +143,8 @@ static void run_emulated(void) {
  * `early` takes effect one sample before its mark.
  */
 static size_t replay(unsigned early, uint16_t *expected) {
-    fake_board_power_on(FAULT_CLOCK_FALLBACK);
+    const board_start_t start = {.faults = FAULT_CLOCK_FALLBACK};
+    fake_board_start(&start);
     master_write_words(ADDRESS_staging, image, image_words);
     master_write_words(ADDRESS_waveform, waveform, WAVEFORM_WORDS);
     unsigned next = 0;
@@ -196,7 +200,7 @@ static void test_the_safe_code_comes_before_the_output_is_on(void) {
     TEST_ASSERT_EQUAL_UINT(2, h405_log.controls);
     TEST_ASSERT_EQUAL_HEX32(0x01, h405_log.control[0]);
     TEST_ASSERT_EQUAL_UINT(1, h405_log.codes_at_control[0]);
-    TEST_ASSERT_EQUAL_HEX16(BOARD_CODE_MIDDLE, h405_log.code[0]);
+    TEST_ASSERT_EQUAL_HEX16(FAKE_SAFE_CODE, h405_log.code[0]);
     TEST_ASSERT_EQUAL_HEX32(0x25, h405_log.control[1]);
     TEST_ASSERT_EQUAL_UINT(1, h405_log.codes_at_control[1]);
 }

@@ -2,7 +2,7 @@
 /**
  * Twin of the actuator of paper 000: stack P-887.90 behind an E-663 amplifier, capacitive sensor, preload device.
  *
- * Reported: 36 um at 120 V; strokes at 10 and 200 Hz for 0 to 40 V and 0 to 80 V, how much wider the loops are at 200
+ * Reported: 36 um at 120 V. Strokes at 10 and 200 Hz for 0 to 40 V and 0 to 80 V, how much wider the loops are at 200
  * Hz than at 10 Hz, how the width changes with the preload, asymmetric loops from 125 Hz at 80 V and from 250 Hz at 40
  * V on, resolution 0.75 nm. Chosen, and tuned until the loops show the reported numbers: everything below.
  *

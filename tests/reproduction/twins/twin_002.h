@@ -29,7 +29,7 @@
 #include <stddef.h>
 
 #define TWIN_002_RELAXATIONS 3
-/** Most unforgotten turning points; a drive with more of them that shrink for ever ends the program. */
+/** Most unforgotten turning points; a drive with more of them that shrink without end ends the program. */
 #define TWIN_002_TURNING_POINTS 256
 
 typedef struct {
@@ -67,7 +67,7 @@ double twin_002_step(twin_002_t *twin, double drive_v);
 /** What the sensor reads, um. */
 double twin_002_measure(twin_002_t *twin, double position_um);
 
-/** Goes to the last sample of a period that has been repeated for ever: the next one is its first. */
+/** Goes to the last sample of a period that has been repeated without end: the next one is its first. */
 void twin_002_repeat(twin_002_t *twin, const double *drive_v, size_t samples);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The actuator of seed 003 (Gu and Zhu): a preloaded stack in a one-axis stage, 90 um at 150 V, behind 16-bit
+ * The actuator of paper 003 (Gu and Zhu): a preloaded stack in a one-axis stage, 90 um at 150 V, behind 16-bit
  * converters at 10 kHz.
  *
  * Reported: ranges, converters, sample rate, that the amplifier has a fixed gain, and table 1: an ellipse for each of
@@ -11,7 +11,7 @@
 #ifndef TWIN_003_H
 #define TWIN_003_H
 
-#include "recording.h"
+#include "recording/recording.h"
 #include <stdint.h>
 
 #define TWIN_003_RATE_HZ  10000.0

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The positioner of seed 004: a cantilever of 36 piezoelectric layers, 15 mm x 2 mm x 2 mm, at a 5 kHz controller.
+ * The positioner of paper 004: a cantilever of 36 piezoelectric layers, 15 mm x 2 mm x 2 mm, at a 5 kHz controller.
  *
  * Reported: +-10 V, some 40 um, dt = 0.2 ms, a sensor of 10 nm resolution, 100 nm precision and more than 1 kHz, and a
  * loop that is up to 17.5 um wide at 200 Hz. The widths at 10, 50 and 100 Hz are those of the model that the paper
@@ -10,7 +10,7 @@
 #ifndef TWIN_004_H
 #define TWIN_004_H
 
-#include "recording.h"
+#include "recording/recording.h"
 #include <stdint.h>
 
 #define TWIN_004_RATE_HZ 5000.0

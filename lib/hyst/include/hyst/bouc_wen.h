@@ -25,7 +25,7 @@
  * Why the inverse is exact. At a given memory the position is a function of the drive alone: upwards d u + H from one
  * place on the curve, downwards the same from another. It is piecewise linear and rising if all d + slope_i > 0 and
  * d > 0. Bisection over at most 64 cells and one division invert it. s H is kept in Q59, where sums over cells are
- * exact; at a reversal the place on the new curve is rounded to a unit of drive and what is left of h is carried along
+ * exact. At a reversal the place on the new curve is rounded to a unit of drive and what is left of h is carried along
  * as `rest`, so that the position does not jump. Forward after inverse differs from the identity by the rounding of u
  * (half a unit, times the slope) and of y (half a unit): tests/unit/test_bouc_wen.c.
  *
@@ -37,8 +37,8 @@
  * Formats: drive, position, length Q31; slopes and d Q28.
  * Preconditions: a hyst_bouc_wen_t that hyst_bouc_wen_build accepted. Total for such a model and any input.
  * May be called from: interrupt, main loop, host (hyst_bouc_wen_build: not per sample). Reentrant; the caller owns
- * model and state. Worst case per call: advance 7 probes and one 64-by-32 bit division (none between reversals); solve
- * twice that.
+ * model and state. Worst case per call: advance 14 probes and one division by a known divisor (reciprocal.h; nothing
+ * between reversals); solve 21 and two; follow after find none.
  */
 #ifndef HYST_BOUC_WEN_H
 #define HYST_BOUC_WEN_H
@@ -54,10 +54,12 @@
 
 /** Coefficients. Written by hyst_bouc_wen_build only; constant afterwards. */
 typedef struct {
-    uint32_t cells;                             /**< n, 0..HYST_BOUC_WEN_MAX_CELLS; 0 is a straight line */
-    hyst_q31_t offset;                          /**< y at u = 0, h = 0 */
-    hyst_q28_t direct;                          /**< d */
-    hyst_q28_t slope[HYST_BOUC_WEN_MAX_CELLS];  /**< of s H in cell i, all of one sign */
+    uint32_t cells;                                         /**< n, 0..HYST_BOUC_WEN_MAX_CELLS; 0 is a straight line */
+    hyst_q31_t offset;                                      /**< y at u = 0, h = 0 */
+    hyst_q28_t direct;                                      /**< d */
+    hyst_q28_t slope[HYST_BOUC_WEN_MAX_CELLS];              /**< of s H in cell i, all of one sign */
+    uint32_t share_reciprocal[HYST_BOUC_WEN_MAX_CELLS];     /**< of |slope|, see reciprocal.h */
+    uint32_t climb_reciprocal[HYST_BOUC_WEN_MAX_CELLS + 1]; /**< of d + slope; [n] of d */
     int64_t place[HYST_BOUC_WEN_MAX_CELLS + 1]; /**< v at the beginning of cell i, Q31, 0 to 2^37; [n] the end */
     int64_t share[HYST_BOUC_WEN_MAX_CELLS + 1]; /**< s H there, Q59, from -E to +E, E <= 2^59 */
     int64_t climb[HYST_BOUC_WEN_MAX_CELLS + 1]; /**< d v + s H - s H(0) there, Q59, 0 to 2^62, rising */
@@ -70,6 +72,12 @@ typedef struct {
     int32_t side;     /**< +1: the drive rose last, -1: it fell; s h = side * (curve + rest) */
     hyst_q31_t drive; /**< u[k] */
 } hyst_bouc_wen_state_t;
+
+/** What hyst_bouc_wen_find found, for hyst_bouc_wen_follow. Belongs to that memory as it is. */
+typedef struct {
+    int64_t place, rest; /**< after turning round */
+    bool turned;         /**< they are known */
+} hyst_bouc_wen_found_t;
 
 /** Why a model is refused. Values are part of the Modbus interface: append only. */
 typedef enum {
@@ -105,6 +113,14 @@ hyst_q31_t hyst_bouc_wen_output(const hyst_bouc_wen_t *model, const hyst_bouc_we
  */
 hyst_q31_t hyst_bouc_wen_solve(const hyst_bouc_wen_t *model, const hyst_bouc_wen_state_t *state, hyst_q31_t position,
                                bool *saturated);
+
+/** As hyst_bouc_wen_solve, and tells hyst_bouc_wen_follow what it found. */
+hyst_q31_t hyst_bouc_wen_find(const hyst_bouc_wen_t *model, const hyst_bouc_wen_state_t *state, hyst_q31_t position,
+                              bool *saturated, hyst_bouc_wen_found_t *found);
+
+/** As hyst_bouc_wen_advance. `found` is what hyst_bouc_wen_find made of this memory: a turn is not worked out twice. */
+void hyst_bouc_wen_follow(const hyst_bouc_wen_t *model, hyst_bouc_wen_state_t *state, hyst_q31_t drive,
+                          const hyst_bouc_wen_found_t *found);
 
 /** Forward model, one sample: advance, then output. */
 hyst_q31_t hyst_bouc_wen_forward(const hyst_bouc_wen_t *model, hyst_bouc_wen_state_t *state, hyst_q31_t drive);

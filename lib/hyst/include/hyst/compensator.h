@@ -18,7 +18,7 @@
  *   compensate  the whole pipeline
  *
  * In every mode the memory of hysteresis and creep is advanced with the drive that leaves this function (with inertia
- * or equalise sections: with what was there before them, plus the transition offset; the rest is spent on the mass and
+ * or equalise sections: with what was there before them, plus the transition offset. The rest is spent on the mass and
  * the electronics). So the model stays in step with the actuator.
  *
  * A change of mode or of parameters does not step the drive: the drive repeats its last value for that sample, and the
@@ -39,12 +39,24 @@
 /** Values are part of the Modbus interface: append only. */
 typedef enum { HYST_MODE_PARK = 0, HYST_MODE_DIRECT = 1, HYST_MODE_LINEAR = 2, HYST_MODE_COMPENSATE = 3 } hyst_mode_t;
 
+/** The optional stages of the pipeline, as bits: a sample passes over the others in one step. */
+enum {
+    HYST_STAGE_REFERENCE_CURVE = 1,
+    HYST_STAGE_SHAPE = 2,
+    HYST_STAGE_CREEP = 4,
+    HYST_STAGE_DRIVE_CURVE = 8,
+    HYST_STAGE_INERTIA = 16,
+    HYST_STAGE_EQUALISE = 32
+};
+
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
 typedef struct {
+    unsigned stages; /**< HYST_STAGE_ bits of those that there are, written by hyst_compensator_prepare */
     hyst_hysteresis_t hysteresis;
     bool curved; /**< the hysteresis sees drive_curve(drive) */
     hyst_curve_t drive_curve;
-    bool reference_curved; /**< the position is reference_curve(reference) */
+    hyst_curve_inverse_t drive_curve_inverse; /**< written by hyst_compensator_prepare */
+    bool reference_curved;                    /**< the position is reference_curve(reference) */
     hyst_curve_t reference_curve;
     hyst_creep_t creep;
     hyst_iir_t shape;
@@ -80,6 +92,10 @@ enum {
     HYST_STEP_UNREACHABLE = 2,     /**< no drive reaches the reference */
     HYST_STEP_FILTER_SATURATED = 4 /**< a shape or equalise section saturated */
 };
+
+/** Works out what steps look up, from all other coefficients. Whoever writes these has to call it:
+ * hyst_parameters_build does. Not per sample. */
+void hyst_compensator_prepare(hyst_compensator_t *compensator);
 
 /** Parked at drive_park, demagnetised memory, settled filters. */
 void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensator_state_t *state);

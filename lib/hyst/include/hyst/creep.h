@@ -5,7 +5,7 @@
  *     y[k]   = h[k] + sum_{j=1..m} c_j s_j[k]
  *     s_j[k] = s_j[k-1] + l_j (h[k-1] - s_j[k-1])          l_j = 1 - exp(-dt / tau_j)
  *
- * h is what the hysteresis gives, y the position; m first-order cells in parallel, their time constants tau_j spread
+ * h is what the hysteresis gives, y the position. m first-order cells in parallel, their time constants tau_j spread
  * evenly over the logarithm of time, with equal gains c_j: the step response is then h (1 + gamma log10(t / t_0)) to
  * within a small ripple. (PI, "Fundamentals of piezo technology": dL = dL(0.1 s) (1 + gamma log10(t / 0.1 s)); cells:
  * docs/MODELS.md, section 5.) Each cell is the exact solution of ds/dt = (h - s) / tau for an h that is constant
@@ -15,8 +15,8 @@
  * c_j s_j, the same integers as forward. Forward after inverse is the identity to the bit unless h or y saturates
  * (tests/unit/test_creep.c).
  *
- * Formats: h, y Q31; gain Q31; rate l_j Q31 (at 10 kHz and tau = 1000 s it is 215 units, so tau is met to 0.25 %);
- * state Q61, so that the slowest cell still moves by its due for a difference of 2^-30 of full scale.
+ * Formats: h, y Q31; gain Q31; rate l_j Q31 (at 10 kHz and tau = 1000 s it is 215 units, so tau is met to 0.25 %).
+ * State Q61, so that the slowest cell still moves by its due for a difference of 2^-30 of full scale.
  *
  * May be called from: interrupt, main loop, host. Reentrant; the caller owns coefficients and state. Linear in m.
  */
@@ -55,7 +55,7 @@ typedef enum {
 hyst_creep_status_t hyst_creep_build(hyst_creep_t *creep, uint32_t cells, const hyst_creep_cell_t cell[],
                                      uint32_t *element);
 
-/** The state in which h has been present for ever. */
+/** The steady state for a constant h. */
 void hyst_creep_settle(const hyst_creep_t *creep, hyst_creep_state_t *state, hyst_q31_t h);
 
 /** sum c_j s_j: what creep adds to the position at this sample. |result| < 2^31. */

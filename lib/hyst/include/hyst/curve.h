@@ -15,7 +15,7 @@
  *
  * Formats: x and nodes Q31. The last node belongs to x = 1, one unit beyond the format, so it is never quite reached.
  * May be called from: interrupt, main loop, host (hyst_curve_build: not per sample). Reentrant, no state. apply: one
- * product; solve: 5 probes and one 64-by-32 bit division.
+ * product; solve: 5 probes and one division.
  */
 #ifndef HYST_CURVE_H
 #define HYST_CURVE_H
@@ -33,6 +33,11 @@
 typedef struct {
     hyst_q31_t node[HYST_CURVE_NODES];
 } hyst_curve_t;
+
+/** What hyst_curve_solve_by divides with. Written by hyst_curve_invert only. */
+typedef struct {
+    uint32_t reciprocal[HYST_CURVE_INTERVALS]; /**< of node[i + 1] - node[i], see reciprocal.h */
+} hyst_curve_inverse_t;
 
 /** Why a curve is refused. Values are part of the Modbus interface: append only. */
 typedef enum {
@@ -54,5 +59,12 @@ hyst_q31_t hyst_curve_apply(const hyst_curve_t *curve, hyst_q31_t x);
  * range is returned and *saturated is set (else it is left alone).
  */
 hyst_q31_t hyst_curve_solve(const hyst_curve_t *curve, hyst_q31_t y, bool *saturated);
+
+/** Reciprocals of a curve that hyst_curve_build accepted. Not per sample. */
+void hyst_curve_invert(const hyst_curve_t *curve, hyst_curve_inverse_t *inverse);
+
+/** As hyst_curve_solve, in a third of its instructions. */
+hyst_q31_t hyst_curve_solve_by(const hyst_curve_t *curve, const hyst_curve_inverse_t *inverse, hyst_q31_t y,
+                               bool *saturated);
 
 #endif

@@ -67,6 +67,28 @@ static inline int64_t hyst_product(int32_t a, int32_t b) {
     return (int64_t)a * b;
 }
 
+/** c + a b / 2^32, rounded to nearest. One instruction on a Cortex-M4. |c| + |a b| / 2^32 < 2^31. */
+static inline int32_t hyst_add_high_product(int32_t c, int32_t a, int32_t b) {
+#if defined(__ARM_FEATURE_DSP)
+    int32_t result;
+    __asm__("smmlar %0, %1, %2, %3" : "=r"(result) : "r"(a), "r"(b), "r"(c));
+    return result;
+#else
+    return c + (int32_t)((hyst_product(a, b) + ((int64_t)1 << 31)) >> 32);
+#endif
+}
+
+/** c - a b / 2^32, rounded likewise: c and the nearest to -a b / 2^32. */
+static inline int32_t hyst_subtract_high_product(int32_t c, int32_t a, int32_t b) {
+#if defined(__ARM_FEATURE_DSP)
+    int32_t result;
+    __asm__("smmlsr %0, %1, %2, %3" : "=r"(result) : "r"(a), "r"(b), "r"(c));
+    return result;
+#else
+    return c + (int32_t)((((int64_t)1 << 31) - hyst_product(a, b)) >> 32);
+#endif
+}
+
 /** x / 2^shift, rounded to nearest. 1 <= shift <= 62 and x <= INT64_MAX - 2^(shift-1). */
 static inline int64_t hyst_round_shift(int64_t x, unsigned shift) {
     return (x + ((int64_t)1 << (shift - 1U))) >> shift;

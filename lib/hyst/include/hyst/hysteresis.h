@@ -10,13 +10,13 @@
  *
  * (Stop sums, densities and ellipses become one of these when a model is compiled: docs/MODELS.md.) All of them invert
  * exactly: the drive that solve returns brings the output to the wanted position at this sample, up to the rounding
- * that each header states. What each function does is the same for all families and written in the family's header:
+ * that each header states. What each function does is the same for all families and written in the family's header.
  *
- *   reset     memory after a slow move from the demagnetised state to `drive`
- *   advance   moves the memory by one sample to the drive that was really applied
- *   output    position at the present memory and drive
- *   solve     the drive for a position at this sample; the memory is not moved. Out of reach: the nearer end of the
- *             range, and *saturated is set (else it is left alone)
+ *   reset     memory after a slow move from the demagnetised state to `drive`.
+ *   advance   moves the memory by one sample to the drive that was really applied.
+ *   output    position at the present memory and drive.
+ *   solve     the drive for a position at this sample. The memory is not moved. Out of reach: the nearer end of the
+ *             range, and *saturated is set (else it is left alone).
  *   begin_sine  a source begins a sine: its first value is the reference of the next sample. Locks what has a phase
  *               (the harmonics of the modified play model), does nothing to the others
  *
@@ -67,6 +67,37 @@ hyst_q31_t hyst_hysteresis_output(const hyst_hysteresis_t *model, const hyst_hys
 
 hyst_q31_t hyst_hysteresis_solve(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state,
                                  hyst_q31_t position, bool *saturated);
+
+/** What find found, for follow. Belongs to that memory as it is. */
+typedef union {
+    hyst_pi_found_t prandtl_ishlinskii;
+    hyst_bouc_wen_found_t bouc_wen;
+} hyst_hysteresis_found_t;
+
+/** As solve, and tells follow what it found. */
+static inline hyst_q31_t hyst_hysteresis_find(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state,
+                                              hyst_q31_t position, bool *saturated, hyst_hysteresis_found_t *found) {
+    if (model->family == HYST_FAMILY_PRANDTL_ISHLINSKII) {
+        return hyst_pi_find(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, position, saturated,
+                            &found->prandtl_ishlinskii);
+    }
+    if (model->family == HYST_FAMILY_BOUC_WEN) {
+        return hyst_bouc_wen_find(&model->bouc_wen, &state->bouc_wen, position, saturated, &found->bouc_wen);
+    }
+    return hyst_hysteresis_solve(model, state, position, saturated);
+}
+
+/** As advance. `found` is what find made of this memory: where its drive was applied as it was, less is to be done. */
+static inline void hyst_hysteresis_follow(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state,
+                                          hyst_q31_t drive, const hyst_hysteresis_found_t *found) {
+    if (model->family == HYST_FAMILY_PRANDTL_ISHLINSKII) {
+        hyst_pi_follow(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, drive, &found->prandtl_ishlinskii);
+    } else if (model->family == HYST_FAMILY_BOUC_WEN) {
+        hyst_bouc_wen_follow(&model->bouc_wen, &state->bouc_wen, drive, &found->bouc_wen);
+    } else {
+        hyst_hysteresis_advance(model, state, drive);
+    }
+}
 
 void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_state_t *state);
 

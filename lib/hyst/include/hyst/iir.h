@@ -26,12 +26,22 @@ typedef struct {
     hyst_q28_t b0, b1, b2, a1, a2;
 } hyst_iir_section_t;
 
+/** A section as it is used: five products are added up. Written by hyst_iir_build only. */
+typedef struct {
+    hyst_q28_t b0, b1, b2;
+    hyst_q28_t minus_a1, minus_a2;
+    uint32_t at_rest;    /**< 1 + a1 + a2 > 0, what b0 + b1 + b2 is divided by at rest, Q28, < 4 */
+    uint32_t reciprocal; /**< of it, see reciprocal.h */
+    int64_t gain;        /**< b0 + b1 + b2, Q28, < 15 in magnitude */
+} hyst_iir_coefficients_t;
+
 /** Coefficients of a cascade of 0 to HYST_IIR_MAX_SECTIONS sections; none is a plain wire. */
 typedef struct {
     uint32_t sections;
-    hyst_iir_section_t section[HYST_IIR_MAX_SECTIONS];
+    hyst_iir_coefficients_t section[HYST_IIR_MAX_SECTIONS];
 } hyst_iir_t;
 
+/** What a section remembers. Within a cascade, x of a section is y of the one before it, once settled. */
 typedef struct {
     hyst_q31_t x1, x2, y1, y2;
     int32_t remainder; /**< Q59 part of the last sum below Q31, [0, 2^28) */
@@ -56,8 +66,11 @@ hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_
 /** All state zero. */
 void hyst_iir_reset(hyst_iir_state_t *state);
 
-/** The state in which a constant input x has been present for ever (each section at its DC gain, saturated). */
+/** The steady state for a constant input x (each section at its DC gain, saturated). */
 void hyst_iir_settle(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x);
+
+/** hyst_iir_settle for x, then hyst_iir_step with the same x: the same integers, for little more than a step alone. */
+hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated);
 
 /** One sample. *saturated is set when a section saturated, else left alone. */
 hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated);

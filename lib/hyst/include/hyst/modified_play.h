@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * Modified play model of a bimorph (seed 001), its exact inverse and the source's own compensator.
+ * Modified play model of a bimorph (paper 001), its exact inverse and the source's own compensator.
  *
  *     y[k] = offset + 2A u[k] + H[u[k]] + c1 y[k-1] + c2 y[k-2] + c3 y[k-3] + g y[k-1] u[k-1]
  *          + (A11 u + A31 u^3 + A51 u^5)[k-1] sin(theta[k-1]) + (A12 u + A32 u^3 + A52 u^5)[k-1] cos(theta[k-1])
@@ -11,26 +11,27 @@
  *     center_ij = (2 j + 1 - (N - i)) / N
  *     v[k] = v[k-1] + q (u[k] - u[k-1] - v[k-1])                                        smoothed rate, per sample
  *
- * Source: seed 001, equations (5) to (11), (22), (30) to (36), with what its print has lost put back, and two changes,
+ * Source: paper 001, equations (5) to (11), (22), (30) to (36), with what its print has lost put back, and two changes,
  * all derived in docs/MODELS.md, section 9. First, the shape of a cell is the integral of the relay over the cell, a
  * ramp; the printed (4) makes all cells of a row the same function. Second, the rate that widens the plays is the one
  * known before the sample: with the printed u[k+1] - u[k] the operator would fall when its input rises.
  *
  * Why the inverse is exact. At sample k everything but 2A u + H is known. The plays stay nested (alpha |v| and beta |v|
- * are common to all rows), so a rising drive begins to carry row 1, then row 2 ..; and as r_i and the cells share one
- * grid of 1 / N, the rows that are carried pass from cell to cell at the same drives. The slope between two such events
- * is one of N x N sums of omega for rising and as many for falling drives; all positive makes y a rising function of u.
- * The solver walks from event to event, at most 2 N of them, and divides once. Forward after inverse is the identity
- * up to the rounding of u (half a unit, times the slope) and of y (half a unit): tests/unit/test_modified_play.c.
+ * are common to all rows), so a rising drive begins to carry row 1, then row 2 and so on. As r_i and the cells share
+ * one grid of 1 / N, the rows that are carried pass from cell to cell at the same drives. The slope between two such
+ * events is one of N x N sums of omega for rising and as many for falling drives; all positive makes y a rising
+ * function of u. The solver walks from event to event, at most 2 N of them, and divides once. Forward after inverse is
+ * the identity up to the rounding of u (half a unit, times the slope) and of y (half a unit):
+ * tests/unit/test_modified_play.c.
  *
  * Why the inverse is stable. Its y history is the reference: a sum of past references, which cannot diverge. What feeds
  * back is its own past drive, through g y u and the harmonics (at most L = |g| + |A1| + 3 |A3| + 5 |A5| per drive, A1 =
- * hypot(A11, A12) ..) and through the rate. hyst_modified_play_build demands, for every slope S of a branch and e =
+ * hypot(A11, A12) ..) and through the rate. hyst_modified_play_build demands, without endy slope S of a branch and e =
  * q alpha (S - 2A), or beta on falling branches,
  *
  *     L <= 0.9 S,      e + L (1 - q) <= 0.9 S,      (2 - q) (S - L) + 2 e >= 0.1 S
  *
- * that is, both roots of the loop inside the unit circle for every constant gain up to L (docs/MODELS.md, 9.4; a
+ * that is, both roots of the loop inside the unit circle without endy constant gain up to L (docs/MODELS.md, 9.4; a
  * condition per branch, as in section 3.4). Of the model itself it demands that c1 + g u, c2, c3 is a stable filter for
  * every constant u (Jury).
  *

@@ -13,7 +13,7 @@
  *     7  position_center_pm    8  position_half_range_pm   position in picometres, likewise
  *     9  drive_low      10  drive_high      11  drive_park                       Q31
  *     12 linear_offset  Q31                 13  linear_gain  Q28
- *     14 transition_slew  Q31, > 0          15  lookahead_samples  0..HYST_LOOKAHEAD_MAX
+ *     14 transition_slew  Q31, > 0 (a board allows less: board_limits.h)   15  lookahead_samples  0..HYST_LOOKAHEAD_MAX
  *     16 family, hyst_family_t              17 hysteresis_offset  Q31, see the header of the family
  *     18 pi_operators n   19 pi_beta Q20 (samples)       20 pi_rate_gain Q30
  *     21 preisach_intervals N, 0 but for its family

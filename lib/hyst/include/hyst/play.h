@@ -5,7 +5,7 @@
  * Play with threshold r (half the width of the gap):   w = max(v - r, min(v + r, w_previous))
  * Stop with threshold r (the yield level):             e = max(-r, min(r, v - v_previous + e_previous))
  *
- * Source: seed 000, equations (1) to (4); (4) is printed without its "+ r". For the same input and matching memory
+ * Source: paper 000, equations (1) to (4); (4) is printed without its "+ r". For the same input and matching memory
  * (w + e = v at the start), play + stop = input at every sample: tests/unit/test_play.c.
  *
  * v, w, e: Q31. r: Q31, 0 <= r. Exact: no rounding; no saturation can show, because a bound that leaves the range

@@ -9,7 +9,7 @@
  *     kappa[k] = min(beta |v[k-1]|, 1 - a_n)                                  the same for all operators
  *     v[k]   = v[k-1] + g (u[k] - u[k-1] - v[k-1])                            smoothed drive rate, per sample
  *
- * Source: seed 004, equations (1) to (11), with one change that makes the inverse exact and stable (docs/MODELS.md,
+ * Source: paper 004, equations (1) to (11), with one change that makes the inverse exact and stable (docs/MODELS.md,
  * section 3): the rate that widens the thresholds at sample k is the one known before sample k. beta = 0 is the
  * classical model.
  *
@@ -25,19 +25,21 @@
  * Why the inverse is stable. Its own past drive widens its thresholds, which is feedback. On a branch with j operators
  * moving the feedback has the characteristic polynomial x^2 - (1 - g + q) x + q with q = g beta (S_j - S_0) / S_j; both
  * roots are inside the unit circle exactly for -(2 - g) / 2 < q < 1. hyst_pi_build demands -0.45 <= q <= 0.9 on every
- * branch. (Without smoothing, g = 1, the numbers of seed 004 give q = 1.3: that inverse oscillates although it is
+ * branch. (Without smoothing, g = 1, the numbers of paper 004 give q = 1.3: that inverse oscillates although it is
  * exact.)
  *
  * Why the cost hardly grows with n. The memory over the threshold is a staircase: all operators that one monotone
  * movement of the drive has carried along lie on one line, z_i = level -+ a_i. Only these runs are stored, innermost on
- * top of a stack; sums over a run come from prefix sums of w_i and w_i a_i, so a whole run is moved, wiped out or
- * passed in one step, and the place where a movement or a search ends is found by bisection. All of it is exact integer
- * arithmetic: bit for bit the plain loop over n operators (tests/unit/test_bank.c). Worst case per call: 2 (log2 n + 1)
- * probes, whatever the history.
+ * top of a stack. Sums over a run come from prefix sums of w_i and w_i a_i, so a whole run is moved, wiped out or
+ * passed in one step, and the place where a movement or a search ends is found by bisection. The growth shifts all
+ * corners alike: it is taken off the goal once, and a probe is one comparison with a number that the run or the model
+ * holds ready (docs/MODELS.md, section 2.1). All of it is exact integer arithmetic: bit for bit the plain loop over n
+ * operators (tests/unit/test_bank.c). Worst case per call: 2 (log2 n + 1) probes, whatever the history.
  *
  * Preconditions: a hyst_pi_t that hyst_pi_build accepted. Every function here is total for such a model and any input.
  * May be called from: interrupt, main loop, host (hyst_pi_build walks all operators: not per sample).
- * Reentrant; the caller owns model and state. One state belongs to one context. One 64-by-32 bit division per solve.
+ * Reentrant; the caller owns model and state. One state belongs to one context. One division by a known divisor
+ * (reciprocal.h) per solve.
  * Measured in docs/TIMING.md.
  */
 #ifndef HYST_PRANDTL_ISHLINSKII_H
@@ -55,39 +57,61 @@
 #define HYST_PI_MAX_WEIGHT_SUM (4 * (int64_t)HYST_Q28_ONE)
 
 /** Runs that one call of hyst_pi_carry takes over, and the calls that all of them take. */
-#define HYST_PI_CARRY_RUNS  4
+#define HYST_PI_CARRY_RUNS  1
 #define HYST_PI_CARRY_CALLS (HYST_PI_MAX_OPERATORS / HYST_PI_CARRY_RUNS)
 
 /** Coefficients. Written by hyst_pi_build only; constant afterwards. */
 typedef struct {
-    uint32_t operators;                           /**< n, 0..HYST_PI_MAX_OPERATORS */
-    hyst_q31_t offset;                            /**< y at u = 0 with all memory 0, fraction of position full scale */
-    hyst_q28_t weight[HYST_PI_MAX_OPERATORS + 1]; /**< w_0..w_n, position full scale per drive full scale */
-    hyst_q28_t slope[HYST_PI_MAX_OPERATORS + 1];  /**< S_0..S_n, S_j = w_0 + ... + w_j, all >= HYST_PI_MIN_SLOPE */
-    hyst_q31_t threshold[HYST_PI_MAX_OPERATORS];  /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0 */
-    int64_t moment[HYST_PI_MAX_OPERATORS + 1];    /**< sums of w_i a_i, i = 1..j, Q59, below 2^61 in magnitude */
-    hyst_q31_t kappa_limit;                       /**< 1 - a_n */
-    hyst_q20_t beta;      /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
-    hyst_q30_t rate_gain; /**< g, (0, 1] */
+    uint32_t operators;     /**< n, 0..HYST_PI_MAX_OPERATORS */
+    uint32_t levels;        /**< of a search: the smallest L with 2^L >= n */
+    hyst_q31_t offset;      /**< y at u = 0 with all memory 0, fraction of position full scale */
+    hyst_q31_t kappa_limit; /**< 1 - a_n */
+    hyst_q20_t beta;        /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
+    hyst_q30_t rate_gain;   /**< g, (0, 1] */
+    hyst_q31_t threshold[HYST_PI_MAX_OPERATORS];    /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0;
+                                                       up to 2^levels the largest number, so that searches end at n */
+    hyst_q28_t slope[HYST_PI_MAX_OPERATORS + 1];    /**< S_0..S_n, S_j = w_0 + ... + w_j, all >= HYST_PI_MIN_SLOPE */
+    uint32_t reciprocal[HYST_PI_MAX_OPERATORS + 1]; /**< of the slopes, see reciprocal.h */
+    int64_t turn[HYST_PI_MAX_OPERATORS]; /**< 2 T_i, T_i = S_{i-1} a_i - (w_1 a_1 + ... + w_{i-1} a_{i-1}), Q59: what
+                                            the position changes on the way back from a reversal until the drive begins
+                                            to carry operator i again. Rising, 0 < 2 T_i <= 2^62; up to 2^levels the
+                                            largest number */
 } hyst_pi_t;
 
-/** Neighbouring operators whose memory lies on one line: z_i = level + side a_i. */
+/** Index of a direction of the drive. */
+enum { HYST_PI_DOWN = 0, HYST_PI_UP = 1 };
+
+/**
+ * Neighbouring operators whose memory lies on one line: z_i = level + side a_i. The first two members are what a search
+ * compares with; they belong to the run's first (innermost) operator and leave out the thresholds' common growth.
+ */
 typedef struct {
-    int64_t level; /**< units of 2^-31, |level| < 2^32 */
-    int64_t outer; /**< sum of w_i z_i over all operators with larger thresholds than this run's, Q59, <= 2^61 in
-                      magnitude */
-    uint16_t end;  /**< one past the last operator of the run; it begins where the next inner run ends */
-    int8_t side;   /**< -1 where the drive rose last, +1 where it fell, 0 for memory that was never moved since reset or
-                      carry */
+    int64_t response[2]; /**< position, less offset, at which the drive begins to carry it, Q59, <= 2^62 in magnitude */
+    hyst_q31_t corner[2]; /**< drive there, saturated */
+    hyst_q31_t level;     /**< units of 2^-31, modulo 2^32 */
+    uint16_t end;         /**< one past the last operator of the run; it begins where the next inner run ends */
+    int8_t side; /**< -1 where the drive rose last, +1 where it fell, 0 for memory that was never moved since reset or
+                    carry */
 } hyst_pi_run_t;
 
 /** Memory. */
 typedef struct {
     uint32_t runs;                            /**< 1..operators (0 without operators) */
-    hyst_pi_run_t run[HYST_PI_MAX_OPERATORS]; /**< from the outermost to the innermost, run[runs - 1] */
     hyst_q31_t drive;                         /**< u[k-1] */
     hyst_q30_t rate;                          /**< v[k-1], full scale per sample, |v| <= 2 */
+    hyst_q31_t growth;                        /**< kappa[k], from that rate */
+    hyst_pi_run_t run[HYST_PI_MAX_OPERATORS]; /**< from the outermost to the innermost, run[runs - 1] */
 } hyst_pi_state_t;
+
+/** What hyst_pi_find found, for hyst_pi_follow. Belongs to that memory as it is. */
+typedef struct {
+    int64_t response;  /**< position, less offset, at which the carried operators turn round, Q59 */
+    hyst_q31_t drive;  /**< the answer */
+    uint16_t run, end; /**< run of the last operator that it carries, and one past that operator */
+    int8_t outward;    /**< +1, -1: the way it carries them; 0: it carries none; HYST_PI_SEARCH: look again */
+} hyst_pi_found_t;
+
+#define HYST_PI_SEARCH 2
 
 /** Why a model is refused. Values are part of the Modbus interface: append only. */
 typedef enum {
@@ -129,6 +153,14 @@ hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state);
  */
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated);
 
+/** As hyst_pi_solve, and tells hyst_pi_follow what it found. */
+hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated,
+                        hyst_pi_found_t *found);
+
+/** As hyst_pi_advance. `found` is what hyst_pi_find made of this memory: where its answer is the drive that was
+ * applied, nothing is searched. */
+void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive, const hyst_pi_found_t *found);
+
 /** Forward model, one sample: advance, then output. */
 hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive);
 
@@ -137,7 +169,7 @@ hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 
 /**
  * Carries the memory of one model over to another whose thresholds may differ, HYST_PI_CARRY_RUNS runs a call. The
- * memory of a play bank is a curve over the threshold, of slope at most 1: the new operators read it off the runs'
+ * memory of a play bank is a curve over the threshold, of slope at most 1. The new operators read it off the runs'
  * lines, and where old thresholds leave it open, off a continuation of them that keeps the slope. Equal thresholds keep
  * the memory to the bit. Drive and rate are kept. to_state may not be from_state.
  *

@@ -5,9 +5,9 @@
  *     y = Y_s + E(u, s)
  *
  * s is the drive at which the present branch began (the last reversal that is not forgotten), Y_s the output there, and
- * E the Everett function: E(alpha, beta) is the change of the output when the drive rises from beta to alpha, and
+ * E the Everett function. E(alpha, beta) is the change of the output when the drive rises from beta to alpha, and
  * -E(alpha, beta) that when it falls from alpha back to beta. So E(alpha, beta) = -E(beta, alpha), and one formula
- * serves both directions. E is X(alpha, beta) of seed 002, equations (2.7), (2.18) and (2.22); docs/MODELS.md,
+ * serves both directions. E is X(alpha, beta) of paper 002, equations (2.7), (2.18) and (2.22); docs/MODELS.md,
  * section 7, derives it and says what the print has lost.
  *
  * Discrete form. N + 1 levels divide the drive's full scale [-1, 1) into N equal intervals. The table holds E at pairs
@@ -27,7 +27,7 @@
  * after inverse is the identity up to the rounding of u (half a unit, times the slope) and of y (half a unit)
  * (tests/unit/test_preisach.c).
  *
- * Formats: drive, position Q31; table Q28 (a change of the position by 8 half ranges at most); outputs inside Q60,
+ * Formats: drive, position Q31; table Q28 (a change of the position by 8 half ranges at most). Outputs inside Q60,
  * exact: the place of a drive within an interval is known to 32 bits, and E at a level is their exact product with the
  * table.
  *
@@ -38,8 +38,8 @@
  * Preconditions: a hyst_preisach_t that hyst_preisach_build accepted. Every function is total for such a model and any
  * input. May be called from: interrupt, main loop, host (hyst_preisach_build and _carry: not per sample). Reentrant;
  * the caller owns model and state. Worst case per call, whatever the history: advance 6 probes of the stack (and when
- * it is full, one pass over it); solve 6 probes of the stack, 5 of the table, 33 steps of division and one 64-by-32 bit
- * division.
+ * it is full, one pass over it); solve 6 probes of the stack, 5 of the table, and five 32-bit
+ * divisions (hyst_fraction).
  */
 #ifndef HYST_PREISACH_H
 #define HYST_PREISACH_H

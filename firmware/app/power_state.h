@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * On and off: what has to be true before the output may move, and what takes it back.
+ *
+ *   off         parked, stage disabled, nothing moves
+ *     | arm
+ *   precharge   stage enabled, output at the parking drive: time for the stage to come up
+ *     | after POWER_PRECHARGE_MS
+ *   on          modes, sources and conditioning are possible
+ *     | disarm
+ *   stopping    ramp to the parking drive, then off
+ *
+ *   fault       from any state: ramp to the parking drive, then the stage is disabled. Only the command stop leads out
+ * of it, to stopping and so to off; arming comes after that. Nothing re-enables itself.
+ *
+ * May be called from: the context that owns the power_state_t (the sample interrupt; the main loop under board_lock).
+ */
+#ifndef POWER_STATE_H
+#define POWER_STATE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define POWER_PRECHARGE_MS 100U
+
+typedef enum { POWER_OFF, POWER_PRECHARGE, POWER_ON, POWER_STOPPING, POWER_FAULT } power_t;
+
+typedef struct {
+    power_t state;
+    uint32_t precharge; /**< samples that are left of it */
+    uint32_t cause;     /**< FAULT_ bits of what tripped, 0 outside of fault */
+} power_state_t;
+
+/** Off. */
+void power_init(power_state_t *power);
+
+/** To precharge, for so many samples. Nothing happens when it is armed already. False in a fault. */
+bool power_arm(power_state_t *power, uint32_t samples);
+
+/** To stopping, unless off or in a fault. */
+void power_disarm(power_state_t *power);
+
+/** To fault. The first cause stays. */
+void power_trip(power_state_t *power, uint32_t cause);
+
+/** Out of a fault, if there is one. Returns whether there was. */
+bool power_leave_fault(power_state_t *power);
+
+/** Before each sample: is the output at the parking drive? */
+void power_sample(power_state_t *power, bool parked);
+
+/** Armed: precharge or on. */
+static inline bool power_armed(const power_state_t *power) {
+    return power->state == POWER_PRECHARGE || power->state == POWER_ON;
+}
+
+/** The stage's enable line. */
+bool power_stage_enabled(const power_state_t *power, bool parked);
+
+#endif

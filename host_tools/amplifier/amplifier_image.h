@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The parameter image inside the amplifier: reading the one in force, and replacing it. */
+#ifndef AMPLIFIER_IMAGE_H
+#define AMPLIFIER_IMAGE_H
+
+#include "amplifier/device.h"
+#include "hyst/parameters.h"
+
+/** Reads the image in force. */
+bool amplifier_image_read(device_t *device, hyst_parameters_t *parameters, failure_t *failure);
+
+/**
+ * Whether this is the default image of an amplifier without parameters. Its scales of 1 V and 1 um for half of a
+ * converter's range are placeholders; nothing may be driven with them.
+ */
+bool amplifier_image_is_neutral(const hyst_parameters_t *parameters);
+
+/**
+ * Uploads and commits a valid image, then reads it back and compares every word. On failure the previous image stays in
+ * force, and the line says whether the amplifier refused (field, element, reason) or communication failed.
+ */
+bool amplifier_image_write(device_t *device, const hyst_parameters_t *parameters, failure_t *failure);
+
+#endif

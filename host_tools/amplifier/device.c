@@ -1,0 +1,482 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier/device.h"
+#include "base/monotonic_clock.h"
+#include "base/provenance.h"
+#include "base/stop_signal.h"
+#include "capture.h"
+#include "telemetry.h"
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <modbus/modbus.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <time.h>
+#include <unistd.h>
+
+#define TRIES 3
+/* A loop without a sample for this long counts as stopped. */
+#define STANDSTILL_S 5.0
+/* Longest and shortest part of a block that is written at once. Multiples of 4, not to cut a breakpoint in two. */
+#define WRITE_MOST  (MODBUS_MAX_WRITE_REGISTERS / 4 * 4)
+#define WRITE_LEAST 8
+
+struct device {
+    modbus_t *modbus;
+    char *port;
+    unsigned long baud, slave;
+    double timeout_s;
+    unsigned long repetitions;
+    const volatile sig_atomic_t *stop; /* or NULL */
+    device_turn_t *turn;               /* or NULL; also while it runs */
+    void *turn_context;
+    int64_t identity[REGISTER_COUNT]; /* magic to waveform_capacity are filled */
+};
+
+/* One request, so that every kind of it is repeated and reported by the same code. Reads fill `read`. */
+typedef struct {
+    const char *what; /* register or block, for messages */
+    int address;
+    int count;
+    uint16_t *read;
+    const uint16_t *write;
+} request_t;
+
+/* Only after NO_ANSWER another way may be tried. */
+typedef enum { OUTCOME_DONE, OUTCOME_NO_ANSWER, OUTCOME_REFUSED, OUTCOME_INTERRUPTED } outcome_t;
+
+/* Reads and drops what arrives until nothing has arrived for one timeout; gives up on a line that never falls silent.
+ */
+static void wait_for_silence(device_t *device) {
+    const int silence_ms = (int)(device->timeout_s * 1000.0);
+    struct pollfd line = {.fd = modbus_get_socket(device->modbus), .events = POLLIN};
+    uint8_t dropped[256];
+    for (int bursts = 0; bursts < 20 && poll(&line, 1, silence_ms) > 0; bursts++) {
+        if ((line.revents & POLLIN) == 0 || read(line.fd, dropped, sizeof dropped) <= 0) {
+            break;
+        }
+    }
+    (void)modbus_flush(device->modbus);
+}
+
+/* An RS-485 adapter with a local echo returns every request before the answer. A real answer to this probe differs from
+ * it in the third byte. */
+static bool line_echoes(device_t *device) {
+    const uint8_t probe[] = {(uint8_t)device->slave, MODBUS_FC_READ_HOLDING_REGISTERS, 0, 0, 0, 1};
+    if (modbus_send_raw_request(device->modbus, probe, sizeof probe) < 0) {
+        return false;
+    }
+    struct pollfd line = {.fd = modbus_get_socket(device->modbus), .events = POLLIN};
+    uint8_t heard[sizeof probe];
+    size_t count = 0;
+    while (count < sizeof heard && poll(&line, 1, (int)(device->timeout_s * 1000.0)) > 0) {
+        const ssize_t got = read(line.fd, heard + count, sizeof heard - count);
+        if (got <= 0) {
+            break;
+        }
+        count += (size_t)got;
+    }
+    wait_for_silence(device);
+    return count == sizeof heard && memcmp(heard, probe, sizeof probe) == 0;
+}
+
+/* The answer may yet come, or come undamaged, when the request is sent again. */
+static bool worth_repeating(int error) {
+    switch (error) {
+    case ETIMEDOUT:
+    case ECONNRESET: /* libmodbus: end of file while waiting */
+    case EINTR:
+    case EMBBADCRC:
+    case EMBBADDATA:
+    case EMBBADEXC:
+    case EMBMDATA:
+    case EMBBADSLAVE:
+    case EMBXACK:
+    case EMBXSBUSY:
+        return true;
+    default:
+        return false;
+    }
+}
+
+static bool is_exception(int error) {
+    return error >= EMBXILFUN && error < EMBBADCRC;
+}
+
+static bool report(device_t *device, const request_t *request, int error, int tries, failure_t *failure) {
+    const char *verb = request->write != NULL ? "writing" : "reading";
+    if (is_exception(error)) {
+        return fail(failure, "%s: the amplifier refuses %s %s: %s (exception %d)", device->port, verb, request->what,
+                    modbus_strerror(error), error - MODBUS_ENOBASE);
+    }
+    if (error == ETIMEDOUT) {
+        return fail(failure, "no answer from %s (slave %lu) after %d tries, %s %s", device->port, device->slave, tries,
+                    verb, request->what);
+    }
+    if (!worth_repeating(error) || error == ECONNRESET) {
+        return fail(failure, "%s: the line is gone, %s %s: %s", device->port, verb, request->what, strerror(error));
+    }
+    if (line_echoes(device)) {
+        return fail(failure, "%s: the line returns what is sent: switch off the local echo of the RS-485 adapter",
+                    device->port);
+    }
+    return fail(failure, "%s: damaged answers in %d tries, %s %s (last: %s)", device->port, tries, verb, request->what,
+                modbus_strerror(error));
+}
+
+/* Whether this request may be made. */
+static bool may_go_on(device_t *device, failure_t *failure) {
+    if (device->stop != NULL && *device->stop != 0) {
+        return fail(failure, "interrupted (%s)", stop_signal_name(*device->stop));
+    }
+    device_turn_t *const turn = device->turn;
+    device->turn = NULL;
+    const bool ok = turn == NULL || turn(device->turn_context, failure);
+    device->turn = turn;
+    return ok;
+}
+
+static outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
+    int error = 0;
+    for (int attempt = 1; attempt <= tries; attempt++) {
+        if (!may_go_on(device, failure)) {
+            return OUTCOME_INTERRUPTED;
+        }
+        errno = 0;
+        const int result =
+            request->write != NULL
+                ? modbus_write_registers(device->modbus, request->address, request->count, request->write)
+                : modbus_read_registers(device->modbus, request->address, request->count, request->read);
+        error = errno;
+        if (result == request->count) {
+            if (attempt > 1) {
+                wait_for_silence(device);
+            }
+            return OUTCOME_DONE;
+        }
+        if (!worth_repeating(error)) {
+            break;
+        }
+        wait_for_silence(device);
+        if (attempt < tries) {
+            device->repetitions++;
+        }
+    }
+    (void)report(device, request, error, tries, failure);
+    return worth_repeating(error) && !is_exception(error) ? OUTCOME_NO_ANSWER : OUTCOME_REFUSED;
+}
+
+static bool connect_port(device_t *device, const device_options_t *options, failure_t *failure) {
+    device->modbus = modbus_new_rtu(options->port, (int)options->baud, 'N', 8, 1);
+    if (device->modbus == NULL) {
+        return fail(failure, "%s: %s", options->port, modbus_strerror(errno));
+    }
+    if (modbus_set_slave(device->modbus, (int)options->slave) != 0 || modbus_connect(device->modbus) != 0) {
+        return fail(failure, "cannot open %s: %s", options->port,
+                    errno == ENOTTY ? "not a serial port" : strerror(errno));
+    }
+    /* Two clients on one line would read each other's answers. */
+    if (flock(modbus_get_socket(device->modbus), LOCK_EX | LOCK_NB) != 0) {
+        return fail(failure, "%s is in use by another hyst: end that one first", options->port);
+    }
+    const double whole_s = (double)(long)options->timeout_s;
+    (void)modbus_set_response_timeout(device->modbus, (uint32_t)whole_s,
+                                      (uint32_t)((options->timeout_s - whole_s) * 1e6));
+    (void)modbus_set_error_recovery(device->modbus, MODBUS_ERROR_RECOVERY_NONE);
+    (void)modbus_flush(device->modbus);
+    return true;
+}
+
+/* An earlier client may have ended while it waited, and its late answer could be read here. An unexpected value is
+ * therefore read again once the line is silent. */
+static outcome_t read_expected(device_t *device, int which, uint16_t expected, uint16_t *value, failure_t *failure) {
+    char what[100];
+    (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
+    const request_t request = {what, register_table[which].address, 1, value, NULL};
+    const outcome_t outcome = transfer(device, &request, TRIES, failure);
+    if (outcome != OUTCOME_DONE || *value == expected) {
+        return outcome;
+    }
+    wait_for_silence(device);
+    return transfer(device, &request, TRIES, failure);
+}
+
+static bool check_identity(device_t *device, failure_t *failure) {
+    uint16_t magic = 0;
+    uint16_t abi = 0;
+    switch (read_expected(device, INDEX_magic, REGISTERS_MAGIC, &magic, failure)) {
+    case OUTCOME_DONE:
+        break;
+    case OUTCOME_REFUSED:
+        return fail_in(failure, "%s is not a hyst amplifier", device->port);
+    default:
+        return false;
+    }
+    if (magic != REGISTERS_MAGIC) {
+        return fail(failure, "%s is not a hyst amplifier: register magic is 0x%04X, not 0x%04X", device->port,
+                    (unsigned)magic, (unsigned)REGISTERS_MAGIC);
+    }
+    /* The place of these two is the same in every version; that of the others is not. */
+    if (read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, failure) != OUTCOME_DONE) {
+        return false;
+    }
+    if (abi != REGISTERS_ABI) {
+        return fail(failure, "%s: register map version %u is unknown here (known: %d): upgrade %s", device->port,
+                    (unsigned)abi, REGISTERS_ABI, abi > REGISTERS_ABI ? "hyst" : "the amplifier's firmware");
+    }
+    return device_read_span(device, INDEX_magic, INDEX_waveform_capacity, device->identity, failure);
+}
+
+bool device_options_check(const device_options_t *options, failure_t *failure) {
+    static const unsigned long rates[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
+    if (options->port == NULL) {
+        return fail(failure, "--port DEV is missing");
+    }
+    bool known = false;
+    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
+        known = known || options->baud == rates[i];
+    }
+    if (!known) {
+        return fail(failure, "--baud %lu: not a rate of a serial port", options->baud);
+    }
+    if (options->slave < 1 || options->slave > 247) {
+        return fail(failure, "--slave %lu: outside 1..247", options->slave);
+    }
+    if (options->timeout_s < 0.01 || options->timeout_s > 60.0) {
+        return fail(failure, "--timeout %g: outside 0.01..60 s", options->timeout_s);
+    }
+    return true;
+}
+
+/* For what results say of their origin. Amplifiers have no serial number; port and address tell them apart. */
+static void note_device(const device_t *device) {
+    const int64_t version = device->identity[INDEX_firmware_version];
+    const char *board = board_name(device->identity[INDEX_board]);
+    char text[400];
+    (void)snprintf(text, sizeof text, "board %s, firmware %d.%d.%d, at %s, address %lu",
+                   board != NULL ? board : "unknown", (int)(version >> 12), (int)(version >> 6 & 63),
+                   (int)(version & 63), device->port, device->slave);
+    provenance_set_device(text);
+}
+
+device_t *device_open(const device_options_t *options, failure_t *failure) {
+    device_t *device = allocate(1, sizeof *device);
+    *device = (device_t){.port = copy_text(options->port),
+                         .baud = options->baud,
+                         .slave = options->slave,
+                         .timeout_s = options->timeout_s};
+    if (!connect_port(device, options, failure) || !check_identity(device, failure)) {
+        device_close(device);
+        return NULL;
+    }
+    note_device(device);
+    return device;
+}
+
+void device_close(device_t *device) {
+    if (device == NULL) {
+        return;
+    }
+    if (device->modbus != NULL) {
+        modbus_close(device->modbus);
+        modbus_free(device->modbus);
+    }
+    free(device->port);
+    free(device);
+}
+
+void device_stop_when(device_t *device, const volatile sig_atomic_t *stop) {
+    device->stop = stop;
+}
+
+void device_take_turns(device_t *device, device_turn_t *turn, void *context) {
+    device->turn = turn;
+    device->turn_context = context;
+}
+
+int64_t device_identity(const device_t *device, int which) {
+    return device->identity[which];
+}
+
+double device_sample_rate_hz(const device_t *device) {
+    return (double)device->identity[INDEX_sample_rate] / 1000.0;
+}
+
+double device_registers_per_s(const device_t *device) {
+    const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
+    return 0.4 * MODBUS_MAX_READ_REGISTERS * (double)device->baud / (10.0 * bytes);
+}
+
+#define LEAST_TIMEOUT_MS 1000.0
+/* Over the longest gap: the amplifier's clock and this one need not agree, and an emulated one has pauses. */
+#define TIMEOUT_RESERVE 1.2
+
+/* Each lost try is a timeout and as long a silence; one more silence follows a try that succeeded after all. */
+int64_t device_communication_timeout_ms(const device_t *device) {
+    const double longest_gap_s = (2.0 * (TRIES - 1) + 1.0) * device->timeout_s;
+    return (int64_t)fmin(UINT16_MAX, fmax(LEAST_TIMEOUT_MS, 1000.0 * TIMEOUT_RESERVE * longest_gap_s));
+}
+
+unsigned long device_repetitions(const device_t *device) {
+    return device->repetitions;
+}
+
+static int64_t decode(register_type_t type, const uint16_t *words) {
+    if (REGISTER_SIZE(type) == 1) {
+        return words[0];
+    }
+    const uint32_t whole = ((uint32_t)words[0] << 16) | words[1];
+    return type == REGISTER_U32 ? (int64_t)whole : (int64_t)(int32_t)whole;
+}
+
+bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
+    uint16_t words[MODBUS_MAX_READ_REGISTERS];
+    const int start = register_table[first].address;
+    char what[100];
+    (void)snprintf(what, sizeof what, first == last ? "register %s" : "registers %s to %s", register_table[first].name,
+                   register_table[last].name);
+    const request_t request = {
+        what, start, register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start, words, NULL};
+    if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
+        return false;
+    }
+    for (int i = first; i <= last; i++) {
+        value[i] = decode(register_table[i].type, words + (register_table[i].address - start));
+    }
+    return true;
+}
+
+bool device_read(device_t *device, int which, int64_t *value, failure_t *failure) {
+    int64_t values[REGISTER_COUNT];
+    const bool telemetry = which >= INDEX_sequence && which <= INDEX_current_average;
+    if (!device_read_span(device, telemetry ? INDEX_sequence : which, which, values, failure)) {
+        return false;
+    }
+    *value = values[which];
+    return true;
+}
+
+bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], failure_t *failure) {
+    return device_read_span(device, INDEX_sequence, INDEX_frames_served, value, failure);
+}
+
+static outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure) {
+    const uint32_t whole = (uint32_t)value;
+    uint16_t words[2] = {(uint16_t)(whole >> 16), (uint16_t)whole};
+    const int count = (int)REGISTER_SIZE(register_table[which].type);
+    char what[100];
+    (void)snprintf(what, sizeof what, "%" PRId64 " to register %s", value, register_table[which].name);
+    const request_t request = {what, register_table[which].address, count, NULL, count == 1 ? words + 1 : words};
+    return transfer(device, &request, tries, failure);
+}
+
+bool device_write(device_t *device, int which, int64_t value, failure_t *failure) {
+    return write_register(device, which, value, TRIES, failure) == OUTCOME_DONE;
+}
+
+bool device_command(device_t *device, control_command_t command, failure_t *failure) {
+    return device_write(device, INDEX_command, (int64_t)command, failure);
+}
+
+bool device_arm(device_t *device, failure_t *failure) {
+    int64_t now[REGISTER_COUNT];
+    if (!device_command(device, COMMAND_STOP, failure) ||
+        !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
+        return false;
+    }
+    if (write_register(device, INDEX_command, COMMAND_ARM, TRIES, failure) != OUTCOME_DONE) {
+        return fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?");
+    }
+    int64_t samples = -1;
+    for (double until_s = monotonic_s() + STANDSTILL_S; monotonic_s() < until_s;) {
+        if (!device_read_span(device, INDEX_sequence, INDEX_amplifier_state, now, failure)) {
+            return false;
+        }
+        if (now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
+            return fail(failure, "%s: the amplifier trips as soon as it is armed (faults 0x%04X)", device->port,
+                        (unsigned)now[INDEX_faults_live]);
+        }
+        if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
+            return true;
+        }
+        if (now[INDEX_sequence] != samples) {
+            samples = now[INDEX_sequence];
+            until_s = monotonic_s() + STANDSTILL_S;
+        }
+        sleep_until(monotonic_s() + 0.02);
+    }
+    return fail(failure,
+                "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
+                device->port, samples);
+}
+
+bool device_start(device_t *device, failure_t *failure) {
+    for (int attempt = 1;; attempt++) {
+        const outcome_t outcome = write_register(device, INDEX_command, COMMAND_START, 1, failure);
+        if (outcome == OUTCOME_DONE) {
+            return true;
+        }
+        if (outcome != OUTCOME_NO_ANSWER || attempt == TRIES) {
+            return false;
+        }
+        int64_t capture = 0;
+        if (!device_read(device, INDEX_capture_state, &capture, failure)) {
+            return false;
+        }
+        if (capture == CAPTURE_RUNNING || capture == CAPTURE_DONE) {
+            return true;
+        }
+        device->repetitions++;
+    }
+}
+
+/* "block capture at 1200", for messages. */
+static void describe(int block, size_t offset, char text[100]) {
+    size_t i = 0;
+    while (i + 1 < register_block_count && register_blocks[i].address != block) {
+        i++;
+    }
+    (void)snprintf(text, 100, "block %s at %zu", register_blocks[i].name, offset);
+}
+
+bool device_read_block(device_t *device, int block, size_t offset, size_t count, uint16_t *value, failure_t *failure) {
+    for (size_t done = 0; done < count;) {
+        const size_t part = count - done < MODBUS_MAX_READ_REGISTERS ? count - done : MODBUS_MAX_READ_REGISTERS;
+        char what[100];
+        describe(block, offset + done, what);
+        uint16_t *const to = value + done;
+        const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL};
+        if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
+            return false;
+        }
+        done += part;
+    }
+    return true;
+}
+
+/* After a lost long request come shorter ones: with occasional interference, or an emulator that pauses, they are more
+ * likely to arrive complete. */
+bool device_write_block(device_t *device, int block, size_t offset, size_t count, const uint16_t *value,
+                        failure_t *failure) {
+    size_t most = WRITE_MOST;
+    for (size_t done = 0; done < count;) {
+        const size_t part = count - done < most ? count - done : most;
+        const bool shortest = part <= WRITE_LEAST;
+        char what[100];
+        describe(block, offset + done, what);
+        const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done};
+        const outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
+        if (outcome == OUTCOME_DONE) {
+            done += part;
+        } else if (outcome != OUTCOME_NO_ANSWER || shortest) {
+            return false;
+        } else {
+            most = part / 8 * 4 < WRITE_LEAST ? WRITE_LEAST : part / 8 * 4;
+            device->repetitions++;
+        }
+    }
+    return true;
+}

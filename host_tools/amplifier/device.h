@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The amplifier at the other end of a serial line: Modbus RTU client.
+ *
+ * Registers are named by their index in the table that the firmware is made from (register_table.h): the register
+ * `mode` is INDEX_mode. A value is the register's integer: an unsigned count, an enumeration or a signed fraction
+ * (Q31). The caller converts units (compile.h).
+ *
+ * Requests that get no answer or a damaged one are repeated. Before a repetition the line must have been silent for one
+ * timeout, and once more after one that succeeded: a late answer would otherwise count as that to the next request,
+ * because Modbus RTU has no sequence numbers. All other errors fail at once with one line.
+ */
+#ifndef DEVICE_H
+#define DEVICE_H
+
+#include "base/failure.h"
+#include "control.h"
+#include "register_table.h"
+#include <signal.h>
+#include <stdint.h>
+
+typedef struct {
+    const char *port;
+    unsigned long baud;
+    unsigned long slave;
+    double timeout_s; /**< to wait for an answer */
+} device_options_t;
+
+#define DEVICE_OPTIONS_DEFAULT                                                                                         \
+    { .port = NULL, .baud = 115200, .slave = 1, .timeout_s = 0.5 }
+
+typedef struct device device_t;
+
+/** Whether they can be right. The messages call them by their names on the command line. */
+bool device_options_check(const device_options_t *options, failure_t *failure);
+/** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. */
+device_t *device_open(const device_options_t *options, failure_t *failure);
+/** NULL is allowed. */
+void device_close(device_t *device);
+
+/** From now on, once *stop is the number of a signal, every request fails at once with "interrupted (SIGINT)"; a
+ * request in progress is completed first. NULL ends this. */
+void device_stop_when(device_t *device, const volatile sig_atomic_t *stop);
+
+/** Called before each try of a request, in the thread that makes it. False, with a line in *failure, makes the request
+ * fail at once. Requests that it makes itself do not call it again. */
+typedef bool device_turn_t(void *context, failure_t *failure);
+/** For a program that must get a word in while an experiment has the line. turn NULL ends this. */
+void device_take_turns(device_t *device, device_turn_t *turn, void *context);
+
+/** Value of an identity register (`magic` to `waveform_capacity`), as read when the device was opened. */
+int64_t device_identity(const device_t *device, int which);
+/** Samples per second of the loop. */
+double device_sample_rate_hz(const device_t *device);
+/** Registers per second that can be read on a good line. A conservative value: full requests occupy 40 % of the line.
+ * The rest is for turnaround, for a USB adapter with 16 ms of latency, and for other requests. */
+double device_registers_per_s(const device_t *device);
+
+/** The present value; of a telemetry register that of a new snapshot. */
+bool device_read(device_t *device, int which, int64_t *value, failure_t *failure);
+
+/**
+ * Reads the registers first..last, which must have neighbouring addresses, in one request, so that they belong
+ * together. value has REGISTER_COUNT elements; those of first..last are written. Telemetry registers show the snapshot
+ * that was taken when `sequence` was last read.
+ */
+bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure);
+
+/** One telemetry snapshot: the registers `sequence` to `frames_served` of one sample. */
+bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], failure_t *failure);
+
+bool device_write(device_t *device, int which, int64_t value, failure_t *failure);
+
+/** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
+bool device_command(device_t *device, control_command_t command, failure_t *failure);
+
+/**
+ * Makes the amplifier ready to move: out of a fault if there is one, communication timeout long enough for the
+ * repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started.
+ */
+bool device_arm(device_t *device, failure_t *failure);
+
+/** Starts the source. After a lost answer it checks whether the armed capture has begun, and does not start again. */
+bool device_start(device_t *device, failure_t *failure);
+
+/** `count` registers of the block at the address `block` (ADDRESS_capture ...), from its register `offset` on, in as
+ * many requests as needed. */
+bool device_read_block(device_t *device, int block, size_t offset, size_t count, uint16_t *value, failure_t *failure);
+bool device_write_block(device_t *device, int block, size_t offset, size_t count, const uint16_t *value,
+                        failure_t *failure);
+
+/** Value of register `watchdog` while the actuator is driven: 1 s, or slightly more than the longest time between two
+ * received requests on a barely usable line (lost attempts and the silences around them). */
+int64_t device_communication_timeout_ms(const device_t *device);
+
+/** Requests that had to be repeated since the device was opened. */
+unsigned long device_repetitions(const device_t *device);
+
+#endif

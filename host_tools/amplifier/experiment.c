@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier/experiment.h"
+#include "amplifier/capture_reader.h"
+#include "amplifier/mode_names.h"
+#include "base/monotonic_clock.h"
+#include "base/progress.h"
+#include "capture.h"
+#include "chain/fit_ranges.h"
+#include "compile/compile.h"
+#include "source.h"
+#include "telemetry.h"
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Interval of polling the amplifier's progress. Each answer costs the emulated amplifier some samples. */
+#define POLL_S 0.05
+/* A loop without a sample for this long counts as stopped. */
+#define STANDSTILL_S 5.0
+
+/* Settled: in 0.1 s, or as long as it is to rest, the drive changes by no more than one code of a 16-bit converter. */
+#define SETTLED_S     0.1
+#define SETTLED_DRIVE ((int64_t)1 << 16)
+
+#define CAPTURE_SCALE 65536 /* a captured value is the upper 16 bits of Q31 */
+
+/* Polls the amplifier's telemetry, and notices when its loop has stopped. */
+typedef struct {
+    device_t *device;
+    int64_t now[REGISTER_COUNT]; /* the newest snapshot */
+    double progress_s;           /* when its sequence number last changed */
+} watch_t;
+
+static bool watch_begin(watch_t *watch, device_t *device, failure_t *failure) {
+    watch->device = device;
+    watch->progress_s = monotonic_s();
+    return device_read_telemetry(device, watch->now, failure);
+}
+
+static bool watch_next(watch_t *watch, failure_t *failure) {
+    const int64_t before = watch->now[INDEX_sequence];
+    if (!device_read_telemetry(watch->device, watch->now, failure)) {
+        return false;
+    }
+    if (watch->now[INDEX_sequence] != before) {
+        watch->progress_s = monotonic_s();
+        if (watch->now[INDEX_state] == LOOP_PARKED) {
+            return fail(failure,
+                        "the amplifier has parked (faults 0x%04X): somebody else, or its watchdog, stopped the run",
+                        (unsigned)watch->now[INDEX_faults_sticky]);
+        }
+    } else if (monotonic_s() - watch->progress_s > STANDSTILL_S) {
+        return fail(failure,
+                    "the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
+                    before);
+    }
+    return true;
+}
+
+static int64_t full_scale(const hyst_parameters_t *image, hyst_mode_t mode, double level) {
+    return mode == HYST_MODE_DIRECT ? drive_from_volts(image, level) : position_from_micrometres(image, level);
+}
+
+/* Settings that do not depend on what is played. */
+typedef struct {
+    hyst_mode_t mode;
+    bool condition;
+    double start;               /* level at which it begins */
+    double rest_s;              /* how long it has been there before */
+    int64_t decimation, frames; /* of the capture */
+    char text[200];             /* what is played, for the recording */
+} run_t;
+
+/* Conditions the actuator if requested, and waits until the amplifier rests at the start. */
+static bool go_to_start(device_t *device, const hyst_parameters_t *image, const run_t *run, failure_t *failure) {
+    const int64_t start = full_scale(image, run->mode, run->start);
+    if (!device_arm(device, failure) || !device_write(device, INDEX_mode, run->mode, failure) ||
+        (run->condition && !device_command(device, COMMAND_CONDITION, failure)) ||
+        /* In this order: a conditioning that begins forgets the setpoint, one that ends goes there. */
+        !device_write(device, INDEX_setpoint, start, failure)) {
+        return false;
+    }
+    progress_t progress;
+    progress_begin(&progress, run->condition ? "conditioning" : "going to the start");
+    const int64_t window = (int64_t)(fmax(SETTLED_S, run->rest_s) * device_sample_rate_hz(device));
+    watch_t watch;
+    bool ok = watch_begin(&watch, device, failure);
+    const int64_t first = watch.now[INDEX_sequence];
+    int64_t since = first;
+    int64_t drive = watch.now[INDEX_drive];
+    while (ok && (watch.now[INDEX_sequence] - since < window)) {
+        sleep_until(monotonic_s() + POLL_S);
+        ok = watch_next(&watch, failure);
+        const bool rests = watch.now[INDEX_state] == LOOP_IDLE && watch.now[INDEX_active_mode] == run->mode &&
+                           watch.now[INDEX_reference] == start &&
+                           llabs(watch.now[INDEX_drive] - drive) <= SETTLED_DRIVE;
+        if (!rests) {
+            since = watch.now[INDEX_sequence];
+            drive = watch.now[INDEX_drive];
+        }
+        /* The sweep takes two to three seconds; the time to reach the start after it is not known. */
+        const double seconds = (double)(watch.now[INDEX_sequence] - first) / device_sample_rate_hz(device);
+        progress_update(&progress, seconds / (seconds + 1.0 + run->rest_s));
+    }
+    progress_end(&progress);
+    return ok;
+}
+
+static bool load_sine(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, const waveform_t *w,
+                      failure_t *failure) {
+    const int64_t offset = full_scale(image, mode, w->offset);
+    const int64_t top = full_scale(image, mode, w->offset + w->amplitude);
+    const double increment = round(w->frequency_hz / device_sample_rate_hz(device) * 4294967296.0);
+    if (increment < 1.0 || increment > 2147483648.0) {
+        return fail(failure, "a sine of %g Hz cannot be played at %g samples per second", w->frequency_hz,
+                    device_sample_rate_hz(device));
+    }
+    return device_write(device, INDEX_source, SOURCE_SINE, failure) &&
+           device_write(device, INDEX_source_offset, offset, failure) &&
+           device_write(device, INDEX_source_amplitude, top - offset, failure) &&
+           device_write(device, INDEX_source_increment, (int64_t)increment, failure) &&
+           device_write(device, INDEX_source_cycles, (int64_t)w->cycles, failure);
+}
+
+/* The corners as the amplifier holds them, four registers each; to be freed. */
+static uint16_t *table_of(const hyst_parameters_t *image, hyst_mode_t mode, const breakpoint_t *corner,
+                          size_t corners) {
+    uint16_t *registers = allocate(4 * corners, sizeof *registers);
+    for (size_t i = 0; i < corners; i++) {
+        const uint32_t value = (uint32_t)full_scale(image, mode, corner[i].level);
+        registers[4 * i] = (uint16_t)(corner[i].samples >> 16);
+        registers[4 * i + 1] = (uint16_t)corner[i].samples;
+        registers[4 * i + 2] = (uint16_t)(value >> 16);
+        registers[4 * i + 3] = (uint16_t)value;
+    }
+    return registers;
+}
+
+static bool load_breakpoints(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode,
+                             const breakpoint_t *corner, size_t corners, unsigned long passes, failure_t *failure) {
+    if ((int64_t)corners > device_identity(device, INDEX_waveform_capacity)) {
+        return fail(failure,
+                    "the amplifier holds %" PRId64 " breakpoints, this waveform has %zu; newer firmware holds more",
+                    device_identity(device, INDEX_waveform_capacity), corners);
+    }
+    uint16_t *registers = table_of(image, mode, corner, corners);
+    const bool ok = device_write_block(device, ADDRESS_waveform, 0, 4 * corners, registers, failure) &&
+                    device_write(device, INDEX_waveform_points, (int64_t)corners, failure) &&
+                    device_write(device, INDEX_source, SOURCE_BREAKPOINTS, failure) &&
+                    device_write(device, INDEX_source_cycles, (int64_t)passes, failure);
+    free(registers);
+    return ok;
+}
+
+static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, const waveform_t *w,
+                          failure_t *failure) {
+    if (w->kind == WAVEFORM_SINE) {
+        return load_sine(device, image, mode, w, failure);
+    }
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
+    const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
+    /* A triangle has all its cycles in the table. */
+    return load_breakpoints(device, image, mode, corner, corners, w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles,
+                            failure);
+}
+
+static bool fit_into_buffer(device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
+    const double samples = waveform_samples(&experiment->waveform, device_sample_rate_hz(device));
+    const double most = (double)device_identity(device, INDEX_capture_capacity);
+    const double capacity = experiment->frames > 0 ? fmin((double)experiment->frames, most) : most;
+    const double decimation = ceil(samples / capacity);
+    if (decimation > UINT16_MAX) {
+        return fail(failure, "the waveform lasts %.0f s; the amplifier captures at most %.0f s",
+                    samples / device_sample_rate_hz(device), capacity * UINT16_MAX / device_sample_rate_hz(device));
+    }
+    run->decimation = (int64_t)decimation;
+    run->frames = (int64_t)(samples / decimation);
+    return run->frames >= 2 || fail(failure, "the recording would have fewer than two samples");
+}
+
+/* The three signals from the trigger on, whatever was recorded before. An older firmware records nothing else. */
+static bool choose_signals(device_t *device, failure_t *failure) {
+    int64_t words;
+    return !device_read(device, INDEX_capture_words, &words, failure) ||
+           (device_write(device, INDEX_capture_before, 0, failure) &&
+            device_write(device, INDEX_capture_signals, CAPTURE_DEFAULT_SIGNALS, failure));
+}
+
+static bool arm(device_t *device, const run_t *run, failure_t *failure) {
+    return choose_signals(device, failure) &&
+           device_write(device, INDEX_capture_decimation, run->decimation, failure) &&
+           device_write(device, INDEX_capture_length, run->frames, failure) &&
+           device_write(device, INDEX_capture_trigger, CAPTURE_AT_SOURCE, failure) &&
+           device_command(device, COMMAND_ARM_CAPTURE, failure);
+}
+
+/* Reads a capture longer than the ring buffer while it runs. */
+static bool play(device_t *device, capture_reader_t *reader, experiment_events_t *events, failure_t *failure) {
+    watch_t watch;
+    if (!watch_begin(&watch, device, failure)) {
+        return false;
+    }
+    int64_t before[REGISTER_COUNT];
+    for (int i = 0; i < REGISTER_COUNT; i++) {
+        before[i] = watch.now[i];
+    }
+    if (!device_start(device, failure)) {
+        return false;
+    }
+    progress_t progress;
+    progress_begin(&progress, "playing");
+    bool ok = true;
+    while (ok && (watch.now[INDEX_capture_state] != CAPTURE_DONE || watch.now[INDEX_state] == LOOP_PLAYING)) {
+        sleep_until(monotonic_s() + POLL_S);
+        ok = watch_next(&watch, failure);
+        const size_t captured = (size_t)watch.now[INDEX_capture_frames];
+        while (ok && capture_reader_streams(reader) && reader->done < captured) {
+            ok = capture_reader_some(reader, captured, failure);
+        }
+        progress_update(&progress, (double)captured / (double)reader->frames);
+    }
+    progress_end(&progress);
+#define COUNTER(name, address, note, text) events->name = watch.now[INDEX_##name] - before[INDEX_##name];
+#include "registers.def"
+    return ok;
+}
+
+static hyst_q31_t captured(uint16_t value) {
+    return (hyst_q31_t)(int16_t)value * CAPTURE_SCALE;
+}
+
+static void to_recording(const device_t *device, const hyst_parameters_t *image, const run_t *run,
+                         const uint16_t *registers, recording_t *recording) {
+    recording_create(recording, "capture", device_sample_rate_hz(device) / (double)run->decimation,
+                     (size_t)run->frames);
+    double *reference = run->mode == HYST_MODE_DIRECT ? NULL : recording_add_column(recording, COLUMN_REFERENCE);
+    for (size_t i = 0; i < (size_t)run->frames; i++) {
+        const uint16_t *frame = registers + CAPTURE_FRAME_REGISTERS * i;
+        if (reference != NULL) {
+            reference[i] = position_to_micrometres(image, captured(frame[0]));
+        }
+        recording->column[COLUMN_DRIVE][i] = drive_to_volts(image, captured(frame[1]));
+        recording->column[COLUMN_DISPLACEMENT][i] = position_to_micrometres(image, captured(frame[2]));
+    }
+    char text[80];
+    recording_set_key(recording, "source", "hyst amplifier, captured");
+    recording_set_key(recording, "mode", mode_name(run->mode));
+    recording_set_key(recording, "waveform", run->text);
+    recording_set_key(recording, "conditioned", run->condition ? "yes" : "no");
+    if (run->rest_s > 0.0) {
+        (void)snprintf(text, sizeof text, "%g", run->rest_s);
+        recording_set_key(recording, "rested_s", text);
+    }
+    (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
+    recording_set_key(recording, "model_id", text);
+    (void)snprintf(text, sizeof text, "%.6f:%.6f", drive_to_volts(image, HYST_Q31_MIN),
+                   drive_to_volts(image, HYST_Q31_MAX));
+    recording_set_key(recording, DRIVE_CONVERTER_KEY, text);
+    (void)snprintf(text, sizeof text, "%.6f:%.6f", position_to_micrometres(image, HYST_Q31_MIN),
+                   position_to_micrometres(image, HYST_Q31_MAX));
+    recording_set_key(recording, POSITION_CONVERTER_KEY, text);
+}
+
+/* From the loaded waveform to the recording. */
+static bool play_and_read(device_t *device, const hyst_parameters_t *image, const run_t *run, recording_t *recording,
+                          experiment_events_t *events, failure_t *failure) {
+    capture_reader_t reader = capture_reader(device, (size_t)run->frames);
+    bool ok =
+        arm(device, run, failure) && play(device, &reader, events, failure) && capture_reader_rest(&reader, failure);
+    if (ok) {
+        to_recording(device, image, run, reader.registers, recording);
+        ok = device_command(device, COMMAND_DISARM, failure);
+        if (!ok) {
+            recording_free(recording);
+        }
+    }
+    capture_reader_free(&reader);
+    return ok;
+}
+
+bool experiment_run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
+                    recording_t *recording, experiment_events_t *events, failure_t *failure) {
+    const waveform_t *w = &experiment->waveform;
+    run_t run = {.mode = experiment->mode, .condition = experiment->condition, .start = waveform_start(w)};
+    (void)snprintf(run.text, sizeof run.text, "%s, %lu cycles at %g Hz", waveform_name(w->kind), w->cycles,
+                   w->frequency_hz);
+    return fit_into_buffer(device, experiment, &run, failure) && go_to_start(device, image, &run, failure) &&
+           load_waveform(device, image, run.mode, w, failure) &&
+           play_and_read(device, image, &run, recording, events, failure);
+}
+
+/* Frames in the buffer, plus those that the line can carry during the capture. */
+static unsigned long decimation_of(const device_t *device, double samples) {
+    const double seconds = samples / device_sample_rate_hz(device);
+    const double frames = (double)device_identity(device, INDEX_capture_capacity) +
+                          device_registers_per_s(device) / CAPTURE_FRAME_REGISTERS * seconds;
+    return (unsigned long)ceil(samples / fmin(frames, UINT16_MAX - 1.0));
+}
+
+bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, const experiment_probe_t *probe,
+                          recording_t *recording, experiment_events_t *events, failure_t *failure) {
+    probe_limits_t limits = {
+        .range_v = {drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high)},
+        .slew_v_per_s = probe->slew_v_per_s,
+        .sample_rate_hz = device_sample_rate_hz(device),
+        .decimation = 1,
+        .lead = image->lookahead_samples};
+    probe_plan_t *plan = allocate(1, sizeof *plan);
+    probe_plan_make(plan, probe->parts, &limits); /* how long it is */
+    limits.decimation = decimation_of(device, plan->samples);
+    probe_plan_make(plan, probe->parts, &limits);
+    run_t run = {.mode = HYST_MODE_DIRECT,
+                 .condition = probe->condition,
+                 .start = plan->start_v,
+                 .rest_s = probe->rest_s,
+                 .decimation = (int64_t)limits.decimation,
+                 .frames = ((int64_t)plan->samples - (int64_t)limits.lead - 1) / (int64_t)limits.decimation + 1};
+    probe_plan_describe(plan, run.text, sizeof run.text);
+    const bool ok = go_to_start(device, image, &run, failure) &&
+                    load_breakpoints(device, image, run.mode, plan->corner, plan->corners, 1, failure) &&
+                    play_and_read(device, image, &run, recording, events, failure);
+    free(plan);
+    return ok;
+}
+
+/* Whether the amplifier holds what was sent. */
+static bool check_table(device_t *device, const hyst_parameters_t *image, const experiment_table_t *table,
+                        failure_t *failure) {
+    uint16_t *sent = table_of(image, table->mode, table->corner, table->corners);
+    uint16_t *held = allocate(4 * table->corners, sizeof *held);
+    bool ok = device_read_block(device, ADDRESS_waveform, 0, 4 * table->corners, held, failure);
+    for (size_t i = 0; ok && i < 4 * table->corners; i++) {
+        ok = held[i] == sent[i] ||
+             fail(failure, "the table in the amplifier is not the one that was sent: point %zu", i / 4 + 1);
+    }
+    free(sent);
+    free(held);
+    return ok;
+}
+
+bool experiment_start_table(device_t *device, const hyst_parameters_t *image, const experiment_table_t *table,
+                            failure_t *failure) {
+    const run_t run = {.mode = table->mode,
+                       .condition = table->condition,
+                       .start = table->start,
+                       .decimation = 1,
+                       .frames = 2}; /* a capture tells whether the start was heard (device_start) */
+    return go_to_start(device, image, &run, failure) &&
+           load_breakpoints(device, image, run.mode, table->corner, table->corners, table->passes, failure) &&
+           check_table(device, image, table, failure) && arm(device, &run, failure) && device_start(device, failure) &&
+           device_write(device, INDEX_watchdog, (int64_t)lround(1000.0 * table->silence_s), failure);
+}

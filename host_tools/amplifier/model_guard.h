@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The host's side of the amplifier's watch over its model (firmware/app/model_watch.h): sets the limit, arms the
+ * recorder, waits for the warning and fetches what was recorded before and after it.
+ *
+ * Nothing here moves the actuator. Every poll is a request, so the amplifier's communication timeout does not pass as
+ * long as the caller polls.
+ */
+#ifndef MODEL_GUARD_H
+#define MODEL_GUARD_H
+
+#include "amplifier/device.h"
+#include "hyst/parameters.h"
+#include "recording/recording.h"
+
+typedef struct {
+    double limit_um; /**< on the root mean square; NAN: `times` what is there when the guard begins */
+    double times;
+    double time_s;            /**< how long above it */
+    double before_s, after_s; /**< what is recorded before and after the warning */
+} guard_settings_t;
+
+/** The error of the model as the amplifier has it. */
+typedef struct {
+    double rms_um, largest_um, slow_um, fast_um;
+} guard_error_t;
+
+typedef struct {
+    device_t *device;
+    const hyst_parameters_t *image; /**< in force, for the units */
+    guard_settings_t settings;
+    double limit_um;             /**< in force */
+    guard_error_t usual;         /**< what was there when it was set */
+    int64_t decimation;          /**< of the recorder */
+    int64_t now[REGISTER_COUNT]; /**< the newest snapshot */
+    uint32_t begun;              /**< the sample at which it began */
+    size_t ring;                 /**< frames that the recorder holds */
+} guard_t;
+
+typedef enum { GUARD_QUIET, GUARD_WARNED /**< and the record is whole */, GUARD_FAILED } guard_answer_t;
+
+/** What the guard does between two polls: false, with the reason in *failure, ends it. */
+typedef bool guard_pause_t(void *context, failure_t *failure);
+
+/** Measures what is usual, sets the limit, arms the recorder. Fails on firmware that does not watch. */
+bool guard_begin(guard_t *guard, device_t *device, const hyst_parameters_t *image, const guard_settings_t *settings,
+                 guard_pause_t *pause, void *context, failure_t *failure);
+
+/** The same again, after a warning: what is there now counts as usual, and is no news. A limit that was given only
+ * rises. */
+bool guard_again(guard_t *guard, guard_pause_t *pause, void *context, failure_t *failure);
+
+/** One look. */
+guard_answer_t guard_look(guard_t *guard, failure_t *failure);
+
+/** Reference, drive, displacement, and the warning's place in it: *warned is the frame. To be freed. */
+bool guard_fetch(guard_t *guard, recording_t *recording, size_t *warned, failure_t *failure);
+
+/** Takes the limit away, and the settings of the recorder back. */
+bool guard_end(guard_t *guard, failure_t *failure);
+
+/** Seconds of the loop since the guard began. */
+double guard_clock_s(const guard_t *guard);
+
+#endif

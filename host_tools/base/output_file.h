@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Every file that a command writes: whole or not at all, and never over an input.
+ *
+ * A file is written beside its place, in the same folder under the name ".hyst-PROCESS-NUMBER.part", and renamed when
+ * all of it is on the disk. A full disk or a kill leaves the previous file; a kill may also leave the .part. A symbolic
+ * link stays one: the file that it names is replaced, with the permissions that it had. Another hard link to that file
+ * keeps the old contents. Other than regular files (a pipe, a terminal, /dev/null), /dev/stdout, /dev/fd/N and /proc/..
+ * are written in place.
+ */
+#ifndef OUTPUT_FILE_H
+#define OUTPUT_FILE_H
+
+#include "base/failure.h"
+#include <stdio.h>
+
+typedef struct {
+    FILE *file; /**< to write to */
+    char *name; /**< as the user gave it, for messages */
+    char *path; /**< of the file that is replaced, links followed */
+    char *part; /**< where it is written meanwhile; NULL: in place */
+} output_file_t;
+
+/**
+ * Call it before long work or any motion. Checks that each output can be written, by creating and removing a file
+ * beside it. Refuses an output that is an input (the same file, also through symbolic and hard links) or another
+ * output. Skips NULL entries and inputs that do not exist. Writes nothing to a file that exists.
+ */
+bool output_files_check(const char *const *output, size_t outputs, const char *const *input, size_t inputs,
+                        failure_t *failure);
+
+/** On failure nothing needs to be closed. */
+bool output_file_open(output_file_t *output, const char *path, failure_t *failure);
+
+/**
+ * Moves the file into place. If not `good`, or after a write error, the previous file stays and the result is false. If
+ * not `good`, *failure is left as the caller set it.
+ */
+bool output_file_close(output_file_t *output, bool good, failure_t *failure);
+
+#endif

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "belief/fitted_chain.h"
+#include "chain/catalogue.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rows of the final fit: 40 for each of the operator's columns. */
+enum { CHAIN_ROUNDS = 2, MOST_FITTED = 12000 };
+
+void chain_for_operator(const model_t *from, model_t *chain) {
+    imitation_chain(from->sample_rate_hz, chain);
+    const model_block_t holder = chain->block[0];
+    chain->blocks = 0;
+    model_free(chain);
+    model_copy(chain, from);
+    for (size_t b = chain->blocks; b-- > 0;) {
+        if (chain->block[b].block->readings != READINGS_AS_THEY_ARE) {
+            model_remove(chain, b);
+        } else if (block_is_hysteresis(chain->block[b].block)) {
+            model_t old;
+            model_create(&old, from->sample_rate_hz);
+            old.blocks = 1;
+            old.block[0] = chain->block[b];
+            chain->block[b] = holder;
+            model_free(&old);
+        }
+    }
+}
+
+void fitted_chain_close(fitted_chain_t *f) {
+    imitation_close(&f->imitation);
+    hysteresis_rows_close(&f->rows);
+    hysteresis_free(&f->hysteresis);
+    free(f->use);
+    free(f->position_um);
+    *f = (fitted_chain_t){0};
+}
+
+static void take_samples(fitted_chain_t *f, const samples_t *samples) {
+    size_t used = 0;
+    f->samples = samples;
+    f->use = allocate(samples->all, 1);
+    f->position_um = samples_column(samples);
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *r = &samples->recordings[i];
+        memcpy(f->position_um + samples->begin[i], r->column[COLUMN_DISPLACEMENT], r->samples * sizeof(double));
+        for (size_t k = 0; k < r->samples; k++) {
+            const bool masked = r->masked != NULL && r->masked[k] != 0;
+            f->use[samples->begin[i] + k] = samples->part[samples->begin[i] + k] != SAMPLE_HELD_OUT && !masked;
+            used += f->use[samples->begin[i] + k];
+        }
+    }
+    f->thin = used / MOST_FITTED + 1;
+}
+
+/* What the chain adds behind the operator goes by the operator's position, and that by what the chain adds: in turns.
+ * target_um: a column, the position less what the chain adds. */
+static bool fit_weights(fitted_chain_t *f, double *target_um) {
+    failure_t ignored;
+    imitation_t *imitation = &f->imitation;
+    const int rounds = imitation->chain.blocks == 1 ? 1 : CHAIN_ROUNDS;
+    memcpy(target_um, f->position_um, f->samples->all * sizeof(double));
+    for (int round = 0; round < rounds; round++) {
+        for (size_t k = 0; round > 0 && k < f->samples->all; k++) {
+            target_um[k] = f->position_um[k] - imitation->simulated_um[k] + imitation->predicted_um[k];
+        }
+        hysteresis_free(&f->hysteresis);
+        if (!hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin, &f->hysteresis, &ignored) ||
+            !imitation_run(imitation, &f->hysteresis, &ignored)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *f) {
+    if (f->rows.row == NULL) {
+        hysteresis_rows_open(&f->rows, &f->hysteresis, f->imitation.paths, f->imitation.count, f->use, f->thin);
+    }
+    return &f->rows;
+}
+
+bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_t *chain) {
+    failure_t ignored;
+    *f = (fitted_chain_t){0};
+    if (!imitation_open(&f->imitation, chain, samples->recordings, samples->count, &ignored)) {
+        return false; /* imitation_open leaves nothing behind */
+    }
+    take_samples(f, samples);
+    double *target_um = samples_column(samples);
+    const bool good = fit_weights(f, target_um);
+    free(target_um);
+    if (!good) {
+        fitted_chain_close(f);
+    }
+    return good;
+}
+
+scan_t fitted_chain_scan(fitted_chain_t *f, const probe_setting_t *setting) {
+    return (scan_t){.imitation = &f->imitation, .rows = fitted_chain_rows(f), .setting = setting};
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "belief/rivals.h"
+#include "belief/thresholds.h"
+#include <math.h>
+
+/* So many of a scan are refined: those that promise most. */
+enum { REFINED = 6 };
+
+/* By how much less evidence another block may have. */
+static double margin_of(const block_t *block, const block_t *other, double gain) {
+    const bool lags = block->lag != LAG_NONE && other->lag != LAG_NONE;
+    return fmax(least_margin, (lags ? lag_margin : part_margin) * gain);
+}
+
+static double gain_of(const suspect_t *suspect, size_t count, const block_t *block) {
+    for (size_t i = 0; i < count; i++) {
+        if (suspect[i].block == block) {
+            return suspect[i].gain;
+        }
+    }
+    return 0.0;
+}
+
+static void choose(const suspect_t *suspect, size_t count, const block_t *block, rivals_t *rivals) {
+    rivals->gain = gain_of(suspect, count, block);
+    for (size_t i = 0; i < count; i++) {
+        const block_t *other = suspect[i].block;
+        if (other == block) {
+            continue;
+        }
+        rivals->best_gain = fmax(rivals->best_gain, suspect[i].gain);
+        if (rivals->gain >= least_gain && rivals->count < RIVALS_MOST &&
+            suspect[i].gain > rivals->gain - margin_of(block, other, rivals->gain)) {
+            rivals->rival[rivals->count++] = other;
+        }
+    }
+}
+
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
+    suspect_t *suspect;
+    size_t count, refined = 0;
+    const scan_t scan = fitted_chain_scan(fitted, setting);
+    *rivals = (rivals_t){0};
+    scan_blocks(&scan, &suspect, &count, NULL);
+    while (refined < count && refined < REFINED && suspect[refined].gain >= least_promise * suspect[0].gain) {
+        refined++;
+    }
+    scan_refine(&scan, suspect, refined);
+    choose(suspect, refined, block, rivals);
+    suspects_free(suspect, count);
+}

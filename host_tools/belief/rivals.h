@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Which blocks could stand in the place of a finding, whatever shape the hysteresis has.
+ *
+ * Beside one shape of hysteresis two lags may differ clearly, because that shape is a little wrong. Beside the
+ * universal operator they often do not: then the recordings do not say which of them it is.
+ */
+#ifndef RIVALS_H
+#define RIVALS_H
+
+#include "belief/fitted_chain.h"
+
+enum { RIVALS_MOST = 4 };
+
+typedef struct {
+    double gain;      /**< natural units of evidence that the block itself is worth; 0: it does not show */
+    double best_gain; /**< of the others, the largest */
+    size_t count;
+    const block_t *rival[RIVALS_MOST]; /**< the best first */
+} rivals_t;
+
+/** fitted: the chain without the block. */
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals);
+
+#endif

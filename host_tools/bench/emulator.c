@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "bench/emulator.h"
+#include "base/monotonic_clock.h"
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+/* Until the emulator has said where its pseudo-terminal is. */
+#define START_S 30.0
+
+#define CLOSED (-1)
+
+static void close_file(int *file) {
+    if (*file != CLOSED) {
+        (void)close(*file);
+        *file = CLOSED;
+    }
+}
+
+/* In the child process. */
+static void run_emulator(const char *program, const char *image, int converter_line, int output, int trouble,
+                         pid_t parent) {
+    (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) { /* the parent ended before the signal was set up */
+        _exit(STATUS_FAILED);
+    }
+    char converter[64];
+    (void)snprintf(converter, sizeof converter, "socket,id=converter,fd=%d", converter_line);
+    (void)dup2(output, STDOUT_FILENO);
+    (void)execlp(program, program, "-M", "netduinoplus2", "-kernel", image, "-display", "none", "-monitor", "none",
+                 "-serial", "pty", "-chardev", converter, "-serial", "chardev:converter", (char *)NULL);
+    const int error = errno;
+    (void)!write(trouble, &error, sizeof error);
+    _exit(STATUS_FAILED);
+}
+
+/* The kernel closes `trouble` when the program starts; if it does not start, `trouble` carries the reason. */
+static bool runs(const char *program, int trouble, failure_t *failure) {
+    int error = 0;
+    ssize_t count;
+    do {
+        count = read(trouble, &error, sizeof error);
+    } while (count < 0 && errno == EINTR);
+    return count != (ssize_t)sizeof error || fail(failure, "cannot run %s: %s", program, strerror(error));
+}
+
+/* Reads the line "char device redirected to /dev/pts/N (label serial0)". */
+static bool read_port(emulator_t *emulator, failure_t *failure) {
+    static const char before[] = "redirected to ";
+    char text[512] = "";
+    size_t length = 0;
+    const double until_s = monotonic_s() + START_S;
+    struct pollfd wait = {.fd = emulator->output, .events = POLLIN};
+    while (length < sizeof text - 1 && monotonic_s() < until_s) {
+        if (poll(&wait, 1, 100) <= 0) {
+            continue;
+        }
+        const ssize_t count = read(emulator->output, text + length, sizeof text - 1 - length);
+        if (count <= 0) {
+            return fail(failure, "the emulator ended before it had opened its lines");
+        }
+        length += (size_t)count;
+        text[length] = '\0';
+        const char *port = strstr(text, before);
+        if (port != NULL && strchr(port, '(') != NULL) {
+            return sscanf(port + strlen(before), "%63s", emulator->port) == 1 ||
+                   fail(failure, "the emulator names no pseudo-terminal: %s", text);
+        }
+    }
+    return fail(failure, "the emulator does not say where its pseudo-terminal is");
+}
+
+/* Whether the file `number` of the process is the master of the pseudo-terminal with this index. Kernels before 4.14 do
+ * not tell which one a master has: any counts there. */
+static bool is_master(pid_t process, const char *number, int index) {
+    char path[512];
+    char target[64] = "";
+    (void)snprintf(path, sizeof path, "/proc/%ld/fd/%s", (long)process, number);
+    if (readlink(path, target, sizeof target - 1) <= 0 || strstr(target, "ptmx") == NULL) {
+        return false;
+    }
+    (void)snprintf(path, sizeof path, "/proc/%ld/fdinfo/%s", (long)process, number);
+    FILE *file = fopen(path, "r");
+    char line[256];
+    int found = index;
+    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        static const char key[] = "tty-index:";
+        if (strncmp(line, key, strlen(key)) == 0) {
+            found = (int)strtol(line + strlen(key), NULL, 10);
+        }
+    }
+    if (file != NULL) {
+        (void)fclose(file);
+    }
+    return found == index;
+}
+
+/*
+ * When an emulator ends it releases its pseudo-terminal, and another program may get the number. The number is not
+ * reused while the emulator holds the master, and afterwards while this process keeps the terminal open.
+ */
+static bool owns_port(const emulator_t *emulator) {
+    static const char before[] = "/dev/pts/";
+    char path[64];
+    if (strncmp(emulator->port, before, strlen(before)) != 0) {
+        return false;
+    }
+    const int index = (int)strtol(emulator->port + strlen(before), NULL, 10);
+    (void)snprintf(path, sizeof path, "/proc/%ld/fd", (long)emulator->process);
+    DIR *folder = opendir(path);
+    bool owned = false;
+    for (const struct dirent *entry; !owned && folder != NULL && (entry = readdir(folder)) != NULL;) {
+        owned = is_master(emulator->process, entry->d_name, index);
+    }
+    if (folder != NULL) {
+        (void)closedir(folder);
+    }
+    return owned;
+}
+
+/*
+ * The emulator checks only once a second whether a closed pseudo-terminal has been opened. Keeping it open saves every
+ * command that second. Raw mode, because the terminal would otherwise echo until then.
+ */
+static bool hold_port(emulator_t *emulator, failure_t *failure) {
+    emulator->port_holder = open(emulator->port, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    struct termios settings;
+    if (emulator->port_holder < 0) {
+        return fail(failure, "cannot open %s: %s", emulator->port, strerror(errno));
+    }
+    if (!owns_port(emulator)) { /* looked at after opening: see there */
+        return fail(failure, "%s is not the emulator's pseudo-terminal, or no longer: it is left alone",
+                    emulator->port);
+    }
+    if (tcgetattr(emulator->port_holder, &settings) != 0) {
+        return fail(failure, "cannot set up %s: %s", emulator->port, strerror(errno));
+    }
+    settings.c_iflag = 0;
+    settings.c_oflag = 0;
+    settings.c_lflag = 0;
+    return tcsetattr(emulator->port_holder, TCSANOW, &settings) == 0 ||
+           fail(failure, "cannot set up %s: %s", emulator->port, strerror(errno));
+}
+
+bool emulator_start(emulator_t *emulator, const char *program, const char *image, failure_t *failure) {
+    *emulator = (emulator_t){.process = -1, .converter_line = CLOSED, .output = CLOSED, .port_holder = CLOSED};
+    if (access(image, R_OK) != 0) { /* before the emulator prints a message about it */
+        return fail(failure, "%s: %s", image, strerror(errno));
+    }
+    int lines[2];
+    int output[2];
+    int trouble[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, lines) != 0) {
+        return fail(failure, "cannot make the converter line: %s", strerror(errno));
+    }
+    if (pipe(output) != 0) {
+        (void)close(lines[0]);
+        (void)close(lines[1]);
+        return fail(failure, "cannot make a pipe: %s", strerror(errno));
+    }
+    if (pipe(trouble) != 0) {
+        (void)close(lines[0]);
+        (void)close(lines[1]);
+        (void)close(output[0]);
+        (void)close(output[1]);
+        return fail(failure, "cannot make a pipe: %s", strerror(errno));
+    }
+    (void)fcntl(lines[0], F_SETFD, FD_CLOEXEC);
+    (void)fcntl(output[0], F_SETFD, FD_CLOEXEC);
+    (void)fcntl(trouble[0], F_SETFD, FD_CLOEXEC);
+    (void)fcntl(trouble[1], F_SETFD, FD_CLOEXEC);
+    const pid_t parent = getpid();
+    emulator->process = fork();
+    if (emulator->process == 0) {
+        run_emulator(program, image, lines[1], output[1], trouble[1], parent);
+    }
+    (void)close(lines[1]);
+    (void)close(output[1]);
+    (void)close(trouble[1]);
+    emulator->converter_line = lines[0];
+    emulator->output = output[0];
+    bool ok = emulator->process > 0 || fail(failure, "cannot start a process: %s", strerror(errno));
+    ok = ok && runs(program, trouble[0], failure);
+    (void)close(trouble[0]);
+    ok = ok && read_port(emulator, failure) && hold_port(emulator, failure);
+    if (!ok) {
+        failure_t ignored;
+        (void)emulator_stop(emulator, &ignored);
+    }
+    return ok;
+}
+
+bool emulator_stop(emulator_t *emulator, failure_t *failure) {
+    bool ok = true;
+    if (emulator->process > 0) {
+        int status = 0;
+        if (waitpid(emulator->process, &status, WNOHANG) == emulator->process) {
+            ok = fail(failure,
+                      WIFSIGNALED(status) ? "the emulator was ended by signal %d" : "the emulator ended with status %d",
+                      WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+        } else {
+            (void)kill(emulator->process, SIGKILL); /* it has nothing to save, and says nothing this way */
+            (void)waitpid(emulator->process, &status, 0);
+        }
+        emulator->process = -1;
+    }
+    close_file(&emulator->converter_line);
+    close_file(&emulator->output);
+    close_file(&emulator->port_holder);
+    return ok;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The bench: the amplifier's firmware under qemu, with one serial line on a pseudo-terminal and one to the twin. */
+#ifndef EMULATOR_H
+#define EMULATOR_H
+
+#include "base/failure.h"
+#include <sys/types.h>
+
+typedef struct {
+    pid_t process;
+    char port[64];      /**< pseudo-terminal of the Modbus line */
+    int converter_line; /**< this process's end of the converter line */
+    int output;         /**< what the emulator prints */
+    int port_holder;    /**< keeps the pseudo-terminal open */
+} emulator_t;
+
+/**
+ * Starts `program` (qemu-system-arm) with the image. The pseudo-terminal is used only while the emulator is known to
+ * hold its other end, so `program` must be the emulator itself or exec it. On failure everything that was started has
+ * ended. The emulator also ends when this process does, however that happens.
+ */
+bool emulator_start(emulator_t *emulator, const char *program, const char *image, failure_t *failure);
+
+/** Ends the emulator. Returns false, with a line, if it had ended on its own before. */
+bool emulator_stop(emulator_t *emulator, failure_t *failure);
+
+#endif

@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "chain/chain.h"
+#include "base/progress.h"
+#include <math.h>
+#include <stdlib.h>
+
+struct chain {
+    size_t stages;
+    chain_stage_t stage[MODEL_MAX_BLOCKS];
+};
+
+chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_setup_t *setup) {
+    const model_block_t *from = &model->block[index];
+    stage_setup_t own = *setup;
+    own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
+    return (chain_stage_t){.block = from->block,
+                           .state = block_open(from->block, from->parameter, &own),
+                           .drive = block_is_hysteresis(from->block) && from->block->pass != NULL
+                                        ? allocate(1, sizeof(drive_window_t))
+                                        : NULL};
+}
+
+void chain_stage_close(chain_stage_t *stage) {
+    free(stage->state);
+    free(stage->drive);
+    stage->state = NULL;
+    stage->drive = NULL;
+}
+
+static inline void note_drive(bool hysteresis, signal_t *signal) {
+    if (hysteresis) {
+        signal->drive_v = signal->value;
+    }
+}
+
+void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
+    note_drive(block_is_hysteresis(stage->block), signal);
+    if (stage->drive != NULL) {
+        drive_window_settle(stage->drive, signal->value);
+    }
+    stage->block->settle(stage->state, signal);
+}
+
+/* An earlier stage may have reported a reversal; the farther one of the two is kept. */
+static inline void note_turn(drive_window_t *drive, signal_t *signal) {
+    double turn_v;
+    drive_window_next(drive, signal);
+    if (drive_window_turns(drive, &turn_v) &&
+        (!signal->turned || fabs(turn_v - signal->value) > fabs(signal->turn_v - signal->value))) {
+        signal->turned = true;
+        signal->turn_v = turn_v;
+    }
+}
+
+static inline void stage_step(const chain_stage_t *stage, bool hysteresis, signal_t *signal) {
+    note_drive(hysteresis, signal);
+    if (stage->drive != NULL && !signal->turns_noted) {
+        note_turn(stage->drive, signal);
+    }
+    if (signal->turned && stage->block->pass != NULL && signal->slack_v == 0.0) {
+        stage->block->pass(stage->state, signal->turn_v);
+    }
+    stage->block->step(stage->state, signal);
+}
+
+void chain_stage_step(const chain_stage_t *stage, signal_t *signal) {
+    stage_step(stage, block_is_hysteresis(stage->block), signal);
+}
+
+/* As chain_run takes them: what is settled on, and the samples. */
+static signal_t *signals_of(const double *value, size_t count) {
+    signal_t *signal = allocate(count + 1, sizeof *signal);
+    signal[0].value = value[0];
+    for (size_t k = 0; k < count; k++) {
+        signal[1 + k].value = value[k];
+    }
+    return signal;
+}
+
+/* `there` signals follow. */
+static inline void look_ahead(signal_t *signal, const signal_t *following, size_t there) {
+    signal->known_ahead = there < SIGNAL_AHEAD ? there : SIGNAL_AHEAD;
+    for (size_t i = 0; i < signal->known_ahead; i++) {
+        signal->ahead[i] = following[i].value;
+    }
+}
+
+void chain_note_turns(signal_t *signal, size_t samples) {
+    drive_window_t drive;
+    drive_window_settle(&drive, signal[0].value);
+    for (size_t k = 1; k <= samples; k++) {
+        look_ahead(&signal[k], &signal[k + 1], samples - k);
+        note_turn(&drive, &signal[k]);
+        signal[k].turns_noted = true;
+    }
+}
+
+void chain_stage_run(const chain_stage_t *stage, signal_t *signal, size_t count, size_t there) {
+    const bool hysteresis = block_is_hysteresis(stage->block);
+    for (size_t k = 0; k < count; k++) {
+        look_ahead(&signal[k], &signal[k + 1], there - k - 1);
+        stage_step(stage, hysteresis, &signal[k]);
+    }
+}
+
+void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size_t count, double *value) {
+    const bool hysteresis = block_is_hysteresis(stage->block);
+    for (size_t k = 0; k < count; k++) {
+        signal_t now = signal[k];
+        look_ahead(&now, &signal[k + 1], count - k - 1);
+        stage_step(stage, hysteresis, &now);
+        value[k] = now.value;
+    }
+}
+
+void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value) {
+    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+    chain_stage_t stage = chain_stage_open(model, index, &setup);
+    signal_t *signal = signals_of(value, recording->samples);
+    chain_stage_settle(&stage, &signal[0]);
+    chain_stage_run(&stage, signal + 1, recording->samples, recording->samples);
+    for (size_t k = 0; k < recording->samples; k++) {
+        value[k] = signal[1 + k].value;
+    }
+    chain_stage_close(&stage);
+    free(signal);
+}
+
+/* Blocks that widen the loops use the drive of the hysteresis, so they run after blocks that change it. */
+static size_t order_modifiers(const model_t *model, bool widening, size_t *order) {
+    size_t count = 0;
+    for (size_t m = 0; m < model->blocks; m++) {
+        if (model->block[m].block->modifies_hysteresis && model->block[m].block->widens == widening) {
+            order[count++] = m;
+        }
+    }
+    return count;
+}
+
+size_t chain_order(const model_t *model, size_t order[MODEL_MAX_BLOCKS]) {
+    size_t count = 0;
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        if (block_is_hysteresis(block)) {
+            count += order_modifiers(model, false, order + count);
+            count += order_modifiers(model, true, order + count);
+        }
+        if (!block->modifies_hysteresis) {
+            order[count++] = i;
+        }
+    }
+    return count;
+}
+
+static bool may_run(const model_t *model, double sample_rate_hz, failure_t *failure) {
+    if (!model_check(model, "model", failure)) {
+        return false;
+    }
+    if (!(isfinite(sample_rate_hz) && sample_rate_hz > 0.0)) {
+        return fail(failure, "cannot simulate at a sample rate of %g Hz", sample_rate_hz);
+    }
+    for (size_t i = 0; i < model->blocks; i++) {
+        const block_t *block = model->block[i].block;
+        if (block->one_sample_rate != NULL && block->one_sample_rate(model->block[i].parameter) &&
+            !(fabs(sample_rate_hz / model->sample_rate_hz - 1.0) <= 1e-6)) {
+            return fail(failure,
+                        "block %s was identified at %g Hz and holds at no other sample rate, %g Hz was requested",
+                        block->name, model->sample_rate_hz, sample_rate_hz);
+        }
+    }
+    return true;
+}
+
+chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint64_t seed, double preload_n,
+                              failure_t *failure) {
+    const stage_setup_t setup = {.sample_rate_hz = sample_rate_hz, .seed = seed, .preload_n = preload_n};
+    size_t order[MODEL_MAX_BLOCKS];
+    chain_t *chain;
+    if (!may_run(model, sample_rate_hz, failure)) {
+        return NULL;
+    }
+    chain = allocate(1, sizeof *chain);
+    chain->stages = chain_order(model, order);
+    for (size_t i = 0; i < chain->stages; i++) {
+        chain->stage[i] = chain_stage_open(model, order[i], &setup);
+    }
+    return chain;
+}
+
+bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
+                 failure_t *failure) {
+    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz, .seed = seed, .clock_s = recording->clock_s};
+    return recording_preload(recording, &setup->preload_n, failure) &&
+           may_run(model, recording->sample_rate_hz, failure);
+}
+
+bool chain_run(const model_t *model, const recording_t *recording, uint64_t seed, size_t first, size_t last,
+               signal_t *signal, failure_t *failure) {
+    stage_setup_t setup;
+    size_t order[MODEL_MAX_BLOCKS];
+    if (!chain_setup(model, recording, seed, &setup, failure)) {
+        return false;
+    }
+    chain_order(model, order);
+    for (size_t i = first; i < last; i++) {
+        if (!progress_go_on(failure)) {
+            return false;
+        }
+        chain_stage_t stage = chain_stage_open(model, order[i], &setup);
+        chain_stage_settle(&stage, &signal[0]);
+        chain_stage_run(&stage, signal + 1, recording->samples, recording->samples);
+        chain_stage_close(&stage);
+    }
+    return true;
+}
+
+chain_t *chain_open(const model_t *model, double sample_rate_hz, uint64_t seed, failure_t *failure) {
+    return chain_open_preloaded(model, sample_rate_hz, seed, 0.0, failure);
+}
+
+double chain_settle(chain_t *chain, double drive_v) {
+    signal_t signal = {.value = drive_v};
+    for (size_t i = 0; i < chain->stages; i++) {
+        chain_stage_settle(&chain->stage[i], &signal);
+    }
+    return signal.value;
+}
+
+double chain_step(chain_t *chain, double drive_v) {
+    signal_t signal = {.value = drive_v};
+    for (size_t i = 0; i < chain->stages; i++) {
+        chain_stage_step(&chain->stage[i], &signal);
+    }
+    return signal.value;
+}
+
+void chain_close(chain_t *chain) {
+    if (chain != NULL) {
+        for (size_t i = 0; i < chain->stages; i++) {
+            chain_stage_close(&chain->stage[i]);
+        }
+        free(chain);
+    }
+}
+
+bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
+                    failure_t *failure) {
+    signal_t *signal = signals_of(recording->column[COLUMN_DRIVE], recording->samples);
+    size_t order[MODEL_MAX_BLOCKS];
+    const bool good = chain_run(model, recording, seed, 0, chain_order(model, order), signal, failure);
+    for (size_t k = 0; good && k < recording->samples; k++) {
+        position_um[k] = signal[1 + k].value;
+    }
+    free(signal);
+    return good;
+}
+
+bool chain_simulate_finite(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
+                           failure_t *failure) {
+    if (!chain_simulate(model, recording, seed, position_um, failure)) {
+        return false;
+    }
+    for (size_t k = 0; k < recording->samples; k++) {
+        if (!isfinite(position_um[k])) {
+            return fail(failure,
+                        "%s: the model's position is not finite from t = %.6g s on: it does not hold for this drive",
+                        recording->name, recording->start_s + (double)k / recording->sample_rate_hz);
+        }
+    }
+    return true;
+}
+
+/* The hysteresis, and what stands before it. */
+static void cut_behind_hysteresis(chain_t *chain) {
+    size_t keep = 0;
+    while (!block_is_hysteresis(chain->stage[keep].block)) {
+        keep++;
+    }
+    while (chain->stages > keep + 1) {
+        chain_stage_close(&chain->stage[--chain->stages]);
+    }
+}
+
+/* Moves the hysteresis, the last stage, from its present drive to another one and back, in small steps. */
+static void lead_there_and_back(chain_t *chain, double from_v, double to_v) {
+    enum { STEPS = 256 };
+    const chain_stage_t *hysteresis = &chain->stage[chain->stages - 1];
+    for (int i = 1; i <= 2 * STEPS; i++) {
+        const double way = (double)(i <= STEPS ? i : 2 * STEPS - i) / STEPS;
+        signal_t signal = {.value = from_v + way * (to_v - from_v)};
+        chain_stage_step(hysteresis, &signal);
+    }
+}
+
+size_t chain_memory_determined(const model_t *model, const recording_t *recording, size_t end) {
+    const double tolerance = 1e-4, *drive = recording->column[COLUMN_DRIVE];
+    double *difference = allocate(end, sizeof(double)), low_v = HUGE_VAL, high_v = -HUGE_VAL, low_um = HUGE_VAL,
+           high_um = -HUGE_VAL;
+    size_t determined = end;
+    failure_t failure;
+    chain_t *low = chain_open(model, recording->sample_rate_hz, 0, &failure);
+    chain_t *high = chain_open(model, recording->sample_rate_hz, 0, &failure);
+    for (size_t k = 0; k < end; k++) {
+        low_v = fmin(low_v, drive[k]);
+        high_v = fmax(high_v, drive[k]);
+    }
+    if (low != NULL && high != NULL && end > 0) {
+        cut_behind_hysteresis(low);
+        cut_behind_hysteresis(high);
+        chain_settle(low, drive[0]);
+        chain_settle(high, drive[0]);
+        lead_there_and_back(low, drive[0], low_v - (high_v - low_v));
+        lead_there_and_back(high, drive[0], high_v + (high_v - low_v));
+        for (size_t k = 0; k < end; k++) {
+            const double output = chain_step(low, drive[k]);
+            difference[k] = fabs(chain_step(high, drive[k]) - output);
+            low_um = fmin(low_um, output);
+            high_um = fmax(high_um, output);
+        }
+        while (determined > 0 && difference[determined - 1] <= tolerance * (high_um - low_um)) {
+            determined--;
+        }
+    }
+    chain_close(low);
+    chain_close(high);
+    free(difference);
+    return determined;
+}
+
+bool chain_determined_from(const model_t *model, const recording_t *recordings, size_t count, const size_t *end,
+                           size_t *from) {
+    const double least_part = 0.25;
+    size_t used = 0, all = 0;
+    for (size_t i = 0; i < count; i++) {
+        from[i] = chain_memory_determined(model, &recordings[i], end[i]);
+        used += end[i] - from[i];
+        all += end[i];
+    }
+    return (double)used >= least_part * (double)all;
+}
+
+error_measure_t measure_error(const double *measured, const double *simulated, size_t samples) {
+    error_measure_t error = {0};
+    double low = measured[0], high = measured[0], squares = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        const double difference = fabs(measured[k] - simulated[k]);
+        squares += difference * difference;
+        low = fmin(low, measured[k]);
+        high = fmax(high, measured[k]);
+        if (difference > error.max_um) {
+            error.max_um = difference;
+            error.max_sample = k;
+        }
+    }
+    error.rms_um = sqrt(squares / (double)samples);
+    error.nrmse_percent = 100.0 * error.rms_um / (high - low);
+    return error;
+}

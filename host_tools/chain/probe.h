@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * How diagnose (diagnosis/diagnose.h) searches for a block.
+ */
+#ifndef PROBE_H
+#define PROBE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/** Properties of the recordings, from which initial values are chosen. */
+typedef struct {
+    double drive_low_v, drive_high_v, largest_rate_v_per_s;
+    double displacement_low_um, displacement_high_um;
+    double sample_rate_hz, longest_s; /**< longest recording */
+    bool preloads;                    /**< the recordings differ in their preload */
+    size_t lines;                     /**< frequencies at which the residual has a narrow peak */
+    const double *line_hz;
+} probe_setting_t;
+
+/**
+ * What `record --probe` plays to reveal a block and to distinguish it from others (probe_plan.h), as bits. A sweep of
+ * the whole range and a slow decaying triangle always come first: they identify the hysteresis.
+ */
+enum {
+    PROBE_SILENCE = 1U << 0,       /**< two levels, held */
+    PROBE_STAIRCASE = 1U << 1,     /**< steps up and down that return to the same levels, with long holds */
+    PROBE_FAST_TRIANGLE = 1U << 2, /**< the decaying triangle, faster */
+    PROBE_CHIRPS = 1U << 3,        /**< rising frequency, at a small and at a larger amplitude */
+    PROBE_BURST = 1U << 4,         /**< fast and large for a while, then a pause */
+    PROBE_LADDER = 1U << 5,        /**< loops whose ends come closer to those of the range */
+    PROBE_LOOPS = 1U << 6,         /**< equal small loops at several levels */
+    PROBE_RETURN = 1U << 7,        /**< the slow decaying triangle once more, at the end */
+    PROBE_EVERYTHING = (1U << 8) - 1U
+};
+
+typedef struct {
+    /** Effects that are hard to distinguish from position alone share a group: "lag", "slow" ..; a unique name
+     * otherwise. */
+    const char *group;
+    /** One or two plain sentences: what it is and how it shows. */
+    const char *explanation;
+    /** What to record to detect it, or to distinguish it within its group. */
+    const char *excitation;
+    /** The parts of a probe that excite it: one or more PROBE_ bits. */
+    unsigned parts;
+    /** A rate-independent hysteresis of another shape can imitate it, so it is searched for only with the model's
+     * hysteresis kept. */
+    bool shape;
+    /**
+     * Sets `value`, one number per parameter (arrays stay absent), to small or typical values of the block, number
+     * `index` of several starting points. false: there is none.
+     */
+    bool (*probe)(const probe_setting_t *setting, size_t index, double *value);
+    /** Why there may be no starting point, a clause: what the recordings lack. NULL: there always is one. */
+    const char *absent;
+    /** The parameters that are then optimised, as bits: 1 << index. */
+    unsigned searched;
+    /** Those of them that are never negative in an actuator, though a model may allow it, as bits. */
+    unsigned positive;
+    /** Upper bound of the search, by index; 0: that of the parameter's range. */
+    double most[4];
+    /** Relative error of each estimate due to approximations in the block, by index; 0: that of the first. Included in
+     * the standard errors. */
+    double accuracy[4];
+    /** The block's output has corners that move from sample to sample with its parameters. The cost then has small
+     * local minima beside the global one. */
+    bool corners;
+    /**
+     * Name of another block whose initial transient resembles this block while this one is small: while its parameter
+     * `size_um` is below the other's parameter `part_of_range` times the range of the displacement. A finding of this
+     * block may then be the other one. All NULL: none.
+     */
+    struct {
+        const char *beside, *size_um, *part_of_range;
+    } doubtful;
+    /** Names of two blocks that together have nearly the effect of this one; NULL: none. This one is preferred only if
+     * it explains as much as they do. */
+    const char *together[2];
+} probe_t;
+
+/** The middle and half the width of a range. */
+static inline void probe_range(double low, double high, double *center, double *half_range) {
+    *center = 0.5 * (high + low);
+    *half_range = 0.5 * (high - low);
+}
+
+/** low * (high / low)^(index / (count - 1)), 0 <= index < count; false for a larger index. */
+bool probe_between(double low, double high, size_t count, size_t index, double *value);
+
+#endif

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/json_output.h"
+#include "base/stop_signal.h"
+#include "bench/emulator.h"
+#include "bench/twin_file.h"
+#include "commands/command.h"
+#include "commands/twin_options.h"
+#include <stdio.h>
+
+typedef struct {
+    const emulator_t *emulator;
+    bool json;
+} announcement_t;
+
+/* The loop has made its first sample: the amplifier runs. */
+static void announce(void *context) {
+    const announcement_t *announcement = context;
+    failure_t failure;
+    if (announcement->json &&
+        !json_print(json_pack("{s:s, s:s}", "format", "hyst-bench-1", "port", announcement->emulator->port), 0,
+                    &failure)) {
+        failure_print(&failure);
+    }
+    if (text_wanted(announcement->json)) {
+        printf("port: %s\n", announcement->emulator->port);
+    }
+    (void)fflush(stdout);
+}
+
+static bool bench(const char *program, const char *image, const char *model, const twin_settings_t *settings, bool json,
+                  failure_t *failure) {
+    const volatile sig_atomic_t *stop = stop_on_signal();
+    twin_t *twin = twin_from_file(model, &settings->twin, failure);
+    if (twin == NULL) {
+        return false;
+    }
+    emulator_t emulator;
+    if (!emulator_start(&emulator, program, image, failure)) {
+        twin_close(twin);
+        return false;
+    }
+    converter_line_t line = {.file = emulator.converter_line, .name = "bench", .stop = stop};
+    announcement_t announcement = {&emulator, json};
+    twin_run_t run;
+    bool ok = twin_run(twin, &line, announce, &announcement, &run, failure);
+    twin_close(twin);
+    failure_t ending;
+    if (!emulator_stop(&emulator, &ending) && ok && !*stop) {
+        *failure = ending;
+        ok = false;
+    }
+    twin_print_run(&run, settings);
+    return ok;
+}
+
+static int run(int argc, char **argv) {
+    twin_settings_t settings = TWIN_SETTINGS_DEFAULT;
+    const char *program = "qemu-system-arm";
+    const char *image = NULL;
+    const char *model = NULL;
+    bool json = false;
+    const option_t options[] = {
+        {"--image", NULL, OPTION_INPUT, "ELF", "firmware of the board `bench`", &image},
+        {"--model", NULL, OPTION_INPUT, "MODEL", "the actuator", &model},
+        TWIN_OPTIONS(settings),
+        {"--qemu", NULL, OPTION_TEXT, "PROGRAM", "emulator (qemu-system-arm)", &program},
+        JSON_OPTION(&json),
+    };
+    size_t arguments = 0;
+    int status =
+        options_parse(&command_bench, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
+    if (status == OPTIONS_RUN && (image == NULL || model == NULL)) {
+        status = usage_error(&command_bench, "--image ELF and --model MODEL are both needed");
+    }
+    if (status == OPTIONS_RUN) {
+        status = twin_options_check(&command_bench, &settings);
+    }
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    failure_t failure;
+    return bench(program, image, model, &settings, json, &failure) ? STATUS_DONE : failure_print(&failure);
+}
+
+const command_t command_bench = {
+    .name = "bench",
+    .order = 140,
+    .arguments = "--image ELF --model MODEL",
+    .summary = "Run the amplifier's firmware under emulation, with its twin",
+    .details =
+        "Starts qemu-system-arm and the twin. As soon as the loop runs, the first line on stdout says where the "
+        "amplifier's\n"
+        "Modbus line is, as `port: /dev/pts/N`, which is what the other commands take as --port. Runs until Ctrl-C.",
+    .run = run,
+    .files = FILE_MODEL "ELF: the firmware of board `bench`, from build/host/arm/firmware/bench.elf.\n",
+    .examples = "# An amplifier without hardware: the first line says which port it is\n"
+                "hyst bench --image bench.elf --model twin.json --noise-um 0.02\n"
+                "# Then, in another terminal, with that port\n"
+                "hyst info --port /dev/pts/3\n"};

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "commands/command.h"
+#include "commands/diagnose_script.h"
+#include "commands/recording_input.h"
+#include "interface/diagnosis_run.h"
+#include <malloc.h>
+#include <stdlib.h>
+
+/* OpenBLAS: its columns are short, and threads would spend their time waiting for each other. */
+extern void openblas_set_num_threads(int threads);
+
+/* Columns come and go all the time: memory that went back to the system each time would be zeroed by it each time. */
+static void keep_memory(void) {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+}
+
+static int run(int argc, char **argv);
+
+const command_t command_diagnose = {
+    .name = "diagnose",
+    .order = 30,
+    .arguments = "RECORDING... [--model MODEL.json] [options]",
+    .summary = "Find out which physics a model of the recordings leaves out",
+    .details = "Several recordings are one question with one answer. Without --model it begins with the hysteresis "
+               "that fits best;\n"
+               "with it, that chain is fitted again, as far as the recordings determine it. Each third of 36 blocks of "
+               "time is held\n"
+               "out: a finding is what these support. Errors are NRMSE: RMS error over the peak-to-peak displacement.\n"
+               "detected: something of this kind; isolated: one of a few blocks that these recordings cannot tell "
+               "apart; named.",
+    .run = run,
+    .files = FILE_RECORDING FILE_MODEL "F.json: the findings for programs, format hyst-diagnosis-1.\n"
+                                       "F.html: one page with pictures; it needs nothing beside it.\n"
+                                       "F.py: a script for the Python package hyst (docs/PYTHON.md).\n",
+    .examples = "# What does the model leave out? Write the extended model, and a page\n"
+                "hyst diagnose probe.csv --model model.json -o better.json --report diagnosis.html\n"
+                "# Start without a model, from two recordings\n"
+                "hyst diagnose first.csv second.csv\n"
+                "# Go on from there in Python\n"
+                "hyst diagnose probe.csv --model model.json --emit-python diagnose.py\n"};
+
+typedef struct {
+    const char *model, *report, *output, *script;
+    bool json;
+} outputs_t;
+
+static bool diagnose_files(const outputs_t *outputs, recording_t *recordings, size_t count, diagnosis_run_t *diagnosis,
+                           failure_t *failure) {
+    model_t given;
+    if (outputs->model == NULL) {
+        return diagnosis_run(NULL, recordings, count, diagnosis, failure);
+    }
+    if (!model_read(&given, outputs->model, failure)) {
+        return false;
+    }
+    const bool good = diagnosis_run(&given, recordings, count, diagnosis, failure);
+    model_free(&given);
+    return good;
+}
+
+/* To the file or the stream that --json has named. */
+static bool write_json(const outputs_t *outputs, const diagnosis_run_t *run, const recording_t *recordings,
+                       size_t count, failure_t *failure) {
+    return !outputs->json ||
+           json_print(diagnosis_run_to_json(run, recordings, count), JSON_INDENT(1) | JSON_REAL_PRECISION(17), failure);
+}
+
+static bool write_outputs(const outputs_t *outputs, const diagnosis_run_t *run, const recording_t *recordings,
+                          size_t count, failure_t *failure) {
+    const diagnosis_t *diagnosis = &run->diagnosis;
+    const bool good =
+        write_json(outputs, run, recordings, count, failure) &&
+        (outputs->output == NULL || model_write(&diagnosis->model, outputs->output, failure)) &&
+        (outputs->report == NULL || diagnosis_run_report(run, recordings, count, outputs->report, failure));
+    if (good && text_wanted(outputs->json)) {
+        diagnosis_run_print(stdout, run, recordings, count);
+    }
+    return good;
+}
+
+static int run(int argc, char **argv) {
+    outputs_t outputs = {0};
+    const option_t options[] = {
+        {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain to begin with", &outputs.model},
+        {"--output", "-o", OPTION_OUTPUT, "BETTER.json", "write the chain with what was found, fitted",
+         &outputs.output},
+        JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &outputs.json),
+        {"--report", NULL, OPTION_OUTPUT, "F.html", "write it as a page with pictures", &outputs.report},
+        {"--emit-python", NULL, OPTION_OUTPUT, "F.py", "write the Python script that repeats this", &outputs.script}};
+    size_t count;
+    failure_t failure;
+    openblas_set_num_threads(1);
+    keep_memory();
+    diagnosis_run_t diagnosis;
+    const int status = options_parse(&command_diagnose, options, sizeof options / sizeof options[0], argc, argv, 1,
+                                     (size_t)argc, &count);
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
+    bool good = recordings != NULL;
+    good = good && diagnose_files(&outputs, recordings, count, &diagnosis, &failure);
+    const diagnose_script_t script = {.recordings = argv + 1,
+                                      .count = count,
+                                      .model = outputs.model,
+                                      .json = json_file(),
+                                      .report = outputs.report,
+                                      .output = outputs.output};
+    if (good) {
+        good = write_outputs(&outputs, &diagnosis, recordings, count, &failure);
+        diagnosis_run_free(&diagnosis);
+        good = good && (outputs.script == NULL || diagnose_script_write(&script, outputs.script, &failure));
+    }
+    recordings_free(recordings, count);
+    return good ? STATUS_DONE : failure_print(&failure);
+}

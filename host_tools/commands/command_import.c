@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/json_output.h"
+#include "commands/command.h"
+#include "recording/import.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int import(int argc, char **argv);
+
+const command_t command_import = {
+    .name = "import",
+    .order = 5,
+    .arguments = "FILE [-o OUT.csv] [--time C] [--drive C] [--displacement C] [--sample-rate HZ] ..",
+    .summary = "Read a file of measurements from elsewhere and write a recording",
+    .details =
+        "FILE is text (any separator, decimal point or comma; oscilloscope and LabVIEW exports), MATLAB .mat, NumPy\n"
+        ".npy or .npz, HDF5, or gzip of a text. Without -o it only says what it understands: do that first.\n"
+        "C is the name of a column or its number, from 1. Units in names are converted to s, V and um. A scale comes "
+        "on\n"
+        "top: --drive-scale 20 where the drive was recorded before an amplifier with a gain of 20, "
+        "--displacement-scale\n"
+        "5 where a sensor gives 1 V for 5 um. fit, simulate and diagnose read the same files where nothing needs to "
+        "be\n"
+        "said about them.",
+    .run = import,
+    .files = FILE_RECORDING "FILE: text, MATLAB, NumPy, HDF5, or gzip of a text.\n",
+    .examples = "# What is understood of an export? Nothing is written\n"
+                "hyst import scope.csv\n"
+                "# Name the columns, and write a recording\n"
+                "hyst import scope.csv --drive CH1 --displacement CH2 -o recording.csv\n"};
+
+static void print_columns(const table_t *table) {
+    printf("columns:\n");
+    for (size_t i = 0; i < table->columns; i++) {
+        const table_column_t *column = &table->column[i];
+        printf("  %2zu '%s'%s%s: %.6g, %.6g .. %.6g\n", column->number, column->name,
+               column->unit[0] != '\0' ? " in " : "", column->unit, column->value[0], column->value[1],
+               column->value[table->rows - 1]);
+    }
+}
+
+static json_t *columns_to_json(const table_t *table) {
+    json_t *columns = json_array();
+    for (size_t i = 0; i < table->columns; i++) {
+        const table_column_t *column = &table->column[i];
+        json_array_append_new(columns, json_pack("{s:I, s:s, s:s}", "number", (json_int_t)column->number, "name",
+                                                 column->name, "unit", column->unit));
+    }
+    return columns;
+}
+
+/* What was understood. recording: NULL if only the columns are listed. */
+static json_t *to_json(const char *path, const table_t *table, const import_account_t *account,
+                       const recording_t *recording, const char *output) {
+    json_t *understood = json_array();
+    for (size_t i = 0; i < account->lines; i++) {
+        json_array_append_new(understood, json_string(account->line[i]));
+    }
+    json_t *json = json_pack("{s:s, s:s, s:s, s:I, s:o, s:o, s:s?}", "format", "hyst-import-1", "file", path, "kind",
+                             table->kind, "rows", (json_int_t)table->rows, "columns", columns_to_json(table),
+                             "understood", understood, "recording", output);
+    if (recording != NULL) {
+        json_object_set_new(json, "samples", json_integer((json_int_t)recording->samples));
+        json_object_set_new(json, "sample_rate_hz", json_real(recording->sample_rate_hz));
+    }
+    return json;
+}
+
+static bool run(const char *path, const import_options_t *wishes, const char *output, bool list, bool as_json,
+                failure_t *failure) {
+    table_t table;
+    recording_t recording;
+    import_account_t account = {0};
+    bool good;
+    if (!table_read(&table, path, failure)) {
+        return false;
+    }
+    if (list) {
+        good = !as_json || json_print(to_json(path, &table, &account, NULL, NULL), JSON_INDENT(1), failure);
+        if (good && text_wanted(as_json)) {
+            print_columns(&table);
+        }
+        table_free(&table);
+        return good;
+    }
+    good = import_table(&recording, &table, wishes, &account, failure);
+    for (size_t i = 0; text_wanted(as_json) && i < account.lines; i++) {
+        puts(account.line[i]);
+    }
+    if (good) {
+        recording_set_key(&recording, "imported_from", path);
+        good = output == NULL || recording_write(&recording, output, failure);
+        good = good &&
+               (!as_json || json_print(to_json(path, &table, &account, &recording, output), JSON_INDENT(1), failure));
+        if (good && output != NULL && text_wanted(as_json)) {
+            printf("%s: %zu samples at %.9g Hz\n", output, recording.samples, recording.sample_rate_hz);
+        }
+        recording_free(&recording);
+    }
+    import_account_free(&account);
+    table_free(&table);
+    return good;
+}
+
+static int import(int argc, char **argv) {
+    const char *output = NULL;
+    bool list = false, as_json = false;
+    import_options_t wishes = import_nothing_said();
+    const option_t options[] = {
+        {.name = "--output",
+         .letter = "-o",
+         .kind = OPTION_OUTPUT,
+         .argument = "OUT.csv",
+         .help = "write the recording",
+         .target = &output},
+        {.name = "--list", .kind = OPTION_FLAG, .help = "only list the columns", .target = &list},
+        {.name = "--time",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of times, or none",
+         .target = &wishes.time},
+        {.name = "--drive",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of the drive",
+         .target = &wishes.column[COLUMN_DRIVE]},
+        {.name = "--displacement",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of the displacement",
+         .target = &wishes.column[COLUMN_DISPLACEMENT]},
+        {.name = "--reference",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of the displacement that was wanted",
+         .target = &wishes.column[COLUMN_REFERENCE]},
+        {.name = "--voltage",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of the voltage measured at the actuator",
+         .target = &wishes.column[COLUMN_VOLTAGE]},
+        {.name = "--current",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of the current",
+         .target = &wishes.column[COLUMN_CURRENT]},
+        {.name = "--temperature",
+         .kind = OPTION_TEXT,
+         .argument = "C",
+         .help = "column of the temperature",
+         .target = &wishes.column[COLUMN_TEMPERATURE]},
+        {.name = "--sample-rate",
+         .kind = OPTION_NUMBER,
+         .argument = "HZ",
+         .help = "where the file does not say it",
+         .target = &wishes.sample_rate_hz},
+        {.name = "--drive-scale",
+         .kind = OPTION_NUMBER,
+         .argument = "X",
+         .help = "V per unit of the column",
+         .target = &wishes.scale[COLUMN_DRIVE]},
+        {.name = "--displacement-scale",
+         .kind = OPTION_NUMBER,
+         .argument = "X",
+         .help = "um per unit of the column",
+         .target = &wishes.scale[COLUMN_DISPLACEMENT]},
+        {.name = "--reference-scale",
+         .kind = OPTION_NUMBER,
+         .argument = "X",
+         .help = "um per unit of the column",
+         .target = &wishes.scale[COLUMN_REFERENCE]},
+        {.name = "--voltage-scale",
+         .kind = OPTION_NUMBER,
+         .argument = "X",
+         .help = "V per unit of the column",
+         .target = &wishes.scale[COLUMN_VOLTAGE]},
+        {.name = "--current-scale",
+         .kind = OPTION_NUMBER,
+         .argument = "X",
+         .help = "A per unit of the column",
+         .target = &wishes.scale[COLUMN_CURRENT]},
+        {.name = "--temperature-scale",
+         .kind = OPTION_NUMBER,
+         .argument = "X",
+         .help = "degC per unit of the column",
+         .target = &wishes.scale[COLUMN_TEMPERATURE]},
+        JSON_OPTION(&as_json)};
+    size_t positionals;
+    failure_t failure;
+    const int status =
+        options_parse(&command_import, options, sizeof options / sizeof options[0], argc, argv, 1, 1, &positionals);
+    if (status != OPTIONS_RUN) {
+        return status;
+    }
+    if (wishes.sample_rate_hz < 0.0) {
+        return usage_error(&command_import, "--sample-rate has to be above 0");
+    }
+    return run(argv[1], &wishes, output, list, as_json, &failure) ? STATUS_DONE : failure_print(&failure);
+}

@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/driving.h"
+#include "amplifier/experiment.h"
+#include "amplifier/mode_names.h"
+#include "commands/command.h"
+#include "commands/device_options.h"
+#include "compile/compile.h"
+#include "recording/table.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Register `watchdog`, in ms. */
+#define MOST_SILENCE_S 65.0
+
+typedef struct {
+    device_options_t line;
+    const char *path, *mode;
+    unsigned long passes;
+    double silence_s;
+    bool no_condition;
+    hyst_mode_t played;
+    table_t table;
+    bool json;
+} settings_t;
+
+/* Time in s and level, the first two columns. */
+static bool check_table(const table_t *table, failure_t *failure) {
+    if (table->columns < 2 || table->rows < 2) {
+        return fail(failure, "%s: not a table of times and levels: %zu columns, %zu rows", table->source,
+                    table->columns, table->rows);
+    }
+    for (size_t i = 0; i < table->rows; i++) {
+        const double time = table->column[0].value[i];
+        if (!isfinite(time) || !isfinite(table->column[1].value[i]) ||
+            (i > 0 && !(time > table->column[0].value[i - 1]))) {
+            return fail(failure, "%s: row %zu: no number, or a time that is not after the one before", table->source,
+                        i + 1);
+        }
+    }
+    return true;
+}
+
+static breakpoint_t *corners_of(const table_t *table, double sample_rate_hz) {
+    breakpoint_t *corner = allocate(table->rows - 1, sizeof *corner);
+    const double *time = table->column[0].value;
+    double before = 0.0; /* in samples, rounded without drift */
+    for (size_t i = 1; i < table->rows; i++) {
+        const double now = round((time[i] - time[0]) * sample_rate_hz);
+        corner[i - 1] =
+            (breakpoint_t){.samples = (uint32_t)fmax(1.0, now - before), .level = table->column[1].value[i]};
+        before = now;
+    }
+    return corner;
+}
+
+static bool check_levels(const hyst_parameters_t *image, const settings_t *s, failure_t *failure) {
+    const bool direct = s->played == HYST_MODE_DIRECT;
+    const double low = direct ? drive_to_volts(image, image->drive_low) : position_to_micrometres(image, HYST_Q31_MIN);
+    const double high =
+        direct ? drive_to_volts(image, image->drive_high) : position_to_micrometres(image, HYST_Q31_MAX);
+    for (size_t i = 0; i < s->table.rows; i++) {
+        const double level = s->table.column[1].value[i];
+        if (level < low || level > high) {
+            return fail(failure, "%s: row %zu: %g is outside of %g to %g %s", s->table.source, i + 1, level, low, high,
+                        direct ? "V" : "um");
+        }
+    }
+    return true;
+}
+
+static bool play(device_t *device, const settings_t *s, failure_t *failure) {
+    hyst_parameters_t image;
+    if (!amplifier_image_read(device, &image, failure) || !check_levels(&image, s, failure)) {
+        return false;
+    }
+    breakpoint_t *corner = corners_of(&s->table, device_sample_rate_hz(device));
+    const experiment_table_t table = {.mode = s->played,
+                                      .condition = !s->no_condition,
+                                      .start = s->table.column[1].value[0],
+                                      .corner = corner,
+                                      .corners = s->table.rows - 1,
+                                      .passes = s->passes,
+                                      .silence_s = s->silence_s};
+    driving_t driving;
+    bool good = driving_begin(&driving, device, NULL, failure);
+    if (good) {
+        good = experiment_start_table(device, &image, &table, failure);
+        driving.timeout_before_ms = (int64_t)lround(1000.0 * s->silence_s);
+        good = driving_end(&driving, good, failure);
+    }
+    if (good && s->json) {
+        good = json_print(json_pack("{s:s, s:s, s:I, s:s, s:f}", "format", "hyst-play-1", "table", s->table.source,
+                                    "points", (json_int_t)table.corners, "mode", mode_name(s->played), "silence_s",
+                                    s->silence_s),
+                          JSON_INDENT(2), failure);
+    }
+    if (good && text_wanted(s->json)) {
+        printf("%s plays: %zu points, read back the same, mode %s; it parks after %g s without a request\n",
+               s->table.source, table.corners, mode_name(s->played), s->silence_s);
+    }
+    free(corner);
+    return good;
+}
+
+static int work(device_t *device, void *settings) {
+    failure_t failure;
+    return play(device, settings, &failure) ? STATUS_DONE : failure_print(&failure);
+}
+
+static int check(void *context) {
+    settings_t *s = context;
+    s->played = HYST_MODE_PARK;
+    for (int mode = HYST_MODE_DIRECT; mode <= HYST_MODE_COMPENSATE; mode++) {
+        s->played = strcmp(s->mode, mode_name(mode)) == 0 ? (hyst_mode_t)mode : s->played;
+    }
+    if (s->played == HYST_MODE_PARK) {
+        return usage_error(&command_play, "--mode %s: not direct, linear or compensate", s->mode);
+    }
+    if (!(s->silence_s >= 0.1 && s->silence_s <= MOST_SILENCE_S)) {
+        return usage_error(&command_play, "--silence %g: outside 0.1..%g s", s->silence_s, MOST_SILENCE_S);
+    }
+    return s->path != NULL ? OPTIONS_RUN : usage_error(&command_play, "--table FILE is missing");
+}
+
+static bool prepare(void *context, failure_t *failure) {
+    settings_t *s = context;
+    return table_read(&s->table, s->path, failure) && check_table(&s->table, failure);
+}
+
+static int run(int argc, char **argv) {
+    settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .mode = "compensate", .silence_s = 5.0};
+    const option_t options[] = {
+        DEVICE_OPTIONS(s.line),
+        {"--table", NULL, OPTION_INPUT, "FILE", "times in s and levels, two columns", &s.path},
+        {"--mode", "-m", OPTION_TEXT, "direct|linear|compensate", "levels in V (direct) or um (compensate)", &s.mode},
+        {"--passes", "-n", OPTION_COUNT, "N", "times to play it; 0, the default: until it is stopped", &s.passes},
+        {"--silence", NULL, OPTION_NUMBER, "S", "it parks when no request comes for so long (5 s)", &s.silence_s},
+        {"--no-condition", NULL, OPTION_FLAG, NULL, "do not sweep the drive range first", &s.no_condition},
+        JSON_OPTION(&s.json),
+    };
+    const device_work_t job = {
+        .settings = &s, .line = &s.line, .check = check, .prepare = prepare, .to_its_end = true, .work = work};
+    const int status = device_command_run(&command_play, options, sizeof options / sizeof options[0], argc, argv, &job);
+    table_free(&s.table);
+    return status;
+}
+
+const command_t command_play = {
+    .name = "play",
+    .order = 112,
+    .arguments = "--port DEV --table FILE",
+    .summary = "Let the amplifier play a table, and leave it playing",
+    .details = "Sweeps the whole drive range once, goes to the first level, uploads the table and reads it back, and "
+               "starts it. "
+               "Between\n"
+               "two points the reference is a straight line. The amplifier goes on when this command has ended, as "
+               "long as some "
+               "master\n"
+               "asks it something at least every --silence seconds: `hyst watch` does, or `hyst monitor`. `hyst stop` "
+               "ends it.",
+    .run = run,
+    .files = "FILE: any table of two columns, time in s and level; the first row is where it starts.\n",
+    .examples = "# A pattern without end, watched over\n"
+                "hyst play --port /dev/ttyUSB0 --table pattern.csv\n"
+                "hyst watch --port /dev/ttyUSB0 --model model.json --report warnings\n"};

@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/model_guard.h"
+#include "base/monotonic_clock.h"
+#include "base/stop_signal.h"
+#include "commands/command.h"
+#include "commands/device_options.h"
+#include "compile/compile.h"
+#include "report/diagnosis_report.h"
+#include "report/event_page.h"
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* OpenBLAS: its columns are short, and threads would spend their time waiting for each other. */
+extern void openblas_set_num_threads(int threads);
+
+/* Between two looks at the amplifier: a tenth of its communication timeout, and of the block it judges by. */
+#define POLL_S 0.1
+/* Less than this after the change is no recording to diagnose. */
+#define LEAST_DIAGNOSED_S 0.2
+
+enum { PATH_LENGTH = 4096, NAME_LENGTH = 64 };
+
+typedef struct {
+    device_options_t line;
+    guard_settings_t guard;
+    const char *model, *report;
+    unsigned long events;
+    double for_s;
+    bool json;
+} settings_t;
+
+/* One warning, from its record to its page. */
+typedef struct {
+    const settings_t *settings;
+    event_t event;
+    recording_t record;
+    char folder[NAME_LENGTH];
+} warning_t;
+
+typedef struct {
+    const settings_t *settings;
+    const volatile sig_atomic_t *stop;
+    guard_t guard;
+    pid_t diagnosing; /* 0: none */
+    unsigned long events, pages;
+} watch_t;
+
+/* FOLDER/NAME or FOLDER/NAME/FILE. */
+static bool path_of(const warning_t *warning, const char *suffix, char path[PATH_LENGTH], failure_t *failure) {
+    const int written = snprintf(path, PATH_LENGTH, "%s/%s%s", warning->settings->report, warning->folder, suffix);
+    return (written > 0 && written < PATH_LENGTH) || fail(failure, "%s: name too long", warning->settings->report);
+}
+
+static bool make_folder(const char *path, failure_t *failure) {
+    return mkdir(path, 0777) == 0 || errno == EEXIST || fail(failure, "%s: %s", path, strerror(errno));
+}
+
+/* What is diagnosed: from the change on. */
+static void cut(const recording_t *record, size_t from, recording_t *part) {
+    recording_create(part, record->name, record->sample_rate_hz, record->samples - from);
+    for (int c = 0; c < (int)COLUMN_COUNT; c++) {
+        if (c != COLUMN_REFERENCE && record->column[c] != NULL) {
+            double *to = recording_add_column(part, (column_t)c);
+            memcpy(to, record->column[c] + from, part->samples * sizeof *to);
+        }
+    }
+    for (size_t k = 0; k < record->keys; k++) {
+        recording_set_key(part, record->key[k].key, record->key[k].value);
+    }
+}
+
+/* Whether what was found can be compiled; the reason goes to the page. */
+static bool can_compile(const model_t *model, failure_t *why) {
+    const compile_options_t options = {0};
+    hyst_parameters_t *image = allocate(1, sizeof *image);
+    const bool done = compile_model(model, &options, image, NULL, why);
+    free(image);
+    return done;
+}
+
+static bool write_files(warning_t *warning, diagnosis_t *diagnosis, const recording_t *part, failure_t *failure) {
+    char page[PATH_LENGTH], json[PATH_LENGTH], whole[PATH_LENGTH], better[PATH_LENGTH];
+    account_t account;
+    failure_t why = {{0}};
+    if (!path_of(warning, ".html", page, failure) || !path_of(warning, ".json", json, failure) ||
+        !path_of(warning, "/diagnosis.html", whole, failure) || !path_of(warning, "/better.json", better, failure) ||
+        !account_for(diagnosis, part, 1, &account, failure)) {
+        return false;
+    }
+    event_t *event = &warning->event;
+    event->better = diagnosis->verdict != UNKNOWN_PHYSICS && can_compile(&diagnosis->model, &why);
+    event->not_better = event->better                           ? NULL
+                        : diagnosis->verdict == UNKNOWN_PHYSICS ? "What changed is in no catalogue."
+                                                                : why.text;
+    const bool good = model_write(&diagnosis->model, better, failure) &&
+                      diagnosis_write_report(diagnosis, &account, part, 1, NULL, whole, failure) &&
+                      event_write_json(event, diagnosis, &account, part, 1, json, failure) &&
+                      event_write_page(event, diagnosis, &account, page, failure); /* last: it says that all is there */
+    account_free(&account);
+    return good;
+}
+
+static bool diagnose_warning(warning_t *warning, failure_t *failure) {
+    model_t model;
+    if (!model_read(&model, warning->settings->model, failure)) {
+        return false;
+    }
+    const recording_t *record = &warning->record;
+    const double most_s = (double)record->samples / record->sample_rate_hz - LEAST_DIAGNOSED_S;
+    const double changed_s = warning->event.since_s + EVENT_SINCE_S; /* by then it has surely changed */
+    const double from_s = isnan(changed_s) ? 0.0 : fmax(0.0, fmin(changed_s, most_s));
+    recording_t part;
+    diagnosis_t diagnosis;
+    cut(record, (size_t)(from_s * record->sample_rate_hz), &part);
+    bool good = diagnose(&model, &part, 1, &diagnosis, failure);
+    if (good) {
+        good = write_files(warning, &diagnosis, &part, failure);
+        diagnosis_free(&diagnosis);
+    }
+    recording_free(&part);
+    model_free(&model);
+    return good;
+}
+
+static double rms_from(const recording_t *record, double from_s) {
+    double squares = 0.0;
+    const size_t from = isnan(from_s) ? 0 : (size_t)(from_s * record->sample_rate_hz);
+    for (size_t i = from; i < record->samples; i++) {
+        const double error = record->column[COLUMN_DISPLACEMENT][i] - record->column[COLUMN_REFERENCE][i];
+        squares += error * error;
+    }
+    return sqrt(squares / (double)(record->samples - from));
+}
+
+/* The record as it came, in a folder beside the page. */
+static bool keep_record(watch_t *watch, warning_t *warning, failure_t *failure) {
+    const guard_t *guard = &watch->guard;
+    size_t warned = 0;
+    char path[PATH_LENGTH];
+    if (!guard_fetch(&watch->guard, &warning->record, &warned, failure)) {
+        return false;
+    }
+    const recording_t *r = &warning->record;
+    const double after_s = (double)(r->samples - warned) / r->sample_rate_hz;
+    event_t *event = &warning->event;
+    *event =
+        (event_t){.warned_at = time(NULL) - (time_t)lround(after_s),
+                  .sample_time_s = (double)guard->now[INDEX_sequence] / device_sample_rate_hz(guard->device) - after_s,
+                  .warned_s = (double)warned / r->sample_rate_hz,
+                  .limit_um = guard->limit_um,
+                  .usual_um = guard->usual.rms_um,
+                  .record = r,
+                  .folder = warning->folder};
+    event->since_s = event_since_s(r, event->warned_s, guard->settings.time_s, event->usual_um, event->limit_um);
+    event->rms_um = rms_from(r, event->since_s);
+    event_time_text(event->warned_at, warning->folder);
+    for (char *c = warning->folder; *c != '\0'; c++) {
+        *c = *c == ':' ? '-' : *c; /* names that every file system takes */
+    }
+    const bool good = path_of(warning, "", path, failure) && make_folder(path, failure) &&
+                      path_of(warning, "/recording.csv", path, failure) && recording_write(r, path, failure);
+    if (!good) {
+        recording_free(&warning->record);
+    }
+    return good;
+}
+
+/* Looks whether the diagnosis has come to its end. */
+static bool collect(watch_t *watch, bool wait, failure_t *failure) {
+    int status = 0;
+    if (watch->diagnosing == 0) {
+        return true;
+    }
+    const pid_t ended = waitpid(watch->diagnosing, &status, wait ? 0 : WNOHANG);
+    if (ended == 0 || (ended < 0 && errno == EINTR)) {
+        return true;
+    }
+    watch->diagnosing = 0;
+    watch->pages++;
+    return (ended > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0) ||
+           fail(failure, "a diagnosis failed; its record is in %s", watch->settings->report);
+}
+
+/* Between two looks. */
+static bool rest(void *context, failure_t *failure) {
+    watch_t *watch = context;
+    sleep_until(monotonic_s() + POLL_S);
+    if (*watch->stop != 0) {
+        return fail(failure, "interrupted (%s)", stop_signal_name(*watch->stop));
+    }
+    return collect(watch, false, failure);
+}
+
+/* The amplifier must hear from this process meanwhile, so another one diagnoses. */
+static bool start_diagnosis(watch_t *watch, warning_t *warning, failure_t *failure) {
+    while (watch->diagnosing != 0) {
+        if (!rest(watch, failure) || guard_look(&watch->guard, failure) == GUARD_FAILED) {
+            return false;
+        }
+    }
+    (void)fflush(NULL);
+    watch->diagnosing = fork();
+    if (watch->diagnosing == 0) {
+        failure_t own;
+        const bool good = diagnose_warning(warning, &own);
+        if (!good) {
+            (void)failure_print(&own);
+        }
+        (void)fflush(NULL);
+        _exit(good ? STATUS_DONE : STATUS_FAILED);
+    }
+    return watch->diagnosing > 0 || fail(failure, "no process for the diagnosis: %s", strerror(errno));
+}
+
+static void print_limit(const watch_t *watch) {
+    const guard_t *g = &watch->guard;
+    if (!text_wanted(watch->settings->json)) {
+        return;
+    }
+    printf("watching: the error is %.4g um (root mean square, of which slow %.4g, fast %.4g); limit %.4g um for %g s\n",
+           g->usual.rms_um, g->usual.slow_um, g->usual.fast_um, g->limit_um, g->settings.time_s);
+    (void)fflush(stdout);
+}
+
+static bool take_warning(watch_t *watch, failure_t *failure) {
+    warning_t warning = {.settings = watch->settings};
+    if (!keep_record(watch, &warning, failure)) {
+        return false;
+    }
+    watch->events++;
+    const bool dated = !isnan(warning.event.since_s);
+    if (text_wanted(watch->settings->json)) {
+        printf("warning: %.4g um since %s%.2f s before it; record and page: %s/%s\n", warning.event.rms_um,
+               dated ? "" : "more than ",
+               dated ? warning.event.warned_s - warning.event.since_s : warning.event.warned_s, watch->settings->report,
+               warning.folder);
+        (void)fflush(stdout);
+    }
+    bool good = start_diagnosis(watch, &warning, failure);
+    recording_free(&warning.record);
+    good = good && guard_again(&watch->guard, rest, watch, failure);
+    if (good) {
+        print_limit(watch);
+    }
+    return good;
+}
+
+static bool goes_on(const watch_t *watch) {
+    const settings_t *s = watch->settings;
+    return (s->events == 0 || watch->events < s->events) &&
+           (s->for_s <= 0.0 || guard_clock_s(&watch->guard) < s->for_s);
+}
+
+static bool watch_on(watch_t *watch, device_t *device, const hyst_parameters_t *image, failure_t *failure) {
+    if (!guard_begin(&watch->guard, device, image, &watch->settings->guard, rest, watch, failure)) {
+        return false;
+    }
+    print_limit(watch);
+    while (goes_on(watch)) {
+        const guard_answer_t answer = guard_look(&watch->guard, failure);
+        if (answer == GUARD_FAILED ||
+            (answer == GUARD_WARNED ? !take_warning(watch, failure) : !rest(watch, failure))) {
+            return false;
+        }
+    }
+    while (watch->diagnosing != 0) { /* the amplifier plays on meanwhile */
+        if (!rest(watch, failure) || guard_look(&watch->guard, failure) == GUARD_FAILED) {
+            return false;
+        }
+    }
+    return guard_end(&watch->guard, failure);
+}
+
+static bool tell_end(const watch_t *watch, failure_t *failure) {
+    const settings_t *s = watch->settings;
+    const double seconds = guard_clock_s(&watch->guard);
+    if (s->json && !json_print(json_pack("{s:s, s:I, s:f, s:s}", "format", "hyst-watched-1", "warnings",
+                                         (json_int_t)watch->events, "seconds", seconds, "folder", s->report),
+                               JSON_INDENT(2), failure)) {
+        return false;
+    }
+    if (text_wanted(s->json)) {
+        printf("%lu warnings in %.1f s of the amplifier's time\n", watch->events, seconds);
+    }
+    return true;
+}
+
+static int work(device_t *device, void *settings) {
+    watch_t watch = {.settings = settings, .stop = stop_on_signal()};
+    hyst_parameters_t image;
+    failure_t failure, ignored;
+    openblas_set_num_threads(1);
+    if (!amplifier_image_read(device, &image, &failure)) {
+        return failure_print(&failure);
+    }
+    const bool good = watch_on(&watch, device, &image, &failure);
+    (void)collect(&watch, true, &ignored); /* a page that has begun is written */
+    if (!good && *watch.stop != 0) {
+        (void)guard_end(&watch.guard, &ignored);
+    } else if (!good) {
+        return failure_print(&failure);
+    }
+    return tell_end(&watch, &failure) ? STATUS_DONE : failure_print(&failure);
+}
+
+static int check(void *context) {
+    settings_t *s = context;
+    failure_t failure;
+    model_t model;
+    if (s->model == NULL || s->report == NULL) {
+        return usage_error(&command_watch, "--model MODEL.json and --report FOLDER are both needed");
+    }
+    if (!(s->guard.times > 1.0)) {
+        return usage_error(&command_watch, "--times %g: must be above 1", s->guard.times);
+    }
+    if (!(s->guard.time_s > 0.0 && s->guard.time_s <= 60.0 && s->guard.before_s > s->guard.time_s &&
+          s->guard.after_s > 0.0 && s->guard.before_s + s->guard.after_s <= 600.0)) {
+        return usage_error(&command_watch,
+                           "--time %g, --before %g, --after %g: the time is up to 60 s, the record up to "
+                           "600 s, and begins before the time that is judged",
+                           s->guard.time_s, s->guard.before_s, s->guard.after_s);
+    }
+    if (!model_read(&model, s->model, &failure) || !make_folder(s->report, &failure)) {
+        return failure_print(&failure);
+    }
+    model_free(&model);
+    return OPTIONS_RUN;
+}
+
+static int run(int argc, char **argv) {
+    settings_t s = {.line = DEVICE_OPTIONS_DEFAULT,
+                    .guard = {.limit_um = (double)NAN, .times = 2.0, .time_s = 0.5, .before_s = 1.2, .after_s = 1.2}};
+    const option_t options[] = {
+        DEVICE_OPTIONS(s.line),
+        {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force", &s.model},
+        {"--report", NULL, OPTION_TEXT, "FOLDER", "where the pages go", &s.report},
+        {"--limit", NULL, OPTION_NUMBER, "UM", "on the error's root mean square (measured at the start)",
+         &s.guard.limit_um},
+        {"--times", NULL, OPTION_NUMBER, "N", "without --limit: so many times what is usual (2)", &s.guard.times},
+        {"--time", NULL, OPTION_NUMBER, "S", "how long above it (0.5 s)", &s.guard.time_s},
+        {"--before", NULL, OPTION_NUMBER, "S", "recorded before a warning (1.2 s)", &s.guard.before_s},
+        {"--after", NULL, OPTION_NUMBER, "S", "recorded after it (1.2 s)", &s.guard.after_s},
+        {"--events", "-n", OPTION_COUNT, "N", "end after so many warnings; 0, the default: until stopped", &s.events},
+        {"--for", NULL, OPTION_NUMBER, "S", "end after so long, in the amplifier's time (until stopped)", &s.for_s},
+        JSON_OPTION(&s.json),
+    };
+    const device_work_t job = {.settings = &s, .line = &s.line, .check = check, .work = work};
+    return device_command_run(&command_watch, options, sizeof options / sizeof options[0], argc, argv, &job);
+}
+
+const command_t command_watch = {
+    .name = "watch",
+    .order = 115,
+    .arguments = "--port DEV --model MODEL.json --report FOLDER",
+    .summary = "Wait until the amplifier's model is no longer true, and say why",
+    .details =
+        "Moves nothing: the amplifier does its work in mode compensate, by `hyst play` or another master. Its own "
+        "watch "
+        "compares\n"
+        "the position with the reference. First it is measured what error is usual. More than --times as much for "
+        "--time is a\n"
+        "warning, which stops nothing and freezes the recorder with the history before it. The record is fetched and "
+        "diagnosed,\n"
+        "and FOLDER gets a dated page: what changed, since when, how sure, what to push. What is there then counts as "
+        "usual.\n"
+        "As long as it runs, the amplifier's communication timeout does not pass. It ends on Ctrl-C.",
+    .run = run,
+    .files = FILE_MODEL "FOLDER/DATE.html, .json: a page and the same for programs (hyst-watch-1), one a warning.\n"
+                        "FOLDER/DATE/: recording.csv, diagnosis.html, better.json of that warning.\n",
+    .examples = "# An amplifier at work, day and night\n"
+                "hyst watch --port /dev/ttyUSB0 --model model.json --report warnings\n"};

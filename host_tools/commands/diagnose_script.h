@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The Python script that repeats a run of `hyst diagnose`, over the package hyst (docs/PYTHON.md). */
+#ifndef DIAGNOSE_SCRIPT_H
+#define DIAGNOSE_SCRIPT_H
+
+#include "base/failure.h"
+
+/** What the command was given; NULL: without that option. */
+typedef struct {
+    char *const *recordings;
+    size_t count;
+    const char *model, *json, *report, *output;
+} diagnose_script_t;
+
+bool diagnose_script_write(const diagnose_script_t *script, const char *path, failure_t *failure);
+
+#endif

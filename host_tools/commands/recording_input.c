@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "commands/recording_input.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure) {
+    if (!recording_read(recording, path, failure)) {
+        return false;
+    }
+    if (recording->understood != NULL) {
+        fputs(recording->understood, stderr);
+    }
+    return true;
+}
+
+recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *failure) {
+    recording_t *recordings = allocate(count, sizeof *recordings);
+    for (size_t i = 0; i < count; i++) {
+        if (!read_recording_aloud(&recordings[i], paths[i], failure)) {
+            recordings_free(recordings, i);
+            return NULL;
+        }
+    }
+    return recordings;
+}
+
+void recordings_free(recording_t *recordings, size_t count) {
+    for (size_t i = 0; recordings != NULL && i < count; i++) {
+        recording_free(&recordings[i]);
+    }
+    free(recordings);
+}

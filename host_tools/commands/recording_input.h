@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef RECORDING_INPUT_H
+#define RECORDING_INPUT_H
+
+#include "recording/recording.h"
+
+/** recording_read, and for a file of another format its interpretation on stderr, before any use of it. */
+bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure);
+
+/** The same for several, in their order; to be released by recordings_free. NULL: one could not be read. */
+recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *failure);
+void recordings_free(recording_t *recordings, size_t count);
+
+#endif

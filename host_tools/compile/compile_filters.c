@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compile/compile_filters.h"
+#include <gsl/gsl_math.h>
+
+static const double highest_rolloff =
+    0.2; /* of the sample rate: the bilinear transform bends frequencies by 14 % there */
+static const double lag_rolloff_ratio = 4.0; /* keeps every coefficient inside Q28 and the noise gain at 4 */
+static const double mode_rolloff_damping = 0.7;
+
+/* Group delay at frequency 0 in samples: that of the numerator less that of the denominator, whose sums are equal. */
+static double delay_at_rest(const inverse_filter_t *filter) {
+    const double gain = filter->b0 + filter->b1 + filter->b2;
+    return (filter->b1 + 2.0 * filter->b2 - filter->a1 - 2.0 * filter->a2) / gain;
+}
+
+inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_filters) {
+    inverse_filter_t filter = {.delay_s = 1.0 / (2.0 * M_PI * cutoff_hz)};
+    const double rolloff_hz = fmin(lag_rolloff_ratio * cutoff_hz, highest_rolloff * sample_rate_hz);
+    if (no_filters || rolloff_hz <= cutoff_hz) {
+        return filter;
+    }
+    /* s -> 2 fs (1 - z^-1) / (1 + z^-1) */
+    const double c = sample_rate_hz / (M_PI * cutoff_hz), r = sample_rate_hz / (M_PI * rolloff_hz);
+    filter.section = true;
+    filter.rolloff_hz = rolloff_hz;
+    filter.b0 = (1.0 + c) / (1.0 + r);
+    filter.b1 = (1.0 - c) / (1.0 + r);
+    filter.a1 = (1.0 - r) / (1.0 + r);
+    filter.delay_s += delay_at_rest(&filter) / sample_rate_hz;
+    return filter;
+}
+
+inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters) {
+    inverse_filter_t filter = {.delay_s = damping_ratio / (M_PI * frequency_hz)};
+    if (no_filters || frequency_hz > highest_rolloff * sample_rate_hz) {
+        return filter;
+    }
+    /* Bilinear transform prewarped at the mode, so that the notch is where the mode is. */
+    const double k = 1.0 / tan(M_PI * frequency_hz / sample_rate_hz), k2 = k * k;
+    const double numerator = 2.0 * damping_ratio * k, denominator = 2.0 * mode_rolloff_damping * k;
+    const double a0 = k2 + denominator + 1.0;
+    filter.section = true;
+    filter.rolloff_hz = frequency_hz;
+    filter.b0 = (k2 + numerator + 1.0) / a0;
+    filter.b1 = 2.0 * (1.0 - k2) / a0;
+    filter.b2 = (k2 - numerator + 1.0) / a0;
+    filter.a1 = filter.b1;
+    filter.a2 = (k2 - denominator + 1.0) / a0;
+    filter.delay_s += delay_at_rest(&filter) / sample_rate_hz;
+    return filter;
+}
+
+static hyst_q28_t to_q28(double coefficient) {
+    return (hyst_q28_t)floor(coefficient * (double)HYST_Q28_ONE + 0.5);
+}
+
+hyst_iir_section_t quantise_section(const inverse_filter_t *filter) {
+    hyst_iir_section_t section = {
+        .b1 = to_q28(filter->b1), .b2 = to_q28(filter->b2), .a1 = to_q28(filter->a1), .a2 = to_q28(filter->a2)};
+    /* Gain 1 at rest to the bit: b0 takes up the rounding of the others. */
+    section.b0 = (hyst_q28_t)((int64_t)HYST_Q28_ONE + section.a1 + section.a2 - section.b1 - section.b2);
+    return section;
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Inverse filters of compile.h: a lag or a mode inverted and rolled off, by the bilinear transform.
+ */
+#ifndef COMPILE_FILTERS_H
+#define COMPILE_FILTERS_H
+
+#include "hyst/iir.h"
+#include <stdbool.h>
+
+/** The inverse filter of a block. */
+typedef struct {
+    bool section;              /**< an IIR section is needed */
+    double b0, b1, b2, a1, a2; /**< of that section */
+    double rolloff_hz;         /**< of that section */
+    double delay_s;            /**< low-frequency delay of block and section together, for the lookahead */
+} inverse_filter_t;
+
+/** (1 + s/w_c) / (1 + s/w_r), w_r = min(4 w_c, 2 pi fs / 5); without a section if w_r would not exceed w_c. */
+inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_filters);
+
+/** The mode inverted, times a mode of the same frequency and damping 0.7; without a section above fs / 5. */
+inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters);
+
+/** Rounds to Q28. Each coefficient must be inside [-8, 8). */
+hyst_iir_section_t quantise_section(const inverse_filter_t *filter);
+
+#endif

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/delivered.h"
+#include "chain/catalogue.h"
+#include "identify/linear_fit.h"
+#include <math.h>
+#include <stdlib.h>
+
+double delivered_percent(const samples_t *samples, const model_t *model) {
+    double *position = samples_column(samples), worst = 0.0;
+    failure_t ignored;
+    const bool good = samples_simulate(samples, model, position, &ignored);
+    for (size_t i = 0; good && i < samples->count; i++) {
+        const recording_t *r = &samples->recordings[i];
+        const error_measure_t error =
+            measure_error(r->column[COLUMN_DISPLACEMENT], position + samples->begin[i], r->samples);
+        worst = fmax(worst, error.nrmse_percent);
+    }
+    free(position);
+    return good ? worst : HUGE_VAL;
+}
+
+/* Runs of samples that are not held out. Returns how many; span NULL: only counts. */
+static size_t spans_of(const samples_t *samples, fit_span_t *span) {
+    size_t spans = 0;
+    for (size_t i = 0; i < samples->count; i++) {
+        const unsigned char *part = samples->part + samples->begin[i];
+        const size_t end = samples->recordings[i].samples;
+        for (size_t k = 0; k < end;) {
+            size_t to = k;
+            while (to < end && (part[to] == SAMPLE_HELD_OUT) == (part[k] == SAMPLE_HELD_OUT)) {
+                to++;
+            }
+            if (part[k] != SAMPLE_HELD_OUT) {
+                if (span != NULL) {
+                    span[spans] = (fit_span_t){.recording = &samples->recordings[i], .from = k, .to = to};
+                }
+                spans++;
+            }
+            k = to;
+        }
+    }
+    return spans;
+}
+
+bool delivered_plain(const samples_t *samples, size_t plays, model_t *model) {
+    double threshold_v[DELIVERED_PLAYS], range[2];
+    const linear_options_t options = {.drift = false};
+    const size_t spans = spans_of(samples, NULL);
+    fit_span_t *span = allocate(spans, sizeof *span);
+    linear_fit_t fit;
+    failure_t ignored;
+    recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range);
+    for (size_t i = 0; i < plays; i++) {
+        threshold_v[i] = 0.5 * (range[1] - range[0]) * (double)(i + 1) / (double)(plays + 1);
+    }
+    const play_basis_t basis = {.operators = plays, .threshold_v = threshold_v};
+    spans_of(samples, span);
+    const bool good = linear_fit(&basis, span, spans, &options, &fit, &ignored);
+    if (good) {
+        model_create(model, samples->recordings[0].sample_rate_hz);
+        model_block_t *block = model_append(model, &block_prandtl_ishlinskii);
+        model_set(block, "offset_um", fit.offset_um);
+        model_set_array(block, "weights", plays + 1, fit.weight, NULL);
+        model_set_array(block, "thresholds_v", plays, threshold_v, NULL);
+        linear_fit_free(&fit);
+    }
+    free(span);
+    return good;
+}

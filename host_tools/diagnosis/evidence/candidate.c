@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/evidence/searched.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const double candidate_least_size = 0.08;
+/* About the logarithm of the number of samples. */
+const double candidate_number_price = 10.0;
+enum { FIT_ITERATIONS = 3 };
+
+size_t candidate_insert(model_t *model, const model_t *baseline, const block_t *block, const double *value) {
+    size_t at = 0;
+    while (at < baseline->blocks && baseline->block[at].block->place <= block->place) {
+        at++;
+    }
+    model_copy(model, baseline);
+    const model_block_t inserted = *model_append(model, block);
+    memmove(&model->block[at + 1], &model->block[at], (model->blocks - 1 - at) * sizeof model->block[0]);
+    model->block[at] = inserted;
+    for (size_t p = 0; p < block->parameters; p++) {
+        if (!block->parameter[p].array) {
+            model->block[at].parameter[p].value[0] = value[p];
+        }
+    }
+    return at;
+}
+
+void candidate_create(const search_problem_t *problem, const block_t *block, const double *value,
+                      candidate_t *candidate) {
+    *candidate = (candidate_t){.block = block};
+    candidate->at = candidate_insert(&candidate->model, problem->baseline, block, value);
+    candidate->signature = evidence_signature(problem->evidence, &candidate->model, candidate->at);
+}
+
+bool candidate_proportional(const block_t *block, size_t parameter) {
+    return is_searched(block, parameter) && block->parameter[parameter].proportional;
+}
+
+/* A parameter that the effect is proportional to takes the amplitude that the linear test has found. */
+static void start_from_amplitude(candidate_t *candidate) {
+    const block_t *block = candidate->block;
+    model_block_t *inserted = &candidate->model.block[candidate->at];
+    for (size_t p = 0; p < block->parameters; p++) {
+        const parameter_info_t *info = &block->parameter[p];
+        double *value = inserted->parameter[p].value;
+        if (candidate_proportional(block, p)) {
+            *value = fmax(searched_low(block, p), fmin(info->high, *value * candidate->test.amplitude));
+        }
+    }
+}
+
+void candidate_refine(const search_problem_t *problem, candidate_t *candidate) {
+    const evidence_t *evidence = problem->evidence;
+    start_from_amplitude(candidate);
+    const double left = evidence_refine(evidence, &candidate->model, candidate->at);
+    free(candidate->signature);
+    candidate->signature = evidence_signature(evidence, &candidate->model, candidate->at);
+    if (candidate->signature != NULL && isfinite(left)) {
+        candidate->test = evidence_test(evidence, candidate->signature);
+        candidate->likelihood = evidence_likelihood(evidence, left);
+    } else { /* not even where it started: the chain refuses these numbers, or diverges */
+        candidate->test = (evidence_test_t){0};
+        candidate->likelihood = 0.0;
+    }
+}
+
+unsigned candidate_fitted_along(const search_problem_t *problem, const model_t *model) {
+    return joint_blocks(model, problem->fitted_along, problem->fitted_along_count);
+}
+
+void candidate_fit(const search_problem_t *problem, candidate_t *candidate) {
+    failure_t refusal;
+    candidate->joint = joint_fit(evidence_samples(problem->evidence), problem->noise, &candidate->model,
+                                 1U << candidate->at | candidate_fitted_along(problem, &candidate->model),
+                                 FIT_ITERATIONS, &candidate->power, &refusal);
+}
+
+void candidate_free(candidate_t *candidate) {
+    free(candidate->signature);
+    model_free(&candidate->model);
+}
+
+void candidates_free(candidates_t *candidates) {
+    for (size_t i = 0; i < candidates->count; i++) {
+        candidate_free(&candidates->candidate[i]);
+    }
+    free(candidates->candidate);
+}
+
+double candidate_own_um(const candidate_t *candidate) {
+    return candidate->test.amplitude * candidate->test.own_um;
+}
+
+double candidate_price(const block_t *block) {
+    size_t numbers = 0;
+    for (unsigned bits = block->probe->searched; bits != 0; bits >>= 1) {
+        numbers += bits & 1U;
+    }
+    return candidate_number_price * (double)numbers;
+}

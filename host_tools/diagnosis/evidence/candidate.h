@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * A candidate for what a chain lacks: one block of the catalogue, inserted where it belongs in the chain, with numbers.
+ *
+ * Its numbers get better in three steps, each dearer than the one before, so that fewer candidates take it:
+ *
+ * - *probed* (probing.h): one of the block's probes (probe.h) as it is;
+ * - *refined* (candidate_refine): the block's searched parameters, all that the nuisance subspace imitates left aside
+ * (evidence.h);
+ * - *fitted* (candidate_fit): these and the numbers of the chain's hysteresis together (joint_fit.h).
+ *
+ * It is compared by 2 log of its likelihood ratio to the chain without it, and pays a price for each number that was
+ * searched.
+ */
+#ifndef CANDIDATE_H
+#define CANDIDATE_H
+
+#include "diagnosis/evidence/evidence.h"
+#include "diagnosis/evidence/joint_fit.h"
+
+/** What a block is looked for in. */
+typedef struct {
+    const evidence_t *evidence; /**< of what the baseline leaves; its question says which blocks are tried */
+    const noise_t *noise;
+    const model_t *baseline; /**< the chain; blocks that it has are not tried again */
+    const probe_setting_t *setting;
+    const block_t *without; /**< not tried either; NULL: none */
+    /** Blocks of the baseline whose numbers are fitted together with those of a block that is tried; NULL: none. */
+    const block_t *const *fitted_along;
+    size_t fitted_along_count;
+} search_problem_t;
+
+typedef struct {
+    const block_t *block;
+    model_t model;     /**< the baseline with the block in its place, its searched parameters at their best */
+    size_t at;         /**< index of the block in the model */
+    double *signature; /**< of the block at its best beside the baseline's hysteresis, a column; NULL, with likelihood
+                          0, if it cannot be simulated there */
+    evidence_test_t test; /**< of that signature; amplitude near 1 once it is refined */
+    double likelihood;    /**< 2 log of the likelihood ratio to the baseline, beyond the nuisance subspace */
+    bool joint;           /**< fitted together with the hysteresis */
+    joint_power_t power;  /**< what is left then */
+    bool refused;         /**< by the held-out samples (search_round.h) */
+    double electrical;    /**< 2 log likelihood by the measured voltage and current (electrical.h) */
+    double merit;         /**< what candidates are ordered by (search.h) */
+    double smallest_um;   /**< of all its probes: least root mean square of the change of the position that would be
+                             seen; HUGE_VAL: the nuisance subspace imitates them all */
+    double smallest_value[BLOCK_MAX_PARAMETERS]; /**< the block's numbers at that size, as far as it is proportional to
+                                                    them */
+} candidate_t;
+
+/** What came of a search. To be freed. */
+typedef struct {
+    size_t tested; /**< signatures that were tried: the size of the family of tests */
+    size_t count;
+    candidate_t *candidate;
+} candidates_t;
+
+/** With these numbers, one a parameter; arrays stay absent. Simulated, but not tested yet. To be freed. */
+void candidate_create(const search_problem_t *problem, const block_t *block, const double *value,
+                      candidate_t *candidate);
+/** A chain with the block behind the last one of its place or an earlier one. Returns its index. To be freed. */
+size_t candidate_insert(model_t *model, const model_t *baseline, const block_t *block, const double *value);
+/** From where it stands, with the amplitude that its test has found; its test anew. */
+void candidate_refine(const search_problem_t *problem, candidate_t *candidate);
+/** Bits of problem->fitted_along in a model. */
+unsigned candidate_fitted_along(const search_problem_t *problem, const model_t *model);
+/** A few iterations: enough to compare with others. */
+void candidate_fit(const search_problem_t *problem, candidate_t *candidate);
+void candidate_free(candidate_t *candidate);
+void candidates_free(candidates_t *candidates);
+
+/** Whether a parameter is searched, and the effect proportional to it. */
+bool candidate_proportional(const block_t *block, size_t parameter);
+
+/** Root mean square of what the nuisance subspace leaves of its signature, at its amplitude. */
+double candidate_own_um(const candidate_t *candidate);
+
+/**
+ * Root mean square of what a finding changes beyond the nuisance subspace, whitened, in parts of the noise: below it, a
+ * model that is not quite right is as likely a reason.
+ */
+extern const double candidate_least_size;
+
+/** What a searched number has to be worth, in 2 log likelihood; and all those of a block. */
+extern const double candidate_number_price;
+double candidate_price(const block_t *block);
+
+#endif

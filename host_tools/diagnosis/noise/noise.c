@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/noise/noise.h"
+#include "diagnosis/noise/noise_filter.h"
+#include "numerics/simplex.h"
+#include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
+#include <gsl/gsl_sort.h>
+#include <gsl/gsl_statistics_double.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The drive rests while it stays within this part of its range. */
+static const double still = 1e-3;
+static const double shortest_s = 0.05, settling_s = 0.1, settling_part = 1.0 / 3.0;
+enum { LEAST_SAMPLES = 1000, LEAST_RUN = 40, MOST_RUNS = 1024 };
+/* A run whose noise is larger than that of the others by this factor (its variance) has something else in it. */
+static const double disturbed = 1.6;
+/* Deviation of the noise, in parts of the displacement's range, where a recording shows none: the last digit. */
+static const double least_noise = 1e-7;
+
+typedef struct {
+    size_t runs, length[MOST_RUNS];
+    double *begin[MOST_RUNS];
+    bool left_out[MOST_RUNS];
+    basis_t trends[MOST_RUNS]; /* that were taken out */
+} runs_t;
+
+static double predicted_power(const double *x, size_t length, const noise_filter_t *filter, size_t skipped) {
+    double e = 0.0, sum = 0.0;
+    for (size_t k = 1; k < length; k++) {
+        e = x[k] - filter->memory * x[k - 1] + filter->mix * e;
+        sum += k >= skipped ? e * e : 0.0;
+    }
+    return sum;
+}
+
+static double mean_power_of(const runs_t *runs, const noise_filter_t *filter) {
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t i = 0; i < runs->runs; i++) {
+        if (!runs->left_out[i]) {
+            sum += predicted_power(runs->begin[i], runs->length[i], filter, SAMPLES_SKIPPED);
+            count += runs->length[i] - SAMPLES_SKIPPED;
+        }
+    }
+    return sum / (double)count;
+}
+
+static double mean_power(const double *p, void *context) {
+    const noise_filter_t filter = noise_filter_at(p);
+    return mean_power_of(context, &filter);
+}
+
+static void fit_filter(runs_t *runs, noise_t *noise) {
+    static const double start[][NOISE_FILTER_NUMBERS] = {{0.0, -2.0}, {1.0, -2.0}, {2.5, -3.0}, {2.5, 1.0}};
+    double least = HUGE_VAL;
+    for (size_t s = 0; s < sizeof start / sizeof start[0]; s++) {
+        double p[NOISE_FILTER_NUMBERS] = {start[s][0], start[s][1]};
+        const simplex_job_t job = {.function = mean_power,
+                                   .context = runs,
+                                   .dimensions = NOISE_FILTER_NUMBERS,
+                                   .step = 0.5,
+                                   .size = 1e-3,
+                                   .most_iterations = 60};
+        const double power = simplex_minimise(&job, p);
+        if (power < least) {
+            least = power;
+            noise->filter = noise_filter_at(p);
+        }
+    }
+    noise->sigma_um = sqrt(least);
+}
+
+/* Leaves out the runs that are noisier than the others. */
+static bool leave_out_disturbed(runs_t *runs, const noise_t *noise) {
+    double power[MOST_RUNS], sorted[MOST_RUNS];
+    bool any = false;
+    for (size_t i = 0; i < runs->runs; i++) {
+        power[i] = predicted_power(runs->begin[i], runs->length[i], &noise->filter, SAMPLES_SKIPPED) /
+                   (double)(runs->length[i] - SAMPLES_SKIPPED);
+        sorted[i] = power[i];
+    }
+    const double median = gsl_stats_median(sorted, 1, runs->runs);
+    for (size_t i = 0; i < runs->runs; i++) {
+        runs->left_out[i] = power[i] > disturbed * median;
+        any = any || runs->left_out[i];
+    }
+    return any;
+}
+
+static void find(runs_t *runs, const samples_t *samples, noise_t *noise) {
+    double range[2];
+    recordings_range(samples->recordings, samples->count, COLUMN_DISPLACEMENT, range);
+    fit_filter(runs, noise);
+    if (leave_out_disturbed(runs, noise)) {
+        fit_filter(runs, noise);
+    }
+    noise->sigma_um = fmax(noise->sigma_um, least_noise * (range[1] - range[0]));
+    noise->rms_um = noise->sigma_um * sqrt(noise_filter_gain(&noise->filter));
+    noise->samples = 0;
+    double squares = 0.0;
+    for (size_t i = 0; i < runs->runs; i++) {
+        if (!runs->left_out[i]) {
+            noise->samples += runs->length[i];
+            squares += gsl_pow_2(cblas_dnrm2((int)runs->length[i], runs->begin[i], 1));
+        }
+    }
+    if (!noise->at_rest) { /* runs over the whole recording, trends included: no need to conclude from the filter */
+        noise->rms_um = fmin(noise->rms_um, sqrt(squares / (double)noise->samples));
+    }
+}
+
+/* A parabola and the lines. */
+static void trends(size_t length, double rate_hz, double start_s, const double *line_hz, size_t lines, basis_t *basis) {
+    double *column = allocate(length, sizeof(double));
+    basis_open(basis, length, 3 + 2 * lines);
+    for (size_t j = 0; j < basis->most; j++) {
+        for (size_t k = 0; k < length; k++) {
+            const double s = 2.0 * (double)k / (double)length - 1.0, t = start_s + (double)k / rate_hz;
+            column[k] = j < 3 ? gsl_pow_int(s, (int)j)
+                              : cos(2.0 * M_PI * line_hz[(j - 3) / 2] * t - (j % 2 == 0 ? 0.5 * M_PI : 0.0));
+        }
+        basis_add(basis, column, 1);
+    }
+    free(column);
+}
+
+/* Of the samples: where less is undisturbed, the columns have not explained what they should. */
+static const double least_undisturbed = 0.7;
+/* With less memory than this, what a few columns take is no matter. */
+static const double slow = 0.5;
+
+static void take_restricted(const explained_noise_t *explained, size_t count, noise_t *noise) {
+    noise_filter_t filter = noise->filter;
+    const double variance = noise_filter_restricted(explained, count, &filter);
+    if (variance > 0.0) {
+        noise->filter = filter;
+        noise->sigma_um = sqrt(variance);
+        noise->rms_um = noise->sigma_um * sqrt(noise_filter_gain(&filter));
+    }
+}
+
+/* Rests that are hardly longer than the noise's memory: their parabolas took much of it. */
+static void restrict_rests(const runs_t *runs, noise_t *noise) {
+    explained_noise_t *explained = allocate(runs->runs, sizeof *explained);
+    const size_t begin = 0;
+    size_t count = 0;
+    for (size_t i = 0; i < runs->runs; i++) {
+        if (!runs->left_out[i]) {
+            explained[count++] = (explained_noise_t){.pieces = 1,
+                                                     .begin = &begin,
+                                                     .end = &runs->length[i],
+                                                     .explained = runs->trends[i],
+                                                     .left = runs->begin[i]};
+        }
+    }
+    take_restricted(explained, count, noise);
+    free(explained);
+}
+
+static void add_run(runs_t *runs, const recording_t *recording, size_t from, size_t to, const double *line_hz,
+                    size_t lines) {
+    const double rate_hz = recording->sample_rate_hz, length = (double)(to - from);
+    const size_t settled = from + (size_t)fmin(settling_s * rate_hz, settling_part * length);
+    if (length < shortest_s * rate_hz || to - settled < LEAST_RUN + 4 * lines || runs->runs == MOST_RUNS) {
+        return;
+    }
+    double *x = allocate(to - settled, sizeof(double));
+    memcpy(x, recording->column[COLUMN_DISPLACEMENT] + settled, (to - settled) * sizeof(double));
+    trends(to - settled, rate_hz, (double)settled / rate_hz, line_hz, lines, &runs->trends[runs->runs]);
+    basis_project(&runs->trends[runs->runs], x, 1);
+    runs->begin[runs->runs] = x;
+    runs->length[runs->runs++] = to - settled;
+}
+
+bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines, noise_t *noise) {
+    runs_t *runs = allocate(1, sizeof *runs);
+    size_t total = 0;
+    *noise = (noise_t){.at_rest = true};
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        const double *drive = recording->column[COLUMN_DRIVE];
+        double range[2];
+        size_t from = samples->from[i];
+        values_range(drive, recording->samples, range);
+        for (size_t k = from + 1; k <= recording->samples; k++) {
+            if (k == recording->samples || fabs(drive[k] - drive[from]) > still * (range[1] - range[0])) {
+                add_run(runs, recording, from, k, line_hz, lines);
+                from = k;
+            }
+        }
+    }
+    for (size_t i = 0; i < runs->runs; i++) {
+        total += runs->length[i];
+    }
+    if (total >= LEAST_SAMPLES) {
+        find(runs, samples, noise);
+        if (noise->filter.memory > slow) {
+            restrict_rests(runs, noise);
+        }
+    }
+    for (size_t i = 0; i < runs->runs; i++) {
+        free(runs->begin[i]);
+        basis_close(&runs->trends[i]);
+    }
+    free(runs);
+    return total >= LEAST_SAMPLES;
+}
+
+/* Cuts a column into pieces, of which some may turn out to be disturbed. */
+static void cut(const samples_t *samples, double *column, runs_t *runs) {
+    enum { PIECES = 36 };
+    *runs = (runs_t){0};
+    for (size_t i = 0; i < samples->count; i++) {
+        const size_t length = (samples->recordings[i].samples - samples->from[i]) / PIECES;
+        for (size_t piece = 0; piece < PIECES && length > LEAST_RUN && runs->runs < MOST_RUNS; piece++) {
+            runs->begin[runs->runs] = column + samples->begin[i] + samples->from[i] + piece * length;
+            runs->length[runs->runs++] = length;
+        }
+    }
+    if (runs->runs == 0) { /* hardly any samples: one run */
+        runs->begin[0] = column + samples->from[0];
+        runs->length[0] = samples->begin[1] - samples->from[0];
+        runs->runs = 1;
+    }
+}
+
+/* Runs of a column that are not disturbed; neighbours make one piece. */
+static void restrict_column(const basis_t *basis, double *left, const runs_t *runs, noise_t *noise) {
+    size_t *begin = allocate(runs->runs, sizeof *begin), *end = allocate(runs->runs, sizeof *end), pieces = 0;
+    for (size_t i = 0; i < runs->runs; i++) {
+        const size_t from = (size_t)(runs->begin[i] - left);
+        if (!runs->left_out[i] && pieces > 0 && end[pieces - 1] == from) {
+            end[pieces - 1] += runs->length[i];
+        } else if (!runs->left_out[i]) {
+            begin[pieces] = from;
+            end[pieces++] = from + runs->length[i];
+        }
+    }
+    const explained_noise_t explained = {
+        .pieces = pieces, .begin = begin, .end = end, .explained = *basis, .left = left};
+    take_restricted(&explained, 1, noise);
+    free(begin);
+    free(end);
+}
+
+void noise_of(const samples_t *samples, const basis_t *explained, const double *left, noise_t *noise) {
+    runs_t *runs = allocate(1, sizeof *runs);
+    double *copy = samples_column(samples);
+    *noise = (noise_t){0};
+    memcpy(copy, left, samples->all * sizeof(double));
+    cut(samples, copy, runs);
+    find(runs, samples, noise);
+    if (explained != NULL && noise->filter.memory > slow &&
+        (double)noise->samples > least_undisturbed * (double)(samples->fitted + samples->held)) {
+        restrict_column(explained, copy, runs, noise);
+    }
+    free(copy);
+    free(runs);
+}
+
+void noise_whiten(const noise_t *noise, const samples_t *samples, const double *column, double *white) {
+    for (size_t i = 0; i < samples->count; i++) {
+        const size_t begin = samples->begin[i], from = samples->from[i];
+        memset(white + begin, 0, from * sizeof(double));
+        noise_filter_whiten(&noise->filter, column + begin + from, samples->recordings[i].samples - from,
+                            white + begin + from);
+        white[begin + from] = 0.0;
+    }
+}
+
+void noise_whiten_fitted(const noise_t *noise, const samples_t *samples, const double *column, double *rows) {
+    double *white = samples_column(samples);
+    noise_whiten(noise, samples, column, white);
+    samples_pick(samples, SAMPLE_FITTED, white, rows);
+    free(white);
+}

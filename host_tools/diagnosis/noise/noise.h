@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The sensor's noise: how large it is and how its neighbours resemble each other, from the recording itself, as a
+ * first-order noise with white noise on top (noise_filter.h). No more than that: a filter of higher order would take
+ * the tone, the ringing and the drift that a diagnosis is to find for colours of the noise.
+ */
+#ifndef NOISE_H
+#define NOISE_H
+
+#include "diagnosis/noise/noise_filter.h"
+#include "diagnosis/noise/samples.h"
+
+typedef struct {
+    noise_filter_t filter;
+    double sigma_um; /**< of e, the part that cannot be predicted */
+    double rms_um;   /**< of x */
+    bool at_rest;    /**< found where the drive rests, so that no model is involved */
+    size_t samples;  /**< it was found in */
+} noise_t;
+
+/**
+ * From what the readings do while the drive rests (longer than a twentieth of a second, less the first tenth of a
+ * second or a third of it, less a parabola and the lines at these frequencies). false: there is not enough rest.
+ */
+bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines, noise_t *noise);
+
+/** From what a rich model has left of the residual: a column. explained: the model's columns (or NULL), which took
+ * their part of the noise, too; of a slow noise most of it. */
+void noise_of(const samples_t *samples, const basis_t *explained, const double *left, noise_t *noise);
+
+/** e of a column: what the filter makes of it. From the first included sample of each recording; 0 before. */
+void noise_whiten(const noise_t *noise, const samples_t *samples, const double *column, double *white);
+/** The same of the samples that are fitted, one after the other: samples->fitted of them. */
+void noise_whiten_fitted(const noise_t *noise, const samples_t *samples, const double *column, double *rows);
+
+#endif

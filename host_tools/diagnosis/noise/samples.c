@@ -1,0 +1,254 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/noise/samples.h"
+#include "diagnosis/where/loop_parts.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Nearer to an end of the range than this part of it counts as having been there. */
+static const double at_the_end = 0.02;
+/* Of a recording. A past that takes longer to be forgotten is a matter of the model; but several recordings have one
+ * model, and each its own past. */
+static const double most_left_out = 0.2, most_of_several = 0.75;
+enum { FEWEST = 24, FEWEST_OF_ALL = 600 };
+
+/* Which of three blocks of time is held out, if nothing speaks against it. */
+enum { EVERY = 3, USUALLY = 2 };
+/* An amplifier's rails show where the drive is so near to an end of its range. */
+static const double rails_show = 0.05;
+/* Of the samples there, in parts of what would be each part's share: fewer than this are too few. */
+static const double least_share = 0.3;
+
+static bool held_out(size_t samples, size_t sample, size_t which) {
+    return sample * SAMPLES_TIME_BLOCKS / samples % EVERY == which;
+}
+
+/* How evenly the samples near one end of the range (0: the low one) fall to both parts: 1, or less. */
+static double evenness(const recording_t *recording, size_t from, size_t which, size_t end, const double range[2]) {
+    const double *drive = recording->column[COLUMN_DRIVE], near_v = rails_show * (range[1] - range[0]);
+    double held = 0.0, all = 0.0;
+    for (size_t k = from; k < recording->samples; k++) {
+        if (fabs(drive[k] - range[end]) <= near_v) {
+            held += held_out(recording->samples, k, which) ? 1.0 : 0.0;
+            all += 1.0;
+        }
+    }
+    const double share = 1.0 / EVERY, part = all > 0.0 ? held / all : share;
+    return fmin(part / share, (1.0 - part) / (1.0 - share));
+}
+
+/* Which of three blocks of time is held out, by the drive alone: what happens only near an end of its range can be
+ * found only where both parts have samples there. */
+static size_t choose_held_out(const recording_t *recording, size_t from) {
+    double range[2], most = 0.0;
+    size_t best = USUALLY;
+    values_range(recording->column[COLUMN_DRIVE] + from, recording->samples - from, range);
+    for (size_t i = 0; i < EVERY && most < least_share; i++) {
+        const size_t which = (USUALLY + i) % EVERY;
+        const double even =
+            fmin(evenness(recording, from, which, 0, range), evenness(recording, from, which, 1, range));
+        if (even > most) {
+            most = even;
+            best = which;
+        }
+    }
+    return best;
+}
+
+/* When the drive has first been at both ends of what it covers until then. */
+static size_t covered(const recording_t *recording, size_t until) {
+    const double *drive = recording->column[COLUMN_DRIVE];
+    size_t at_low = until, at_high = until;
+    double range[2];
+    values_range(drive, until, range);
+    const double margin = at_the_end * (range[1] - range[0]);
+    for (size_t k = until; k-- > 0;) {
+        at_low = drive[k] <= range[0] + margin ? k : at_low;
+        at_high = drive[k] >= range[1] - margin ? k : at_high;
+    }
+    return at_low > at_high ? at_low : at_high;
+}
+
+static size_t first_that_counts(const model_t *model, const recording_t *recording, double most, bool *past_matters) {
+    const size_t samples = recording->samples, determined = chain_memory_determined(model, recording, samples);
+    const size_t both_ends = covered(recording, samples), known = both_ends > determined ? both_ends : determined;
+    if ((double)known <= most * (double)samples) {
+        return known;
+    }
+    *past_matters = true;
+    return covered(recording, (size_t)(most_left_out * (double)samples));
+}
+
+bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
+                  failure_t *failure) {
+    size_t take_part = 0;
+    *samples = (samples_t){.recordings = recordings,
+                           .count = count,
+                           .begin = allocate(count + 1, sizeof(size_t)),
+                           .from = allocate(count, sizeof(size_t))};
+    for (size_t i = 0; i < count; i++) {
+        samples->begin[i + 1] = samples->begin[i] + recordings[i].samples;
+        samples->from[i] = first_that_counts(model, &recordings[i], count == 1 ? most_left_out : most_of_several,
+                                             &samples->past_matters);
+        if (recordings[i].samples - samples->from[i] < FEWEST) {
+            fail(failure, "%s: %zu samples are too few for a diagnosis", recordings[i].name, recordings[i].samples);
+            samples_close(samples);
+            return false;
+        }
+        take_part += recordings[i].samples - samples->from[i];
+    }
+    if (take_part < FEWEST_OF_ALL) {
+        fail(failure, "%s: %zu usable samples are too few for a diagnosis: it needs %d", recordings[0].name, take_part,
+             FEWEST_OF_ALL);
+        samples_close(samples);
+        return false;
+    }
+    samples->all = samples->begin[count];
+    samples->part = allocate(samples->all, 1);
+    for (size_t i = 0; i < count; i++) {
+        const size_t which = choose_held_out(&recordings[i], samples->from[i] + SAMPLES_SKIPPED);
+        for (size_t k = samples->from[i] + SAMPLES_SKIPPED; k < recordings[i].samples; k++) {
+            const bool held = held_out(recordings[i].samples, k, which);
+            if (recordings[i].masked != NULL && recordings[i].masked[k] != 0) {
+                continue; /* left out: the position there is not known */
+            }
+            samples->part[samples->begin[i] + k] = held ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
+            *(held ? &samples->held : &samples->fitted) += 1;
+        }
+    }
+    return true;
+}
+
+void samples_close(samples_t *samples) {
+    free(samples->begin);
+    free(samples->from);
+    free(samples->part);
+    *samples = (samples_t){0};
+}
+
+double *samples_column(const samples_t *samples) {
+    return allocate(samples->all, sizeof(double));
+}
+
+void samples_residual(const samples_t *samples, const double *simulated, double *residual) {
+    for (size_t i = 0; i < samples->count; i++) {
+        const double *measured = samples->recordings[i].column[COLUMN_DISPLACEMENT];
+        for (size_t k = 0; k < samples->recordings[i].samples; k++) {
+            const size_t at = samples->begin[i] + k;
+            residual[at] = k < samples->from[i] ? 0.0 : measured[k] - simulated[at];
+        }
+    }
+}
+
+size_t samples_reversals(const samples_t *samples, double part) {
+    size_t reversals = 0;
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *r = &samples->recordings[i];
+        reversals += loop_reversals(r->column[COLUMN_DRIVE], r->samples, part);
+    }
+    return reversals;
+}
+
+size_t samples_pick(const samples_t *samples, samples_part_t part, const double *column, double *picked) {
+    size_t count = 0;
+    for (size_t k = 0; k < samples->all; k++) {
+        if (samples->part[k] == part) {
+            picked[count++] = column[k];
+        }
+    }
+    return count;
+}
+
+size_t samples_longest(const samples_t *samples) {
+    size_t longest = 0;
+    for (size_t i = 1; i < samples->count; i++) {
+        longest = samples->recordings[i].samples > samples->recordings[longest].samples ? i : longest;
+    }
+    return longest;
+}
+
+double samples_longest_s(const samples_t *samples) {
+    double longest_s = 0.0;
+    for (size_t i = 0; i < samples->count; i++) {
+        longest_s = fmax(longest_s, (double)samples->recordings[i].samples / samples->recordings[i].sample_rate_hz);
+    }
+    return longest_s;
+}
+
+double samples_square(const samples_t *samples, samples_part_t part, const double *column) {
+    double sum = 0.0;
+    for (size_t k = 0; k < samples->all; k++) {
+        sum += samples->part[k] == part ? column[k] * column[k] : 0.0;
+    }
+    return sum;
+}
+
+double samples_rms(const samples_t *samples, const double *column) {
+    const double used = (double)(samples->fitted + samples->held);
+    double mean = 0.0, squares = 0.0;
+    for (size_t k = 0; k < samples->all; k++) {
+        if (samples->part[k] != SAMPLE_LEFT_OUT) {
+            mean += column[k] / used;
+            squares += column[k] * column[k] / used;
+        }
+    }
+    return sqrt(fmax(0.0, squares - mean * mean));
+}
+
+bool samples_simulate(const samples_t *samples, const model_t *model, double *column, failure_t *failure) {
+    for (size_t i = 0; i < samples->count; i++) {
+        if (!chain_simulate(model, &samples->recordings[i], 0, column + samples->begin[i], failure)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+double *samples_change(const samples_t *samples, const model_t *with, const model_t *without, failure_t *failure) {
+    double *change = samples_column(samples), *less = samples_column(samples);
+    const bool good =
+        samples_simulate(samples, with, change, failure) && samples_simulate(samples, without, less, failure);
+    for (size_t k = 0; k < samples->all; k++) {
+        change[k] -= less[k];
+    }
+    free(less);
+    if (!good) {
+        free(change);
+        change = NULL;
+    }
+    return change;
+}
+
+static double stroke_um(const recording_t *recording) {
+    double range[2];
+    values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, range);
+    return range[1] - range[0];
+}
+
+double samples_percent(const samples_t *samples, double rms_um) {
+    double worst = 0.0;
+    for (size_t i = 0; i < samples->count; i++) {
+        worst = fmax(worst, 100.0 * rms_um / stroke_um(&samples->recordings[i]));
+    }
+    return worst;
+}
+
+double samples_nrmse_percent(const samples_t *samples, samples_part_t part, const double *simulated) {
+    double worst = 0.0;
+    for (size_t i = 0; i < samples->count; i++) {
+        const double *measured = samples->recordings[i].column[COLUMN_DISPLACEMENT];
+        double squares = 0.0;
+        size_t used = 0;
+        for (size_t k = samples->from[i]; k < samples->recordings[i].samples; k++) {
+            const size_t at = samples->begin[i] + k;
+            if (samples->part[at] == part) {
+                squares += (measured[k] - simulated[at]) * (measured[k] - simulated[at]);
+                used++;
+            }
+        }
+        if (used > 0) {
+            worst = fmax(worst, 100.0 * sqrt(squares / (double)used) / stroke_um(&samples->recordings[i]));
+        }
+    }
+    return worst;
+}

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/review.h"
+#include "belief/rivals.h"
+#include "diagnosis/delivered.h"
+#include "diagnosis/evidence/electrical.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/measured_columns.h"
+#include "diagnosis/reconsider.h"
+#include <math.h>
+
+/* Error of the model over the operator's, on held-out samples, from which on the difference is told. Lower: chance.
+ * Higher: a model is told to leave noise that leaves half as much again. */
+static const double clearly_more = 1.2;
+/* Natural units of evidence that a block has to be worth with its few numbers beside an operator that imitates it, the
+ * operator's weights and their sizes found anew with it and without it: what a name has to win by
+ * (attempt_naming_margin is twice that). The search has found it beside one shape; less is asked than of what nobody
+ * looked for. Lower: curves stay that are a hysteresis' own bend. Higher: a low pass on a path that is always travelled
+ * at one speed is a shape; of 30 times the noise it had 34. */
+static const double worth_beside_imitation = 10.0;
+
+void review_begin(attempt_t *job, const model_t *chain) {
+    diagnosis_t *d = job->diagnosis;
+    model_t operated;
+    chain_for_operator(chain, &operated);
+    if (fitted_chain_open(&job->beside, &d->samples, &operated)) {
+        shape_of(&job->beside, &job->setting, job->step_um, true, &d->shape);
+    }
+    model_free(&operated);
+}
+
+void review_close(attempt_t *job) {
+    fitted_chain_close(&job->beside);
+}
+
+/* Whether the operator leaves nothing but noise, and no block says anything beside it. */
+static bool is_only_shape(const diagnosis_t *d) {
+    return d->shape.fitted && d->shape.whole && d->shape.silent;
+}
+
+static bool ask_without(const attempt_t *job, size_t finding, shape_t *shape) {
+    const diagnosis_t *d = job->diagnosis;
+    model_t without;
+    finding_left_out(d, &d->finding[finding], &without);
+    shape_ask(&d->samples, &without, &job->setting, job->step_um, false, shape);
+    model_free(&without);
+    return shape->fitted;
+}
+
+/* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
+ * one speed is a function of the path, and a curve is one on any path: the operator imitates both. */
+static bool is_worth_it(const attempt_t *job, size_t finding) {
+    shape_t with, without;
+    const diagnosis_t *d = job->diagnosis;
+    shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &with);
+    return with.fitted &&
+           (!ask_without(job, finding, &without) || with.log_evidence > without.log_evidence + worth_beside_imitation);
+}
+
+/* Whether what the model leaves goes with a measured voltage, current or temperature: then it is no function of the
+ * drive's path, even where the operator's noise is slow enough to hold it. */
+static bool goes_with_a_column(const attempt_t *job, bool *goes) {
+    measured_columns_t measured;
+    *goes = false;
+    if (!measured_columns(job->diagnosis, &measured, job->failure)) {
+        return false;
+    }
+    for (size_t i = 0; i < measured.count; i++) {
+        *goes = *goes || measured.column[i].after.relation == GOES_WITH_IT;
+    }
+    return true;
+}
+
+static bool rivals_are_of_its_group(const finding_t *finding) {
+    for (size_t r = 0; r < finding->rivals; r++) {
+        if (!block_same_group(finding->rival[r], finding->block)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool is_rival(const finding_t *finding, const block_t *block) {
+    for (size_t r = 0; r < finding->rivals; r++) {
+        if (finding->rival[r] == block) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Blocks that are worth as much in the finding's place, beside a hysteresis of any shape, are what it can be confused
+ * with. Those that the chain has already are not. */
+static void add_rivals(attempt_t *job, finding_t *finding) {
+    const diagnosis_t *d = job->diagnosis;
+    rivals_t rivals = {0};
+    fitted_chain_t fitted;
+    model_t left_out, without;
+    const size_t before = finding->rivals;
+    finding_left_out(d, finding, &left_out);
+    chain_for_operator(&left_out, &without);
+    if (without.blocks == job->beside.imitation.chain.blocks) { /* the same: the search only adds blocks */
+        rivals_of(&job->beside, &job->setting, finding->block, &rivals);
+    } else if (fitted_chain_open(&fitted, &d->samples, &without)) {
+        rivals_of(&fitted, &job->setting, finding->block, &rivals);
+        fitted_chain_close(&fitted);
+    }
+    model_free(&left_out);
+    model_free(&without);
+    for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
+        if (!is_rival(finding, rivals.rival[r])) {
+            finding->rival[finding->rivals++] = rivals.rival[r];
+        }
+    }
+    if (finding->rivals == before) {
+        return;
+    }
+    finding->margin = fmin(finding->margin, fmax(0.0, 2.0 * (rivals.gain - rivals.best_gain)));
+    finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
+    if (!rivals_are_of_its_group(finding)) {
+        finding->certainty = DETECTED;
+    }
+}
+
+/* Where voltage or current was measured, sides.h has settled the lags: these columns say more than the position. */
+static void ask_for_rivals(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    if (column_measured(&d->samples, COLUMN_VOLTAGE) || column_measured(&d->samples, COLUMN_CURRENT)) {
+        return;
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        if (!d->finding[f].in_readings && !d->finding[f].shape) {
+            add_rivals(job, &d->finding[f]);
+        }
+    }
+}
+
+bool review_end(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    bool goes;
+    if (!goes_with_a_column(job, &goes)) {
+        return false;
+    }
+    if (goes) {
+        return true;
+    }
+    const bool only_shape = is_only_shape(d);
+    bool good = true, dropped = false;
+    shape_t found = d->shape;
+    if (!d->shape.fitted) {
+        return true;
+    }
+    for (size_t f = d->findings; good && only_shape && f-- > 0;) {
+        if (!d->finding[f].in_readings && !is_worth_it(job, f)) {
+            good = reconsider_take_out(job, f, SUPERFLUOUS);
+            dropped = true;
+        }
+    }
+    if (good && dropped) {
+        good = findings_errors(d, job->failure) &&
+               attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
+    }
+    if (good && d->findings > 0 && d->remainder.structured) {
+        shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &found);
+    }
+    /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
+     * drift. That stays unknown. */
+    const bool near_only = d->verdict == UNKNOWN_PHYSICS && d->findings > 0;
+    if (good && found.fitted && found.whole && !near_only && (only_shape || d->findings > 0)) {
+        d->another_shape = d->remainder.structured;
+        for (size_t f = 0; f < d->findings; f++) {
+            d->finding[f].certainty = d->finding[f].settled;
+        }
+        d->remainder.structured = false;
+        d->verdict = d->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    }
+    if (good) {
+        ask_for_rivals(job);
+    }
+    return good;
+}
+
+/* The plain model in the place of both, if it leaves less of the held-out samples, by the measure of the others. */
+static bool take_plain(attempt_t *job, const model_t *plain, double delivered) {
+    diagnosis_t *d = job->diagnosis;
+    double percent, held_out_percent;
+    if (!attempt_measure(job, plain, &percent, &held_out_percent)) {
+        return false;
+    }
+    if (held_out_percent < d->held_out_percent) {
+        model_free(&d->baseline);
+        model_free(&d->model);
+        model_copy(&d->baseline, plain);
+        model_copy(&d->model, plain);
+        d->family = family_find("prandtl_ishlinskii");
+        d->baseline_delivered_percent = d->delivered_percent = delivered;
+        d->baseline_nrmse_percent = d->nrmse_percent = percent;
+        d->baseline_held_out_percent = d->held_out_percent = held_out_percent;
+    }
+    return true;
+}
+
+bool review_delivered(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    model_t plain[2];
+    double *percent[2] = {&d->line_percent, &d->plays_percent};
+    const size_t plays[2] = {0, DELIVERED_PLAYS};
+    bool good = true;
+    d->baseline_delivered_percent = delivered_percent(&d->samples, &d->baseline);
+    d->delivered_percent = delivered_percent(&d->samples, &d->model);
+    for (size_t i = 0; i < 2; i++) {
+        const bool fitted = delivered_plain(&d->samples, plays[i], &plain[i]);
+        *percent[i] = fitted ? delivered_percent(&d->samples, &plain[i]) : HUGE_VAL;
+        if (good && fitted && !d->model_given && d->findings == 0) {
+            good = take_plain(job, &plain[i], *percent[i]);
+        }
+        if (fitted) {
+            model_free(&plain[i]);
+        }
+    }
+    /* Where the drive never rests the noise was found beside a model, and what that leaves counts as noise. */
+    d->another_shape = d->another_shape || (d->shape.whole && !d->remainder.structured &&
+                                            d->held_out_percent > clearly_more * d->shape.operator_percent);
+    return good;
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "elements/first_order_lag.h"
+#include <gsl/gsl_math.h>
+
+const parameter_info_t first_order_lag_parameters[1] = {{.name = "cutoff_hz",
+                                                         .unit = "Hz",
+                                                         .low = 1e-3,
+                                                         .high = 1e9,
+                                                         .text = "frequency at which the gain is down by 3 dB"}};
+
+/* moment[n]: integral over one sample of x exp(-x (1 - s)) s^n, s from 0 (the sample before) to 1; x: sample times
+ * decay rate. moment[n] = 1 - n / x moment[n-1], in the direction in which errors decay. */
+static void moments(double x, double moment[4]) {
+    enum { FIRST = 30 };
+    moment[0] = -expm1(-x);
+    if (x > 4.0) {
+        for (int n = 1; n < 4; n++) {
+            moment[n] = 1.0 - n / x * moment[n - 1];
+        }
+    } else {
+        double next = x / (FIRST + 1.0);
+        for (int n = FIRST; n > 1; n--) {
+            next = x / n * (1.0 - next);
+            if (n <= 4) {
+                moment[n - 1] = next;
+            }
+        }
+    }
+}
+
+void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz) {
+    const double x = 2.0 * M_PI * cutoff_hz / sample_rate_hz;
+    double m[4];
+    moments(x, m);
+    lag->decays = x;
+    lag->decay = exp(-x);
+    lag->line[0] = m[1];
+    lag->line[1] = m[0] - m[1];
+    /* Lagrange polynomials of the nodes s = 2, 1, 0, -1: polynomial i is 1 at node i. */
+    lag->cubic[0] = (m[3] - m[1]) / 6.0;
+    lag->cubic[1] = (2.0 * m[1] + m[2] - m[3]) / 2.0;
+    lag->cubic[2] = (2.0 * m[0] - m[1] - 2.0 * m[2] + m[3]) / 2.0;
+    lag->cubic[3] = (-2.0 * m[1] + 3.0 * m[2] - m[3]) / 6.0;
+}
+
+double first_order_lag_next(first_order_lag_t *lag, const drive_window_t *drive) {
+    const double *x = drive->x;
+    const double line = lag->line[0] * x[2] + lag->line[1] * x[3];
+    const double cubic = lag->cubic[0] * x[1] + lag->cubic[1] * x[2] + lag->cubic[2] * x[3] + lag->cubic[3] * x[4];
+    lag->output = lag->decay * lag->output + line + drive->smooth * (cubic - line);
+    return lag->output;
+}
+
+void first_order_stage_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    first_order_stage_t *stage = memory;
+    first_order_lag_set(&stage->lag, parameter[0].value[0], setup->sample_rate_hz);
+}
+
+void first_order_stage_settle(void *memory, signal_t *signal) {
+    first_order_stage_t *stage = memory;
+    drive_window_settle(&stage->drive, signal->value);
+    stage->lag.output = signal->value;
+}
+
+void first_order_stage_step(void *memory, signal_t *signal) {
+    first_order_stage_t *stage = memory;
+    drive_window_next(&stage->drive, signal);
+    signal->value = first_order_lag_next(&stage->lag, &stage->drive);
+}
+
+double first_order_stage_turn(const first_order_stage_t *stage, double last) {
+    const double *x = stage->drive.x, slope = x[2] - x[3], behind = slope / stage->lag.decays;
+    const double ratio = 1.0 + (last - x[3]) / behind;
+    const double when = ratio > 1.0 ? log(ratio) / stage->lag.decays : 1.0;
+    return when < 1.0 ? x[3] + slope * when : last;
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "interface/diagnosis_run.h"
+#include "look/look_json.h"
+#include "look/look_text.h"
+#include "report/diagnosis_json.h"
+#include "report/diagnosis_report.h"
+#include "report/diagnosis_text.h"
+
+static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *run, failure_t *failure) {
+    run->looked_at = count;
+    for (size_t i = 0; i < count; i++) {
+        run->looked_at = recordings[i].samples < LOOK_LEAST_SAMPLES ? 0 : run->looked_at;
+    }
+    run->looks = looks_at(recordings, run->looked_at, failure);
+    if (run->looks == NULL) {
+        return false;
+    }
+    faults_find(run->looks, run->looked_at, &run->faults);
+    run->masked = faults_mask(&run->faults, recordings);
+    return true;
+}
+
+static void look_away(diagnosis_run_t *run) {
+    if (run->looks != NULL) {
+        faults_free(&run->faults);
+        looks_free(run->looks, run->looked_at);
+        run->looks = NULL;
+    }
+}
+
+static bool find_and_account(const model_t *given, const recording_t *recordings, size_t count, diagnosis_run_t *run,
+                             failure_t *failure) {
+    if (!(given != NULL ? diagnose(given, recordings, count, &run->diagnosis, failure)
+                        : diagnose_recordings(recordings, count, &run->diagnosis, failure))) {
+        return false;
+    }
+    if (!account_for(&run->diagnosis, recordings, count, &run->account, failure)) {
+        diagnosis_free(&run->diagnosis);
+        return false;
+    }
+    return true;
+}
+
+bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
+                   failure_t *failure) {
+    *run = (diagnosis_run_t){0};
+    const bool good =
+        look_first(recordings, count, run, failure) && find_and_account(given, recordings, count, run, failure);
+    if (!good) {
+        look_away(run);
+    }
+    return good;
+}
+
+json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
+    json_t *json = diagnosis_to_json(&run->diagnosis, &run->account, recordings, count);
+    looks_into_diagnosis(json, run->looks, run->looked_at, &run->faults, run->masked);
+    return json;
+}
+
+void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
+    looks_print_shortly(file, run->looks, run->looked_at, &run->faults, run->masked);
+    diagnosis_print(file, &run->diagnosis, &run->account, recordings, count);
+}
+
+bool diagnosis_run_report(const diagnosis_run_t *run, const recording_t *recordings, size_t count, const char *path,
+                          failure_t *failure) {
+    return diagnosis_write_report(&run->diagnosis, &run->account, recordings, count,
+                                  run->looked_at > 0 ? run->looks : NULL, path, failure);
+}
+
+void diagnosis_run_free(diagnosis_run_t *run) {
+    account_free(&run->account);
+    diagnosis_free(&run->diagnosis);
+    look_away(run);
+}

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** A whole diagnosis: the look at the recordings, what faults spoil left out, the diagnosis, and the account of it. */
+#ifndef DIAGNOSIS_RUN_H
+#define DIAGNOSIS_RUN_H
+
+#include "diagnosis/account.h"
+#include "look/fault.h"
+
+typedef struct {
+    look_t *looks; /**< what the recordings show without a model */
+    fault_list_t faults;
+    size_t looked_at; /**< recordings; 0: too short to look at, and the diagnosis says so */
+    size_t masked;    /**< samples that faults spoil, left out */
+    diagnosis_t diagnosis;
+    account_t account;
+} diagnosis_run_t;
+
+/**
+ * given: the chain to begin with, or NULL. Masks what faults spoil in the recordings, which must outlive the run. On
+ * success *run is to be freed.
+ */
+bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
+                   failure_t *failure);
+
+/** The whole reply as JSON, format hyst-diagnosis-1: a new reference. */
+json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *recordings, size_t count);
+
+/** The whole reply in plain words. */
+void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording_t *recordings, size_t count);
+
+/** As a page with pictures. */
+bool diagnosis_run_report(const diagnosis_run_t *run, const recording_t *recordings, size_t count, const char *path,
+                          failure_t *failure);
+
+void diagnosis_run_free(diagnosis_run_t *run);
+
+#endif

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "interface/handles.h"
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+static _Thread_local failure_t last;
+
+failure_t *interface_failure(void) {
+    return &last;
+}
+
+unsigned hyst_host_interface_version(void) {
+    return 1;
+}
+
+const char *hyst_host_version(void) {
+    return HYST_VERSION;
+}
+
+const char *hyst_host_error(void) {
+    return last.text;
+}
+
+void hyst_host_free(void *memory) {
+    free(memory);
+}
+
+json_t *interface_options(const char *options, const char *format, ...) {
+    json_error_t error;
+    va_list values;
+    json_t *json = json_loads(options != NULL ? options : "{}", JSON_REJECT_DUPLICATES, &error);
+    if (!json_is_object(json)) {
+        fail(&last, "options: %s", json == NULL ? error.text : "not an object");
+        json_decref(json);
+        return NULL;
+    }
+    va_start(values, format);
+    const bool good = json_vunpack_ex(json, &error, JSON_STRICT, format, values) == 0;
+    va_end(values);
+    if (!good) {
+        fail(&last, "options: %s", error.text);
+        json_decref(json);
+        return NULL;
+    }
+    return json;
+}
+
+char *interface_text(json_t *json) {
+    char *text = json_dumps(json, JSON_ENCODE_ANY);
+    json_decref(json);
+    if (text == NULL) {
+        fail(&last, "the answer cannot be written as JSON");
+    }
+    return text;
+}

@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The amplifier of hyst_interface.h. */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/driving.h"
+#include "amplifier/mode_names.h"
+#include "compile/compile.h"
+#include "compile/hysteresis_text.h"
+#include "interface/handles.h"
+#include "interface/interface_work.h"
+#include "interface/record_run.h"
+#include "interface/track_run.h"
+#include <stdlib.h>
+#include <string.h>
+
+struct hyst_host_device {
+    device_t *device;
+    volatile sig_atomic_t stop; /* the number of a signal, as the commands have it; 0: go on */
+};
+
+hyst_host_device_t *hyst_host_device_open(const char *options) {
+    device_options_t line = DEVICE_OPTIONS_DEFAULT;
+    json_int_t baud = (json_int_t)line.baud, slave = (json_int_t)line.slave;
+    hyst_host_device_t *handle = NULL;
+    json_t *json = interface_options(options, "{s:s, s?I, s?I, s?F}", "port", &line.port, "baud", &baud, "slave",
+                                     &slave, "timeout_s", &line.timeout_s);
+    if (json == NULL) {
+        return NULL;
+    }
+    line.baud = baud > 0 ? (unsigned long)baud : 0;
+    line.slave = slave > 0 ? (unsigned long)slave : 0;
+    device_t *device =
+        device_options_check(&line, interface_failure()) ? device_open(&line, interface_failure()) : NULL;
+    json_decref(json);
+    if (device != NULL) {
+        handle = allocate(1, sizeof *handle);
+        handle->device = device;
+    }
+    return handle;
+}
+
+void hyst_host_device_close(hyst_host_device_t *device) {
+    if (device != NULL) {
+        device_close(device->device);
+        free(device);
+    }
+}
+
+void hyst_host_device_cancel(hyst_host_device_t *device, int cancel) {
+    device->stop = cancel != 0 ? SIGINT : 0;
+}
+
+/* Counts of a waveform, as JSON has them. */
+static void set_counts(waveform_options_t *waveform, json_int_t cycles, json_int_t steps) {
+    waveform->cycles = cycles > 0 ? (unsigned long)cycles : 0;
+    waveform->steps = steps > 0 ? (unsigned long)steps : 0;
+}
+
+hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const char *options) {
+    record_options_t settings = RECORD_OPTIONS_DEFAULT;
+    const record_listener_t listener = {.stop = &device->stop};
+    json_int_t cycles = (json_int_t)settings.waveform.cycles, steps = (json_int_t)settings.waveform.steps;
+    recording_t recording;
+    bool usage;
+    int condition = 1;
+    json_t *json = interface_options(
+        options, "{s?s, s?F, s?F, s?F, s?I, s?I, s?s, s?F, s?[FF!], s?[FF!], s?b}", "waveform", &settings.waveform.name,
+        "frequency_hz", &settings.waveform.frequency_hz, "amplitude_v", &settings.waveform.amplitude, "offset_v",
+        &settings.waveform.offset, "cycles", &cycles, "steps", &steps, "probe", &settings.probe, "slew_rate_v_per_s",
+        &settings.slew_v_per_s, "drive_range_v", &settings.drive_range_v[0], &settings.drive_range_v[1],
+        "position_range_um", &settings.position_range_um[0], &settings.position_range_um[1], "condition", &condition);
+    if (json == NULL) {
+        return NULL;
+    }
+    set_counts(&settings.waveform, cycles, steps);
+    settings.no_condition = condition == 0;
+    interface_listen(&device->stop);
+    const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
+    json_decref(json);
+    return good ? interface_recording(&recording) : NULL;
+}
+
+static bool take_modes(const char *name, track_options_t *settings) {
+    const bool both = strcmp(name, "both") == 0;
+    settings->count = both ? 2 : 1;
+    settings->mode[0] = strcmp(name, "compensate") == 0 ? HYST_MODE_COMPENSATE : HYST_MODE_LINEAR;
+    settings->mode[1] = HYST_MODE_COMPENSATE;
+    return both || settings->mode[0] == HYST_MODE_COMPENSATE || strcmp(name, "linear") == 0 ||
+           fail(interface_failure(), "--mode %s: not linear or compensate", name);
+}
+
+char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hyst_host_recording_t *recording[2]) {
+    track_options_t settings = {.waveform = WAVEFORM_OPTIONS_DEFAULT, .stop = &device->stop};
+    json_int_t cycles = (json_int_t)settings.waveform.cycles, steps = (json_int_t)settings.waveform.steps, frames = 0;
+    waveform_t waveform;
+    track_t track[TRACK_MOST];
+    const char *mode = "compensate";
+    bool usage;
+    int condition = 1;
+    json_t *json =
+        interface_options(options, "{s?s, s?F, s?F, s?F, s?I, s?I, s?I, s?b, s?s}", "waveform", &settings.waveform.name,
+                          "frequency_hz", &settings.waveform.frequency_hz, "amplitude_um", &settings.waveform.amplitude,
+                          "offset_um", &settings.waveform.offset, "cycles", &cycles, "steps", &steps, "frames", &frames,
+                          "condition", &condition, "mode", &mode);
+    recording[0] = recording[1] = NULL;
+    if (json == NULL) {
+        return NULL;
+    }
+    set_counts(&settings.waveform, cycles, steps);
+    settings.frames = frames > 0 ? (unsigned long)frames : 0;
+    settings.no_condition = condition == 0;
+    interface_listen(&device->stop);
+    const bool good = take_modes(mode, &settings) &&
+                      track_run(device->device, &settings, &waveform, track, &usage, interface_failure());
+    json_decref(json);
+    if (!good) {
+        return NULL;
+    }
+    char *answer = interface_text(tracks_to_json(track, settings.count, &waveform));
+    for (size_t i = 0; i < settings.count; i++) {
+        recording[i] = interface_recording(&track[i].recording);
+    }
+    return answer;
+}
+
+char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length) {
+    hyst_parameters_t parameters;
+    if (!image_from_bytes(&parameters, image, length, "image", interface_failure()) ||
+        !amplifier_image_write(device->device, &parameters, interface_failure())) {
+        return NULL;
+    }
+    return interface_text(json_pack("{s:I, s:s, s:I}", "model_id", (json_int_t)parameters.model_id, "hysteresis",
+                                    hysteresis_name(&parameters), "operators",
+                                    (json_int_t)hysteresis_size(&parameters)));
+}
+
+static json_t *state_of(const int64_t *now) {
+    return json_pack("{s:s, s:s}", "mode", mode_name(now[INDEX_active_mode]), "state", state_name(now[INDEX_state]));
+}
+
+static char *halt(hyst_host_device_t *device, control_command_t command) {
+    int64_t now[REGISTER_COUNT];
+    return driving_halt(device->device, command, now, interface_failure()) ? interface_text(state_of(now)) : NULL;
+}
+
+char *hyst_host_device_stop(hyst_host_device_t *device) {
+    return halt(device, COMMAND_STOP);
+}
+
+char *hyst_host_device_park(hyst_host_device_t *device) {
+    return halt(device, COMMAND_PARK);
+}
+
+char *hyst_host_device_now(hyst_host_device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    hyst_parameters_t image;
+    if (!device_read_telemetry(device->device, now, interface_failure()) ||
+        !amplifier_image_read(device->device, &image, interface_failure())) {
+        return NULL;
+    }
+    json_t *json = state_of(now);
+    json_object_set_new(json, "drive_v", json_real(drive_to_volts(&image, (hyst_q31_t)now[INDEX_drive])));
+    json_object_set_new(json, "position_um",
+                        json_real(position_to_micrometres(&image, (hyst_q31_t)now[INDEX_position])));
+    return interface_text(json);
+}

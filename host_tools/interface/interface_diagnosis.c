@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Diagnoses of hyst_interface.h. */
+#include "interface/diagnosis_run.h"
+#include "interface/handles.h"
+#include "interface/interface_work.h"
+#include <stdlib.h>
+#include <string.h>
+
+struct hyst_host_diagnosis {
+    size_t count;
+    recording_t *recordings; /* copies: faults mask samples, and the caller may free his */
+    diagnosis_run_t run;
+};
+
+static void free_recordings(hyst_host_diagnosis_t *diagnosis) {
+    for (size_t i = 0; i < diagnosis->count; i++) {
+        recording_free(&diagnosis->recordings[i]);
+    }
+    free(diagnosis->recordings);
+    free(diagnosis);
+}
+
+hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *recordings, size_t count,
+                                          const hyst_host_model_t *model) {
+    if (count == 0) {
+        fail(interface_failure(), "no recordings to diagnose");
+        return NULL;
+    }
+    hyst_host_diagnosis_t *diagnosis = allocate(1, sizeof *diagnosis);
+    diagnosis->count = count;
+    diagnosis->recordings = allocate(count, sizeof *diagnosis->recordings);
+    for (size_t i = 0; i < count; i++) {
+        recording_copy(&diagnosis->recordings[i], &recordings[i]->recording);
+    }
+    interface_work_begin();
+    const bool good = diagnosis_run(model != NULL ? &model->model : NULL, diagnosis->recordings, count, &diagnosis->run,
+                                    interface_failure());
+    interface_work_end();
+    if (!good) {
+        free_recordings(diagnosis);
+        return NULL;
+    }
+    return diagnosis;
+}
+
+char *hyst_host_diagnosis_json(const hyst_host_diagnosis_t *diagnosis) {
+    return interface_text(diagnosis_run_to_json(&diagnosis->run, diagnosis->recordings, diagnosis->count));
+}
+
+char *hyst_host_diagnosis_text(const hyst_host_diagnosis_t *diagnosis) {
+    char *text = NULL;
+    size_t length;
+    FILE *file = open_memstream(&text, &length);
+    if (file == NULL) {
+        fail(interface_failure(), "no memory for the text of a diagnosis");
+        return NULL;
+    }
+    diagnosis_run_print(file, &diagnosis->run, diagnosis->recordings, diagnosis->count);
+    return fclose(file) == 0 ? text : NULL;
+}
+
+int hyst_host_diagnosis_report(const hyst_host_diagnosis_t *diagnosis, const char *path) {
+    return diagnosis_run_report(&diagnosis->run, diagnosis->recordings, diagnosis->count, path, interface_failure());
+}
+
+hyst_host_model_t *hyst_host_diagnosis_model(const hyst_host_diagnosis_t *diagnosis) {
+    hyst_host_model_t *model = allocate(1, sizeof *model);
+    model_copy(&model->model, &diagnosis->run.diagnosis.model);
+    return model;
+}
+
+const double *hyst_host_diagnosis_column(const hyst_host_diagnosis_t *diagnosis, size_t index, const char *column) {
+    const account_t *account = &diagnosis->run.account;
+    if (index >= diagnosis->count) {
+        return NULL;
+    }
+    return strcmp(column, "before") == 0  ? account->before[index]
+           : strcmp(column, "after") == 0 ? account->after[index]
+                                          : NULL;
+}
+
+size_t hyst_host_diagnosis_from(const hyst_host_diagnosis_t *diagnosis, size_t index) {
+    return index < diagnosis->count ? diagnosis->run.account.from[index] : 0;
+}
+
+void hyst_host_diagnosis_free(hyst_host_diagnosis_t *diagnosis) {
+    if (diagnosis != NULL) {
+        diagnosis_run_free(&diagnosis->run);
+        free_recordings(diagnosis);
+    }
+}

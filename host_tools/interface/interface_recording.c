@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Recordings of hyst_interface.h. */
+#include "interface/handles.h"
+#include "recording/import.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+hyst_host_recording_t *interface_recording(const recording_t *recording) {
+    hyst_host_recording_t *handle = allocate(1, sizeof *handle);
+    handle->recording = *recording;
+    return handle;
+}
+
+recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count) {
+    recording_t *copies = allocate(count, sizeof *copies);
+    for (size_t i = 0; i < count; i++) {
+        copies[i] = recordings[i]->recording;
+    }
+    return copies;
+}
+
+static bool find_column(const char *name, column_t *column) {
+    for (*column = COLUMN_DRIVE; *column < COLUMN_COUNT; (*column)++) {
+        if (strcmp(name, column_name(*column)) == 0) {
+            return true;
+        }
+    }
+    return fail(interface_failure(), "a recording has no column '%s'", name);
+}
+
+/* Name or number of a column, as the command's option takes it. */
+static bool take_column(const json_t *said, char text[24], const char **column) {
+    if (json_is_integer(said)) {
+        snprintf(text, 24, "%lld", (long long)json_integer_value(said));
+        *column = text;
+        return true;
+    }
+    *column = json_string_value(said);
+    return *column != NULL || fail(interface_failure(), "options: a column is neither a name nor a number");
+}
+
+/* The options of an import, and what holds their texts. */
+typedef struct {
+    import_options_t said;
+    json_t *json;
+    char number[COLUMN_COUNT][24];
+} wishes_t;
+
+static bool take_wishes(wishes_t *wishes, const char *options) {
+    json_t *columns = NULL, *scales = NULL, *said;
+    const char *key;
+    column_t column;
+    wishes->said = import_nothing_said();
+    wishes->json = interface_options(options, "{s?s, s?F, s?o, s?o}", "time", &wishes->said.time, "sample_rate_hz",
+                                     &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales);
+    bool good = wishes->json != NULL;
+    json_object_foreach(columns, key, said) {
+        good = good && find_column(key, &column) &&
+               take_column(said, wishes->number[column], &wishes->said.column[column]);
+    }
+    json_object_foreach(scales, key, said) {
+        good = good && find_column(key, &column);
+        if (good) {
+            wishes->said.scale[column] = json_number_value(said);
+        }
+    }
+    return good;
+}
+
+hyst_host_recording_t *hyst_host_recording_read(const char *path, const char *options) {
+    recording_t recording;
+    wishes_t wishes = {.json = NULL};
+    const bool good = options == NULL ? recording_read(&recording, path, interface_failure())
+                                      : take_wishes(&wishes, options) &&
+                                            import_file(&recording, path, &wishes.said, interface_failure());
+    json_decref(wishes.json);
+    return good ? interface_recording(&recording) : NULL;
+}
+
+hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t samples, size_t columns,
+                                                  const char *const *column, const char *const *unit,
+                                                  const double *const *values, const char *options) {
+    wishes_t wishes;
+    table_t table;
+    recording_t recording;
+    bool good = false;
+    if (take_wishes(&wishes, options)) {
+        table_open(&table, name, "arrays");
+        table.rows = samples;
+        for (size_t i = 0; i < columns; i++) {
+            double *copy = allocate(samples, sizeof(double));
+            memcpy(copy, values[i], samples * sizeof(double));
+            table_add(&table, column[i], unit[i], copy);
+        }
+        good = import_table(&recording, &table, &wishes.said, NULL, interface_failure());
+        table_free(&table);
+    }
+    json_decref(wishes.json);
+    return good ? interface_recording(&recording) : NULL;
+}
+
+hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
+    recording_t recording;
+    if (!(sample_rate_hz > 0.0) || !isfinite(sample_rate_hz)) {
+        fail(interface_failure(), "%s: the sample rate, %g Hz, is not a positive number", name, sample_rate_hz);
+        return NULL;
+    }
+    if (samples < 2) {
+        fail(interface_failure(), "%s: the recording ends after %zu samples", name, samples);
+        return NULL;
+    }
+    recording_create(&recording, name, sample_rate_hz, samples);
+    return interface_recording(&recording);
+}
+
+int hyst_host_recording_set_column(hyst_host_recording_t *handle, const char *name, const double *values) {
+    recording_t *recording = &handle->recording;
+    column_t column;
+    if (!find_column(name, &column)) {
+        return 0;
+    }
+    for (size_t k = 0; k < recording->samples; k++) {
+        if (!isfinite(values[k])) {
+            return fail(interface_failure(), "%s: column '%s', sample %zu: not a finite number", recording->name, name,
+                        k);
+        }
+        if (fabs(values[k]) > RECORDING_LARGEST) {
+            return fail(interface_failure(), "%s: column '%s', sample %zu: %g is not plausible: more than %g %s",
+                        recording->name, name, k, values[k], RECORDING_LARGEST, column_unit(column));
+        }
+    }
+    memcpy(recording_add_column(recording, column), values, recording->samples * sizeof(double));
+    return 1;
+}
+
+const double *hyst_host_recording_column(const hyst_host_recording_t *recording, const char *name) {
+    column_t column;
+    return find_column(name, &column) ? recording->recording.column[column] : NULL;
+}
+
+size_t hyst_host_recording_samples(const hyst_host_recording_t *recording) {
+    return recording->recording.samples;
+}
+
+double hyst_host_recording_sample_rate_hz(const hyst_host_recording_t *recording) {
+    return recording->recording.sample_rate_hz;
+}
+
+double hyst_host_recording_start_s(const hyst_host_recording_t *recording) {
+    return recording->recording.start_s;
+}
+
+void hyst_host_recording_set_start_s(hyst_host_recording_t *recording, double start_s) {
+    recording->recording.start_s = start_s;
+}
+
+const char *hyst_host_recording_name(const hyst_host_recording_t *recording) {
+    return recording->recording.name;
+}
+
+const char *hyst_host_recording_understood(const hyst_host_recording_t *recording) {
+    return recording->recording.understood != NULL ? recording->recording.understood : "";
+}
+
+char *hyst_host_recording_keys(const hyst_host_recording_t *recording) {
+    json_t *keys = json_object();
+    for (size_t i = 0; i < recording->recording.keys; i++) {
+        json_object_set_new(keys, recording->recording.key[i].key, json_string(recording->recording.key[i].value));
+    }
+    return interface_text(keys);
+}
+
+int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *key, const char *value) {
+    if (key[0] == '\0' || strpbrk(key, ":\r\n") != NULL || strpbrk(value, "\r\n") != NULL) {
+        return fail(interface_failure(), "header key '%s': a key and its value are one line, with no colon in the key",
+                    key);
+    }
+    recording_set_key(&recording->recording, key, value);
+    return 1;
+}
+
+int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path) {
+    return recording_write(&recording->recording, path, interface_failure());
+}
+
+void hyst_host_recording_free(hyst_host_recording_t *recording) {
+    if (recording != NULL) {
+        recording_free(&recording->recording);
+        free(recording);
+    }
+}

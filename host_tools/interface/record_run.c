@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "interface/record_run.h"
+#include "amplifier/amplifier_image.h"
+#include "amplifier/driving.h"
+#include "compile/compile.h"
+
+/* The whole drive range in 20 ms: fast enough for electronics to show, gentle for most high-voltage amplifiers. */
+static const double ranges_per_s = 50.0;
+/* A fifth of the longest probe, because creep is linear in the logarithm of time. */
+static const double probe_rest_s = 5.0;
+
+static bool given(const double range[2]) {
+    return range[0] < range[1];
+}
+
+/* Writes centre and half range in millionths of the unit, which is how the image has them. */
+static bool set_scale(const double range[2], int32_t *center, int32_t *half_range, const char *what,
+                      failure_t *failure) {
+    const double millionths[2] = {range[0] * 1e6, range[1] * 1e6};
+    if (fabs(millionths[0]) > INT32_MAX || fabs(millionths[1]) > INT32_MAX) {
+        return fail(failure, "%s %g:%g: an image holds at most 2147 to each side", what, range[0], range[1]);
+    }
+    *center = (int32_t)lround((millionths[0] + millionths[1]) / 2.0);
+    *half_range = (int32_t)lround((millionths[1] - millionths[0]) / 2.0);
+    return true;
+}
+
+/* Replaces the scales of the image, for an amplifier whose image does not know the units yet. */
+static bool set_scales(hyst_parameters_t *image, const record_options_t *options, failure_t *failure) {
+    return (!given(options->drive_range_v) || set_scale(options->drive_range_v, &image->drive_center_uv,
+                                                        &image->drive_half_range_uv, "--drive-range", failure)) &&
+           (!given(options->position_range_um) ||
+            set_scale(options->position_range_um, &image->position_center_pm, &image->position_half_range_pm,
+                      "--position-range", failure)) &&
+           parameters_check(image, "--drive-range, --position-range", failure);
+}
+
+/* The ranges that were given; an amplifier without parameters gets them as an image, since it cannot be armed without.
+ */
+static bool give_ranges(device_t *device, hyst_parameters_t *image, const record_options_t *options,
+                        failure_t *failure) {
+    const bool neutral = amplifier_image_is_neutral(image);
+    return set_scales(image, options, failure) && (!neutral || amplifier_image_write(device, image, failure));
+}
+
+/* With unknown ranges nothing is played, and no volts are written into a file. */
+static bool check_scales(const hyst_parameters_t *image, const record_options_t *options, failure_t *failure) {
+    return !amplifier_image_is_neutral(image) || (given(options->drive_range_v) && given(options->position_range_um)) ||
+           fail(failure, "the amplifier has no parameters, so what its converters' ranges are is not known: give "
+                         "--drive-range LO:HI in V and --position-range LO:HI in um, or `hyst push` an image first");
+}
+
+/* Fills in the default. */
+static bool choose_slew_rate(const record_options_t *options, const double range_v[2], double *slew_v_per_s,
+                             failure_t *failure) {
+    const double width_v = range_v[1] - range_v[0];
+    *slew_v_per_s = isnan(options->slew_v_per_s) ? ranges_per_s * width_v : options->slew_v_per_s;
+    return *slew_v_per_s * PROBE_PLAN_SLOWEST_S >= width_v ||
+           fail(failure, "--slew-rate %g: a probe needs at least %g V/s for a range of %g V", options->slew_v_per_s,
+                width_v / PROBE_PLAN_SLOWEST_S, width_v);
+}
+
+bool record_check(const record_options_t *options, failure_t *failure) {
+    failure_t of_probe;
+    if (options->probe == NULL) {
+        return isnan(options->slew_v_per_s) || fail(failure, "--slew-rate belongs to --probe");
+    }
+    if (options->waveform.name != NULL) {
+        return fail(failure, "either --waveform or --probe");
+    }
+    if (!isnan(options->waveform.amplitude) || !isnan(options->waveform.offset)) {
+        return fail(failure, "--amplitude, --offset: a probe takes the whole drive range of the image");
+    }
+    return probe_parts(options->probe, &of_probe) != 0 || fail(failure, "--probe %s", of_probe.text);
+}
+
+static bool run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
+                const experiment_probe_t *probe, recording_t *recording, experiment_events_t *events,
+                failure_t *failure) {
+    return probe->parts != 0 ? experiment_run_probe(device, image, probe, recording, events, failure)
+                             : experiment_run(device, image, experiment, recording, events, failure);
+}
+
+bool record_run(device_t *device, const record_options_t *options, const record_listener_t *listener,
+                recording_t *recording, bool *usage, failure_t *failure) {
+    hyst_parameters_t image;
+    driving_t driving;
+    experiment_events_t events;
+    experiment_t experiment = {
+        .mode = HYST_MODE_DIRECT, .condition = !options->no_condition, .frames = options->frames};
+    experiment_probe_t probe = {.condition = !options->no_condition, .rest_s = probe_rest_s};
+    *usage = !record_check(options, failure);
+    if (*usage || !amplifier_image_read(device, &image, failure) || !check_scales(&image, options, failure) ||
+        !give_ranges(device, &image, options, failure)) {
+        return false;
+    }
+    const double range_v[2] = {drive_to_volts(&image, image.drive_low), drive_to_volts(&image, image.drive_high)};
+    probe.parts = options->probe != NULL ? probe_parts(options->probe, failure) : 0;
+    *usage = !(options->probe != NULL ? choose_slew_rate(options, range_v, &probe.slew_v_per_s, failure)
+                                      : waveform_make(&options->waveform, range_v, "V", &experiment.waveform, failure));
+    if (*usage || !driving_begin(&driving, device, listener->stop, failure)) {
+        return false;
+    }
+    *recording = (recording_t){0};
+    bool good = run(device, &image, &experiment, &probe, recording, &events, failure) &&
+                (listener->take == NULL || listener->take(listener->context, recording, &events, failure));
+    good = driving_end(&driving, good, failure);
+    if (!good) {
+        recording_free(recording);
+    }
+    return good;
+}

@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * What the drive was: where it rests and jumps, whether it repeats itself, its kind, and how it moves between samples.
+ *
+ * All of it is read off the drive column alone. A rest is a run of equal values of at least 0.02 s and 16 samples, and
+ * of four times the time for which a slow converter holds each value; a step is a change between two samples of at
+ * least 1 % of the range and eight times the changes around it; a period is one that two or more passes follow within
+ * 0.3 % of the range (root of the mean square), or within the noise of a drive column that is itself measured.
+ */
+#ifndef LOOK_DRIVE_H
+#define LOOK_DRIVE_H
+
+#include "look/numbers.h"
+#include "recording/recording.h"
+
+typedef enum {
+    DRIVE_RESTS,    /**< it never moves */
+    DRIVE_STEPS,    /**< jumps and rests */
+    DRIVE_SINE,     /**< one frequency, one amplitude */
+    DRIVE_SWELLING, /**< one frequency, an amplitude that changes */
+    DRIVE_TRIANGLE, /**< straight lines between turning points, repeated */
+    DRIVE_LINES,    /**< straight lines, not repeated */
+    DRIVE_PERIODIC, /**< repeated, several frequencies */
+    DRIVE_SWEEP,    /**< a frequency that runs one way */
+    DRIVE_RANDOM    /**< many frequencies, nothing repeated */
+} drive_kind_t;
+
+/** What the drive does between two samples. The kind of hardware decides; the header key drive_between_samples says it.
+ */
+typedef enum {
+    BETWEEN_UNKNOWN,
+    BETWEEN_HELD,  /**< a converter holds each value until the next */
+    BETWEEN_LINE,  /**< a straight line */
+    BETWEEN_SMOOTH /**< so smooth that held at once and filtered, line or curve differ by less than 0.1 % of the range
+                    */
+} drive_between_t;
+
+typedef struct {
+    drive_kind_t kind;
+    double range_v[2];
+    double step_v;  /**< all values are multiples of it beside a constant; 0: no such step seen */
+    double noise_v; /**< deviation of white noise on the column; 0: none beyond its resolution */
+    drive_between_t between;
+    bool between_given;  /**< by the header key */
+    size_t held_samples; /**< a new value comes every so many samples; 1: with each */
+    size_t rests;
+    look_span_t *rest;
+    double rest_s; /**< all of them */
+    size_t steps;
+    size_t *step;           /**< first sample behind each */
+    size_t levels;          /**< different values at rest */
+    double period;          /**< samples, a fraction included; 0: nothing repeated */
+    look_span_t repeat;     /**< where it repeats itself: two periods or more */
+    double harmonics;       /**< how many lines share the power of a period: 1 for a sine (inverse participation) */
+    double frequency_hz[2]; /**< 5 and 95 % of the drive's power are below these, the mean taken off */
+} drive_look_t;
+
+/** Of a recording of 16 samples or more; to be freed. false: drive_between_samples is not one of held, line, smooth. */
+bool drive_look(const recording_t *recording, drive_look_t *drive, failure_t *failure);
+void drive_look_free(drive_look_t *drive);
+
+/** "one sine over and over" */
+const char *drive_kind_text(drive_kind_t kind);
+/** "sine", as the JSON has it */
+const char *drive_kind_name(drive_kind_t kind);
+const char *drive_between_name(drive_between_t between);
+
+/** Number of whole periods; 0 without any. */
+size_t drive_periods(const drive_look_t *drive);
+
+#endif

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Two clocks: the lag of the position grows steadily and jumps back, over and over (look/lags.h). What the actuator
+ * does with the drive's own slow motion could look like that, so a tooth has to be longer than the drive's slowest
+ * motion; or the saw tooth takes nine tenths of all that changes in the lag away and jumps by one sample, which no
+ * physics does. */
+#include "look/fault.h"
+#include <math.h>
+
+static const double takes_part = 0.4, takes_most = 0.55, slower = 2.0;
+/* A jump is one sample if it is so within this and three errors: the reference follows some of it. */
+static const double one_sample = 0.1, least_teeth = 2.0;
+
+static double changes_of_lag(const lags_t *lags) {
+    double a = 0.0, b = 0.0, squares = 0.0;
+    for (size_t j = 0; j < lags->count; j++) {
+        a += lags->product[j];
+        b += lags->square[j];
+        squares += lags->square[j] > 0.0 ? lags->product[j] * lags->product[j] / lags->square[j] : 0.0;
+    }
+    return b > 0.0 ? squares - a * a / b : 0.0;
+}
+
+static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
+    const double rate_hz = look->recording->sample_rate_hz, changes = changes_of_lag(&look->lags);
+    lag_course_t saw;
+    lags_saw(&look->lags, &saw);
+    if (!(saw.sigma > 0.0) || look->changes.shifts > 0 || !(changes > 0.0)) {
+        return;
+    }
+    const double slowest_hz = look->drive.period > 0.0 ? rate_hz / look->drive.period : look->drive.frequency_hz[0];
+    const bool slow = slower * saw.teeth_per_s < slowest_hz && saw.left < (1.0 - takes_part) * changes;
+    const bool one = fabs(fabs(saw.size) - 1.0) < one_sample + 3.0 * saw.sigma;
+    const bool whole = saw.left < (1.0 - takes_most) * changes && one;
+    /* One or two samples that were lost for good make a step, not a saw tooth. */
+    lag_steps_t steps;
+    lags_steps(&look->lags, LOOK_LOG_CHANCE, &steps);
+    const bool stepped = steps.steps > 0 && steps.steps <= 2 && steps.left < saw.left;
+    const double teeth = saw.teeth_per_s * (double)look->recording->samples / rate_hz;
+    if ((!slow && !whole) || stepped || teeth < least_teeth) {
+        return;
+    }
+    fault_t *fault = fault_add(faults, kind, index, saw.size / saw.sigma, saw.log_chance);
+    if (fault != NULL) {
+        /* Between two jumps the lag grows by what the jump takes back. */
+        const double jump = one ? copysign(1.0, saw.size) : saw.size, jump_sigma = one ? 0.0 : saw.sigma;
+        const double duration = (double)look->recording->samples / rate_hz;
+        const double rate_sigma = 2.0 * saw.sigma / fabs(saw.size) / duration; /* of the phase, at either end */
+        fault_number(fault, "parts_per_million", "1", 1e6 * jump * saw.teeth_per_s / rate_hz,
+                     1e6 * hypot(jump_sigma * saw.teeth_per_s, jump * rate_sigma) / rate_hz);
+        fault_number(fault, "jump_samples", "1", -jump, jump_sigma);
+        fault_number(fault, "jump_s", "s", -jump / rate_hz, jump_sigma / rate_hz);
+        fault_number(fault, "between_jumps_s", "s", 1.0 / saw.teeth_per_s,
+                     rate_sigma / saw.teeth_per_s / saw.teeth_per_s);
+        for (size_t j = 1; j < look->lags.count; j++) {
+            const double before = saw.teeth_per_s * look->lags.at_s[j - 1] + saw.phase;
+            const double here = saw.teeth_per_s * look->lags.at_s[j] + saw.phase;
+            if (round(here) > round(before)) {
+                fault_span(fault, look->lags.from[j - 1], look->lags.from[j]);
+            }
+        }
+    }
+}
+
+static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
+    for (size_t i = 0; i < count; i++) {
+        find_in(&looks[i], i, kind, faults);
+    }
+}
+
+const fault_kind_t fault_clock_mismatch = {
+    .name = "clock_mismatch",
+    .order = 110,
+    .text = "Drive and position run on two clocks: the lag grows steadily and jumps back, over and over.",
+    .statistic = "size of the saw tooth in the lag over its standard error",
+    .change =
+        "Let one clock (one converter board, one trigger) sample both columns; or record the other clock's stamps "
+        "and resample by them.",
+    .handling = FAULT_MODELLABLE,
+    .find = find};

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Columns that are not what their names say: swapped, inverted, or in another unit. */
+#include "look/fault.h"
+#include <gsl/gsl_math.h>
+
+enum { LEAST_LEVELS = 8, LOWEST_POINTS = 3 };
+/* Distance of the phase from the half turn of an inverted column; coherence of points that count. */
+static const double half_turn_within = 0.8, coherent = 0.9, tone_below_hz = 20.0;
+/* Piezo actuators: from 0.3 nm/V (one layer) to some 10 um/V (benders), taken as two deviations to either side of the
+ * logarithm; drives of 10 to 1000 V likewise. */
+static const double gain_log = -1.25, gain_log_deviation = 0.75, drive_log = 2.0, drive_log_deviation = 0.5;
+
+/* How many levels of the drive have the branches one way round, less those the other way. */
+static double orientation(const static_map_t *map) {
+    double sum = 0.0;
+    for (size_t i = 0; i < map->levels; i++) {
+        const double width = (map->falling_um[i] - map->rising_um[i]) * (map->gain_um_per_v < 0.0 ? -1.0 : 1.0);
+        sum += width > 0.0 ? 1.0 : width < 0.0 ? -1.0 : 0.0;
+    }
+    return sum;
+}
+
+/* A command is exact, a reading has noise: the columns are swapped where the position is exact and leads. */
+static void find_swapped(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
+    for (size_t i = 0; i < count; i++) {
+        const look_t *look = &looks[i];
+        const drive_look_t *d = &look->drive;
+        const double sum = orientation(&look->map), levels = (double)look->map.levels;
+        const recording_t *r = look->recording;
+        double turned_noise, own_noise = look->prediction.noise_um;
+        recording_t turned = *r;
+        drive_look_t no_steps = {.range_v = {look->map.stroke_um[0], look->map.stroke_um[1]}};
+        prediction_t back;
+        if (look->map.levels < LEAST_LEVELS || -sum < 0.8 * levels || d->kind == DRIVE_RESTS) {
+            continue;
+        }
+        turned.column[COLUMN_DRIVE] = r->column[COLUMN_DISPLACEMENT];
+        turned.column[COLUMN_DISPLACEMENT] = r->column[COLUMN_DRIVE];
+        prediction_make(&turned, &no_steps, &back);
+        turned_noise = back.noise_um / (d->range_v[1] - d->range_v[0]);
+        own_noise /= look->map.stroke_um[1] - look->map.stroke_um[0];
+        prediction_free(&back);
+        if (!(turned_noise > 3.0 * own_noise)) {
+            continue;
+        }
+        /* Each level's sign would be either with the same chance. */
+        fault_t *fault =
+            fault_add(faults, kind, i, -sum, 1.0 - (levels + sum < 1.0 ? levels : -sum) * log10(2.0) - 0.5);
+        if (fault != NULL) {
+            fault_number(fault, "levels", "1", levels, 0.0);
+            fault_number(fault, "noise_of_drive_v", "V", turned_noise * (d->range_v[1] - d->range_v[0]), HUGE_VAL);
+        }
+    }
+}
+
+static void find_inverted(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
+    for (size_t i = 0; i < count; i++) {
+        const response_t *response = &looks[i].response;
+        size_t seen = 0, turned = 0;
+        double least_z = HUGE_VAL, lowest_hz = 0.0;
+        for (size_t p = 0; p < response->count && seen < LOWEST_POINTS; p++) {
+            const response_point_t *point = &response->point[p];
+            if (point->coherence >= coherent) {
+                lowest_hz = seen == 0 ? point->frequency_hz : lowest_hz;
+                seen++;
+                turned += M_PI - fabs(point->phase_rad) < half_turn_within ? 1 : 0;
+                least_z = fmin(least_z, 0.5 * M_PI / fmax(point->phase_sigma, 1e-9));
+            }
+        }
+        /* One tone may be above a mode, where the sign turns; not so low. */
+        const bool enough = seen >= LOWEST_POINTS || (seen > 0 && lowest_hz < tone_below_hz);
+        if (!enough || turned < seen || !(looks[i].map.gain_um_per_v < 0.0)) {
+            continue;
+        }
+        fault_t *fault = fault_add(faults, kind, i, least_z, look_log_chance_normal(least_z, 1.0));
+        if (fault != NULL) {
+            fault_number(fault, "gain_um_per_v", "um/V", looks[i].map.gain_um_per_v, HUGE_VAL);
+            fault_number(fault, "at_hz", "Hz", lowest_hz, 0.0);
+        }
+    }
+}
+
+static void find_scale(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
+    for (size_t i = 0; i < count; i++) {
+        const drive_look_t *d = &looks[i].drive;
+        const static_map_t *map = &looks[i].map;
+        const double range_v = d->range_v[1] - d->range_v[0], stroke = map->stroke_um[1] - map->stroke_um[0];
+        if (d->kind == DRIVE_RESTS || !(range_v > 0.0) || !(stroke > 0.0)) {
+            continue;
+        }
+        const double by_gain = (log10(stroke / range_v) - gain_log) / gain_log_deviation;
+        const double by_drive = fmax(0.0, (log10(range_v) - drive_log) / drive_log_deviation);
+        const double z = fmax(fabs(by_gain), by_drive);
+        fault_t *fault = fault_add(faults, kind, i, z, look_log_chance_normal(z, 1.0));
+        if (fault != NULL) {
+            fault_number(fault, "gain_um_per_v", "um/V", stroke / range_v, HUGE_VAL);
+            fault_number(fault, "drive_range_v", "V", range_v, HUGE_VAL);
+            fault_number(fault, "stroke_um", "um", stroke, HUGE_VAL);
+        }
+    }
+}
+
+const fault_kind_t fault_swapped_columns = {
+    .name = "swapped_columns",
+    .order = 10,
+    .text = "Drive and displacement look swapped: the displacement is exact and leads, the drive has noise and lags.",
+    .statistic = "levels of the drive at which the loop turns the wrong way",
+    .change = "Swap the names of the two columns in the file.",
+    .handling = FAULT_FATAL,
+    .find = find_swapped};
+
+const fault_kind_t fault_inverted_column = {
+    .name = "inverted_column",
+    .order = 20,
+    .text = "The position falls where the drive rises, at the lowest frequencies too: a column has the wrong sign.",
+    .statistic = "distance of the phase from a quarter turn at the lowest frequencies, in standard errors",
+    .change = "Turn the sign of one column; a sensor that looks at the actuator from the other side counts backwards.",
+    .handling = FAULT_FATAL,
+    .find = find_inverted};
+
+const fault_kind_t fault_scale_error = {
+    .name = "scale_error",
+    .order = 30,
+    .text = "Micrometres per volt, or volts, are far from those of any piezo actuator: a column is in another unit.",
+    .statistic = "distance of the logarithm from that of piezo actuators (gain 0.3 nm/V .. 10 um/V, 10 .. 1000 V: two "
+                 "deviations each), in deviations",
+    .change = "Check the units: mV for V, nm or mm for um, an amplifier's gain left out.",
+    .handling = FAULT_FATAL,
+    .find = find_scale};

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The position ahead of the drive. A position that lags may be physics (a delay, a low pass, hysteresis itself), so
+ * only a lead is a fault. Its size is that of the plays of the reference; it has to follow the readings to three times
+ * the noise, the lead has to be a fifth of a sample or more and four and a half standard errors, and the drive needs
+ * more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the lag is not known to half
+ * a sample. */
+#include "look/fault.h"
+#include <math.h>
+
+static const double least_lead = 0.2, least_lead_held = 0.7, near_noise = 6.0, least_errors = 4.5;
+
+static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
+    for (size_t i = 0; i < count; i++) {
+        const look_t *look = &looks[i];
+        const reference_t *r = &look->reference;
+        const bool held = look->drive.between == BETWEEN_HELD || look->drive.between == BETWEEN_UNKNOWN;
+        const bool tone = look->drive.kind == DRIVE_SINE || look->drive.kind == DRIVE_RESTS;
+        const double noise = fmax(look->prediction.noise_um, noise_known_um(&look->noise));
+        if (tone || look->changes.shifts > 0 || !(r->lag < -(held ? least_lead_held : least_lead)) ||
+            !(r->lag < -least_errors * r->lag_sigma) || !(r->plays_left_um < near_noise * noise)) {
+            continue;
+        }
+        fault_t *fault =
+            fault_add(faults, kind, i, r->lag / r->lag_sigma, look_log_chance_normal(r->lag / r->lag_sigma, 1.0));
+        if (fault != NULL) {
+            const double rate_hz = look->recording->sample_rate_hz;
+            fault_number(fault, "late_s", "s", r->lag / rate_hz, r->lag_sigma / rate_hz);
+            fault_number(fault, "late_samples", "1", r->lag, r->lag_sigma);
+        }
+    }
+}
+
+const fault_kind_t fault_sampling_offset = {
+    .name = "sampling_offset",
+    .order = 120,
+    .text = "The position is ahead of the drive, which no actuator is: the columns were not sampled at the same time.",
+    .statistic = "lag behind the drive over its standard error",
+    .change =
+        "Sample both columns with one trigger, and write the drive value that was out at that time. Converters that "
+        "are read in turn are a part of a sample apart; shift the column by that.",
+    .handling = FAULT_MODELLABLE,
+    .find = find};

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Holds over logarithmic time: what the position goes on to do while the drive rests.
+ *
+ * In a hold after a motion, y = a + b log10(t / 1 s) from 0.1 s (or a hundredth of the hold) on, t since the drive
+ * stopped. b is the slope; relative to the change of the position before it (since the drive last turned round or
+ * rested) it is the creep per decade. Its error is widened by the residuals' autocorrelation time.
+ */
+#ifndef LOOK_HOLDS_H
+#define LOOK_HOLDS_H
+
+#include "look/drive.h"
+
+typedef struct {
+    look_span_t span;
+    double decades;                  /**< of time that were looked at */
+    double slope_um, slope_sigma_um; /**< per decade */
+    double before_um;                /**< change of the position by the motion before it */
+    double bend_um, bend_sigma_um;   /**< coefficient of log10^2: a straight line in log time has none */
+} hold_t;
+
+typedef struct {
+    size_t count;
+    hold_t *hold;
+    double creep, creep_sigma; /**< per decade, slope over the change before, weighted over all; sigma 0: no hold */
+} holds_t;
+
+void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t *holds);
+void holds_free(holds_t *holds);
+
+#endif

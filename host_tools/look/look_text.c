@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "look/look_text.h"
+#include <gsl/gsl_math.h>
+#include <string.h>
+
+/* "212.3 +- 0.4": two digits of the error, and the value as exactly. */
+static void print_value(FILE *file, double value, double sigma) {
+    if (isfinite(sigma) && sigma > 0.0) {
+        const int digits = (int)fmax(0.0, fmin(12.0, 1.0 - floor(log10(sigma))));
+        fprintf(file, "%.*f +- %.*f", digits, value, digits, sigma);
+    } else {
+        fprintf(file, "%.4g", value);
+    }
+}
+
+static void print_unit(FILE *file, const char *unit) {
+    if (strcmp(unit, "1") != 0) {
+        fprintf(file, " %s", unit);
+    }
+}
+
+static void print_drive(FILE *file, const look_t *look) {
+    static const char *const between[] = {
+        ("What it does between samples does not show in the column: header key drive_between_samples (held, line, "
+         "smooth) says it."),
+        "held between samples", "a straight line between samples", "so smooth that between samples nothing matters"};
+    const drive_look_t *d = &look->drive;
+    const double rate_hz = look->recording->sample_rate_hz;
+    fprintf(file, "  drive      %s, %.4g .. %.4g V", drive_kind_text(d->kind), d->range_v[0], d->range_v[1]);
+    if (d->period > 0.0) {
+        fprintf(file, "; %zu passes of %.6g s (%.4g Hz), %.4g .. %.4g s", drive_periods(d), d->period / rate_hz,
+                rate_hz / d->period, (double)d->repeat.from / rate_hz, (double)d->repeat.to / rate_hz);
+    } else if (d->kind != DRIVE_RESTS) {
+        fprintf(file, "; most of it at %.3g .. %.3g Hz", d->frequency_hz[0], d->frequency_hz[1]);
+    }
+    if (d->rests > 0) {
+        fprintf(file, "; %zu rest%s of %.3g s together", d->rests, d->rests == 1 ? "" : "s", d->rest_s);
+    }
+    if (d->steps > 0) {
+        fprintf(file, "; %zu step%s", d->steps, d->steps == 1 ? "" : "s");
+    }
+    if (d->noise_v > 0.0) {
+        fprintf(file, "; measured, with noise of %.2g V", d->noise_v);
+    }
+    if (d->held_samples > 1) {
+        fprintf(file, "; a new value every %zu samples", d->held_samples);
+    }
+    if (d->between == BETWEEN_UNKNOWN) {
+        fprintf(file, "\n             %s\n", between[d->between]);
+    } else {
+        fprintf(file, "; %s%s\n", between[d->between], d->between_given ? " (header)" : "");
+    }
+}
+
+static void print_map(FILE *file, const look_t *look) {
+    const static_map_t *map = &look->map;
+    fprintf(file, "  position   %.5g .. %.5g um; %.4g um/V, a straight line leaves %.2g %% of the stroke",
+            map->stroke_um[0], map->stroke_um[1], map->gain_um_per_v, map->line_error_percent);
+    if (map->levels > 0) {
+        fprintf(file, "; loop %.2g %% wide", map->width_percent);
+    }
+    fprintf(file, "\n");
+}
+
+static void print_share(FILE *file, const char *where, const noise_share_t *share, double stroke_um) {
+    if (share->samples == 0) {
+        return;
+    }
+    fprintf(file, "%s %.2g um (%.2g %% of the stroke; white %.2g, 1/f %.2g from %.2g Hz on", where, share->rms_um,
+            100.0 * share->rms_um / stroke_um, share->white_um, share->slow_um, share->lowest_hz);
+    if (share->outliers > 0) {
+        fprintf(file, "; %zu single reading%s far outside", share->outliers, share->outliers == 1 ? "" : "s");
+    }
+    fprintf(file, ")");
+}
+
+static void print_noise(FILE *file, const look_t *look) {
+    const noise_look_t *noise = &look->noise;
+    const double stroke_um = look->map.stroke_um[1] - look->map.stroke_um[0];
+    fprintf(file, "  noise      ");
+    print_share(file, "at rest", &noise->rest, stroke_um);
+    fprintf(file, "%s", noise->rest.samples > 0 && noise->repeat.samples > 0 ? "; " : "");
+    print_share(file, "between passes", &noise->repeat, stroke_um);
+    if (noise->rest.samples == 0 && noise->repeat.samples == 0) {
+        fprintf(file, "no rest and no repetition; from neighbouring readings %.2g um if white",
+                look->prediction.noise_um);
+    }
+    if (noise->step_um > 0.0) {
+        fprintf(file, "; readings come in steps of %.4g um", noise->step_um);
+    }
+    fprintf(file, "\n");
+    if (look->repetition.count > 0) {
+        const repetition_t *r = &look->repetition;
+        fprintf(file, "  repeats    to %.2g um (%.2g %%), the worst pass to %.2g um\n", r->rms_um,
+                100.0 * r->rms_um / stroke_um, r->worst_um);
+    }
+}
+
+static void print_response(FILE *file, const look_t *look) {
+    const response_t *response = &look->response;
+    const response_point_t *lowest = response_lowest(response, 0.5), *peak = response_peak(response), *last = NULL;
+    if (lowest == NULL) {
+        return;
+    }
+    fprintf(file, "  response   %.3g um/V at %.3g Hz, lag ", lowest->gain_um_per_v, lowest->frequency_hz);
+    fprintf(file, "%.2g s (%.2g deg)", lowest->lag_s, -lowest->phase_rad * 180.0 / M_PI);
+    for (size_t i = 0; i < response->count; i++) {
+        last = response->point[i].coherence >= 0.5 ? &response->point[i] : last;
+    }
+    if (peak != NULL) {
+        fprintf(file, "; most, %.3g um/V, at %.4g Hz", peak->gain_um_per_v, peak->frequency_hz);
+    }
+    if (last != NULL && last != lowest) {
+        fprintf(file, "; %.3g um/V at %.3g Hz, lag %.2g s (coherence %.2f)", last->gain_um_per_v, last->frequency_hz,
+                last->lag_s, last->coherence);
+    }
+    fprintf(file, "\n");
+}
+
+static void print_ring(FILE *file, const look_t *look) {
+    const ring_t *ring = &look->ring;
+    if (ring->rings > 0) {
+        fprintf(file, "  rings      ");
+        print_value(file, ring->frequency_hz, ring->frequency_sigma_hz);
+        fprintf(file, " Hz with damping ");
+        print_value(file, ring->damping, ring->damping_sigma);
+        fprintf(file, " after %zu step%s; %.3g um after %.4g V at %.4g s\n", ring->rings, ring->rings == 1 ? "" : "s",
+                ring->swing_um, ring->step_v, (double)ring->at / look->recording->sample_rate_hz);
+    }
+}
+
+static void print_holds(FILE *file, const look_t *look) {
+    const holds_t *holds = &look->holds;
+    if (holds->creep_sigma > 0.0) {
+        fprintf(file, "  holds      %zu; the position goes on by ", holds->count);
+        print_value(file, 100.0 * holds->creep, 100.0 * holds->creep_sigma);
+        fprintf(file, " %% of the way before, per decade of time\n");
+    }
+}
+
+static const char *file_name(const recording_t *recording) {
+    const char *slash = strrchr(recording->name, '/');
+    return slash == NULL ? recording->name : slash + 1;
+}
+
+void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *fault) {
+    const double rate_hz = looks[fault->recording].recording->sample_rate_hz;
+    enum { MOST_SPANS = 6 };
+    fprintf(file, "  %s", fault->kind->name);
+    if (count > 1) {
+        fprintf(file, " in %s", file_name(looks[fault->recording].recording));
+    }
+    fprintf(file, ": %s\n    ", fault->kind->text);
+    for (size_t i = 0; i < fault->numbers; i++) {
+        const fault_number_t *n = &fault->number[i];
+        fprintf(file, "%s%s = ", i > 0 ? ", " : "", n->name);
+        print_value(file, n->value, n->sigma);
+        print_unit(file, n->unit);
+    }
+    if (fault->spans > 0) {
+        fprintf(file, "; %zu sample%s at ", fault_samples(fault, looks), fault_samples(fault, looks) == 1 ? "" : "s");
+        for (size_t i = 0; i < fault->spans && i < MOST_SPANS; i++) {
+            fprintf(file, "%s%.6g", i > 0 ? ", " : "", (double)fault->span[i].from / rate_hz);
+        }
+        fprintf(file, "%s s", fault->spans > MOST_SPANS ? " .." : "");
+    }
+    fprintf(file, "; by chance once in 10^%.0f recordings\n    %s\n", fmin(300.0, -floor(fault->log_chance)),
+            fault->kind->change);
+}
+
+void looks_print(FILE *file, const look_t *looks, size_t count, const fault_list_t *faults) {
+    for (size_t i = 0; i < count; i++) {
+        const look_t *look = &looks[i];
+        fprintf(file, "%s: %zu samples at %g Hz, %.4g s\n", file_name(look->recording), look->recording->samples,
+                look->recording->sample_rate_hz, (double)look->recording->samples / look->recording->sample_rate_hz);
+        print_drive(file, look);
+        print_map(file, look);
+        print_noise(file, look);
+        print_response(file, look);
+        print_ring(file, look);
+        print_holds(file, look);
+    }
+    fprintf(file, "%s\n", faults->count == 0 ? "No fault of the recording shows." : "Faults of the recording:");
+    for (size_t i = 0; i < faults->count; i++) {
+        fault_print(file, looks, count, &faults->fault[i]);
+    }
+}
+
+void looks_print_shortly(FILE *file, const look_t *looks, size_t count, const fault_list_t *faults, size_t masked) {
+    for (size_t i = 0; i < count; i++) {
+        fprintf(file, "%s: %zu samples at %g Hz\n", file_name(looks[i].recording), looks[i].recording->samples,
+                looks[i].recording->sample_rate_hz);
+        print_drive(file, &looks[i]);
+        print_noise(file, &looks[i]);
+        print_ring(file, &looks[i]);
+    }
+    fprintf(file, "%s\n", faults->count == 0 ? "No fault of the recording shows." : "Faults of the recording:");
+    for (size_t i = 0; i < faults->count; i++) {
+        fault_print(file, looks, count, &faults->fault[i]);
+    }
+    if (masked > 0) {
+        fprintf(file, "%zu samples of these are left out of everything below.\n", masked);
+    }
+    fprintf(file, "\n");
+}

@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "operator/columns.h"
+#include "base/failure.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The largest play needs the whole range; beyond it there is only the past. Small loops need small thresholds: they
+ * stand closer together there. */
+static const double largest_threshold = 0.98, crowding = 1.5;
+/* Lengths of the leaks, in half ranges. */
+static const double shortest = 0.02, longest = 4.0;
+
+/* Columns of one recording: its offset, and what its past may have left. */
+enum { PER_RECORDING = 1 + 2 * OPERATOR_EXTREMES + OPERATOR_LEAKS };
+
+/* Where each kind of column begins, behind those of the recordings. */
+enum {
+    LINE = 0,
+    CURVE = 1,
+    PLAYS = CURVE + OPERATOR_CURVES,
+    BENDS = PLAYS + OPERATOR_PLAYS,
+    LEAKS = BENDS + OPERATOR_NODES * OPERATOR_DEGREES,
+    PRODUCTS = LEAKS + OPERATOR_LEAKS,
+    DRAWN = PRODUCTS + OPERATOR_MULTIPLIED * OPERATOR_PRODUCTS,
+    SHARED = DRAWN + 2 * OPERATOR_DRAWN /* the law's are behind */
+};
+
+/* By how much a law's numbers differ in the tables next to it. */
+static const double law_step = 1e-4;
+
+/* Every second leak, from the second on, has products. */
+static size_t multiplied(size_t index) {
+    return 2 + 2 * index;
+}
+
+void operator_create(operator_t *operator, const double range_v[2], size_t recordings) {
+    memset(operator, 0, sizeof *operator);
+    operator->middle_v =(range_v[0] + range_v[1]) / 2.0;
+    operator->half_v =(range_v[1] - range_v[0]) / 2.0;
+    operator->recordings = recordings;
+    operator->columns = recordings * PER_RECORDING + SHARED;
+    for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
+        const double part = (double)(i + 1) / OPERATOR_PLAYS, node = part * (OPERATOR_NODES - 1);
+        operator->threshold[i] = largest_threshold * pow(part, crowding);
+        operator->node[i] = node<OPERATOR_NODES - 1 ? (size_t)node : OPERATOR_NODES - 2;
+        operator->node_share[i] = node -(double) operator->node[i];
+    }
+    for (size_t i = 0; i < OPERATOR_LEAKS; i++) {
+        operator->rate[i] = 1.0 /(shortest *pow(longest / shortest, (double)i / (OPERATOR_LEAKS - 1)));
+    }
+}
+
+void operator_drop_law(operator_t *operator) {
+    if (operator->has_law) {
+        operator->has_law = false;
+        operator->columns -= OPERATOR_LAW;
+    }
+}
+
+void operator_free(operator_t *operator) {
+    free(operator->table);
+    operator->table = NULL;
+}
+
+void operator_set_law(operator_t *operator, const duhem_law_t * law) {
+    if (operator->table == NULL) {
+        operator->table = allocate(1 + DUHEM_NUMBERS, sizeof(duhem_table_t));
+    }
+    operator->columns += operator->has_law ? 0 : OPERATOR_LAW;
+    operator->has_law = true;
+    operator->law = * law;
+    duhem_tabulate(law, &operator->table[0]);
+    for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
+        duhem_law_t next = *law;
+        next.number[i] += law_step;
+        duhem_tabulate(&next, &operator->table[1 + i]);
+    }
+}
+
+size_t operator_law_column(const operator_t *operator) {
+    return operator->recordings * PER_RECORDING + SHARED;
+}
+
+operator_group_t operator_group(const operator_t *operator, size_t column) {
+    if (column < operator->recordings * PER_RECORDING) {
+        const size_t at = column % PER_RECORDING;
+        return at == 0 ? GROUP_FREE : at <= 2 * OPERATOR_EXTREMES ? GROUP_PAST_EXTREMES : GROUP_PAST_PATH;
+    }
+    const size_t at = column - operator->recordings * PER_RECORDING;
+    return at < CURVE                          ? GROUP_FREE
+           : at < PLAYS                        ? GROUP_CURVE
+           : at < PLAYS + OPERATOR_SMALL_PLAYS ? GROUP_SMALL_PLAYS
+           : at < BENDS                        ? GROUP_PLAYS
+           : at < LEAKS                        ? (operator_group_t)(GROUP_BENDS + (at - BENDS) / OPERATOR_NODES)
+           : at < PRODUCTS                     ? GROUP_LEAKS
+           : at < DRAWN                        ? GROUP_PRODUCTS
+           : at < SHARED                       ? GROUP_DRAWN
+           : at < SHARED + 4                   ? GROUP_LAW
+                                               : GROUP_LAW_NUMBERS;
+}
+
+static double normal(const operator_t *operator, double drive_v) {
+    return (drive_v - operator->middle_v) / operator->half_v;
+}
+
+void operator_begin(operator_walk_t *walk, const operator_t *operator, size_t recording, double first_v,
+                    const double range_v[2]) {
+    memset(walk, 0, sizeof *walk);
+    walk->operator= operator;
+    walk->recording = recording;
+    walk->u = walk->highest = walk->lowest = normal(operator, first_v);
+    for (int i = 0; i < 2; i++) {
+        walk->range[i] = normal(operator, range_v[i]);
+    }
+    for (size_t i = 0; i < OPERATOR_PLAYS; i++) { /* demagnetised in the middle */
+        const double r = operator->threshold[i];
+        walk->play[i] = fmax(walk->u - r, fmin(walk->u + r, 0.0));
+    }
+    for (size_t i = 0; operator->has_law && i <= DUHEM_NUMBERS; i++) {
+        duhem_begin(&operator->table[i], &walk->law[i]);
+    }
+}
+
+void operator_move(operator_walk_t *walk, double drive_v) {
+    const operator_t *operator= walk->operator;
+    const double u = normal(operator, drive_v), du = u - walk->u, way = fabs(du);
+    if (way == 0.0) {
+        return;
+    }
+    for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
+        const double low = u - operator->threshold[i], high = u + operator->threshold[i];
+        double p = walk->play[i];
+        p = p < low ? low : p;
+        walk->play[i] = p > high ? high : p;
+    }
+    double kept[OPERATOR_LEAKS];
+    const double sign = copysign(1.0, du);
+    for (size_t i = 0; i < OPERATOR_LEAKS; i++) {
+        const double end = sign / operator->rate[i];
+        kept[i] = exp(-way * operator->rate[i]);
+        walk->leak[i] = end + (walk->leak[i] - end) * kept[i];
+    }
+    for (size_t i = 0; i < OPERATOR_DRAWN; i++) { /* times 1 / L; the exact solution for a straight way */
+        const double length = 1.0 / operator->rate[2 * i + 1];
+        const double from[2] = {walk->u - length * sign,
+                                walk->u * walk->u - 2.0 * length * sign * walk->u + 2.0 * length * length};
+        const double to[2] = {u - length * sign, u * u - 2.0 * length * sign * u + 2.0 * length * length};
+        for (size_t k = 0; k < 2; k++) {
+            walk->drawn[k][i] = to[k] + (walk->drawn[k][i] - from[k]) * kept[2 * i + 1];
+        }
+    }
+    for (size_t i = 0; operator->has_law && i <= DUHEM_NUMBERS; i++) {
+        duhem_move(&operator->table[i], &walk->law[i], du);
+    }
+    walk->u = u;
+    walk->path += way;
+    walk->highest = fmax(walk->highest, u);
+    walk->lowest = fmin(walk->lowest, u);
+}
+
+/* Hats over evenly spaced nodes from 0 (which has none) to 1. */
+static void hats(double part, size_t nodes, double *row) {
+    const double at = part * (double)nodes;
+    for (size_t i = 0; i < nodes; i++) {
+        row[i] = fmax(0.0, 1.0 - fabs(at - (double)(i + 1)));
+    }
+}
+
+static double reached(double from, double now, double to) {
+    return to != from ? (now - from) / (to - from) : 0.0;
+}
+
+static void past_of(const operator_walk_t *walk, double *row) {
+    const operator_t *operator= walk->operator;
+    /* highest - lowest grows from 0: each is measured from where the recording began, which is highest - what it has
+     * risen. */
+    hats(reached(walk->range[0], walk->lowest, walk->range[1]), OPERATOR_EXTREMES, row);
+    hats(reached(walk->range[0], walk->highest, walk->range[1]), OPERATOR_EXTREMES, row + OPERATOR_EXTREMES);
+    for (size_t i = 0; i < OPERATOR_LEAKS; i++) {
+        row[2 * OPERATOR_EXTREMES + i] = exp(-walk->path * operator->rate[i]);
+    }
+}
+
+static void bends_of(const operator_walk_t *walk, double *row) {
+    const operator_t *operator= walk->operator;
+    double q[OPERATOR_PLAYS], now[OPERATOR_PLAYS], before[OPERATOR_PLAYS];
+    for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
+        q[i] = walk->play[i] / (1.0 - operator->threshold[i] + 0.05);
+        before[i] = 1.0;
+        now[i] = q[i];
+    }
+    for (size_t degree = 0; degree < OPERATOR_DEGREES; degree++, row += OPERATOR_NODES) {
+        for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
+            const double next = 2.0 * q[i] * now[i] - before[i];
+            before[i] = now[i];
+            now[i] = next;
+        }
+        for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
+            const double upper = operator->node_share[i] * now[i];
+            row[operator->node[i]] += now[i] - upper;
+            row[operator->node[i] + 1] += upper;
+        }
+    }
+}
+
+static void law_of(const operator_walk_t *walk, double *row) {
+    const duhem_table_t *table = walk->operator->table;
+    const double h = duhem_value(&table[0], &walk->law[0]);
+    row[0] = h;
+    row[1] = h * walk->u;
+    row[2] = h * h;
+    row[3] = h * h * h;
+    for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
+        row[4 + i] = (duhem_value(&table[1 + i], &walk->law[1 + i]) - h) / law_step;
+    }
+}
+
+void operator_row(const operator_walk_t *walk, double level_v, double *row) {
+    const operator_t *operator= walk->operator;
+    memset(row, 0, operator->columns * sizeof * row);
+    double *mine = row + walk->recording * PER_RECORDING, *shared = row + operator->recordings * PER_RECORDING;
+    mine[0] = 1.0;
+    past_of(walk, mine + 1);
+    const double u = normal(operator, level_v);
+    double before = 1.0, now = u;
+    shared[LINE] = u;
+    for (size_t i = 0; i < OPERATOR_CURVES; i++) {
+        const double next = 2.0 * u * now - before;
+        before = now;
+        shared[CURVE + i] = now = next;
+    }
+    memcpy(shared + PLAYS, walk->play, sizeof walk->play);
+    bends_of(walk, shared + BENDS);
+    memcpy(shared + LEAKS, walk->leak, sizeof walk->leak);
+    for (size_t i = 0; i < OPERATOR_MULTIPLIED; i++) {
+        const double z = walk->leak[multiplied(i)] * operator->rate[multiplied(i)];
+        double *product = shared + PRODUCTS + i * OPERATOR_PRODUCTS;
+        product[0] = z * z;
+        product[1] = z * z * z;
+        product[2] = z * walk->u;
+        product[3] = z * z * walk->u;
+    }
+    memcpy(shared + DRAWN, walk->drawn, sizeof walk->drawn);
+    if (operator->has_law) {
+        law_of(walk, shared + SHARED);
+    }
+}

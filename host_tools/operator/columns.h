@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * A universal rate-independent operator: columns that together imitate a hysteresis of any shape, linear in their
+ * weights.
+ *
+ * What makes a hysteresis a hysteresis is that its output depends on the path of the drive and not on how fast or when
+ * it was travelled. Every column here has that property, so what they cannot imitate together is no hysteresis.
+ * The drive u runs over -1 .. 1 (the range of all recordings); the groups are:
+ *
+ *     offset     one a recording
+ *     line       u
+ *     curve      Chebyshev polynomials of u, degree 2 to 8
+ *     plays      96 play operators, free weights (Prandtl and Ishlinskii)
+ *     bends      Chebyshev polynomials, degree 2 to 7, of these plays, smooth over their thresholds: together with the
+ *                plays, sum g(r, p_r) is every Preisach operator with a smooth density (Krasnosel'skii and Pokrovskii,
+ *                Systems with Hysteresis, 1989, section 38)
+ *     leaks      z' = du - |du| z / L for 14 lengths L, 0.02 to 4; with products: what remembers its path and forgets
+ *                it by the way it goes (Duhem's laws: Bouc-Wen, Dahl, LuGre ..)
+ *     drawn      e' = |du| (u^k - e / L), k = 1, 2, for 7 of these lengths: what the path draws towards a curve of the
+ *                drive (Coleman and Hodgdon)
+ *     law        one scalar Duhem law (duhem.h), if one was fitted: h, h u, h^2, h^3 and what its numbers change of h
+ *     past       functions of the highest and lowest drive so far, and exp(-path / L): what the drive did before the
+ *                recording began, and the recording has not undone yet
+ *
+ * Each group has one prior variance (evidence.h); offset and line are free.
+ */
+#ifndef OPERATOR_COLUMNS_H
+#define OPERATOR_COLUMNS_H
+
+#include "operator/duhem.h"
+#include <stdbool.h>
+
+enum {
+    OPERATOR_CURVES = 7,
+    OPERATOR_PLAYS = 96,
+    OPERATOR_SMALL_PLAYS =
+        24,               /**< of these: thresholds below a tenth of the range or so, with a variance of their own */
+    OPERATOR_DEGREES = 6, /**< of the bends, from 2 on */
+    OPERATOR_NODES = 12,  /**< of the bends, over the thresholds */
+    OPERATOR_LEAKS = 14,
+    OPERATOR_MULTIPLIED = 5, /**< leaks that have products */
+    OPERATOR_PRODUCTS = 4,   /**< z^2, z^3, z u, z^2 u */
+    OPERATOR_DRAWN = 7,      /**< lengths: every second one of the leaks' */
+    OPERATOR_LAW = 4 + DUHEM_NUMBERS,
+    OPERATOR_EXTREMES = 10 /**< nodes over the highest drive, and over the lowest */
+};
+
+/** Which variance a column's weight has. The bends have one a degree. */
+typedef enum {
+    GROUP_FREE, /**< offset, line: no prior */
+    GROUP_CURVE,
+    GROUP_SMALL_PLAYS,
+    GROUP_PLAYS,
+    GROUP_BENDS,
+    GROUP_LEAKS = GROUP_BENDS + OPERATOR_DEGREES,
+    GROUP_PRODUCTS,
+    GROUP_DRAWN,
+    GROUP_LAW,
+    GROUP_LAW_NUMBERS,
+    GROUP_PAST_EXTREMES,
+    GROUP_PAST_PATH,
+    GROUP_COUNT
+} operator_group_t;
+
+typedef struct {
+    double middle_v, half_v; /**< u = (drive - middle_v) / half_v */
+    size_t recordings, columns;
+    double threshold[OPERATOR_PLAYS], node_share[OPERATOR_PLAYS]; /**< of the play's bends, to the node above */
+    size_t node[OPERATOR_PLAYS];                                  /**< the node below */
+    double rate[OPERATOR_LEAKS];                                  /**< 1 / L */
+    bool has_law;
+    duhem_law_t law;
+    duhem_table_t *table; /**< of the law, and of those next to it in each of its numbers */
+} operator_t;
+
+/** range_v: lowest and highest drive of all recordings, lowest < highest. */
+void operator_create(operator_t *operator, const double range_v[2], size_t recordings);
+void operator_free(operator_t *operator);
+/** Gives it a Duhem law, or another one in its place. Walks that are under way are void. */
+void operator_set_law(operator_t *operator, const duhem_law_t * law);
+/** Without a law. */
+void operator_drop_law(operator_t *operator);
+/** The first of the law's columns, which are the last ones: h, h u, h^2, h^3, and by each of its numbers. */
+size_t operator_law_column(const operator_t *operator);
+/** Of a column: which prior variance its weight shares. */
+operator_group_t operator_group(const operator_t *operator, size_t column);
+
+/** The operator on its way along one recording. */
+typedef struct {
+    const operator_t *operator;
+    size_t recording;
+    double u, path, highest, lowest; /**< so far */
+    double range[2];                 /**< that the recording will reach */
+    double play[OPERATOR_PLAYS], leak[OPERATOR_LEAKS], drawn[2][OPERATOR_DRAWN];
+    duhem_state_t law[1 + DUHEM_NUMBERS];
+} operator_walk_t;
+
+/** At the first drive of a recording that will reach range_v. */
+void operator_begin(operator_walk_t *walk, const operator_t *operator, size_t recording, double first_v,
+                    const double range_v[2]);
+/** Moves the hysteretic part to a drive, as between two samples. */
+void operator_move(operator_walk_t *walk, double drive_v);
+/** The columns here: row has operator->columns elements. level_v: what the curve sees, the drive itself unless the
+ * loops are widened (signal_t.slack_v). */
+void operator_row(const operator_walk_t *walk, double level_v, double *row);
+
+#endif

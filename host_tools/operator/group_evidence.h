@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Weights by evidence: a linear model with Gaussian priors of which each group of columns shares one variance.
+ *
+ *     y = X w + e,   w_j ~ N(0, 1 / precision of its group),   e ~ N(0, variance)
+ *
+ * The precisions and the variance are those under which the data are likeliest when the weights are integrated out
+ * (MacKay, Neural Computation 4, 1992), found by his fixed point from X'X and X'y alone. So hundreds of columns cost
+ * nothing where a few of them are enough, and the same factor says how well a prediction is determined.
+ */
+#ifndef OPERATOR_GROUP_EVIDENCE_H
+#define OPERATOR_GROUP_EVIDENCE_H
+
+#include "numerics/least_squares.h"
+
+/** A column of the last group is left out: its weight is 0. */
+enum { EVIDENCE_MOST_GROUPS = 32, EVIDENCE_LEFT_OUT = EVIDENCE_MOST_GROUPS - 1 };
+
+typedef struct {
+    size_t columns, groups;
+    double *weight;                          /**< the mean, columns */
+    double *factor;                          /**< L, columns^2, lower: L L' = (X'X + variance * precisions) */
+    double precision[EVIDENCE_MOST_GROUPS];  /**< of a group's weights */
+    double determined[EVIDENCE_MOST_GROUPS]; /**< how many of its weights the data determine, rather than the prior */
+    double variance;                         /**< of e */
+    double log_evidence;
+} group_evidence_t;
+
+/**
+ * group[j] < groups for each column, or EVIDENCE_LEFT_OUT; group 0 is free: it has no prior. variance: that of e, or 0
+ * where it is to be found as well. start: a fit of nearly the same equations, from which it is not far; NULL: none. On
+ * success to be freed. Fails where the equations have no rows.
+ */
+bool group_evidence_fit(const normal_equations_t *equations, const size_t *group, size_t groups, double variance,
+                        const group_evidence_t *start, group_evidence_t *evidence, failure_t *failure);
+void group_evidence_free(group_evidence_t *evidence);
+
+/**
+ * Variance of the predictions X w of `rows` rows that stand one after the other, by what the data leave open of the
+ * weights, in parts of evidence->variance. The rows are changed.
+ */
+void group_evidence_open(const group_evidence_t *evidence, double *row, size_t rows, double *part);
+
+#endif

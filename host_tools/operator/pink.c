@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "operator/pink.h"
+#include "base/failure.h"
+#include <gsl/gsl_math.h>
+#include <math.h>
+
+/* Sections a decade of frequency: the slope ripples by 3 %. */
+static const double per_decade = 2.0;
+
+void pink_create(pink_t *pink, double rho, size_t samples) {
+    *pink = (pink_t){.rho = rho};
+    const double step = pow(10.0, 1.0 / per_decade), slowest = 0.5 / (double)samples;
+    double f = rho;
+    while (f > slowest && pink->sections < PINK_SECTIONS) {
+        pink->pole[pink->sections] = exp(-2.0 * M_PI * f);
+        pink->zero[pink->sections++] = exp(-2.0 * M_PI * f / sqrt(step));
+        f /= step;
+    }
+}
+
+double *pink_memory(const pink_t *pink, size_t columns) {
+    return pink->sections > 0 ? allocate(2 * pink->sections * columns, sizeof(double)) : NULL;
+}
+
+void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, int first) {
+    for (size_t i = 0; i < pink->sections; i++) {
+        const double zero = pink->zero[i], pole = pink->pole[i], steady = (1.0 - zero) / (1.0 - pole);
+        double *restrict in = memory + 2 * i * columns, *restrict out = in + columns;
+        if (first != 0) {
+            for (size_t j = 0; j < columns; j++) {
+                in[j] = row[j];
+                out[j] = row[j] *= steady;
+            }
+            continue;
+        }
+        for (size_t j = 0; j < columns; j++) {
+            const double now = row[j];
+            out[j] = row[j] = now - zero * in[j] + pole * out[j];
+            in[j] = now;
+        }
+    }
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Noise that is white and 1/f: its power over frequency is  variance (1 + rho / f),  f in cycles a sample.
+ *
+ * The filter that makes it white is a ladder of first order sections with two zeros a decade, each with its pole half a
+ * step above it: slope 1/2 up to rho, flat beyond (Oustaloup's approximation of a power of s), within a fifth of
+ * what it should be. Its first coefficient is
+ * 1, so that the variance of what comes out is that of one-step predictions, and the filter that leaves the least of it
+ * is the likeliest.
+ */
+#ifndef OPERATOR_PINK_H
+#define OPERATOR_PINK_H
+
+#include <stddef.h>
+
+enum { PINK_SECTIONS = 12 };
+
+typedef struct {
+    double rho; /**< where both are equally strong, in cycles a sample; 0: white */
+    size_t sections;
+    double zero[PINK_SECTIONS], pole[PINK_SECTIONS];
+} pink_t;
+
+/** For recordings of up to `samples` samples: what is slower than they are long is left alone. */
+void pink_create(pink_t *pink, double rho, size_t samples);
+/** Memory of the filter for rows of `columns` values; NULL for white noise. To be freed. */
+double *pink_memory(const pink_t *pink, size_t columns);
+/** Whitens the next row in place. first: of a recording; as if it had been there for ever. */
+void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, int first);
+
+#endif

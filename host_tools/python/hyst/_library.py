@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine's shared library, by ctypes: one wheel then serves every Python, and no compiler sees Python's headers.
+
+host_tools/interface/hyst_interface.h is the manual. PROTOTYPES repeats its declarations; tests/python compares them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import threading
+from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint, c_void_p
+from typing import Any, Callable, Optional
+
+import numpy as np
+
+INTERFACE = 1
+PROGRESS = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
+Progress = Callable[[str, float], Optional[bool]]
+
+_texts, _doubles = POINTER(c_char_p), POINTER(c_double)
+# Name: result, arguments. c_void_p: a handle, or a text that is ours to free.
+PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
+    "interface_version": (c_uint, []),
+    "version": (c_char_p, []),
+    "error": (c_char_p, []),
+    "free": (None, [c_void_p]),
+    "on_progress": (None, [PROGRESS, c_void_p]),
+    "cancel": (None, [c_int]),
+    "recording_read": (c_void_p, [c_char_p, c_char_p]),
+    "recording_make": (c_void_p, [c_char_p, c_double, c_size_t]),
+    "recording_import": (c_void_p, [c_char_p, c_size_t, c_size_t, _texts, _texts, POINTER(_doubles), c_char_p]),
+    "recording_set_column": (c_int, [c_void_p, c_char_p, _doubles]),
+    "recording_column": (_doubles, [c_void_p, c_char_p]),
+    "recording_samples": (c_size_t, [c_void_p]),
+    "recording_sample_rate_hz": (c_double, [c_void_p]),
+    "recording_start_s": (c_double, [c_void_p]),
+    "recording_set_start_s": (None, [c_void_p, c_double]),
+    "recording_name": (c_char_p, [c_void_p]),
+    "recording_understood": (c_char_p, [c_void_p]),
+    "recording_keys": (c_void_p, [c_void_p]),
+    "recording_set_key": (c_int, [c_void_p, c_char_p, c_char_p]),
+    "recording_write": (c_int, [c_void_p, c_char_p]),
+    "recording_free": (None, [c_void_p]),
+    "model_read": (c_void_p, [c_char_p]),
+    "model_from_json": (c_void_p, [c_char_p]),
+    "model_to_json": (c_void_p, [c_void_p]),
+    "model_write": (c_int, [c_void_p, c_char_p]),
+    "model_free": (None, [c_void_p]),
+    "families": (c_void_p, []),
+    "fit": (c_void_p, [POINTER(c_void_p), c_size_t, c_char_p]),
+    "simulate": (c_int, [c_void_p, c_double, c_size_t, _doubles, c_char_p, _doubles]),
+    "compile": (c_void_p, [c_void_p, c_char_p, POINTER(c_size_t), POINTER(c_void_p)]),
+    "diagnose": (c_void_p, [POINTER(c_void_p), c_size_t, c_void_p]),
+    "diagnosis_json": (c_void_p, [c_void_p]),
+    "diagnosis_text": (c_void_p, [c_void_p]),
+    "diagnosis_report": (c_int, [c_void_p, c_char_p]),
+    "diagnosis_model": (c_void_p, [c_void_p]),
+    "diagnosis_column": (_doubles, [c_void_p, c_size_t, c_char_p]),
+    "diagnosis_from": (c_size_t, [c_void_p, c_size_t]),
+    "diagnosis_free": (None, [c_void_p]),
+    "device_open": (c_void_p, [c_char_p]),
+    "device_close": (None, [c_void_p]),
+    "device_cancel": (None, [c_void_p, c_int]),
+    "device_record": (c_void_p, [c_void_p, c_char_p]),
+    "device_track": (c_void_p, [c_void_p, c_char_p, POINTER(c_void_p)]),
+    "device_push": (c_void_p, [c_void_p, POINTER(c_ubyte), c_size_t]),
+    "device_stop": (c_void_p, [c_void_p]),
+    "device_park": (c_void_p, [c_void_p]),
+    "device_now": (c_void_p, [c_void_p]),
+}
+
+
+class Error(Exception):
+    """What is wrong with an input, a file or the amplifier, in one line."""
+
+
+class Cancelled(Error):
+    """Somebody asked the work to end: hyst.cancel(), or a progress function that returned False."""
+
+
+def _load() -> Any:
+    name = "libhyst_interface.so"
+    path = os.environ.get("HYST_INTERFACE_LIBRARY") or os.path.join(os.path.dirname(os.path.abspath(__file__)), name)
+    try:
+        loaded = ctypes.CDLL(path)
+    except OSError as reason:
+        raise ImportError(f"the engine of hyst cannot be loaded: {reason}") from None
+
+    class Functions:
+        pass
+
+    for function, (result, arguments) in PROTOTYPES.items():
+        prototype = getattr(loaded, "hyst_host_" + function)
+        prototype.restype, prototype.argtypes = result, arguments
+        setattr(Functions, function, staticmethod(prototype))
+    found = Functions.interface_version()  # type: ignore[attr-defined]
+    if found != INTERFACE:
+        raise ImportError(f"{path} has version {found} of the interface, this package needs {INTERFACE}")
+    return Functions
+
+
+lib = _load()
+
+
+def version() -> str:
+    """Version of the engine, "0.1.0"."""
+    return lib.version().decode()
+
+
+def failure() -> Error:
+    """The last failure of this thread, to be raised."""
+    line = lib.error().decode(errors="replace")
+    return Cancelled(line) if line.startswith("interrupted") else Error(line)
+
+
+def checked(result: Any) -> Any:
+    """The result of a function that says 0 or NULL where it has failed."""
+    if not result:
+        raise failure()
+    return result
+
+
+def text(memory: Any) -> str:
+    """A text that is ours, freed."""
+    checked(memory)
+    try:
+        return ctypes.string_at(memory).decode(errors="replace")
+    finally:
+        lib.free(memory)
+
+
+def as_path(path: Any) -> bytes:
+    return os.fsencode(path)
+
+
+def options(**values: Any) -> bytes:
+    """Those that are not None, as JSON."""
+    return json.dumps({key: value for key, value in values.items() if value is not None}).encode()
+
+
+def column_in(values: Any) -> tuple[Any, np.ndarray]:
+    """A pointer to the values as doubles, and the array that holds them."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.ndim != 1:
+        raise Error(f"an array of {array.ndim} dimensions: a column has one")
+    return array.ctypes.data_as(_doubles), array
+
+
+def column_out(pointer: Any, samples: int) -> np.ndarray | None:
+    """A copy of a column, which nobody changes by mistake; None for NULL."""
+    if not pointer:
+        return None
+    array = np.ctypeslib.as_array(pointer, shape=(samples,)).copy()
+    array.flags.writeable = False
+    return array
+
+
+def handles(objects: list[Any]) -> Any:
+    return (c_void_p * len(objects))(*[item._handle for item in objects])
+
+
+_one_at_a_time = threading.Lock()
+OWN_FAULTS = {signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT}
+
+
+def cancel() -> None:
+    """Asks the fit or diagnosis that is running in this process to end. It then raises Cancelled."""
+    lib.cancel(1)
+
+
+def long_work(work: Callable[[], Any], progress: Progress | None = None) -> Any:
+    """A fit or a diagnosis: one at a time, and hyst.cancel ends it."""
+    with _one_at_a_time:
+        lib.cancel(0)
+        try:
+            return interruptible(work, lambda: lib.cancel(1), progress)
+        finally:
+            lib.cancel(0)
+
+
+def interruptible(work: Callable[[], Any], end: Callable[[], Any], progress: Progress | None = None) -> Any:
+    """Runs `work` in a thread of its own, so that Ctrl-C comes through at once, whatever the engine is doing.
+
+    Python's handler of signals runs only between two instructions of the main thread, and a call into the engine is
+    one instruction. Here the main thread waits for a lock instead, which a signal interrupts. It must be the thread
+    that the signal finds, so the one that works, and those that it starts, block all that may come from outside.
+    After an interrupt `end` requests the work's end, and that is waited for: no thread is left behind.
+    """
+    outcome: dict[str, Any] = {}
+
+    def report(_context: Any, what: bytes, fraction: float) -> int:
+        try:
+            return 1 if progress is not None and progress(what.decode(), fraction) is False else 0
+        except BaseException as reason:  # it belongs to whoever called, not to ctypes
+            outcome.setdefault("raised", reason)
+            return 1
+
+    listener = PROGRESS(report) if progress is not None else PROGRESS()
+
+    def run() -> None:
+        try:
+            signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals() - OWN_FAULTS)
+            lib.on_progress(listener, None)
+            outcome["result"] = work()
+            if not outcome["result"]:
+                outcome.setdefault("raised", failure())
+        except BaseException as reason:
+            outcome.setdefault("raised", reason)
+        finally:
+            done.set()
+
+    done = threading.Event()  # not Thread.join: interrupted, it takes a thread that runs for one that has ended
+    threading.Thread(target=run, name="hyst", daemon=True).start()
+    interrupted: BaseException | None = None
+    while not done.is_set():
+        try:
+            done.wait()
+        except BaseException as reason:  # KeyboardInterrupt, or what another handler of signals raises
+            interrupted = reason
+            end()
+    if interrupted is not None:
+        raise interrupted
+    if "raised" in outcome:
+        raise outcome["raised"]
+    return outcome["result"]

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The amplifier at a serial port, and an emulated one."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import subprocess
+import threading
+import warnings
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any, Callable
+
+from ._library import Error, Progress, interruptible, lib, options, text
+from .model import Model, compile
+from .recording import Recording
+
+
+@dataclass(frozen=True)
+class Track:
+    """How well the amplifier followed a reference in one mode."""
+
+    mode: str  # linear, compensate
+    worst_um: float
+    worst_at_s: float
+    rms_um: float
+    nrmse_percent: float  # RMS error over the reference's peak to peak
+    peak_to_peak_um: float
+    made_of: dict[str, float]  # offset and gain, delay, noise, and the rest
+    recording: Recording = field(repr=False)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Reference and position, and the error, over time. Returns the two axes. Needs matplotlib."""
+        if axes is None:
+            from matplotlib import pyplot
+
+            _, axes = pyplot.subplots(2, 1, figsize=(9, 5), layout="constrained", sharex=True)
+        shown = self.recording
+        error = 1000.0 * (shown.displacement - shown.reference)
+        axes[0].plot(shown.time, shown.reference, color="#888888", linewidth=1.0, label="reference")
+        axes[0].plot(shown.time, shown.displacement, linewidth=0.8, label=self.mode)
+        axes[0].set(ylabel="um")
+        axes[0].legend()
+        axes[1].plot(shown.time, error, linewidth=0.8, label=f"{self.mode}, NRMSE {self.nrmse_percent:.2g} %")
+        axes[1].set(xlabel="time, s", ylabel="error, nm")
+        axes[1].legend()
+        return axes
+
+
+class Amplifier:
+    """The amplifier at a serial port. Use it with `with`: however that ends, the drive is stopped and parked.
+
+        with hyst.Amplifier("/dev/ttyUSB0") as amplifier:
+            recording = amplifier.record(waveform="triangle", cycles=6)
+
+    Ctrl-C and exceptions end a run within a few requests, and park. When the process is killed the amplifier parks by
+    itself: while something plays, its communication timeout is armed.
+    """
+
+    def __init__(self, port: str, *, baud: int = 115200, slave: int = 1, timeout: float = 0.5) -> None:
+        """Opens the port. timeout in s, to wait for each answer, which is tried three times."""
+        self._handle: Any = None
+        self._lock = threading.Lock()
+        said = options(port=os.fspath(port), baud=baud, slave=slave, timeout_s=float(timeout))
+
+        def connect() -> Any:
+            self._handle = lib.device_open(said)  # here, so that an interrupt meanwhile loses no port
+            return self._handle
+
+        self._call(connect, lambda: None)
+
+    def __enter__(self) -> Amplifier:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        try:
+            if self._handle is not None:
+                self.park()
+        except Error as failure:
+            if value is None:
+                raise
+            warnings.warn(f"while {kind.__name__ if kind else 'an error'} went on: {failure}", stacklevel=2)
+        finally:
+            self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the port. What the amplifier does then it goes on doing: `with` parks it before."""
+        handle, self._handle = getattr(self, "_handle", None), None
+        if handle is not None:
+            lib.device_close(handle)
+
+    def record(
+        self,
+        waveform: str | None = None,
+        *,
+        frequency: float | None = None,
+        amplitude: float | None = None,
+        offset: float | None = None,
+        cycles: int | None = None,
+        steps: int | None = None,
+        probe: str | None = None,
+        slew_rate: float | None = None,
+        drive_range: tuple[float, float] | None = None,
+        position_range: tuple[float, float] | None = None,
+        condition: bool = True,
+        progress: Progress | None = None,
+    ) -> Recording:
+        """Drives the actuator directly and records what it does, as `hyst record` does.
+
+        waveform: "sine", "triangle" or "staircase", in V and Hz; or probe: a block's name or "all", an excitation for
+        hyst.diagnose. drive_range, position_range: what the ends of the converters stand for, in V and um; an
+        amplifier without an image has to be given them. condition: sweep the whole drive range first.
+        """
+        said = options(waveform=waveform, frequency_hz=frequency, amplitude_v=amplitude, offset_v=offset,
+                       cycles=cycles, steps=steps, probe=probe, slew_rate_v_per_s=slew_rate,
+                       drive_range_v=None if drive_range is None else list(drive_range),
+                       position_range_um=None if position_range is None else list(position_range),
+                       condition=condition)
+        return Recording._of(self._run(lambda handle: lib.device_record(handle, said), progress))
+
+    def track(
+        self,
+        waveform: str,
+        mode: str = "compensate",
+        *,
+        frequency: float | None = None,
+        amplitude: float | None = None,
+        offset: float | None = None,
+        cycles: int | None = None,
+        steps: int | None = None,
+        frames: int | None = None,
+        condition: bool = True,
+        progress: Progress | None = None,
+    ) -> Track | tuple[Track, Track]:
+        """Lets the amplifier follow a reference in um, and measures the error, as `hyst track` does.
+
+        mode: "linear" (no model), "compensate", or "both": then the answer is (linear, compensate). frames: rows of
+        the recording at most; fewer are read sooner.
+        """
+        said = options(waveform=waveform, mode=mode, frequency_hz=frequency, amplitude_um=amplitude, offset_um=offset,
+                       cycles=cycles, steps=steps, frames=frames, condition=condition)
+        recordings = (ctypes.c_void_p * 2)()
+        answer = self._run(lambda handle: lib.device_track(handle, said, recordings), progress)
+        told = json.loads(text(answer))["tracks"]
+        tracks = tuple(_track(each, Recording._of(recordings[i])) for i, each in enumerate(told))
+        return tracks if len(tracks) == 2 else tracks[0]  # type: ignore[return-value]
+
+    def push(self, image: bytes | Model | str | os.PathLike[str]) -> dict[str, Any]:
+        """Puts an image into the amplifier and reads it back: bytes of hyst.compile, a file, or a model.
+
+        A model is compiled with the rate and ranges that it knows. What the amplifier refuses changes nothing.
+        """
+        if isinstance(image, Model):
+            image = compile(image)
+        elif not isinstance(image, (bytes, bytearray)):
+            with open(image, "rb") as file:
+                image = file.read()
+        buffer = (ctypes.c_ubyte * len(image)).from_buffer_copy(image)
+        return json.loads(text(self._run(lambda handle: lib.device_push(handle, buffer, len(buffer)))))
+
+    def stop(self) -> dict[str, str]:
+        """Ends what plays. The drive stays on, and holds its level."""
+        return json.loads(text(self._run(lib.device_stop)))
+
+    def park(self) -> dict[str, str]:
+        """Takes the drive to rest."""
+        return json.loads(text(self._run(lib.device_park)))
+
+    def now(self) -> dict[str, Any]:
+        """Mode, state, drive in V and position in um of this moment."""
+        return json.loads(text(self._run(lib.device_now)))
+
+    def cancel(self) -> None:
+        """From another thread: ends what runs, and parks. It then raises Cancelled."""
+        if self._handle is not None:
+            lib.device_cancel(self._handle, 1)
+
+    def _call(self, work: Callable[[], Any], end: Callable[[], Any], progress: Progress | None = None) -> Any:
+        with self._lock:
+            return interruptible(work, end, progress)
+
+    def _run(self, work: Callable[[Any], Any], progress: Progress | None = None) -> Any:
+        handle = self._handle
+        if handle is None:
+            raise Error("the amplifier's port is closed")
+        lib.device_cancel(handle, 0)
+        return self._call(lambda: work(handle), lambda: lib.device_cancel(handle, 1), progress)
+
+
+class EmulatedAmplifier:
+    """`hyst bench`: the amplifier's firmware under emulation, with a simulated actuator. For trying things out.
+
+        with hyst.EmulatedAmplifier("bench.elf", "actuator.json") as port, hyst.Amplifier(port, timeout=5) as amplifier:
+            ...
+
+    Needs the command hyst and qemu-system-arm in the PATH. arguments: more options of the command.
+    """
+
+    def __init__(self, image: str | os.PathLike[str], model: str | os.PathLike[str], *arguments: str,
+                 command: str = "hyst") -> None:
+        self._arguments = [command, "bench", "--json", "--image", os.fspath(image), "--model", os.fspath(model),
+                           *arguments]
+        self._process: subprocess.Popen[str] | None = None
+
+    def __enter__(self) -> str:
+        self._process = subprocess.Popen(self._arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                         start_new_session=True)  # Ctrl-C is for the run, and not for the emulator
+        assert self._process.stdout is not None and self._process.stderr is not None
+        line = self._process.stdout.readline()
+        if not line:
+            reason = self._process.stderr.read().strip()
+            self._process.wait()
+            raise Error(reason or "the emulated amplifier did not start")
+        return json.loads(line)["port"]
+
+    def __exit__(self, *_: Any) -> None:
+        assert self._process is not None
+        self._process.terminate()
+        self._process.communicate()
+
+
+def _track(told: dict[str, Any], recording: Recording) -> Track:
+    nrmse = told["nrmse_percent"]
+    return Track(told["mode"], told["max_error_um"], told["max_error_at_s"], told["rms_error_um"],
+                 float("nan") if nrmse is None else nrmse, told["peak_to_peak_um"], told["made_of"], recording)

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Diagnosis: which physics a model of the recordings leaves out."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from typing import Any, Sequence
+
+import numpy as np
+
+from ._library import Progress, as_path, checked, column_out, handles, lib, long_work, text
+from .model import Model, listed
+from .recording import Recording
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a block, with one standard error."""
+
+    value: float | list[float]
+    error: float | list[float | None] | None  # None: the recordings do not determine it
+    unit: str
+
+    def __str__(self) -> str:
+        if isinstance(self.value, list):
+            return f"{len(self.value)} values in {self.unit}"
+        error = "" if not isinstance(self.error, float) else f" +- {self.error:.2g}"
+        return f"{self.value:.6g}{error} {self.unit}"
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where an effect shows: intervals [from, to]; an empty list: nowhere in particular."""
+
+    time_s: list[list[float]] = field(default_factory=list)
+    frequency_hz: list[list[float]] = field(default_factory=list)
+    drive_v: list[list[float]] = field(default_factory=list)
+    drive_rate_v_per_s: list[list[float]] = field(default_factory=list)
+    loop: str = "everywhere"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect that the model left out. place "recording": a fault of the recording itself."""
+
+    block: str
+    place: str
+    certainty: str  # detected, isolated, named
+    confidence: float
+    parameters: dict[str, Parameter]
+    confusable_with: list[str]
+    error_before_percent: float  # held out
+    error_after_percent: float
+    where: Where
+    explanation: str
+    separating_excitation: str | None
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """A block that was not found, and what it would have had to be like."""
+
+    block: str
+    testable: bool
+    smallest_um: float | None
+    reason: str | None
+    probe: str | None
+
+
+@dataclass(frozen=True)
+class Errors:
+    """NRMSE in percent of the peak-to-peak displacement."""
+
+    fitted_percent: float
+    held_out_percent: float
+
+
+class Diagnosis:
+    """The answer of hyst.diagnose. print() shows what the command shows."""
+
+    def __init__(self, handle: Any, recordings: list[Recording]) -> None:
+        self._handle = checked(handle)
+        self.recordings = recordings
+        self.json: dict[str, Any] = json.loads(text(lib.diagnosis_json(self._handle)))
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            lib.diagnosis_free(self._handle)
+
+    def __repr__(self) -> str:
+        return f"<hyst.Diagnosis {self.verdict}: {', '.join(f.block for f in self.findings) or 'nothing found'}>"
+
+    def __str__(self) -> str:
+        return text(lib.diagnosis_text(self._handle))
+
+    @property
+    def verdict(self) -> str:
+        """nothing_missing, explained, partly_explained or unknown_physics, as the JSON has it."""
+        return self.json["verdict"]
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What was found, faults of the recording first."""
+        return [_finding(found) for found in self.json["findings"]]
+
+    @property
+    def unseen(self) -> list[Unseen]:
+        """What was not found."""
+        return [Unseen(each["block"], each["testable"], each["smallest_um"], each.get("reason"), each.get("probe"))
+                for each in self.json["not_found"]]
+
+    @property
+    def before(self) -> Errors:
+        """Of the chain that was given, or of the hysteresis alone, fitted."""
+        return _errors(self.json["baseline"])
+
+    @property
+    def after(self) -> Errors:
+        """Of the chain with everything that was found."""
+        return _errors(self.json["remaining"])
+
+    @property
+    def noise_percent(self) -> float:
+        """The noise, in the same measure; not a number where it is not known."""
+        return _number(self.json["remaining"]["noise_floor_percent"])
+
+    @property
+    def model(self) -> Model:
+        """The chain with everything that was found, fitted: what the command writes with -o."""
+        return Model._of(lib.diagnosis_model(self._handle))
+
+    def simulated(self, which: str = "after", recording: int = 0) -> np.ndarray:
+        """The position in um as the chain says it, "before" or "after", of a recording."""
+        if which not in ("before", "after"):
+            raise ValueError("which: before or after")
+        column = column_out(lib.diagnosis_column(self._handle, recording, which.encode()),
+                            len(self.recordings[recording]))
+        assert column is not None
+        return column
+
+    def first_counted(self, recording: int = 0) -> int:
+        """The first sample that counts: the memory of the hysteresis is not determined before."""
+        return lib.diagnosis_from(self._handle, recording)
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the page that `hyst diagnose --report` writes."""
+        checked(lib.diagnosis_report(self._handle, as_path(path)))
+
+    def plot(self, recording: int = 0, axes: Any = None) -> Any:
+        """The errors before and after over time, and over the drive. Returns the two axes. Needs matplotlib."""
+        if axes is None:
+            from matplotlib import pyplot
+
+            _, axes = pyplot.subplots(1, 2, figsize=(9, 3.5), layout="constrained", sharey=True)
+        shown = self.recordings[recording]
+        counted = slice(self.first_counted(recording), None)
+        for which, shade in (("before", "#c0504d"), ("after", "#1f6fb4")):
+            error = 1000.0 * (shown.displacement - self.simulated(which, recording))
+            axes[0].plot(shown.time[counted], error[counted], color=shade, linewidth=0.6, label=which)
+            axes[1].plot(shown.drive[counted], error[counted], color=shade, linewidth=0.6)
+        axes[0].set(xlabel="time, s", ylabel="error, nm", title=self.verdict.replace("_", " "))
+        axes[1].set(xlabel="drive, V", title=", ".join(found.block for found in self.findings))
+        axes[0].legend()
+        return axes
+
+
+def diagnose(
+    recordings: Recording | Sequence[Recording],
+    model: Model | None = None,
+    *,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Finds out which physics a model of the recordings leaves out, as `hyst diagnose` does.
+
+    Several recordings are one question with one answer. Without a model it begins with the hysteresis that fits best.
+    progress(what, fraction) is called as the work comes on; if it returns False, it ends with hyst.Cancelled.
+    """
+    several = listed(recordings)
+    given = None if model is None else model._handle
+    handle = long_work(lambda: lib.diagnose(handles(several), len(several), given), progress)
+    return Diagnosis(handle, several)
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _errors(told: dict[str, Any]) -> Errors:
+    return Errors(_number(told.get("nrmse_percent")), _number(told.get("held_out_nrmse_percent")))
+
+
+def _finding(told: dict[str, Any]) -> Finding:
+    where = told.get("where") or {}
+    parameters = {name: Parameter(number.get("value"), number.get("sigma"), number.get("unit", ""))
+                  for name, number in (told.get("parameters") or {}).items()}
+    return Finding(
+        block=told["block"],
+        place=told["place"],
+        certainty=told.get("certainty", "named"),
+        confidence=_number(told.get("confidence")),
+        parameters=parameters,
+        confusable_with=list(told.get("confusable_with") or []),
+        error_before_percent=_number(told.get("held_out_nrmse_percent_before")),
+        error_after_percent=_number(told.get("held_out_nrmse_percent_after")),
+        where=Where(where.get("time_s") or [], where.get("frequency_hz") or [], where.get("drive") or [],
+                    where.get("drive_rate_v_per_s") or [], where.get("loop") or "everywhere"),
+        explanation=told.get("explanation", ""),
+        separating_excitation=told.get("separating_excitation"),
+    )

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Models: fit, simulate, save, compile."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+from typing import Any, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._library import Error, Progress, as_path, checked, column_in, handles, lib, long_work, options, text
+from .recording import Recording
+
+
+class Model:
+    """A chain of blocks with numbers in them: what `hyst fit` writes, format hyst-model-1."""
+
+    def __init__(self, description: dict[str, Any]) -> None:
+        """From the JSON object that docs/FORMATS.md describes."""
+        self._handle = checked(lib.model_from_json(json.dumps(description).encode()))
+
+    @classmethod
+    def _of(cls, handle: Any) -> Model:
+        self = cls.__new__(cls)
+        self._handle = checked(handle)
+        return self
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            lib.model_free(self._handle)
+
+    def __repr__(self) -> str:
+        return "<hyst.Model " + " -> ".join(self.blocks) + ">"
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """The whole model; a change of it does not change the model."""
+        return json.loads(text(lib.model_to_json(self._handle)))
+
+    @property
+    def blocks(self) -> list[str]:
+        """The names of its blocks, from the drive to the sensor."""
+        return [block["block"] for block in self.json["chain"]]
+
+    @property
+    def sample_rate(self) -> float:
+        """Hz: of the recording that it was made from."""
+        return self.json["sample_rate_hz"]
+
+    @property
+    def fit(self) -> dict[str, Any]:
+        """Facts about the fit: errors, ranges, notes. Empty for a model that was not fitted."""
+        return self.json.get("fit") or {}
+
+    @property
+    def nrmse_percent(self) -> float:
+        """RMS error over the peak-to-peak displacement, of the samples that the fit has not seen."""
+        return self.fit.get("held_out_nrmse_percent") or float("nan")
+
+    def simulate(self, drive: ArrayLike, sample_rate: float | None = None, *, preload: float = 0.0,
+                 seed: int = 1) -> np.ndarray:
+        """The position in um for this drive in V, from rest at its first value.
+
+        preload: a constant force in N, for a model that has one. seed: of a block of noise.
+        """
+        pointer, array = column_in(drive)
+        position = np.empty_like(array)
+        rate = self.sample_rate if sample_rate is None else sample_rate
+        checked(lib.simulate(self._handle, rate, len(array), pointer, options(preload_n=float(preload), seed=seed),
+                             position.ctypes.data_as(ctypes.POINTER(ctypes.c_double))))
+        return position
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the file that every command of hyst reads."""
+        checked(lib.model_write(self._handle, as_path(path)))
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Model:
+        """Reads what save, `hyst fit` or `hyst diagnose` wrote."""
+        return Model._of(lib.model_read(as_path(path)))
+
+
+def listed(recordings: Recording | Sequence[Recording]) -> list[Recording]:
+    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    for recording in several:
+        if not isinstance(recording, Recording):
+            raise Error(f"{type(recording).__name__} is no recording: hyst.read or hyst.Recording makes one")
+    return several
+
+
+def families() -> dict[str, str]:
+    """The families that hyst.fit takes, and what each is."""
+    return {family["name"]: family["text"] for family in json.loads(text(lib.families()))}
+
+
+def fit(
+    recordings: Recording | Sequence[Recording],
+    family: str = "prandtl_ishlinskii",
+    *,
+    operators: int | None = None,
+    creep: bool = False,
+    use_all: bool = False,
+    progress: Progress | None = None,
+) -> Model:
+    """Identifies a model of one family, as `hyst fit` does. Several recordings make one fit.
+
+    The last third of each is held out, and Model.nrmse_percent is the error there. operators: their number; None: found
+    by validation. creep: find creep too. use_all: fit once more to all samples. progress(what, fraction) is called as
+    the work comes on; if it returns False, the work ends with hyst.Cancelled.
+    """
+    several = listed(recordings)
+    said = options(family=family, operators=operators, creep=creep, use_all=use_all)
+    return Model._of(long_work(lambda: lib.fit(handles(several), len(several), said), progress))
+
+
+def compile(
+    model: Model,
+    *,
+    sample_rate: float | None = None,
+    drive_range: tuple[float, float] | None = None,
+    position_range: tuple[float, float] | None = None,
+    delay: float | None = None,
+    frequency: float | None = None,
+    preload: float | None = None,
+    follow: str | None = None,
+    filters: bool = True,
+    report: dict[str, Any] | None = None,
+) -> bytes:
+    """The parameter image that makes the amplifier undo the model: what `hyst compile` writes.
+
+    sample_rate: of the amplifier's loop in Hz. drive_range, position_range: what the ends of its converters stand for,
+    in V and um. delay in s, frequency in Hz, preload in N. follow: "reading" or "position". report: a dictionary that
+    receives what the command says with --json.
+    """
+    length, told = ctypes.c_size_t(), ctypes.c_void_p()
+    said = options(sample_rate_hz=sample_rate, drive_range_v=_range(drive_range),
+                   position_range_um=_range(position_range), delay_s=delay, frequency_hz=frequency,
+                   preload_n=preload, follow=follow, filters=filters)
+    image = checked(lib.compile(model._handle, said, ctypes.byref(length), ctypes.byref(told)))
+    try:
+        answer = json.loads(text(told.value))
+        if report is not None:
+            report.clear()
+            report.update(answer)
+        return ctypes.string_at(image, length.value)
+    finally:
+        lib.free(image)
+
+
+def _range(ends: tuple[float, float] | None) -> list[float] | None:
+    return None if ends is None else [float(end) for end in ends]

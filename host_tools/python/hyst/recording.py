@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recordings: uniformly sampled drive and displacement."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+from typing import Any, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._library import Error, as_path, checked, column_in, column_out, lib, options, text
+
+UNITS = {
+    "drive": "V",
+    "displacement": "um",
+    "reference": "um",
+    "voltage": "V",
+    "current": "A",
+    "temperature": "degC",
+}
+
+
+class Recording:
+    """Drive in V and displacement in um of one run, sampled uniformly.
+
+    Recording(drive, displacement, sample_rate=10000) or Recording(drive, displacement, time=t). Time stamps are
+    treated as those of a file: jitter is resampled, a gap is refused. Further columns: reference (um), voltage (V),
+    current (A), temperature (degC), as keywords. keys: the header of the file, for example {"preload_n": "20"}.
+
+    The columns are arrays that cannot be written to: a recording is what was measured.
+    """
+
+    def __init__(
+        self,
+        drive: ArrayLike,
+        displacement: ArrayLike,
+        *,
+        sample_rate: float | None = None,
+        time: ArrayLike | None = None,
+        name: str = "recording",
+        start: float = 0.0,
+        keys: Mapping[str, Any] | None = None,
+        **columns: ArrayLike,
+    ) -> None:
+        given = {"drive": drive, "displacement": displacement, **columns}
+        for column in given:
+            if column not in UNITS:
+                raise Error(f"a recording has no column '{column}'")
+        if (sample_rate is None) == (time is None):
+            raise Error("either sample_rate or time")
+        arrays = {column: column_in(values) for column, values in given.items()}
+        lengths = {column: len(array) for column, (_, array) in arrays.items()}
+        if time is not None:
+            arrays = {"time": column_in(time), **arrays}
+            lengths["time"] = len(arrays["time"][1])
+        if len(set(lengths.values())) != 1:
+            raise Error("columns of different lengths: " + ", ".join(f"{n} of {c}" for c, n in lengths.items()))
+        samples = lengths["drive"]
+        if time is not None:
+            self._handle = checked(_import(name, samples, arrays))
+        else:
+            self._handle = checked(lib.recording_make(name.encode(), float(sample_rate), samples))  # type: ignore
+            for column, (pointer, _) in arrays.items():
+                checked(lib.recording_set_column(self._handle, column.encode(), pointer))
+            lib.recording_set_start_s(self._handle, start)
+        for key, value in (keys or {}).items():
+            checked(lib.recording_set_key(self._handle, str(key).encode(), str(value).encode()))
+        self._columns: dict[str, np.ndarray | None] = {}
+
+    @classmethod
+    def _of(cls, handle: Any) -> Recording:
+        self = cls.__new__(cls)
+        self._handle = checked(handle)
+        self._columns = {}
+        return self
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            lib.recording_free(self._handle)
+
+    def __len__(self) -> int:
+        return lib.recording_samples(self._handle)
+
+    def __repr__(self) -> str:
+        return f"<hyst.Recording {self.name}: {len(self)} samples at {self.sample_rate:.6g} Hz>"
+
+    def column(self, name: str) -> np.ndarray | None:
+        """A column by name, or None where the recording has none of that name."""
+        if name not in UNITS:
+            raise Error(f"a recording has no column '{name}'")
+        if name not in self._columns:
+            self._columns[name] = column_out(lib.recording_column(self._handle, name.encode()), len(self))
+        return self._columns[name]
+
+    @property
+    def drive(self) -> np.ndarray:
+        """V."""
+        return self.column("drive")  # type: ignore[return-value]
+
+    @property
+    def displacement(self) -> np.ndarray:
+        """um."""
+        return self.column("displacement")  # type: ignore[return-value]
+
+    @property
+    def reference(self) -> np.ndarray | None:
+        """um; where the position was to be."""
+        return self.column("reference")
+
+    @property
+    def time(self) -> np.ndarray:
+        """s."""
+        return self.start + np.arange(len(self)) / self.sample_rate
+
+    @property
+    def sample_rate(self) -> float:
+        """Hz."""
+        return lib.recording_sample_rate_hz(self._handle)
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample in s."""
+        return lib.recording_start_s(self._handle)
+
+    @property
+    def name(self) -> str:
+        """The path that it was read from."""
+        return lib.recording_name(self._handle).decode(errors="replace")
+
+    @property
+    def understood(self) -> str:
+        """What a file of another format was taken for, a line for each column; "" for the project's own."""
+        return lib.recording_understood(self._handle).decode(errors="replace")
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """What the header says beside rate and units."""
+        return json.loads(text(lib.recording_keys(self._handle)))
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the CSV that every command of hyst reads."""
+        checked(lib.recording_write(self._handle, as_path(path)))
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset over the coordinate time, with units in attrs. Needs xarray."""
+        import xarray
+
+        data = {name: ("time", self.column(name), {"units": unit}) for name, unit in UNITS.items()
+                if self.column(name) is not None}
+        time = ("time", self.time, {"units": "s"})
+        return xarray.Dataset(data, {"time": time},
+                              {"name": self.name, "sample_rate_hz": self.sample_rate, **self.keys})
+
+    def plot(self, axes: Any = None) -> Any:
+        """Displacement over drive, and both over time. Returns the two axes. Needs matplotlib."""
+        if axes is None:
+            from matplotlib import pyplot
+
+            _, axes = pyplot.subplots(1, 2, figsize=(9, 3.5), layout="constrained")
+        axes[0].plot(self.drive, self.displacement, linewidth=0.8)
+        axes[0].set(xlabel="drive, V", ylabel="displacement, um")
+        axes[1].plot(self.time, self.displacement, linewidth=0.8)
+        axes[1].set(xlabel="time, s", ylabel="displacement, um")
+        return axes
+
+
+def _import(name: str, samples: int, arrays: Mapping[str, tuple[Any, np.ndarray]]) -> Any:
+    count = len(arrays)
+    doubles = ctypes.POINTER(ctypes.c_double)
+    return lib.recording_import(
+        name.encode(),
+        samples,
+        count,
+        (ctypes.c_char_p * count)(*[column.encode() for column in arrays]),
+        (ctypes.c_char_p * count)(*[UNITS.get(column, "s").encode() for column in arrays]),
+        (doubles * count)(*[pointer for pointer, _ in arrays.values()]),
+        None,
+    )
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    time: str | int | None = None,
+    sample_rate: float | None = None,
+    columns: Mapping[str, str | int] | None = None,
+    scales: Mapping[str, float] | None = None,
+) -> Recording:
+    """Reads a recording: the project's CSV, or any file that `hyst import` takes.
+
+    What a foreign file does not say, the keywords say, as the options of that command do: columns={"drive": "CH1"}
+    (name or number of a column), scales={"drive": 20.0} (V or um per unit), time="t" or "none", sample_rate in Hz.
+    Recording.understood tells what the columns were taken for.
+    """
+    said = None
+    if any(value is not None for value in (time, sample_rate, columns, scales)):
+        said = options(time=None if time is None else str(time), sample_rate_hz=sample_rate,
+                       column=columns, scale=scales)
+    return Recording._of(lib.recording_read(as_path(path), said))

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/decimal.h"
+#include <ctype.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Powers of ten that are exact in a double. */
+static const double power_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                      1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+enum { MOST_POWER = 22, MOST_DIGITS = 18, LONGEST = 1000 };
+
+static inline bool is_digit(char c) {
+    return (unsigned)c - '0' <= 9U;
+}
+
+/* By the library, with the decimal point that it knows. */
+static bool read_slowly(const char *text, size_t length, char point, double *number) {
+    char copy[LONGEST + 1];
+    if (length > LONGEST) {
+        return false;
+    }
+    memcpy(copy, text, length);
+    copy[length] = '\0';
+    if (point != '.') {
+        char *comma = strchr(copy, point);
+        if (comma != NULL) {
+            *comma = '.';
+        }
+    }
+    *number = strtod(copy, NULL);
+    return isfinite(*number);
+}
+
+bool decimal_read(const char *text, char point, double *number, const char **end) {
+    const char *at = text;
+    bool negative = false, fraction = false, any = false;
+    uint64_t digits = 0;
+    int count = 0, scale = 0, exponent = 0;
+    if (*at == '+' || *at == '-') {
+        negative = *at++ == '-';
+    }
+    for (;; at++) {
+        if (is_digit(*at)) {
+            any = true;
+            scale -= fraction;
+            digits = count < MOST_DIGITS ? 10 * digits + (uint64_t)(*at - '0') : digits;
+            count += count > 0 || *at != '0';
+        } else if (*at == point && !fraction) {
+            fraction = true;
+        } else {
+            break;
+        }
+    }
+    if (!any) {
+        return false;
+    }
+    if (*at == 'e' || *at == 'E') {
+        const char *power = at + 1;
+        bool below = false;
+        if (*power == '+' || *power == '-') {
+            below = *power++ == '-';
+        }
+        if (is_digit(*power)) {
+            for (; is_digit(*power); power++) {
+                exponent = exponent < 10000 ? 10 * exponent + (*power - '0') : exponent;
+            }
+            exponent = below ? -exponent : exponent;
+            at = power;
+        }
+    }
+    *end = at;
+    scale += exponent;
+    /* digits < 2^53 and a power of ten that is exact: one rounding, so the nearest double (Clinger 1990). */
+    if (count <= MOST_DIGITS && digits < (UINT64_C(1) << 53) && abs(scale) <= MOST_POWER) {
+        const double whole = (double)digits;
+        const double size = scale < 0 ? whole / power_of_ten[-scale] : whole * power_of_ten[scale];
+        *number = negative ? -size : size;
+        return true;
+    }
+    return read_slowly(text, (size_t)(at - text), point, number);
+}
+
+/* `count` digits, more behind them not allowed. */
+static bool read_digits(const char **at, int count, int *number) {
+    *number = 0;
+    for (int i = 0; i < count; i++, ++*at) {
+        if (!isdigit((unsigned char)**at)) {
+            return false;
+        }
+        *number = 10 * *number + (**at - '0');
+    }
+    return !isdigit((unsigned char)**at);
+}
+
+/* Days since 1970 in the Gregorian calendar (Hinnant, days_from_civil). */
+static double days_since_1970(int year, int month, int day) {
+    const int y = month <= 2 ? year - 1 : year, era = y / 400, of_era = y - era * 400;
+    const int of_year = (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + day - 1;
+    const int days = of_era * 365 + of_era / 4 - of_era / 100 + of_year;
+    return (double)era * 146097.0 + (double)days - 719468.0;
+}
+
+bool clock_read(const char *text, double *seconds, const char **end) {
+    int year, month, day, hour, minute, second;
+    double base = 0.0, fraction = 0.0;
+    const char *at = text;
+    if (read_digits(&at, 4, &year) && (*at == '-' || *at == '/')) {
+        const char between = *at++;
+        if (!read_digits(&at, 2, &month) || *at++ != between || !read_digits(&at, 2, &day) || month < 1 || month > 12 ||
+            day < 1 || day > 31 || (*at != ' ' && *at != 'T')) {
+            return false;
+        }
+        at++;
+        base = 86400.0 * days_since_1970(year, month, day);
+    } else {
+        at = text;
+    }
+    if (!read_digits(&at, 2, &hour) || *at++ != ':' || !read_digits(&at, 2, &minute) || *at++ != ':' ||
+        !read_digits(&at, 2, &second) || hour > 23 || minute > 59 || second > 60) {
+        return false;
+    }
+    if ((*at == '.' || *at == ',') && isdigit((unsigned char)at[1])) {
+        double place = 0.1;
+        for (at++; isdigit((unsigned char)*at); at++) {
+            fraction += place * (double)(*at - '0');
+            place /= 10.0;
+        }
+    }
+    *end = *at == 'Z' ? at + 1 : at;
+    *seconds = base + 3600.0 * (double)hour + 60.0 * (double)minute + (double)second + fraction;
+    return true;
+}

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/recording.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *column_name(column_t column) {
+    static const char *const names[COLUMN_COUNT] = {"drive",   "displacement", "reference",
+                                                    "voltage", "current",      "temperature"};
+    return names[column];
+}
+
+const char *column_unit(column_t column) {
+    static const char *const units[COLUMN_COUNT] = {"V", "um", "um", "V", "A", "degC"};
+    return units[column];
+}
+
+void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples) {
+    memset(recording, 0, sizeof *recording);
+    recording->name = copy_text(name);
+    recording->sample_rate_hz = sample_rate_hz;
+    recording->samples = samples;
+    recording_add_column(recording, COLUMN_DRIVE);
+    recording_add_column(recording, COLUMN_DISPLACEMENT);
+}
+
+double *recording_add_column(recording_t *recording, column_t column) {
+    if (recording->column[column] == NULL) {
+        recording->column[column] = allocate(recording->samples, sizeof(double));
+    }
+    return recording->column[column];
+}
+
+void recording_copy(recording_t *copy, const recording_t *recording) {
+    const size_t size = recording->samples * sizeof(double);
+    recording_create(copy, recording->name, recording->sample_rate_hz, recording->samples);
+    copy->start_s = recording->start_s;
+    copy->clock_s = recording->clock_s;
+    for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
+        if (recording->column[column] != NULL) {
+            memcpy(recording_add_column(copy, column), recording->column[column], size);
+        }
+    }
+    for (size_t i = 0; i < recording->keys; i++) {
+        recording_set_key(copy, recording->key[i].key, recording->key[i].value);
+    }
+    if (recording->understood != NULL) {
+        copy->understood = copy_text(recording->understood);
+    }
+    if (recording->masked != NULL) {
+        copy->masked = allocate(recording->samples, 1);
+        memcpy(copy->masked, recording->masked, recording->samples);
+    }
+}
+
+const char *recording_key(const recording_t *recording, const char *key) {
+    for (size_t i = 0; i < recording->keys; i++) {
+        if (strcmp(recording->key[i].key, key) == 0) {
+            return recording->key[i].value;
+        }
+    }
+    return NULL;
+}
+
+void recording_set_key(recording_t *recording, const char *key, const char *value) {
+    for (size_t i = 0; i < recording->keys; i++) {
+        if (strcmp(recording->key[i].key, key) == 0) {
+            free(recording->key[i].value);
+            recording->key[i].value = copy_text(value);
+            return;
+        }
+    }
+    recording->key = reallocate(recording->key, recording->keys + 1, sizeof *recording->key);
+    recording->key[recording->keys].key = copy_text(key);
+    recording->key[recording->keys].value = copy_text(value);
+    recording->keys++;
+}
+
+void recording_mask(recording_t *recording, size_t from, size_t to) {
+    double *y = recording->column[COLUMN_DISPLACEMENT];
+    const size_t samples = recording->samples;
+    if (recording->masked == NULL) {
+        recording->masked = allocate(samples, 1);
+    }
+    memset(recording->masked + from, 1, to - from);
+    /* Between the nearest readings that count; a stretch that was left out before is bridged again. */
+    size_t before = from, behind = to;
+    while (before > 0 && recording->masked[before - 1] != 0) {
+        before--;
+    }
+    while (behind < samples && recording->masked[behind] != 0) {
+        behind++;
+    }
+    for (size_t k = before; k < behind; k++) {
+        const double low = before > 0 ? y[before - 1] : y[behind < samples ? behind : k];
+        const double high = behind < samples ? y[behind] : low;
+        y[k] = low + (high - low) * (double)(k + 1 - before) / (double)(behind + 1 - before);
+    }
+}
+
+void recording_free(recording_t *recording) {
+    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+        free(recording->column[i]);
+    }
+    for (size_t i = 0; i < recording->keys; i++) {
+        free(recording->key[i].key);
+        free(recording->key[i].value);
+    }
+    free(recording->key);
+    free(recording->name);
+    free(recording->understood);
+    free(recording->masked);
+    memset(recording, 0, sizeof *recording);
+}
+
+void values_range(const double *values, size_t count, double range[2]) {
+    range[0] = range[1] = values[0];
+    for (size_t k = 1; k < count; k++) {
+        range[0] = fmin(range[0], values[k]);
+        range[1] = fmax(range[1], values[k]);
+    }
+}
+
+void recordings_range(const recording_t *recordings, size_t count, column_t column, double range[2]) {
+    values_range(recordings[0].column[column], recordings[0].samples, range);
+    for (size_t i = 1; i < count; i++) {
+        double one[2];
+        values_range(recordings[i].column[column], recordings[i].samples, one);
+        range[0] = fmin(range[0], one[0]);
+        range[1] = fmax(range[1], one[1]);
+    }
+}
+
+double **recordings_room(const recording_t *recordings, size_t count) {
+    double **room = allocate(count, sizeof *room);
+    for (size_t i = 0; i < count; i++) {
+        room[i] = allocate(recordings[i].samples, sizeof(double));
+    }
+    return room;
+}
+
+void recordings_room_free(double **room, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        free(room[i]);
+    }
+    free(room);
+}

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Recordings: uniformly sampled drive and displacement, as CSV.
+ *
+ *     # sample_rate_hz: 10000
+ *     # drive_unit: V
+ *     # displacement_unit: um
+ *     # any_other_key: value
+ *     t,drive,displacement
+ *     0.0000,50.00000,0.01234
+ *
+ * Header lines start with '#'. Columns are named and may stand in any order; t [s], drive [V] and displacement [um] are
+ * required, reference [um], voltage [V], current [A] and temperature [degC] are optional, other names are ignored.
+ * Nothing is repaired: a gap, a duplicate, a number that is not one, a ragged or over-long line, a missing column, a
+ * rate that t contradicts or binary data is refused with one line that names file and line.
+ *
+ * A file that does not begin with such a header is imported by import.h, if that needs no options.
+ */
+#ifndef RECORDING_H
+#define RECORDING_H
+
+#include "base/failure.h"
+#include <stddef.h>
+
+/** Largest magnitude of a value in V, um, A or degC. A megavolt or a metre is no piezo actuator but a wrong unit, a
+ * broken line, or a sensor's mark for "no reading"; let through, one such value decides every fit. */
+#define RECORDING_LARGEST 1e6
+
+/** Longest line of a recording in characters. */
+#define RECORDING_MAX_LINE 1000
+
+typedef enum {
+    COLUMN_DRIVE,        /**< V */
+    COLUMN_DISPLACEMENT, /**< um */
+    COLUMN_REFERENCE,    /**< um */
+    COLUMN_VOLTAGE,      /**< V, measured at the actuator */
+    COLUMN_CURRENT,      /**< A */
+    COLUMN_TEMPERATURE,  /**< degC */
+    COLUMN_COUNT
+} column_t;
+
+/** A header line that is not one of the three keys with a meaning here. */
+typedef struct {
+    char *key, *value;
+} recording_key_t;
+
+typedef struct {
+    char *name; /**< path it was read from, for messages */
+    double sample_rate_hz;
+    double start_s;               /**< t of the first sample */
+    double clock_s;               /**< start on a clock shared by recordings (line_clock.h); 0: unknown */
+    size_t samples;               /**< 2 or more after a successful read */
+    double *column[COLUMN_COUNT]; /**< samples values each, NULL where the recording has no such column */
+    size_t keys;
+    recording_key_t *key;
+    char *understood;      /**< for a file of another format: how its columns were interpreted, some lines; else NULL */
+    unsigned char *masked; /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
+} recording_t;
+
+/** Name of a column as the file writes it. */
+const char *column_name(column_t column);
+/** Its unit: "V", "um", "A", "degC". */
+const char *column_unit(column_t column);
+
+/** Reads and checks a file. On success the caller frees *recording with recording_free. */
+bool recording_read(recording_t *recording, const char *path, failure_t *failure);
+
+/** Writes a file that recording_read reads back to the same numbers (17 digits where needed). All present columns. A
+ * name that ends in .h5, .hdf5 or .nc makes an HDF5 file (recording_hdf5.h): faster by far, and bit for bit. */
+bool recording_write(const recording_t *recording, const char *path, failure_t *failure);
+
+/** An empty recording of `samples` zeroed samples with drive and displacement. Further columns: recording_add_column.
+ */
+void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples);
+/** A copy with all its columns, keys and marks; free both. */
+void recording_copy(recording_t *copy, const recording_t *recording);
+/** Adds a zeroed column unless it exists. Returns its values. */
+double *recording_add_column(recording_t *recording, column_t column);
+/** Leaves the displacement of samples [from, to) out: they are marked, and hold a straight line between the readings
+ * beside them, so that filters over time pass. What is written to a file is not marked. */
+void recording_mask(recording_t *recording, size_t from, size_t to);
+/** Adds or replaces a header key. Keys and values are one line each. */
+void recording_set_key(recording_t *recording, const char *key, const char *value);
+/** The value of a header key, or NULL. */
+const char *recording_key(const recording_t *recording, const char *key);
+/** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
+bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
+
+/** Smallest and largest of count values; count > 0. */
+void values_range(const double *values, size_t count, double range[2]);
+/** The same over a column that all of these recordings have. */
+void recordings_range(const recording_t *recordings, size_t count, column_t column, double range[2]);
+
+/** Zeroed arrays with one value per sample of each recording; to be freed with recordings_room_free. */
+double **recordings_room(const recording_t *recordings, size_t count);
+void recordings_room_free(double **room, size_t count);
+
+/** Frees what the recording holds and clears it. A cleared recording may be freed again. */
+void recording_free(recording_t *recording);
+
+#endif

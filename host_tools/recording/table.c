@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/table.h"
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+void table_open(table_t *table, const char *path, const char *kind) {
+    memset(table, 0, sizeof *table);
+    table->source = copy_text(path);
+    table->kind = copy_text(kind);
+}
+
+static void drop_columns(table_t *table) {
+    for (size_t i = 0; i < table->columns; i++) {
+        free(table->column[i].name);
+        free(table->column[i].unit);
+        free(table->column[i].value);
+    }
+    free(table->column);
+    table->column = NULL;
+    table->columns = 0;
+}
+
+void table_free(table_t *table) {
+    drop_columns(table);
+    for (size_t i = 0; i < table->notes; i++) {
+        free(table->note[i]);
+    }
+    free(table->note);
+    free(table->interval_origin);
+    free(table->source);
+    free(table->kind);
+    memset(table, 0, sizeof *table);
+}
+
+void table_add(table_t *table, const char *name, const char *unit, double *value) {
+    table_column_t *column;
+    table->column = reallocate(table->column, table->columns + 1, sizeof *table->column);
+    column = &table->column[table->columns++];
+    column->name = copy_text(name);
+    column->unit = copy_text(unit);
+    column->value = value;
+    column->number = table->columns;
+}
+
+void table_note(table_t *table, const char *format, ...) {
+    char text[400];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    table->note = reallocate(table->note, table->notes + 1, sizeof *table->note);
+    table->note[table->notes++] = copy_text(text);
+}
+
+/* A single number that says how the rest was sampled. */
+static bool take_rate(table_t *table, const char *name, double number) {
+    static const struct {
+        const char *name;
+        bool rate;
+    } known[] = {{"fs", true},
+                 {"sample_rate", true},
+                 {"sample_rate_hz", true},
+                 {"sampling_rate", true},
+                 {"sampling_frequency", true},
+                 {"rate", true},
+                 {"dt", false},
+                 {"ts", false},
+                 {"tinterval", false},
+                 {"interval", false},
+                 {"sample_interval", false}};
+    const char *last = name + strlen(name);
+    while (last > name && last[-1] != '.' && last[-1] != '/') {
+        last--;
+    }
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (number > 0.0 && strcasecmp(last, known[i].name) == 0) {
+            table_set_interval(table, known[i].rate ? 1.0 / number : number, name);
+            return true;
+        }
+    }
+    return false;
+}
+
+void table_set_interval(table_t *table, double interval_s, const char *origin) {
+    table->interval_s = interval_s;
+    free(table->interval_origin);
+    table->interval_origin = copy_text(origin);
+}
+
+void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
+                     bool row_major) {
+    const bool lying = rows < columns; /* signals in rows: one a row */
+    const size_t samples = lying ? columns : rows, signals = lying ? rows : columns;
+    if (samples == 1 && signals == 1 && take_rate(table, name, value[0])) {
+        return;
+    }
+    if (samples < 2 || signals == 0) {
+        table_note(table, "%s is one number, no signal", name);
+        return;
+    }
+    if (table->columns > 0 && samples < table->rows) {
+        table_note(table, "%s has %zu samples where others have %zu", name, samples, table->rows);
+        return;
+    }
+    if (table->columns > 0 && samples > table->rows) {
+        for (size_t i = 0; i < table->columns; i++) {
+            table_note(table, "%s has %zu samples where %s has %zu", table->column[i].name, table->rows, name, samples);
+        }
+        drop_columns(table);
+    }
+    table->rows = samples;
+    for (size_t i = 0; i < signals; i++) {
+        char text[300];
+        double *one = allocate(samples, sizeof *one);
+        for (size_t k = 0; k < samples; k++) {
+            const size_t row = lying ? i : k, column = lying ? k : i;
+            one[k] = value[row_major ? row * columns + column : column * rows + row];
+        }
+        if (signals > 1) {
+            snprintf(text, sizeof text, "%s %zu", name, i + 1);
+        } else {
+            snprintf(text, sizeof text, "%s", name);
+        }
+        table_add(table, text, "", one);
+    }
+}
+
+/* How the first bytes of a file say what it is. */
+typedef struct {
+    const char *bytes;
+    size_t length;
+    bool (*read)(table_t *table, const char *path, failure_t *failure); /* NULL: refused */
+    const char *refusal;
+} signature_t;
+
+static const signature_t signatures[] = {
+    {"\x89HDF\r\n\x1a\n", 8, table_read_hdf5, NULL},
+    {"MATLAB 5.0 MAT-file", 19, table_read_matlab, NULL},
+    {"MATLAB 7.3 MAT-file", 19, table_read_hdf5, NULL},
+    {"\x93NUMPY", 6, table_read_numpy, NULL},
+    {"PK\x03\x04", 4, table_read_numpy_archive, NULL},
+    {"TDSm", 4, NULL, "a LabVIEW TDMS file: export it as text (.lvm or .csv), or read it with Python's nptdms"},
+    {"%PDF", 4, NULL, "a PDF document, no measurements"},
+    {"\x89PNG", 4, NULL, "a picture, no measurements"},
+    {"\xd0\xcf\x11\xe0", 4, NULL, "an old Excel workbook: save it as CSV"},
+};
+
+bool table_read(table_t *table, const char *path, failure_t *failure) {
+    char head[32] = {0};
+    size_t length;
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) {
+        return fail(failure, "%s: %s", path, strerror(errno));
+    }
+    length = fread(head, 1, sizeof head, file);
+    if (ferror(file)) {
+        fail(failure, "%s: %s", path, strerror(errno));
+        fclose(file);
+        return false;
+    }
+    fclose(file);
+    if (length == 0) {
+        return fail(failure, "%s: empty file", path);
+    }
+    for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
+        const signature_t *signature = &signatures[i];
+        if (length >= signature->length && memcmp(head, signature->bytes, signature->length) == 0) {
+            return signature->read != NULL ? signature->read(table, path, failure)
+                                           : fail(failure, "%s: %s", path, signature->refusal);
+        }
+    }
+    return table_read_text(table, path, failure);
+}

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * The contents of a file of measurements before interpretation: named columns of numbers, their units if stated, and
+ * the sample rate if stated.
+ *
+ * Kinds of file, told apart by their first bytes and never by their name:
+ *
+ *     text       separated by comma, semicolon, tab, bar or blanks; decimal point or comma; with or without names,
+ *                units, quotes and header lines (oscilloscopes, LabVIEW .lvm, NumPy savetxt, spreadsheets);
+ *                UTF-8, UTF-16 or Latin-1; LF or CR LF. table_text.c
+ *     MATLAB     .mat of versions 4 to 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
+ *     NumPy      .npy and .npz: arrays of one or two dimensions, and structured ones. table_numpy.c
+ *     HDF5       data sets of one or two dimensions, in groups, too. table_hdf5.c
+ *     gzip       of any text. text_source.c
+ *
+ * Columns of fewer samples than the longest are omitted (and noted): they are settings, not signals.
+ */
+#ifndef TABLE_H
+#define TABLE_H
+
+#include "base/failure.h"
+#include <stddef.h>
+
+typedef struct {
+    char *name;    /**< never NULL; "column 3" where the file has no names */
+    char *unit;    /**< as in the file, without brackets; "" if not stated */
+    double *value; /**< one value per row; not finite where a binary file has such values */
+    size_t number; /**< of the column in the file, from 1 */
+} table_column_t;
+
+typedef struct {
+    char *source; /**< the path */
+    char *kind;   /**< "text, ';' between columns, decimal comma", "MATLAB 7.3", .. */
+    size_t rows, columns;
+    table_column_t *column;
+    double interval_s;        /**< between rows, as the file states it; 0: it does not */
+    char *interval_origin;    /**< where it is stated ("header line 3: Sample Interval"), or NULL */
+    unsigned long first_line; /**< of a text: line of row 0, counted from 1; else 0 */
+    size_t notes;
+    char **note; /**< what was omitted, one line each */
+} table_t;
+
+/** Reads a file of any kind above. On success the caller frees *table with table_free. */
+bool table_read(table_t *table, const char *path, failure_t *failure);
+
+void table_free(table_t *table);
+
+/* For the readers. */
+
+/** An empty table of that file. */
+void table_open(table_t *table, const char *path, const char *kind);
+/** Adds a column, which is then the last one and has its place as number; name and unit are copied, value is taken over
+ * (table->rows values). */
+void table_add(table_t *table, const char *name, const char *unit, double *value);
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void table_note(table_t *table, const char *format, ...);
+
+/** The sample interval, and where the file states it. */
+void table_set_interval(table_t *table, double interval_s, const char *origin);
+
+/** An array of a binary file: its rows are samples unless it has fewer rows than columns. Adds its columns if the table
+ * has as many rows (the first array sets them; a longer one replaces what is there); else notes it. A single number
+ * called like a sample rate or interval is taken for that. `value` is in rows (C order) if row_major, copied. */
+void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
+                     bool row_major);
+
+bool table_read_text(table_t *table, const char *path, failure_t *failure);
+bool table_read_matlab(table_t *table, const char *path, failure_t *failure);
+bool table_read_numpy(table_t *table, const char *path, failure_t *failure);
+bool table_read_numpy_archive(table_t *table, const char *path, failure_t *failure);
+bool table_read_hdf5(table_t *table, const char *path, failure_t *failure);
+
+#endif

@@ -1,0 +1,373 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Tables in text. The only assumption is that most lines hold numbers in the same places. The separator and the decimal
+ * sign are those that give the most columns of numbers in lines from the whole file. The data begin where lines of that
+ * shape begin; above them are names, units and facts.
+ */
+#include "recording/decimal.h"
+#include "recording/table.h"
+#include "recording/text_header.h"
+#include "recording/text_source.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    MOST_COLUMNS = 256,
+    SAMPLE_LINES = 60, /* lines that decide the dialect */
+    SURE_LINES = 5,    /* this many consecutive lines of numbers are not a header */
+    TOLD_PROBLEMS = 4
+};
+
+typedef struct {
+    char separator; /* ' ': any blanks */
+    char point;
+} dialect_t;
+
+static const dialect_t dialects[] = {{',', '.'}, {';', '.'}, {'\t', '.'}, {';', ','}, {'\t', ','},
+                                     {' ', '.'}, {' ', ','}, {'|', '.'},  {'|', ','}, {',', ','}};
+
+typedef enum { FIELD_EMPTY, FIELD_NUMBER, FIELD_TEXT } field_kind_t;
+
+/* The next field of a line, without blanks and quotes around it. Returns what comes behind the separator, NULL at the
+ * end. */
+static const char *next_field(const char *line, char separator, const char **field, size_t *length) {
+    const char *begin = line + strspn(line, separator == '\t' ? " " : " \t"), *end;
+    if (*begin == '"') {
+        const char *quote = strchr(begin + 1, '"');
+        if (quote != NULL) {
+            *field = begin + 1;
+            *length = (size_t)(quote - begin - 1);
+            while (*length > 0 && **field == ' ') {
+                ++*field;
+                --*length;
+            }
+            while (*length > 0 && (*field)[*length - 1] == ' ') {
+                --*length;
+            }
+            end = quote + 1 + strspn(quote + 1, " ");
+            if (separator == ' ') {
+                end += strspn(end, " \t");
+                return *end == '\0' ? NULL : end;
+            }
+            return *end == separator ? end + 1 : NULL;
+        }
+    }
+    if (separator == ' ') {
+        *field = begin;
+        *length = strcspn(begin, " \t");
+        end = begin + *length;
+        end += strspn(end, " \t");
+        return *end == '\0' ? NULL : end;
+    }
+    end = strchr(begin, separator);
+    *field = begin;
+    *length = end != NULL ? (size_t)(end - begin) : strlen(begin);
+    while (*length > 0 && ((*field)[*length - 1] == ' ' || (*field)[*length - 1] == '\t')) {
+        --*length;
+    }
+    return end != NULL ? end + 1 : NULL;
+}
+
+static field_kind_t field_kind(const char *field, size_t length, char point, double *number) {
+    const char *end;
+    if (length == 0) {
+        return FIELD_EMPTY;
+    }
+    if (decimal_read(field, point, number, &end) && end == field + length) {
+        return FIELD_NUMBER;
+    }
+    return clock_read(field, number, &end) && end == field + length ? FIELD_NUMBER : FIELD_TEXT;
+}
+
+/* What the fields of a line are. Returns how many there are. */
+static size_t line_shape(const char *line, dialect_t dialect, field_kind_t kind[MOST_COLUMNS]) {
+    size_t count = 0;
+    const char *at = line;
+    while (at != NULL && count < MOST_COLUMNS) {
+        const char *field;
+        size_t length;
+        double number;
+        at = next_field(at, dialect.separator, &field, &length);
+        kind[count++] = field_kind(field, length, dialect.point, &number);
+    }
+    return count;
+}
+
+static bool is_blank(const char *line) {
+    return line[strspn(line, " \t")] == '\0';
+}
+
+/* The columns that hold numbers in at least nine of ten of some lines. Returns how many, less the others that hold
+ * anything. */
+static long number_columns(const char *const *lines, size_t count, dialect_t dialect, bool number[MOST_COLUMNS]) {
+    size_t numbers[MOST_COLUMNS] = {0}, texts[MOST_COLUMNS] = {0};
+    long score = 0;
+    for (size_t i = 0; i < count; i++) {
+        field_kind_t kind[MOST_COLUMNS];
+        const size_t fields = line_shape(lines[i], dialect, kind);
+        for (size_t j = 0; j < fields; j++) {
+            numbers[j] += kind[j] == FIELD_NUMBER;
+            texts[j] += kind[j] == FIELD_TEXT;
+        }
+    }
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        number[j] = numbers[j] * 10 >= count * 9;
+        score += number[j] ? 1 : texts[j] * 2 >= count ? -1 : 0;
+    }
+    return score;
+}
+
+typedef struct {
+    dialect_t dialect;
+    bool number[MOST_COLUMNS]; /* the columns that hold the data */
+    size_t columns;            /* how many of them */
+    size_t begin, end;         /* lines of data: [begin, end) */
+} layout_t;
+
+/* Lines from the second half of the file, where a header has ended. */
+static size_t sample_lines(const text_source_t *source, const char *sample[SAMPLE_LINES]) {
+    const size_t from = source->lines / 2, step = 1 + (source->lines - from) / SAMPLE_LINES;
+    size_t count = 0;
+    for (size_t i = from; i < source->lines && count < SAMPLE_LINES; i += step) {
+        size_t k = i;
+        while (k < source->lines && is_blank(source->line[k])) {
+            k++;
+        }
+        if (k < source->lines) {
+            sample[count++] = source->line[k];
+        }
+    }
+    return count;
+}
+
+static bool fits(const layout_t *layout, const char *line) {
+    field_kind_t kind[MOST_COLUMNS];
+    const size_t fields = line_shape(line, layout->dialect, kind);
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        if (layout->number[j] && (j >= fields || kind[j] != FIELD_NUMBER)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
+    const char *sample[SAMPLE_LINES];
+    const size_t count = sample_lines(source, sample);
+    size_t run = 0, first = 0;
+    long best = 0;
+    memset(layout, 0, sizeof *layout);
+    for (size_t i = 0; i < sizeof dialects / sizeof dialects[0]; i++) {
+        bool number[MOST_COLUMNS];
+        const long score = number_columns(sample, count, dialects[i], number);
+        if (score > best) {
+            best = score;
+            layout->dialect = dialects[i];
+            memcpy(layout->number, number, sizeof number);
+        }
+    }
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        layout->columns += layout->number[j];
+    }
+    if (layout->columns == 0) {
+        return fail(failure, "%s: no table of numbers: line %zu is '%.60s'", path, source->lines / 2 + 1,
+                    source->line[source->lines / 2]);
+    }
+    layout->end = source->lines;
+    while (layout->end > 0 && !fits(layout, source->line[layout->end - 1])) {
+        layout->end--;
+    }
+    layout->begin = layout->end;
+    for (size_t i = 0; i < layout->end && run < SURE_LINES; i++) {
+        if (is_blank(source->line[i])) {
+            continue;
+        }
+        if (fits(layout, source->line[i])) {
+            first = run == 0 ? i : first;
+            run++;
+        } else {
+            run = 0;
+        }
+    }
+    layout->begin = run > 0 ? first : layout->end;
+    return true;
+}
+
+static void describe(table_t *table, const text_source_t *source, const layout_t *layout) {
+    char text[160];
+    const char separator = layout->dialect.separator;
+    const char *between = separator == '\t' ? "tabs" : separator == ' ' ? "blanks" : NULL;
+    snprintf(text, sizeof text, "%stext (%s), %s%c%s between columns, decimal %s", source->compressed ? "gzip of " : "",
+             source->encoding, between != NULL ? between : "'", between != NULL ? ' ' : separator,
+             between != NULL ? "" : "'", layout->dialect.point == '.' ? "point" : "comma");
+    free(table->kind);
+    table->kind = copy_text(text);
+}
+
+/* The numbers of one line. Returns how many there are in a row; *word: the field that is none, NULL at the line's end.
+ */
+static size_t read_row(const layout_t *layout, const char *line, double *row, const char **word, size_t *length) {
+    size_t found = 0;
+    *word = NULL;
+    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && found < layout->columns; j++) {
+        const char *field;
+        line = next_field(line, layout->dialect.separator, &field, length);
+        if (layout->number[j]) {
+            if (field_kind(field, *length, layout->dialect.point, &row[found]) != FIELD_NUMBER) {
+                *word = *length > 0 ? field : NULL;
+                return found;
+            }
+            found++;
+        }
+    }
+    return found;
+}
+
+/* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
+static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
+                      failure_t *failure) {
+    size_t problems = 0, used = 0;
+    char told[600] = "";
+    for (size_t i = layout->begin; i < layout->end; i++) {
+        double row[MOST_COLUMNS];
+        const char *word;
+        size_t length, found;
+        int printed;
+        if (is_blank(source->line[i])) {
+            continue;
+        }
+        found = read_row(layout, source->line[i], row, &word, &length);
+        if (found == layout->columns) {
+            for (size_t j = 0; j < found; j++) {
+                value[j][table->rows] = row[j];
+            }
+            table->rows++;
+            continue;
+        }
+        if (problems++ >= TOLD_PROBLEMS || used >= sizeof told) {
+            continue;
+        }
+        printed = word != NULL
+                      ? snprintf(told + used, sizeof told - used, "%sline %zu: '%.*s' is not a number",
+                                 used > 0 ? "; " : "", i + 1, (int)(length < 40 ? length : 40), word)
+                      : snprintf(told + used, sizeof told - used, "%sline %zu: %zu numbers where others have %zu",
+                                 used > 0 ? "; " : "", i + 1, found, layout->columns);
+        used += printed > 0 ? (size_t)printed : 0;
+    }
+    if (problems > 0) {
+        return fail(failure, "%s: %zu of %zu lines of data cannot be read: %s%s", table->source, problems,
+                    problems + table->rows, told, problems > TOLD_PROBLEMS ? "; .." : "");
+    }
+    return table->rows >= 2 ||
+           fail(failure, "%s: the table ends after %zu rows of numbers", table->source, table->rows);
+}
+
+/* Splits a line of the header like the data, or by whatever makes enough fields of it. */
+static size_t split_names(const char *line, char separator, size_t least, text_field_t field[MOST_COLUMNS]) {
+    const char others[] = {separator, '\t', ';', ',', ' '};
+    line += strspn(line, "#%/! ");
+    for (size_t i = 0; i < sizeof others; i++) {
+        const char *at = line;
+        size_t count = 0;
+        while (at != NULL && count < MOST_COLUMNS) {
+            const char *text;
+            size_t length;
+            at = next_field(at, others[i], &text, &length);
+            snprintf(field[count].text, sizeof field[count].text, "%.*s", (int)length, text);
+            count++;
+        }
+        if (count >= least) {
+            return count;
+        }
+    }
+    return 0;
+}
+
+static void name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
+    text_field_t *fields[2] = {allocate(MOST_COLUMNS, sizeof(text_field_t)),
+                               allocate(MOST_COLUMNS, sizeof(text_field_t))};
+    size_t count[2] = {0, 0}, least = 0, found = 0, column = 0;
+    text_field_t *names = NULL, *units = NULL;
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        least = layout->number[j] ? j + 1 : least;
+    }
+    for (size_t i = layout->begin; i > 0 && found < 2; i--) {
+        if (!is_blank(source->line[i - 1])) {
+            count[found] = split_names(source->line[i - 1], layout->dialect.separator, least, fields[found]);
+            found++;
+        }
+    }
+    if (count[0] > 0) {
+        bool all_units = true;
+        for (size_t j = 0; j < least; j++) {
+            all_units = all_units && (!layout->number[j] || text_is_unit(fields[0][j].text));
+        }
+        units = all_units && count[1] > 0 ? fields[0] : NULL;
+        names = all_units ? (count[1] > 0 ? fields[1] : NULL) : fields[0];
+    }
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        if (layout->number[j]) {
+            char name[TEXT_FIELD], unit[TEXT_FIELD];
+            double number;
+            const char *end;
+            snprintf(name, sizeof name, "%s", names != NULL ? names[j].text : "");
+            snprintf(unit, sizeof unit, "%s", units != NULL ? units[j].text : "");
+            if (name[0] == '\0' || (decimal_read(name, layout->dialect.point, &number, &end) && *end == '\0')) {
+                snprintf(name, sizeof name, "column %zu", j + 1);
+            }
+            if (unit[0] == '\0') {
+                text_split_unit(name, unit);
+            } else {
+                text_bare_unit(unit);
+            }
+            table_add(table, name, unit, value[column++]);
+            table->column[table->columns - 1].number = j + 1;
+        }
+    }
+    free(fields[0]);
+    free(fields[1]);
+}
+
+bool table_read_text(table_t *table, const char *path, failure_t *failure) {
+    text_source_t source;
+    layout_t *layout = allocate(1, sizeof *layout);
+    double **value = NULL;
+    bool good = text_source_read(&source, path, failure);
+    table_open(table, path, "text");
+    if (good && source.lines == 0) {
+        good = fail(failure, "%s: empty file", path);
+    }
+    good = good && find_layout(&source, path, layout, failure);
+    if (good) {
+        value = allocate(layout->columns, sizeof *value);
+        for (size_t i = 0; i < layout->columns; i++) {
+            value[i] = allocate(layout->end - layout->begin, sizeof **value);
+        }
+        describe(table, &source, layout);
+        table->first_line = (unsigned long)layout->begin + 1;
+        good = read_rows(table, &source, layout, value, failure);
+        if (good) {
+            name_columns(table, &source, layout, value);
+            text_find_interval(table, (const char *const *)source.line,
+                               layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
+                               layout->dialect.separator, layout->dialect.point);
+            if (layout->end < source.lines && !is_blank(source.line[layout->end])) {
+                table_note(table, "%zu lines behind the data, from line %zu: '%.60s'", source.lines - layout->end,
+                           layout->end + 1, source.line[layout->end]);
+            }
+        } else {
+            for (size_t i = 0; i < layout->columns; i++) {
+                free(value[i]);
+            }
+        }
+    }
+    free(value);
+    free(layout);
+    text_source_free(&source);
+    if (!good) {
+        table_free(table);
+    }
+    return good;
+}

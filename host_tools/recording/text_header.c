@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/text_header.h"
+#include "recording/decimal.h"
+#include "recording/units.h"
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void text_bare_unit(char *unit) {
+    const size_t length = strlen(unit);
+    if (length >= 2 && ((unit[0] == '(' && unit[length - 1] == ')') || (unit[0] == '[' && unit[length - 1] == ']'))) {
+        memmove(unit, unit + 1, length - 2);
+        unit[length - 2] = '\0';
+    }
+}
+
+bool text_is_unit(const char *text) {
+    char unit[TEXT_FIELD];
+    double scale;
+    snprintf(unit, sizeof unit, "%s", text);
+    text_bare_unit(unit);
+    return unit[0] == '\0' || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
+}
+
+static void trim_end(char *text) {
+    size_t length = strlen(text);
+    while (length > 0 && strchr(" \t_,:", text[length - 1]) != NULL) {
+        text[--length] = '\0';
+    }
+}
+
+void text_split_unit(char *name, char *unit) {
+    const size_t length = strlen(name);
+    const char last = length > 0 ? name[length - 1] : '\0';
+    char *open = last == ')' ? strrchr(name, '(') : last == ']' ? strrchr(name, '[') : NULL;
+    double scale;
+    unit[0] = '\0';
+    if (open != NULL && open > name) {
+        memcpy(unit, open + 1, strlen(open) - 2);
+        unit[strlen(open) - 2] = '\0';
+        *open = '\0';
+        trim_end(name);
+        return;
+    }
+    for (const char *between = "/_ "; *between != '\0'; between++) {
+        char *at = strrchr(name, *between);
+        if (at != NULL && at > name && at[1] != '\0' && unit_of(at + 1, &scale) != QUANTITY_UNKNOWN) {
+            snprintf(unit, TEXT_FIELD, "%s", at + 1);
+            *at = '\0';
+            trim_end(name);
+            if (strlen(name) > 3 && strcmp(name + strlen(name) - 3, " in") == 0) {
+                name[strlen(name) - 3] = '\0';
+            }
+            return;
+        }
+    }
+}
+
+/* Letters and digits of a key, in lower case. */
+static void bare_key(const char *text, size_t length, char *key, size_t room) {
+    size_t count = 0;
+    for (size_t i = 0; i < length && count + 1 < room; i++) {
+        if (isalnum((unsigned char)text[i])) {
+            key[count++] = (char)tolower((unsigned char)text[i]);
+        }
+    }
+    key[count] = '\0';
+}
+
+typedef struct {
+    const char *key;
+    bool rate;
+    double scale;
+} interval_key_t;
+
+static const interval_key_t interval_keys[] = {
+    {"sampleinterval", false, 1.0},
+    {"samplinginterval", false, 1.0},
+    {"samplingperiod", false, 1.0},
+    {"sampleperiod", false, 1.0},
+    {"sampletime", false, 1.0},
+    {"increment", false, 1.0},
+    {"xincrement", false, 1.0},
+    {"xincr", false, 1.0},
+    {"tinc", false, 1.0},
+    {"deltax", false, 1.0},
+    {"dt", false, 1.0},
+    {"timeincrement", false, 1.0},
+    {"horizinterval", false, 1.0},
+    {"samplerate", true, 1.0},
+    {"sampleratehz", true, 1.0},
+    {"samplingrate", true, 1.0},
+    {"samplingratehz", true, 1.0},
+    {"samplingfrequency", true, 1.0},
+    {"samplefrequency", true, 1.0},
+    {"samplingfrequencyhz", true, 1.0},
+    {"fs", true, 1.0},
+    {"fshz", true, 1.0},
+    {"sampleratekhz", true, 1e3},
+    {"samplingratekhz", true, 1e3},
+    {"samplingfrequencykhz", true, 1e3},
+    {"abtastrate", true, 1.0},
+};
+
+static const interval_key_t *find_key(const char *text, size_t length) {
+    char key[60];
+    bare_key(text, length, key, sizeof key);
+    for (size_t i = 0; i < sizeof interval_keys / sizeof interval_keys[0]; i++) {
+        if (strcmp(key, interval_keys[i].key) == 0) {
+            return &interval_keys[i];
+        }
+    }
+    return NULL;
+}
+
+/* The number behind a key: blanks, quotes and separators first, perhaps a unit behind it. */
+static bool take_value(table_t *table, const interval_key_t *key, const char *at, char point, size_t line) {
+    char unit[TEXT_FIELD], text[TEXT_FIELD];
+    double number, scale = key->scale;
+    size_t length;
+    at += strspn(at, " \t\":=;,");
+    if (!decimal_read(at, point, &number, &at) || !(number > 0.0)) {
+        return false;
+    }
+    at += strspn(at, " \t");
+    length = strcspn(at, " \t\",;");
+    snprintf(unit, sizeof unit, "%.*s", (int)(length < sizeof unit ? length : sizeof unit - 1), at);
+    if (unit[0] != '\0') {
+        double of_unit;
+        const quantity_t quantity = unit_of(unit, &of_unit);
+        if (quantity == QUANTITY_TIME || quantity == QUANTITY_FREQUENCY) {
+            scale = of_unit;
+        }
+    }
+    snprintf(text, sizeof text, "line %zu: %s", line, key->key);
+    table_set_interval(table, key->rate ? 1.0 / (number * scale) : number * scale, text);
+    return true;
+}
+
+/* Start of field `index` of a line, or NULL. */
+static const char *field_at(const char *line, char separator, size_t index) {
+    const char *at = line;
+    while (index-- > 0) {
+        at = strchr(at, separator);
+        if (at == NULL) {
+            return NULL;
+        }
+        at++;
+    }
+    return at;
+}
+
+void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
+    for (size_t i = 0; i < lines && i < 200 && line[i] != NULL; i++) {
+        const char *at = line[i] + strspn(line[i], "#%/! \t\"");
+        size_t index = 0;
+        while (at != NULL && *at != '\0') {
+            const size_t length = strcspn(at, ":=,;\t\"");
+            const interval_key_t *key = find_key(at, length);
+            if (key != NULL && at[length] != '\0' && take_value(table, key, at + length, point, i + 1)) {
+                return;
+            }
+            if (key != NULL && i + 1 < lines && line[i + 1] != NULL) { /* a row of keys over a row of values */
+                const char *below = field_at(line[i + 1], separator, index);
+                if (below != NULL && take_value(table, key, below, point, i + 2)) {
+                    return;
+                }
+            }
+            at = strchr(at, separator);
+            at = at != NULL ? at + 1 : NULL;
+            index++;
+            if (at != NULL) {
+                at += strspn(at, " \"");
+            }
+        }
+    }
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The header above a table of numbers: names with units in them, and facts such as a sample interval. */
+#ifndef TEXT_HEADER_H
+#define TEXT_HEADER_H
+
+#include "recording/table.h"
+
+enum { TEXT_FIELD = 120 };
+
+typedef struct {
+    char text[TEXT_FIELD];
+} text_field_t;
+
+/** Whether a field above a column is a unit and no name: "s", "(ms)", "[um]", "Volt", "Sequence", or empty. */
+bool text_is_unit(const char *text);
+
+/** "(ms)" or "[ms]" becomes "ms", in place. */
+void text_bare_unit(char *unit);
+
+/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm". Unknown units stay in the
+ * name unless they are in brackets. unit has TEXT_FIELD characters. */
+void text_split_unit(char *name, char *unit);
+
+/** Looks for a sample interval or rate among the first lines of a file: "Sample Interval", "Increment", "Delta_X",
+ * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table. */
+void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point);
+
+#endif

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/text_source.h"
+#include <errno.h>
+#include <iconv.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+enum { CHUNK = 1 << 20 };
+
+/* The whole file, unpacked; zlib hands plain files through. The buffer is one longer than `length`. */
+static char *read_all(const char *path, size_t *length, bool *compressed, failure_t *failure) {
+    gzFile file = gzopen(path, "rb");
+    char *text = NULL;
+    size_t room = 0;
+    int got;
+    *length = 0;
+    if (file == NULL) {
+        fail(failure, "%s: %s", path, strerror(errno));
+        return NULL;
+    }
+    gzbuffer(file, CHUNK);
+    do {
+        if (room - *length < CHUNK) {
+            room = 2 * room + 2 * CHUNK;
+            text = reallocate(text, room + 1, 1);
+        }
+        got = gzread(file, text + *length, CHUNK);
+        if (got > 0) {
+            *length += (size_t)got;
+        }
+    } while (got > 0);
+    *compressed = gzdirect(file) == 0;
+    if (got < 0) {
+        int error;
+        const char *line = gzerror(file, &error);
+        fail(failure, "%s: %s", path, error == Z_ERRNO ? strerror(errno) : line);
+        gzclose(file);
+        free(text);
+        return NULL;
+    }
+    if (gzclose(file) == Z_BUF_ERROR) {
+        fail(failure, "%s: the compressed data ends in the middle", path);
+        free(text);
+        return NULL;
+    }
+    text[*length] = '\0';
+    return text;
+}
+
+/* `text` in another encoding as UTF-8; frees it. NULL if it is not of that encoding. */
+static char *convert(char *text, size_t *length, const char *from) {
+    const size_t room = 3 * *length + 4;
+    char *result = allocate(room + 1, 1), *in = text, *out = result;
+    size_t in_left = *length, out_left = room;
+    iconv_t converter = iconv_open("UTF-8", from);
+    bool good;
+    if (converter == (iconv_t)-1) {
+        free(result);
+        free(text);
+        return NULL;
+    }
+    good = iconv(converter, &in, &in_left, &out, &out_left) != (size_t)-1;
+    iconv_close(converter);
+    free(text);
+    if (!good) {
+        free(result);
+        return NULL;
+    }
+    *length = room - out_left;
+    result[*length] = '\0';
+    return result;
+}
+
+static bool is_utf8(const char *text, size_t length) {
+    for (size_t i = 0; i < length;) {
+        const unsigned char c = (unsigned char)text[i];
+        const size_t more = c < 0x80 ? 0 : (c & 0xE0) == 0xC0 ? 1 : (c & 0xF0) == 0xE0 ? 2 : (c & 0xF8) == 0xF0 ? 3 : 4;
+        if (more == 4 || i + more >= length + (more == 0)) {
+            return false;
+        }
+        for (size_t j = 1; j <= more; j++) {
+            if (((unsigned char)text[i + j] & 0xC0) != 0x80) {
+                return false;
+            }
+        }
+        i += more + 1;
+    }
+    return true;
+}
+
+/* Without a mark: in UTF-16 nearly every second byte of a table is 0. */
+static const char *utf16_without_mark(const char *text, size_t length) {
+    const size_t look = length < 400 ? length : 400;
+    size_t zeros[2] = {0, 0};
+    for (size_t i = 0; i < look; i++) {
+        zeros[i % 2] += text[i] == '\0';
+    }
+    if (look >= 4 && zeros[0] * 2 * 10 >= look * 9 && zeros[1] == 0) {
+        return "UTF-16BE";
+    }
+    return look >= 4 && zeros[1] * 2 * 10 >= look * 9 && zeros[0] == 0 ? "UTF-16LE" : NULL;
+}
+
+static char *to_utf8(text_source_t *source, char *text, size_t *length) {
+    const char *utf16 = NULL;
+    if (*length >= 2 && memcmp(text, "\xff\xfe", 2) == 0) {
+        utf16 = "UTF-16LE";
+    } else if (*length >= 2 && memcmp(text, "\xfe\xff", 2) == 0) {
+        utf16 = "UTF-16BE";
+    } else {
+        utf16 = utf16_without_mark(text, *length);
+    }
+    source->encoding = "UTF-8";
+    if (utf16 != NULL) {
+        source->encoding = "UTF-16";
+        text = convert(text, length, utf16);
+    } else if (!is_utf8(text, *length)) {
+        source->encoding = "Latin-1";
+        text = convert(text, length, "CP1252");
+    }
+    if (text != NULL && *length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) {
+        *length -= 3;
+        memmove(text, text + 3, *length + 1);
+    }
+    return text;
+}
+
+static bool split_lines(text_source_t *source, size_t length, const char *path, failure_t *failure) {
+    size_t room = 0, begin = 0;
+    for (size_t i = 0; i <= length; i++) {
+        const char c = source->text[i];
+        const bool end = i == length || c == '\n' || c == '\r';
+        if (!end && ((unsigned char)c < 0x20 || c == 0x7F) && c != '\t') {
+            return fail(failure, "%s:%zu: binary data, not a table of numbers", path, source->lines + 1);
+        }
+        if (!end) {
+            continue;
+        }
+        if (i == length && i == begin) {
+            break; /* the last line ended */
+        }
+        if (source->lines == room) {
+            room = room > 0 ? 2 * room : 4096;
+            source->line = reallocate(source->line, room, sizeof *source->line);
+        }
+        source->text[i] = '\0';
+        source->line[source->lines++] = source->text + begin;
+        if (c == '\r' && i < length && source->text[i + 1] == '\n') {
+            i++;
+        }
+        begin = i + 1;
+    }
+    return true;
+}
+
+bool text_source_read(text_source_t *source, const char *path, failure_t *failure) {
+    size_t length;
+    memset(source, 0, sizeof *source);
+    source->text = read_all(path, &length, &source->compressed, failure);
+    if (source->text == NULL) {
+        return false;
+    }
+    source->text = to_utf8(source, source->text, &length);
+    if (source->text == NULL) {
+        return fail(failure, "%s:1: binary data, not a table of numbers", path);
+    }
+    if (!split_lines(source, length, path, failure)) {
+        text_source_free(source);
+        return false;
+    }
+    return true;
+}
+
+void text_source_free(text_source_t *source) {
+    free(source->line);
+    free(source->text);
+    memset(source, 0, sizeof *source);
+}

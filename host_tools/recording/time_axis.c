@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/time_axis.h"
+#include "recording/units.h"
+#include <gsl/gsl_interp.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Deviation in samples above which stamps count as uneven: the tolerance of recording.h for a printed time. */
+static const double even_within = 0.25;
+/* A step longer than this many typical ones is a gap, if most steps are nearly equal. */
+static const double gap_from = 1.5;
+/* Relative tolerance between a stated rate and that of the stamps: clocks and printed digits differ by less, wrong
+ * units by more. */
+static const double rate_tolerance = 0.005;
+
+static int compare(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median_step(const double *stamp, size_t rows) {
+    double *step = allocate(rows - 1, sizeof *step), median;
+    for (size_t k = 1; k < rows; k++) {
+        step[k - 1] = stamp[k] - stamp[k - 1];
+    }
+    qsort(step, rows - 1, sizeof *step, compare);
+    median = step[(rows - 1) / 2];
+    free(step);
+    return median;
+}
+
+/* The number of fewest digits within a relative tolerance. */
+static double fewest_digits(double value, double tolerance) {
+    for (int digits = 1; digits < 15; digits++) {
+        char text[40];
+        double rounded;
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        rounded = strtod(text, NULL);
+        if (fabs(rounded - value) <= tolerance * value) {
+            return rounded;
+        }
+    }
+    return value;
+}
+
+/* Largest distance of stamps from even ones, in steps. */
+static double unevenness(const double *stamp, size_t rows, double step) {
+    double worst = 0.0;
+    for (size_t k = 0; k < rows; k++) {
+        worst = fmax(worst, fabs(stamp[k] - stamp[0] - (double)k * step) / step);
+    }
+    return worst;
+}
+
+/* Row of a table as its reader counts: line of a text, else row. */
+static void where(const table_t *table, size_t row, char *text, size_t room) {
+    if (table->first_line > 0) {
+        snprintf(text, room, "line %lu", table->first_line + (unsigned long)row);
+    } else {
+        snprintf(text, room, "row %zu", row + 1);
+    }
+}
+
+static bool check_steps(const table_t *table, const double *stamp, double step, failure_t *failure) {
+    char text[40];
+    size_t even = 0;
+    for (size_t k = 1; k < table->rows; k++) {
+        const double d = stamp[k] - stamp[k - 1];
+        if (!(d > 0.0)) {
+            where(table, k, text, sizeof text);
+            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s", text, stamp[k], stamp[k - 1]);
+        }
+        even += fabs(d / step - 1.0) < 0.1;
+    }
+    for (size_t k = 1; k < table->rows; k++) {
+        const double d = stamp[k] - stamp[k - 1];
+        if (d > gap_from * step && 10 * even >= 9 * (table->rows - 1)) {
+            where(table, k, text, sizeof text);
+            return fail(failure, "%s: gap in time: from %.9g s to %.9g s, one sample is %.6g s", text, stamp[k - 1],
+                        stamp[k], step);
+        }
+    }
+    return true;
+}
+
+/* From stamps in seconds. */
+static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *stamp, double stated_hz,
+                             failure_t *failure) {
+    const size_t rows = table->rows;
+    const double typical = median_step(stamp, rows);
+    double step = (stamp[rows - 1] - stamp[0]) / (double)(rows - 1), uneven;
+    if (!check_steps(table, stamp, typical > 0.0 ? typical : step, failure)) {
+        free(stamp);
+        return false;
+    }
+    uneven = unevenness(stamp, rows, step);
+    axis->sample_rate_hz = fewest_digits(1.0 / step, fmin(0.01, 0.5 * fmax(uneven, 1e-6) / (double)(rows - 1)));
+    axis->start_s = stamp[0];
+    snprintf(axis->text, sizeof axis->text, "%.6g to %.6g s, %.9g Hz", stamp[0], stamp[rows - 1], axis->sample_rate_hz);
+    if (stated_hz > 0.0 && fabs(stated_hz * step - 1.0) > rate_tolerance) {
+        fail(failure, "the time column says %.6g Hz, stated are %.6g Hz: is its unit right?", 1.0 / step, stated_hz);
+        free(stamp);
+        return false;
+    }
+    if (uneven > even_within) {
+        const size_t used = strlen(axis->text);
+        axis->stamp_s = stamp;
+        snprintf(axis->text + used, sizeof axis->text - used,
+                 "; stamps uneven by up to %.2f samples, resampled to even ones", uneven);
+    } else {
+        free(stamp);
+    }
+    return true;
+}
+
+bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double given_rate_hz, failure_t *failure) {
+    const double stated = given_rate_hz > 0.0 ? given_rate_hz : table->interval_s > 0.0 ? 1.0 / table->interval_s : 0.0;
+    memset(axis, 0, sizeof *axis);
+    if (table->rows < 2) {
+        return fail(failure, "fewer than two samples");
+    }
+    if (column >= 0) {
+        const table_column_t *of = &table->column[column];
+        double scale, *stamp;
+        const quantity_t quantity = unit_of(of->unit, &scale);
+        bool counts = true;
+        for (size_t k = 0; k < table->rows; k++) {
+            if (!isfinite(of->value[k])) {
+                char text[40];
+                where(table, k, text, sizeof text);
+                return fail(failure, "%s: no time", text);
+            }
+            counts = counts && (k == 0 || of->value[k] - of->value[k - 1] == 1.0);
+        }
+        if (quantity != QUANTITY_UNKNOWN && quantity != QUANTITY_TIME && quantity != QUANTITY_INDEX) {
+            return fail(failure, "column %zu '%s' in %s is no time", of->number, of->name, of->unit);
+        }
+        if (quantity != QUANTITY_INDEX && !(counts && stated > 0.0 && quantity == QUANTITY_UNKNOWN)) {
+            stamp = allocate(table->rows, sizeof *stamp);
+            for (size_t k = 0; k < table->rows; k++) {
+                stamp[k] = scale * of->value[k];
+            }
+            return find_from_stamps(axis, table, stamp, stated, failure);
+        }
+    }
+    if (!(stated > 0.0)) {
+        return fail(failure, "neither a column of times nor a sample rate: give --time or --sample-rate");
+    }
+    axis->sample_rate_hz = given_rate_hz > 0.0 ? stated : fewest_digits(stated, 1e-9);
+    snprintf(axis->text, sizeof axis->text, "%s%s: %.9g Hz", column >= 0 ? "sample numbers, " : "",
+             given_rate_hz > 0.0 ? "as asked for" : table->interval_origin, axis->sample_rate_hz);
+    return true;
+}
+
+void time_axis_resample(const time_axis_t *axis, recording_t *recording) {
+    const size_t rows = recording->samples;
+    gsl_interp *interpolation;
+    gsl_interp_accel *accelerator;
+    double *old;
+    size_t even;
+    if (axis->stamp_s == NULL || rows < 5) {
+        return;
+    }
+    interpolation = gsl_interp_alloc(gsl_interp_akima, rows);
+    accelerator = gsl_interp_accel_alloc();
+    old = allocate(rows, sizeof *old);
+    even = (size_t)floor((axis->stamp_s[rows - 1] - axis->stamp_s[0]) * axis->sample_rate_hz + 1e-9) + 1;
+    even = even < rows ? even : rows;
+    for (size_t c = 0; c < COLUMN_COUNT; c++) {
+        double *value = recording->column[c];
+        if (value != NULL) {
+            memcpy(old, value, rows * sizeof *old);
+            gsl_interp_init(interpolation, axis->stamp_s, old, rows);
+            for (size_t k = 0; k < even; k++) {
+                const double at = fmin(axis->stamp_s[0] + (double)k / axis->sample_rate_hz, axis->stamp_s[rows - 1]);
+                value[k] = gsl_interp_eval(interpolation, axis->stamp_s, old, at, accelerator);
+            }
+        }
+    }
+    recording->samples = even;
+    gsl_interp_free(interpolation);
+    gsl_interp_accel_free(accelerator);
+    free(old);
+}
+
+void time_axis_free(time_axis_t *axis) {
+    free(axis->stamp_s);
+    memset(axis, 0, sizeof *axis);
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Sample times of the rows of a table. */
+#ifndef TIME_AXIS_H
+#define TIME_AXIS_H
+
+#include "recording/recording.h"
+#include "recording/table.h"
+
+typedef struct {
+    double sample_rate_hz, start_s;
+    double *stamp_s; /**< of each row, if they are uneven and the rows must be resampled; else NULL */
+    char text[200];  /**< what was found: "0 to 39.995 s, 200 Hz" */
+} time_axis_t;
+
+/**
+ * column: that of the time stamps, or -1. The rate follows from the stamps, rounded to the fewest digits that their
+ * resolution allows. A rate from the options or the file must agree within 0.5 %; it is used if there are no stamps, or
+ * only sample numbers. Stamps uneven by more than a quarter of a sample: stamp_s is set. False for a gap of more than a
+ * sample and a half beside even neighbours, for stamps that repeat or go back, and without any rate.
+ */
+bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double given_rate_hz, failure_t *failure);
+
+/** Resamples all columns at even instants, if needed. */
+void time_axis_resample(const time_axis_t *axis, recording_t *recording);
+
+void time_axis_free(time_axis_t *axis);
+
+#endif

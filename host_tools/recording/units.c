@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/units.h"
+#include <ctype.h>
+#include <stddef.h>
+#include <string.h>
+#include <strings.h>
+
+typedef struct {
+    const char *text;
+    double scale;
+    quantity_t quantity;
+    bool exact; /* case counts: a prefix */
+} unit_t;
+
+static const unit_t units[] = {
+    {"s", 1.0, QUANTITY_TIME, true},
+    {"ms", 1e-3, QUANTITY_TIME, true},
+    {"us", 1e-6, QUANTITY_TIME, true},
+    {"\xC2\xB5s", 1e-6, QUANTITY_TIME, true}, /* micro sign */
+    {"\xCE\xBCs", 1e-6, QUANTITY_TIME, true}, /* Greek mu */
+    {"ns", 1e-9, QUANTITY_TIME, true},
+    {"min", 60.0, QUANTITY_TIME, true},
+    {"sec", 1.0, QUANTITY_TIME, false},
+    {"secs", 1.0, QUANTITY_TIME, false},
+    {"second", 1.0, QUANTITY_TIME, false},
+    {"seconds", 1.0, QUANTITY_TIME, false},
+    {"sekunden", 1.0, QUANTITY_TIME, false},
+    {"msec", 1e-3, QUANTITY_TIME, false},
+    {"usec", 1e-6, QUANTITY_TIME, false},
+    {"milliseconds", 1e-3, QUANTITY_TIME, false},
+    {"microseconds", 1e-6, QUANTITY_TIME, false},
+    {"v", 1.0, QUANTITY_VOLTAGE, false},
+    {"volt", 1.0, QUANTITY_VOLTAGE, false},
+    {"volts", 1.0, QUANTITY_VOLTAGE, false},
+    {"mv", 1e-3, QUANTITY_VOLTAGE, true},
+    {"mV", 1e-3, QUANTITY_VOLTAGE, true},
+    {"millivolt", 1e-3, QUANTITY_VOLTAGE, false},
+    {"uV", 1e-6, QUANTITY_VOLTAGE, true},
+    {"\xC2\xB5V", 1e-6, QUANTITY_VOLTAGE, true},
+    {"\xCE\xBCV", 1e-6, QUANTITY_VOLTAGE, true},
+    {"kV", 1e3, QUANTITY_VOLTAGE, true},
+    {"kilovolt", 1e3, QUANTITY_VOLTAGE, false},
+    {"m", 1e6, QUANTITY_LENGTH, true},
+    {"mm", 1e3, QUANTITY_LENGTH, true},
+    {"um", 1.0, QUANTITY_LENGTH, false},
+    {"\xC2\xB5m", 1.0, QUANTITY_LENGTH, true},
+    {"\xCE\xBCm", 1.0, QUANTITY_LENGTH, true},
+    {"micron", 1.0, QUANTITY_LENGTH, false},
+    {"microns", 1.0, QUANTITY_LENGTH, false},
+    {"micrometer", 1.0, QUANTITY_LENGTH, false},
+    {"micrometers", 1.0, QUANTITY_LENGTH, false},
+    {"micrometre", 1.0, QUANTITY_LENGTH, false},
+    {"micrometres", 1.0, QUANTITY_LENGTH, false},
+    {"nm", 1e-3, QUANTITY_LENGTH, false},
+    {"nanometer", 1e-3, QUANTITY_LENGTH, false},
+    {"nanometers", 1e-3, QUANTITY_LENGTH, false},
+    {"pm", 1e-6, QUANTITY_LENGTH, true},
+    {"meter", 1e6, QUANTITY_LENGTH, false},
+    {"meters", 1e6, QUANTITY_LENGTH, false},
+    {"millimeter", 1e3, QUANTITY_LENGTH, false},
+    {"A", 1.0, QUANTITY_CURRENT, true},
+    {"mA", 1e-3, QUANTITY_CURRENT, true},
+    {"uA", 1e-6, QUANTITY_CURRENT, true},
+    {"ampere", 1.0, QUANTITY_CURRENT, false},
+    {"amp", 1.0, QUANTITY_CURRENT, false},
+    {"degC", 1.0, QUANTITY_TEMPERATURE, false},
+    {"\xC2\xB0"
+     "C",
+     QUANTITY_TEMPERATURE, 1.0, true},
+    {"celsius", 1.0, QUANTITY_TEMPERATURE, false},
+    {"Hz", 1.0, QUANTITY_FREQUENCY, false},
+    {"S/s", 1.0, QUANTITY_FREQUENCY, false},
+    {"Sa/s", 1.0, QUANTITY_FREQUENCY, false},
+    {"kHz", 1e3, QUANTITY_FREQUENCY, false},
+    {"kS/s", 1e3, QUANTITY_FREQUENCY, false},
+    {"kSa/s", 1e3, QUANTITY_FREQUENCY, false},
+    {"MHz", 1e6, QUANTITY_FREQUENCY, false},
+    {"MS/s", 1e6, QUANTITY_FREQUENCY, false},
+    {"MSa/s", 1e6, QUANTITY_FREQUENCY, false},
+    {"sequence", 1.0, QUANTITY_INDEX, false},
+    {"sample", 1.0, QUANTITY_INDEX, false},
+    {"samples", 1.0, QUANTITY_INDEX, false},
+};
+
+quantity_t unit_of(const char *text, double *scale) {
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
+        if (units[i].exact ? strcmp(text, units[i].text) == 0 : strcasecmp(text, units[i].text) == 0) {
+            *scale = units[i].scale;
+            return units[i].quantity;
+        }
+    }
+    *scale = 1.0;
+    return QUANTITY_UNKNOWN;
+}
+
+const char *unit_name(quantity_t quantity) {
+    static const char *const names[] = {"", "s", "V", "um", "A", "degC", "Hz", ""};
+    return names[quantity];
+}

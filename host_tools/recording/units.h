@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Units that files of measurements write. */
+#ifndef UNITS_H
+#define UNITS_H
+
+#include <stdbool.h>
+
+typedef enum {
+    QUANTITY_UNKNOWN,
+    QUANTITY_TIME,        /**< in s */
+    QUANTITY_VOLTAGE,     /**< in V */
+    QUANTITY_LENGTH,      /**< in um */
+    QUANTITY_CURRENT,     /**< in A */
+    QUANTITY_TEMPERATURE, /**< in degC: of kelvins the scale is right and the offset not, so they are unknown */
+    QUANTITY_FREQUENCY,   /**< in Hz */
+    QUANTITY_INDEX        /**< sample numbers */
+} quantity_t;
+
+/** The quantity of a unit, and the factor that converts it to the unit above. Names in full, abbreviated, in upper and
+ * lower case where that is no prefix ("mV" and "MV" differ), with Greek or Latin mu. */
+quantity_t unit_of(const char *text, double *scale);
+
+/** The unit that the project uses: "s", "V", "um", "A", "degC", "Hz", "". */
+const char *unit_name(quantity_t quantity);
+
+#endif

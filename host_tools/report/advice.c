@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "report/advice.h"
+#include <string.h>
+
+const char *advice_on_verdict(const diagnosis_t *d) {
+    switch (d->verdict) {
+    case NOTHING_MISSING:
+        return "Use the model. Before you rely on it elsewhere, see below which effects these recordings would have "
+               "shown, and which not.";
+    case EXPLAINED:
+        return "Use the better model, which hyst diagnose writes with -o BETTER.json.";
+    case PARTLY_EXPLAINED:
+        return "Use the better model, which hyst diagnose writes with -o BETTER.json. Something else is there, too.";
+    default:
+        return "Do not trust names or numbers of this page. See where it is, and check the set-up.";
+    }
+}
+
+void advice_on_block(const block_t *block, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    if (block->compile != NULL) {
+        text_append(text, "%s: the amplifier undoes it (hyst compile BETTER.json, then hyst push).", block->name);
+    } else {
+        text_append(text, "%s: the amplifier cannot undo it, %s.", block->name, block->uncorrected);
+    }
+}
+
+bool advice_on_recording(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    if (finding->certainty == NAMED) {
+        return false;
+    }
+    text_append(text, "Record %s. It would tell ", finding->block->probe->excitation);
+    if (finding->rivals > 0) {
+        text_append(text, "%s from ", finding->block->name);
+        for (size_t i = 0; i < finding->rivals; i++) {
+            text_append(text, "%s%s", text_between(i, finding->rivals), finding->rival[i]->name);
+        }
+    } else {
+        text_append(text, "whether it is %s", finding->block->name);
+    }
+    text_append(text, ":");
+    return true;
+}

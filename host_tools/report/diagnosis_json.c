@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "report/diagnosis_json.h"
+#include "base/json_output.h"
+#include "chain/catalogue.h"
+#include "diagnosis/evidence/searched.h"
+#include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "diagnosis/refitted.h"
+#include "report/diagnosis_text.h"
+#include "report/measured_columns_text.h"
+#include <math.h>
+
+static json_t *ranges_to_json(const ranges_t *ranges) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < ranges->count; i++) {
+        json_array_append_new(list, json_pack("[f, f]", ranges->range[i].from, ranges->range[i].to));
+    }
+    return list;
+}
+
+static json_t *location_to_json(const location_t *location, const recording_t *recordings) {
+    json_t *json = json_pack("{s:o, s:o, s:o, s:o, s:s}", "time_s", ranges_to_json(&location->time_s), "frequency_hz",
+                             ranges_to_json(&location->frequency_hz), "drive", ranges_to_json(&location->drive_v),
+                             "drive_rate_v_per_s", ranges_to_json(&location->drive_rate_v_per_s), "loop",
+                             loop_part_name(location->loop));
+    if (location->somewhere) {
+        json_object_set_new(json, "recording", json_string(recordings[location->recording].name));
+    }
+    if (location->fundamental_hz > 0.0) {
+        json_t *numbers = json_array();
+        for (size_t i = 0; i < location->harmonics; i++) {
+            json_array_append_new(numbers, json_integer((json_int_t)location->harmonic[i]));
+        }
+        json_object_set_new(json, "harmonics",
+                            json_pack("{s:f, s:o}", "fundamental_hz", location->fundamental_hz, "numbers", numbers));
+    }
+    return json;
+}
+
+static json_t *parameters_to_json(const diagnosis_t *diagnosis, const finding_t *finding) {
+    const model_block_t *block = &diagnosis->model.block[finding_index(diagnosis, finding)];
+    json_t *parameters = json_object();
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        const parameter_t *parameter = &block->parameter[p];
+        if (finding_tells(finding, p)) {
+            json_object_set_new(
+                parameters, block->block->parameter[p].name,
+                json_pack("{s:f, s:o, s:s}", "value", parameter->value[0], "sigma",
+                          parameter->sigma == NULL ? json_null() : json_number_or_null(parameter->sigma[0]), "unit",
+                          block->block->parameter[p].unit));
+        }
+    }
+    return parameters;
+}
+
+static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *account, size_t index,
+                               const recording_t *recordings) {
+    const finding_t *finding = &diagnosis->finding[index];
+    char explanation[DIAGNOSIS_LINE];
+    json_t *confusable = json_array();
+    finding_explanation(finding, explanation);
+    for (size_t i = 0; i < finding->rivals; i++) {
+        json_array_append_new(confusable, json_string(finding->rival[i]->name));
+    }
+    json_t *json =
+        json_pack("{s:s, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:s, s:o, s:s}", "block", finding->block->name, "place",
+                  place_name(finding->block->place), "certainty", certainty_name(finding->certainty), "confidence",
+                  account->confidence[index], "parameters", parameters_to_json(diagnosis, finding),
+                  "held_out_nrmse_percent_before", json_number_or_null(finding->held_out_before_percent),
+                  "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
+                  location_to_json(&account->where[index], recordings), "explanation", explanation, "confusable_with",
+                  confusable, "separating_excitation", finding->block->probe->excitation);
+    json_t *measured = finding_columns_to_json(&account->measured.finding[index]);
+    if (measured != NULL) {
+        json_object_set_new(json, "measured", measured);
+    }
+    return json;
+}
+
+/* Errors on the samples that are fitted and on those that are held out. */
+static json_t *errors_to_json(double percent, double held_out_percent) {
+    return json_pack("{s:o, s:o}", "nrmse_percent", json_number_or_null(percent), "held_out_nrmse_percent",
+                     json_number_or_null(held_out_percent));
+}
+
+static json_t *unseen_to_json(const unseen_t *unseen) {
+    const block_t *block = unseen->block;
+    json_t *parameter = json_null();
+    if (unseen->testable && unseen_has_parameter(unseen)) {
+        const parameter_info_t *info = &block->parameter[unseen->parameter];
+        parameter = json_pack("{s:s, s:f, s:s}", "name", info->name, "value", fabs(unseen->value), "unit", info->unit);
+    }
+    return json_pack("{s:s, s:b, s:s?, s:o, s:o, s:s, s:o}", "block", block->name, "testable", (int)unseen->testable,
+                     "reason", unseen->why, "smallest_um",
+                     unseen->testable ? json_number_or_null(unseen->smallest_um) : json_null(), "parameter", parameter,
+                     "separating_excitation", block->probe->excitation, "probe",
+                     json_sprintf("hyst record --probe %s", block->name));
+}
+
+static json_t *all_unseen_to_json(const diagnosis_t *diagnosis) {
+    const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
+    size_t testable;
+    const size_t count = unseen_in_order(diagnosis, unseen, &testable);
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(list, unseen_to_json(unseen[i]));
+    }
+    return list;
+}
+
+static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *account,
+                                 const recording_t *recordings) {
+    const remainder_t *remainder = &diagnosis->remainder;
+    json_t *json = errors_to_json(diagnosis->nrmse_percent, diagnosis->held_out_percent);
+    json_object_set_new(json, "simulated_nrmse_percent", json_number_or_null(diagnosis->delivered_percent));
+    json_object_set_new(json, "noise_floor_percent", json_number_or_null(diagnosis->noise_percent));
+    json_object_set_new(json, "past_unknown", json_boolean(diagnosis->samples.past_matters));
+    json_object_set_new(json, "structured", json_boolean(something_remains(diagnosis)));
+    json_object_set_new(json, "rms_um", json_number_or_null(remainder->rms_um));
+    json_object_set_new(json, "band_hz",
+                        remainder->high_hz > 0.0 ? json_pack("[f, f]", remainder->low_hz, remainder->high_hz)
+                                                 : json_null());
+    json_object_set_new(json, "outliers", json_integer((json_int_t)remainder->outliers));
+    json_object_set_new(json, "by_level", json_real(remainder->by_level.part));
+    json_object_set_new(json, "levels_um",
+                        remainder->by_level.part > 0.0
+                            ? json_pack("[f, f]", remainder->by_level.low_um, remainder->by_level.high_um)
+                            : json_null());
+    json_object_set_new(json, "where", location_to_json(&account->remaining, recordings));
+    return json;
+}
+
+static json_t *other_shape_to_json(const diagnosis_t *diagnosis) {
+    const model_t *given = &diagnosis->given;
+    return json_pack("{s:s, s:s, s:o}", "block", diagnosis_other_shape(diagnosis)->name, "instead_of",
+                     given->block[hysteresis_index(given)].block->name, "held_out_nrmse_percent_with_that",
+                     json_number_or_null(diagnosis->own_shape_held_out_percent));
+}
+
+static json_t *shape_to_json(const diagnosis_t *diagnosis) {
+    const shape_t *shape = &diagnosis->shape;
+    return json_pack("{s:b, s:o, s:o, s:o, s:f, s:o, s:i, s:b, s:b, s:o, s:o}", "explains", (int)shape->whole,
+                     "operator_held_out_nrmse_percent", json_number_or_null(shape->operator_percent), "noise_percent",
+                     json_number_or_null(shape->noise_percent), "noise_corner_hz", json_number_or_null(shape->rho_hz),
+                     "not_determined_percent", 100.0 * shape->not_determined, "held_out_over_noise",
+                     json_number_or_null(shape->deviations), "outliers", (int)shape->outliers, "turns_between_samples",
+                     (int)shape->turns, "duhem_law", (int)shape->law, "loudest_block",
+                     shape->loudest != NULL ? json_string(shape->loudest->name) : json_null(), "loudest_gain",
+                     json_number_or_null(shape->gain));
+}
+
+static json_t *refitted_to_json(const diagnosis_t *diagnosis) {
+    json_t *numbers = json_array();
+    for (size_t i = 0; i < diagnosis->refitted; i++) {
+        const block_t *block = diagnosis->refitted_block[i];
+        const model_block_t *was = model_find(&diagnosis->given, block->name);
+        const model_block_t *is = model_find(&diagnosis->model, block->name);
+        for (size_t p = 0; p < block->parameters; p++) {
+            if (is_searched(block, p)) {
+                const double sigma = is->parameter[p].sigma != NULL ? is->parameter[p].sigma[0] : HUGE_VAL;
+                json_array_append_new(
+                    numbers, json_pack("{s:s, s:s, s:f, s:f, s:o, s:s, s:b}", "block", block->name, "parameter",
+                                       block->parameter[p].name, "given", was->parameter[p].value[0], "value",
+                                       is->parameter[p].value[0], "sigma", json_number_or_null(sigma), "unit",
+                                       block->parameter[p].unit, "changed", (int)refitted_changed(was, is, p)));
+            }
+        }
+    }
+    return numbers;
+}
+
+json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+                          size_t count) {
+    const bool was_given = diagnosis->model_given;
+    char caveat[DIAGNOSIS_LINE];
+    const bool doubtful = verdict_caveat(diagnosis, caveat);
+    json_t *names = json_array(), *findings = json_array(), *model = model_to_json(&diagnosis->baseline);
+    json_t *baseline = json_pack("{s:O, s:o, s:o}", "chain", json_object_get(model, "chain"), "nrmse_percent",
+                                 json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
+                                 json_number_or_null(diagnosis->baseline_held_out_percent));
+    json_decref(model);
+    json_object_set_new(baseline, "simulated_nrmse_percent",
+                        json_number_or_null(diagnosis->baseline_delivered_percent));
+    json_object_set_new(baseline, "straight_line_nrmse_percent", json_number_or_null(diagnosis->line_percent));
+    json_object_set_new(baseline, "plays_nrmse_percent", json_number_or_null(diagnosis->plays_percent));
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(names, json_string(recordings[i].name));
+    }
+    for (size_t f = 0; f < diagnosis->findings; f++) {
+        json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
+    }
+    json_t *json = json_pack(
+        "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s, s:s?}", "format", "hyst-diagnosis-1", "recordings", names, "given",
+        was_given ? errors_to_json(diagnosis->given_nrmse_percent, diagnosis->given_held_out_percent) : json_null(),
+        "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(diagnosis), "remaining",
+        remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict), "caveat",
+        doubtful ? caveat : NULL);
+    if (diagnosis_other_shape(diagnosis) != NULL) {
+        json_object_set_new(json, "other_shape", other_shape_to_json(diagnosis));
+    }
+    if (diagnosis->shape.fitted) {
+        json_object_set_new(json, "shape", shape_to_json(diagnosis));
+    }
+    if (diagnosis->refitted > 0) {
+        json_object_set_new(json, "refitted", refitted_to_json(diagnosis));
+    }
+    if (account->measured.count > 0) {
+        json_object_set_new(json, "measured_columns", measured_columns_to_json(&account->measured));
+    }
+    return json;
+}
+
+bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+                          size_t count, const char *path, failure_t *failure) {
+    return json_write(diagnosis_to_json(diagnosis, account, recordings, count), path, failure);
+}

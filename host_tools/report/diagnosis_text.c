@@ -1,0 +1,625 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "report/diagnosis_text.h"
+#include "chain/catalogue.h"
+#include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "diagnosis/refitted.h"
+#include "diagnosis/where/cells.h"
+#include "report/measured_columns_text.h"
+#include "report/quantity.h"
+#include <math.h>
+#include <string.h>
+
+enum { INDENT = 11, WIDTH = 110 };
+/* Below this number of reversals of at least this travel no loop occurs twice. The shortest recordings of the proof
+ * have eight. Cut to two or fewer, one in four of them yields a finding that is not there. */
+static const double large_way = 0.5;
+static const size_t fewest_reversals = 3;
+
+const char *verdict_name(verdict_t verdict) {
+    static const char *const names[] = {"nothing missing", "explained", "partly explained", "unknown physics"};
+    return names[verdict];
+}
+
+const char *certainty_name(certainty_t certainty) {
+    static const char *const names[] = {"detected", "isolated", "named"};
+    return names[certainty];
+}
+
+/* The block accepted in the round, the last if several; NULL: none. */
+static const considered_t *taken_in(const diagnosis_t *d, size_t round) {
+    const considered_t *taken = NULL;
+    for (size_t i = 0; i < d->considered; i++) {
+        const considered_t *other = &d->consideration[i];
+        taken = other->round == round && other->outcome == TAKEN ? other : taken;
+    }
+    return taken;
+}
+
+/* Whether the block is a rival of the one accepted in its round. */
+static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
+    const considered_t *taken = taken_in(d, considered->round);
+    for (size_t f = 0; taken != NULL && f < d->findings; f++) {
+        const finding_t *finding = &d->finding[f];
+        for (size_t r = 0; finding->block == taken->block && r < finding->rivals; r++) {
+            if (finding->rival[r] == considered->block) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+const char *outcome_text(const diagnosis_t *d, size_t index) {
+    static const char *const texts[] = {"taken",
+                                        "explains less than the best",
+                                        "the held-out samples do not support it",
+                                        "could be chance, or an error of the model",
+                                        "superfluous beside the others, or none of its numbers determined",
+                                        "what was measured beside the position contradicts it"};
+    const considered_t *considered = &d->consideration[index], *taken = taken_in(d, considered->round);
+    if (considered->outcome == LESS_LIKELY && is_rival(d, considered)) {
+        return "cannot be distinguished from the best";
+    }
+    if (considered->outcome == LESS_LIKELY && taken != NULL && considered->likelihood > taken->likelihood) {
+        return "explains more alone, but less when the hysteresis and what else was found are fitted with it";
+    }
+    return texts[considered->outcome];
+}
+
+static const char *in_place(place_t place) {
+    static const char *const phrases[PLACE_COUNT] = {"in the electronics", "in the hysteresis",
+                                                     "among the slow effects", "in the mechanics", "in the sensor"};
+    return phrases[place];
+}
+
+const block_t *diagnosis_other_shape(const diagnosis_t *d) {
+    return d->model_given && d->family != NULL ? d->model.block[hysteresis_index(&d->model)].block : NULL;
+}
+
+/* "creep (or dielectric_loss) and resonance" */
+static void append_names(const diagnosis_t *d, char *text) {
+    if (diagnosis_other_shape(d) != NULL) {
+        text_append(text, "%s (%s)%s",
+                    model_find(&d->given, diagnosis_other_shape(d)->name) != NULL ? "a hysteresis of other numbers"
+                                                                                  : "another shape of hysteresis",
+                    diagnosis_other_shape(d)->name,
+                    d->findings > 1    ? ", "
+                    : d->findings == 1 ? " and "
+                                       : "");
+    }
+    for (size_t f = 0; f < d->findings; f++) {
+        const finding_t *finding = &d->finding[f];
+        text_append(text, "%s%s", text_between(f, d->findings), finding->block->name);
+        for (size_t r = 0; r < finding->rivals; r++) {
+            text_append(text, "%s%s", r == 0 ? " (or " : ", ", finding->rival[r]->name);
+        }
+        text_append(text, "%s", finding->rivals > 0 ? ")" : "");
+    }
+}
+
+static bool tells_names(const diagnosis_t *d) {
+    return d->findings > 0 || diagnosis_other_shape(d) != NULL;
+}
+
+/* "the noise is 0.1 %." */
+static void append_noise(const diagnosis_t *d, char *text) {
+    if (isfinite(d->noise_percent)) {
+        text_append(text, "the noise is %.3g %%.", d->noise_percent);
+    } else {
+        text_append(text, "the noise is not known, as the drive never rests.");
+    }
+}
+
+/* NULL: none. */
+static const finding_t *finding_of_steps(const diagnosis_t *d) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (d->finding[f].block->readings == READINGS_STEPPED) {
+            return &d->finding[f];
+        }
+    }
+    return NULL;
+}
+
+/* ": the held-out error falls from 0.9 % to 0.1 %, the noise is 0.1 %." Steps of a converter are found in the readings,
+ * and remain in the error. */
+static void append_gain(const diagnosis_t *d, char *text) {
+    const finding_t *steps = finding_of_steps(d);
+    const bool other_shape = diagnosis_other_shape(d) != NULL, more = d->findings > 1 || other_shape;
+    const double before = other_shape ? d->own_shape_held_out_percent : d->baseline_held_out_percent;
+    const double after = d->held_out_percent;
+    if (steps == NULL || more) {
+        text_append(text, ": the held-out error %s from %.3g %% to %.3g %%, ", after < before ? "falls" : "goes",
+                    before, after);
+        append_noise(d, text);
+    }
+    if (steps != NULL) {
+        text_append(text, "%s readings are multiples of %.4g um, which no model follows.", more ? " The" : ": the",
+                    d->model.block[finding_index(d, steps)].parameter[0].value[0]);
+    }
+    if (steps != NULL && !more) {
+        text_append(text, " These steps are in the held-out error of %.3g %%; with them ", after);
+        append_noise(d, text);
+    }
+}
+
+bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
+    const size_t reversals = samples_reversals(&d->samples, large_way);
+    text[0] = '\0';
+    if (reversals < fewest_reversals) {
+        text_append(text,
+                    "Too little to go by: the drive turns round %zu time%s by more than half of its range, and a "
+                    "hysteresis of which nothing comes again may be any.",
+                    reversals, reversals == 1 ? "" : "s");
+    }
+    return text[0] != '\0';
+}
+
+/* How much of the error only another shape of hysteresis explains. */
+static void append_shape(const diagnosis_t *d, char *text) {
+    text_append(text,
+                "the shape of its loops: an operator that imitates a hysteresis of any shape leaves %.3g %% of samples "
+                "that no fit saw, the model %.3g %%.",
+                d->shape.operator_percent, d->held_out_percent);
+}
+
+void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
+    text_append(text, "%s", verdict_caveat(d, text) ? " As far as it goes: " : "");
+    switch (d->verdict) {
+    case NOTHING_MISSING:
+        if (d->another_shape) {
+            text_append(text, "Nothing is missing that these recordings could show. What the model leaves beside noise "
+                              "is a hysteresis of another shape, ");
+            append_shape(d, text);
+            return;
+        }
+        text_append(text, "Nothing is missing that these recordings could show: what the model leaves%s is noise.",
+                    d->model_given ? ", fitted again," : "");
+        return;
+    case UNKNOWN_PHYSICS:
+        text_append(text,
+                    "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.%s",
+                    tells_names(d) ? " What comes nearest is " : "");
+        break;
+    case EXPLAINED:
+        text_append(text, "Explained by ");
+        break;
+    case PARTLY_EXPLAINED:
+        text_append(text, "Partly explained by ");
+        break;
+    }
+    if (tells_names(d)) {
+        append_names(d, text);
+        append_gain(d, text);
+        text_append(text, "%s",
+                    d->verdict == PARTLY_EXPLAINED
+                        ? " What remains is more than noise, and in no block of the catalogue."
+                        : "");
+        if (d->verdict == EXPLAINED && d->another_shape) {
+            text_append(text, " What remains beside noise is a hysteresis of another shape, ");
+            append_shape(d, text);
+        }
+    }
+}
+
+void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    if (finding->certainty == DETECTED && finding->rivals == 0) {
+        text_append(text, "It comes nearest to what is missing, and does not explain it. If it were the reason: ");
+    }
+    if (finding->certainty != NAMED && finding->rivals > 0) {
+        const size_t all = finding->rivals + 1;
+        text_append(text, "One of %s", finding->block->name);
+        for (size_t r = 0; r < finding->rivals; r++) {
+            text_append(text, "%s%s", text_between(r + 1, all), finding->rival[r]->name);
+        }
+        text_append(text, "; these recordings cannot tell which%s. The numbers are those of %s: ",
+                    finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
+    }
+    text_append(text, "%s", finding->block->probe->explanation);
+}
+
+/* "12 .. 14 and 30 .. 31 s", at most a few ranges. */
+static void append_ranges(char *text, const ranges_t *all, double (*gap)(const range_t *, const range_t *),
+                          const char *unit) {
+    enum { MOST_TOLD = 3 };
+    const ranges_t told = ranges_bridged(all, gap, MOST_TOLD);
+    for (size_t i = 0; i < told.count; i++) {
+        text_append(text, "%s%.4g .. %.4g", text_between(i, told.count), told.range[i].from, told.range[i].to);
+    }
+    text_append(text, " %s", unit);
+}
+
+/* "where the drive rests and at 100 .. 200 V/s" */
+static void append_rates(char *text, const ranges_t *rates) {
+    const bool rest = rates->count > 0 && rates->range[0].to == 0.0;
+    ranges_t moving = {.count = 0};
+    for (size_t i = rest ? 1 : 0; i < rates->count; i++) {
+        moving.range[moving.count++] = rates->range[i];
+    }
+    text_append(text, "%s%s", rest ? "where the drive rests" : "", rest && moving.count > 0 ? " and at " : "");
+    if (moving.count > 0) {
+        append_ranges(text, &moving, cells_octave_gap, "V/s");
+    }
+    text_append(text, "; ");
+}
+
+/* A single range that is nearly all of the recording says nothing. */
+static bool is_whole(const ranges_t *ranges, double low, double high) {
+    static const double nearly = 0.04; /* a location is found in cells of a twenty-fourth of the range */
+    const double margin = nearly * (high - low);
+    return ranges->count == 1 && ranges->range[0].from <= low + margin && ranges->range[0].to >= high - margin;
+}
+
+static void append_part(char *text, const char *separator) {
+    const size_t length = strlen(text);
+    if (length > 0 && strcmp(text + length - 2, "; ") != 0) {
+        text_append(text, "%s", separator);
+    }
+}
+
+void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]) {
+    const recording_t *recording = &recordings[location->recording];
+    const char *slash = strrchr(recording->name, '/');
+    text[0] = '\0';
+    if (!location->somewhere) {
+        text_append(text, "nowhere above the noise");
+        return;
+    }
+    text_append(text, "%s%s; ", location->loop == LOOP_EVERYWHERE ? "in all parts of the loop" : "mostly ",
+                location->loop == LOOP_TURNING_POINTS ? "around turning points"
+                : location->loop == LOOP_MID_BRANCH   ? "in mid branch"
+                : location->loop == LOOP_HOLDS        ? "during holds"
+                                                      : "");
+    const double end_s = recording->start_s + (double)recording->samples / recording->sample_rate_hz;
+    double drive_v[2];
+    values_range(recording->column[COLUMN_DRIVE], recording->samples, drive_v);
+    if (!is_whole(&location->drive_v, drive_v[0], drive_v[1])) {
+        append_ranges(text, &location->drive_v, cells_linear_gap, "V; ");
+    }
+    append_rates(text, &location->drive_rate_v_per_s);
+    append_ranges(text, &location->frequency_hz, cells_octave_gap, "Hz");
+    for (size_t i = 0; i < location->harmonics; i++) {
+        text_append(text, "%s%u", i == 0 ? " (harmonics " : text_between(i, location->harmonics),
+                    location->harmonic[i]);
+    }
+    text_append(text, "%s", location->harmonics > 0 ? ")" : "");
+    if (is_whole(&location->time_s, recording->start_s, end_s)) {
+        append_part(text, "; ");
+        text_append(text, "all the time");
+    } else {
+        append_part(text, "; ");
+        append_ranges(text, &location->time_s, cells_linear_gap, "s");
+    }
+    if (count > 1) {
+        text_append(text, " of %s", slash == NULL ? recording->name : slash + 1);
+    }
+}
+
+/* " Hz"; nothing for a number without a unit. */
+static void append_unit(char *text, const parameter_info_t *info) {
+    if (strcmp(info->unit, "1") != 0) {
+        text_append(text, " %s", info->unit);
+    }
+}
+
+void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
+    const parameter_info_t *info = &block->block->parameter[parameter];
+    const double value = block->parameter[parameter].value[0];
+    const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
+    text[0] = '\0';
+    if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
+        text_append(text, "%s = ", info->name);
+        text_append_value(text, value, sigma);
+        append_unit(text, info);
+    } else {
+        text_append(text, "%s = %.4g", info->name, value);
+        append_unit(text, info);
+        text_append(text, " (%s)", info->chosen ? "chosen" : sigma == 0.0 ? "at its bound" : "not determined");
+    }
+}
+
+void parameter_words(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
+    const parameter_info_t *info = &block->block->parameter[parameter];
+    const double value = block->parameter[parameter].value[0];
+    const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
+    text[0] = '\0';
+    quantity_append(text, info->name, info->unit, value, sigma);
+    if (!isfinite(sigma) || !(sigma > 0.0)) {
+        text_append(text, " (%s)", info->chosen ? "chosen" : sigma == 0.0 ? "at its bound" : "not determined");
+    }
+}
+
+void remainder_text(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
+    const remainder_t *remainder = &d->remainder;
+    text[0] = '\0';
+    if (remainder->rms_um > 0.0) {
+        text_append(text, "%.2g um rms beside the noise, most of it at %.3g .. %.3g Hz", remainder->rms_um,
+                    remainder->low_hz, remainder->high_hz);
+    } else {
+        text_append(text, "noise at all frequencies");
+    }
+    if (remainder->outliers > 0) {
+        text_append(text, "; %zu single sample%s far outside the noise", remainder->outliers,
+                    remainder->outliers == 1 ? "" : "s");
+    }
+    if (remainder->by_level.part > 0.0) {
+        text_append(text, "; %.2g of the noise goes with the position, most of it at %.4g .. %.4g um",
+                    remainder->by_level.part, remainder->by_level.low_um, remainder->by_level.high_um);
+    }
+    if (!remainder->structured &&
+        (remainder->rms_um > 0.0 || remainder->outliers > 0 || remainder->by_level.part > 0.0)) {
+        text_append(text, ": too little to ask for a reason");
+    }
+}
+
+/* Appends the blocks of the catalogue that were not found and are, or are not, testable. */
+static size_t add_unseen(const diagnosis_t *d, bool testable, const unseen_t **unseen, size_t count) {
+    for (size_t c = 0; c < catalogue_count; c++) {
+        for (size_t i = 0; i < d->unseen_count; i++) {
+            const unseen_t *u = &d->unseen[i];
+            if (u->block == catalogue[c] && u->testable == testable && !finding_may_be(d, u->block)) {
+                unseen[count++] = u;
+            }
+        }
+    }
+    return count;
+}
+
+size_t considered_in_order(const diagnosis_t *d, size_t order[DIAGNOSIS_MOST_CONSIDERED]) {
+    size_t count = 0;
+    for (size_t round = 1; round <= d->rounds; round++) {
+        for (int taken = 1; taken >= 0; taken--) {
+            for (size_t i = 0; i < d->considered; i++) {
+                const considered_t *c = &d->consideration[i];
+                if (c->round == round && (c->outcome == TAKEN) == (taken == 1)) {
+                    order[count++] = i;
+                }
+            }
+        }
+    }
+    return count;
+}
+
+const char *finding_standing(const diagnosis_t *d, const finding_t *finding) {
+    if (finding->certainty == DETECTED && (d->verdict == UNKNOWN_PHYSICS || finding->rivals == 0)) {
+        return "comes nearest, does not explain it";
+    }
+    return finding->rivals > 0 ? "found; or a block it is confused with" : "found";
+}
+
+const char *excitation_heading(const finding_t *finding) {
+    return finding->certainty == NAMED ? "Shows best in"
+           : finding->rivals > 0       ? "To tell them apart, record"
+                                       : "To see more of it, record";
+}
+
+size_t unseen_in_order(const diagnosis_t *d, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable) {
+    *testable = add_unseen(d, true, unseen, 0);
+    return add_unseen(d, false, unseen, *testable);
+}
+
+bool unseen_has_parameter(const unseen_t *unseen) {
+    return unseen->parameter < unseen->block->parameters && unseen->value != 0.0;
+}
+
+void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
+    text[0] = '\0';
+    text_append(text, "%.2g um rms", unseen->smallest_um);
+    if (unseen_has_parameter(unseen)) {
+        const parameter_info_t *info = &unseen->block->parameter[unseen->parameter];
+        text_append(text, " (%s = %.2g", info->name, fabs(unseen->value));
+        append_unit(text, info);
+        text_append(text, ")");
+    }
+}
+
+const char *unseen_caveat(const diagnosis_t *d) {
+    return something_remains(d)
+               ? "These sizes follow from the noise alone: what remains may hide several times as much."
+               : NULL;
+}
+
+const char *errors_caveat(const diagnosis_t *d) {
+    return d->samples.past_matters
+               ? "Errors are those beyond what drives before the recording left in it, which it does not erase: a "
+                 "function of the highest and the lowest drive since it began."
+               : NULL;
+}
+
+const char *next_probe(const diagnosis_t *d) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (d->finding[f].certainty != NAMED) {
+            return d->finding[f].block->name;
+        }
+    }
+    return "all";
+}
+
+/* Wraps the text, indented behind a heading. */
+static void print_wrapped(FILE *file, const char *heading, const char *text) {
+    fprintf(file, "%-*s", INDENT, heading);
+    for (size_t column = INDENT; *text != '\0';) {
+        const size_t word = strcspn(text, " ");
+        if (column > INDENT && column + word >= WIDTH) {
+            fprintf(file, "\n%*s", INDENT, "");
+            column = INDENT;
+        }
+        fprintf(file, "%.*s", (int)word, text);
+        column += word;
+        text += word;
+        if (*text == ' ') {
+            text++;
+            if (*text != '\0' && column + 1 + strcspn(text, " ") < WIDTH) {
+                fputc(' ', file);
+                column++;
+            } else if (*text != '\0') {
+                column = WIDTH;
+            }
+        }
+    }
+    fputc('\n', file);
+}
+
+static void print_finding(FILE *file, const diagnosis_t *d, const account_t *account, size_t index,
+                          const recording_t *recordings, size_t count) {
+    const finding_t *finding = &d->finding[index];
+    const model_block_t *block = &d->model.block[finding_index(d, finding)];
+    char text[DIAGNOSIS_LINE] = "", number[DIAGNOSIS_LINE];
+    bool first = true;
+    fprintf(file, "\n%zu. %s, %s (%s, confidence %.2f)\n", index + 1, finding->block->name,
+            in_place(finding->block->place), certainty_name(finding->certainty), account->confidence[index]);
+    finding_explanation(finding, text);
+    print_wrapped(file, "   what", text);
+    text[0] = '\0';
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        if (finding_tells(finding, p)) {
+            parameter_text(block, p, number);
+            text_append(text, "%s%s", first ? "" : ", ", number);
+            first = false;
+        }
+    }
+    print_wrapped(file, "   numbers", text);
+    location_text(&account->where[index], recordings, count, text);
+    print_wrapped(file, "   where", text);
+    if (!finding->in_readings) {
+        text[0] = '\0';
+        text_append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent,
+                    finding->held_out_after_percent);
+        print_wrapped(file, "   error", text);
+    }
+    if (finding_columns_text(finding, &account->measured.finding[index], text)) {
+        print_wrapped(file, "   beside", text);
+    }
+    if (finding->certainty != NAMED) {
+        text[0] = '\0';
+        text_append(text, "%s: hyst record --port DEV --probe %s", finding->block->probe->excitation,
+                    finding->block->name);
+        print_wrapped(file, "   record", text);
+    }
+}
+
+/* "transport_delay -> prandtl_ishlinskii -> [creep]": findings in brackets. */
+static void print_chain(FILE *file, const diagnosis_t *d) {
+    char text[DIAGNOSIS_LINE] = "";
+    size_t order[MODEL_MAX_BLOCKS];
+    const size_t blocks = chain_order(&d->model, order);
+    for (size_t i = 0; i < blocks; i++) {
+        const block_t *block = d->model.block[order[i]].block;
+        const bool found = finding_of(d, block) != NULL;
+        text_append(text, "%s%s%s%s", i > 0 ? " -> " : "", found ? "[" : "", block->name, found ? "]" : "");
+    }
+    print_wrapped(file, "chain", text);
+}
+
+/* "0.9000 % -> 0.5000 % -> 0.1000 %": the given chain, fitted again, with the findings. */
+static void append_steps(char *text, const diagnosis_t *d, double given, double baseline, double found) {
+    if (d->model_given) {
+        text_append(text, "%.4f %% -> ", given);
+    }
+    text_append(text, "%.4f %%", baseline);
+    if (d->findings > 0) {
+        text_append(text, " -> %.4f %%", found);
+    }
+}
+
+static void print_errors(FILE *file, const diagnosis_t *d) {
+    char text[DIAGNOSIS_LINE] = "NRMSE ";
+    append_steps(text, d, d->given_nrmse_percent, d->baseline_nrmse_percent, d->nrmse_percent);
+    text_append(text, ", held out ");
+    append_steps(text, d, d->given_held_out_percent, d->baseline_held_out_percent, d->held_out_percent);
+    if (isfinite(d->noise_percent)) {
+        text_append(text, "; noise %.4f %%", d->noise_percent);
+    }
+    fputc('\n', file);
+    print_wrapped(file, "error", text);
+    text[0] = '\0';
+    text_append(text,
+                "as `hyst simulate` tells it of the whole recording, nothing taken out: %.4f %% (a straight line "
+                "%.4f %%, 30 play operators %.4f %%)",
+                d->delivered_percent, d->line_percent, d->plays_percent);
+    print_wrapped(file, "", text);
+    if (d->model_given) {
+        text[0] = '\0';
+        text_append(text, "(the chain as it came in -> its numbers fitted again%s%s)",
+                    diagnosis_other_shape(d) != NULL ? ", with another shape of hysteresis" : "",
+                    d->findings > 0 ? " -> with what was found" : "");
+        print_wrapped(file, "", text);
+    }
+}
+
+bool refitted_text(const diagnosis_t *d, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
+    const model_block_t *was = model_find(&d->given, block->name), *is = model_find(&d->model, block->name);
+    char number[DIAGNOSIS_LINE];
+    text[0] = '\0';
+    if (!refitted_changed(was, is, parameter)) {
+        return false;
+    }
+    parameter_text(is, parameter, number);
+    text_append(text, "%s in the given chain: %s, it was %.5g", block->name, number,
+                was->parameter[parameter].value[0]);
+    return true;
+}
+
+static void print_refitted(FILE *file, const diagnosis_t *d) {
+    char text[DIAGNOSIS_LINE];
+    for (size_t i = 0; i < d->refitted; i++) {
+        for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
+            if (refitted_text(d, d->refitted_block[i], p, text)) {
+                print_wrapped(file, "refitted", text);
+            }
+        }
+    }
+}
+
+static void print_unseen(FILE *file, const diagnosis_t *d) {
+    enum { NAME_WIDTH = 26 };
+    const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
+    char text[DIAGNOSIS_LINE];
+    size_t testable;
+    const size_t count = unseen_in_order(d, unseen, &testable);
+    if (count > 0) {
+        fprintf(file, "\nnot seen%s; sizes are those of the form of each block that shows best here\n",
+                d->findings > 0 ? ", beside what was found" : "");
+    }
+    for (size_t i = 0; i < testable; i++) {
+        unseen_text(unseen[i], text);
+        fprintf(file, "   %-*s would have been seen from %s\n", NAME_WIDTH, unseen[i]->block->name, text);
+    }
+    for (size_t i = testable; i < count; i++) {
+        fprintf(file, "   %-*s not testable here: %s\n", NAME_WIDTH, unseen[i]->block->name, unseen[i]->why);
+    }
+    if (testable > 0 && unseen_caveat(d) != NULL) {
+        fprintf(file, "   %s\n", unseen_caveat(d));
+    }
+    fprintf(file, "%s", count > 0 ? "\n" : "");
+}
+
+void diagnosis_print(FILE *file, const diagnosis_t *d, const account_t *account, const recording_t *recordings,
+                     size_t count) {
+    char text[DIAGNOSIS_LINE];
+    verdict_sentence(d, text);
+    measured_columns_verdict(d, &account->measured, text);
+    print_wrapped(file, "verdict", text);
+    print_chain(file, d);
+    for (size_t f = 0; f < d->findings; f++) {
+        print_finding(file, d, account, f, recordings, count);
+    }
+    print_errors(file, d);
+    if (errors_caveat(d) != NULL) {
+        print_wrapped(file, "", errors_caveat(d));
+    }
+    print_refitted(file, d);
+    remainder_text(d, text);
+    print_wrapped(file, "remaining", text);
+    if (something_remains(d) && account->remaining.somewhere) {
+        location_text(&account->remaining, recordings, count, text);
+        print_wrapped(file, "   where", text);
+    }
+    for (size_t c = 0; c < account->measured.count; c++) {
+        measured_column_text(d, &account->measured.column[c], text);
+        print_wrapped(file, "measured", text);
+    }
+    fprintf(file, "tested     %zu signatures\n", d->tested);
+    print_unseen(file, d);
+    fprintf(file, "next       hyst record --port DEV --probe %s\n", next_probe(d));
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "report/text_line.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+void text_append(char text[DIAGNOSIS_LINE], const char *format, ...) {
+    const size_t length = strlen(text);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text + length, DIAGNOSIS_LINE - length, format, arguments);
+    va_end(arguments);
+}
+
+const char *text_between(size_t index, size_t count) {
+    return index == 0 ? "" : index + 1 < count ? ", " : " and ";
+}
+
+/* Precision for %.*g: the value to two digits of its error. */
+static int digits_of(double value, double sigma) {
+    const int digits = 2 + (int)floor(log10(fabs(value))) - (int)floor(log10(sigma));
+    return digits < 2 ? 2 : digits > 9 ? 9 : digits;
+}
+
+void text_append_value(char text[DIAGNOSIS_LINE], double value, double sigma) {
+    if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
+        text_append(text, "%.*g +- %.2g", digits_of(value, sigma), value, sigma);
+    } else {
+        text_append(text, "%.4g", value);
+    }
+}

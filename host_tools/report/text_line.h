@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Text of a diagnosis, composed piece by piece. */
+#ifndef TEXT_LINE_H
+#define TEXT_LINE_H
+
+#include <stddef.h>
+
+enum { DIAGNOSIS_LINE = 1000 };
+
+/** Appends; truncates what does not fit. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void text_append(char text[DIAGNOSIS_LINE], const char *format, ...);
+
+/** The separator before item `index` of `count`: "a", "a and b", "a, b and c". */
+const char *text_between(size_t index, size_t count);
+
+/** "212.3 +- 0.4": two digits of the error, and the value as exactly; without an error that is above 0 four digits of
+ * the value alone. */
+void text_append_value(char text[DIAGNOSIS_LINE], double value, double sigma);
+
+#endif

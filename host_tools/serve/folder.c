@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "serve/folder.h"
+#include "base/json_output.h"
+#include "chain/chain.h"
+#include "recording/recording.h"
+#include <dirent.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* A model says what it is near its beginning. */
+#define BEGINNING 4096
+
+static bool is_letter_or_digit(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+static bool is_name(const char *name) {
+    if (!is_letter_or_digit(name[0])) {
+        return false;
+    }
+    for (const char *c = name; *c != '\0'; c++) {
+        if (!is_letter_or_digit(*c) && strchr("-_.", *c) == NULL) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool folder_path(const char *folder, const char *name, char path[FOLDER_PATH], failure_t *failure) {
+    if (!is_name(name)) {
+        return fail(failure,
+                    "'%.100s': a name has letters, digits, '-', '_' and '.' only, and begins with one of the "
+                    "first two",
+                    name);
+    }
+    const int length = snprintf(path, FOLDER_PATH, "%s/%s", folder, name);
+    return (length > 0 && length < FOLDER_PATH) || fail(failure, "%s: name too long", name);
+}
+
+static bool ends(const char *name, const char *suffix) {
+    const size_t length = strlen(name);
+    return length > strlen(suffix) && strcmp(name + length - strlen(suffix), suffix) == 0;
+}
+
+static bool is_model(const char *path) {
+    char text[BEGINNING + 1];
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) {
+        return false;
+    }
+    text[fread(text, 1, BEGINNING, file)] = '\0';
+    (void)fclose(file);
+    return strstr(text, "\"hyst-model-1\"") != NULL;
+}
+
+file_kind_t folder_kind(const char *folder, const char *name) {
+    char path[FOLDER_PATH];
+    failure_t ignored;
+    struct stat status;
+    if (!folder_path(folder, name, path, &ignored) || stat(path, &status) != 0 || !S_ISREG(status.st_mode)) {
+        return FILE_OTHER;
+    }
+    if (ends(name, ".csv")) {
+        return FILE_RECORDING_KIND;
+    }
+    if (ends(name, ".image")) {
+        return FILE_IMAGE_KIND;
+    }
+    if (ends(name, ".html")) {
+        return FILE_REPORT_KIND;
+    }
+    return ends(name, ".json") && is_model(path) ? FILE_MODEL_KIND : FILE_OTHER;
+}
+
+static const char *const kind_names[] = {"file", "recording", "model", "image", "report"};
+
+bool folder_file(const char *folder, const char *name, file_kind_t kind, char path[FOLDER_PATH], failure_t *failure) {
+    return folder_path(folder, name, path, failure) &&
+           (folder_kind(folder, name) == kind || fail(failure, "%s: no such %s in the folder", name, kind_names[kind]));
+}
+
+typedef struct {
+    json_t *entry;
+    double changed;
+} listed_t;
+
+static int newest_first(const void *left, const void *right) {
+    const double a = ((const listed_t *)left)->changed;
+    const double b = ((const listed_t *)right)->changed;
+    return (a < b) - (a > b);
+}
+
+json_t *folder_list(const char *folder, failure_t *failure) {
+    DIR *opened = opendir(folder);
+    if (opened == NULL) {
+        (void)fail(failure, "%s: %s", folder, strerror(errno));
+        return NULL;
+    }
+    listed_t *listed = NULL;
+    size_t count = 0;
+    for (const struct dirent *entry; (entry = readdir(opened)) != NULL;) {
+        char path[FOLDER_PATH];
+        struct stat status;
+        failure_t ignored;
+        const file_kind_t kind = folder_kind(folder, entry->d_name);
+        if (kind == FILE_OTHER || !folder_path(folder, entry->d_name, path, &ignored) || stat(path, &status) != 0) {
+            continue;
+        }
+        listed = reallocate(listed, count + 1, sizeof *listed);
+        const double changed = (double)status.st_mtim.tv_sec + 1e-9 * (double)status.st_mtim.tv_nsec;
+        listed[count++] = (listed_t){json_pack("{s:s, s:s, s:I, s:f}", "name", entry->d_name, "kind", kind_names[kind],
+                                               "bytes", (json_int_t)status.st_size, "changed", changed),
+                                     changed};
+    }
+    (void)closedir(opened);
+    if (count > 0) {
+        qsort(listed, count, sizeof *listed, newest_first);
+    }
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(list, listed[i].entry);
+    }
+    free(listed);
+    return list;
+}
+
+static json_t *column_json(const double *values, size_t samples, size_t step) {
+    json_t *array = json_array();
+    for (size_t i = 0; i < samples; i += step) {
+        json_array_append_new(array, json_number_or_null(round(values[i] * 1e5) / 1e5));
+    }
+    return array;
+}
+
+json_t *folder_recording(const char *folder, const char *name, size_t most, failure_t *failure) {
+    char path[FOLDER_PATH];
+    recording_t r;
+    if (!folder_file(folder, name, FILE_RECORDING_KIND, path, failure) || !recording_read(&r, path, failure)) {
+        return NULL;
+    }
+    const size_t step = (r.samples + most - 1) / most;
+    json_t *json = json_pack("{s:s, s:I, s:f, s:f, s:I}", "name", name, "samples", (json_int_t)r.samples,
+                             "sample_rate_hz", r.sample_rate_hz, "start_s", r.start_s, "step", (json_int_t)step);
+    static const column_t shown[] = {COLUMN_DRIVE, COLUMN_DISPLACEMENT, COLUMN_REFERENCE};
+    for (size_t i = 0; i < sizeof shown / sizeof shown[0]; i++) {
+        if (r.column[shown[i]] != NULL) {
+            json_object_set_new(json, column_name(shown[i]), column_json(r.column[shown[i]], r.samples, step));
+        }
+    }
+    if (r.column[COLUMN_REFERENCE] != NULL) {
+        const error_measure_t error =
+            measure_error(r.column[COLUMN_REFERENCE], r.column[COLUMN_DISPLACEMENT], r.samples);
+        json_object_set_new(json, "max_error_um", json_real(error.max_um));
+        json_object_set_new(json, "rms_error_um", json_real(error.rms_um));
+        json_object_set_new(json, "nrmse_percent", json_number_or_null(error.nrmse_percent));
+    }
+    recording_free(&r);
+    return json;
+}

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "serve/line_keeper.h"
+#include "amplifier/amplifier_image.h"
+#include "base/monotonic_clock.h"
+#include "telemetry.h"
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* Between snapshots: 20 a second are smooth to the eye, and a fifth of the line at 115200 baud. */
+#define SNAPSHOT_S 0.05
+/* While work has the line: a streamed capture leaves room for about this many (device_registers_per_s). */
+#define SNAPSHOT_WORKING_S 0.1
+/* Between attempts to open a line that is cut. */
+#define AGAIN_S 0.5
+
+struct line_keeper {
+    const device_options_t *options;
+    const line_listener_t *listener;
+    pthread_t thread;
+    /* Shared, under the lock. */
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    bool ending, connected, working;
+    bool stop;           /* requested, not yet taken by the amplifier */
+    double stop_since_s; /* when it was requested */
+    line_work_t work;    /* while working */
+    /* The thread's own. */
+    device_t *device; /* NULL: the line is cut */
+    hyst_parameters_t image;
+    bool interrupted; /* the work that runs has been told */
+    double snapshot_due_s;
+    bool said_cut; /* that the line cannot be opened */
+};
+
+static void set_connected(line_keeper_t *keeper, bool connected) {
+    pthread_mutex_lock(&keeper->lock);
+    keeper->connected = connected;
+    pthread_mutex_unlock(&keeper->lock);
+}
+
+static void say_line(line_keeper_t *keeper) {
+    const line_listener_t *const l = keeper->listener;
+    keeper->said_cut = false;
+    set_connected(keeper, true);
+    l->line(l->context, keeper->device, &keeper->image, NULL);
+}
+
+/* Once. */
+static void say_cut(line_keeper_t *keeper, const char *why) {
+    const line_listener_t *const l = keeper->listener;
+    set_connected(keeper, false);
+    if (!keeper->said_cut) {
+        keeper->said_cut = true;
+        l->line(l->context, NULL, NULL, why);
+    }
+}
+
+static bool take_snapshot(line_keeper_t *keeper, failure_t *failure) {
+    int64_t now[REGISTER_COUNT] = {0};
+    const bool ok = device_read_span(keeper->device, INDEX_sequence, INDEX_limits_sticky, now, failure);
+    if (ok) {
+        const line_listener_t *const l = keeper->listener;
+        l->snapshot(l->context, keeper->device, &keeper->image, now);
+    }
+    return ok;
+}
+
+static void wanted(line_keeper_t *keeper, bool *stop, bool *ending) {
+    pthread_mutex_lock(&keeper->lock);
+    *stop = keeper->stop;
+    *ending = keeper->ending;
+    pthread_mutex_unlock(&keeper->lock);
+}
+
+/* Before each request of the work (device_turn_t). */
+static bool turn(void *context, failure_t *failure) {
+    line_keeper_t *const keeper = context;
+    bool stop;
+    bool ending;
+    wanted(keeper, &stop, &ending);
+    if (!keeper->interrupted && (stop || ending)) {
+        keeper->interrupted = true; /* once: the requests that park come after it */
+        return fail(failure, stop ? "stopped" : "the server ends");
+    }
+    if (keeper->interrupted || monotonic_s() < keeper->snapshot_due_s) {
+        return true;
+    }
+    keeper->interrupted = !take_snapshot(keeper, failure);
+    if (keeper->interrupted) { /* no need to wait until the work has tried in vain, too */
+        say_cut(keeper, failure->text);
+    }
+    keeper->snapshot_due_s = monotonic_s() + SNAPSHOT_WORKING_S;
+    return !keeper->interrupted;
+}
+
+static void close_line(line_keeper_t *keeper, const char *why) {
+    device_close(keeper->device);
+    keeper->device = NULL;
+    say_cut(keeper, why);
+}
+
+static void open_line(line_keeper_t *keeper) {
+    failure_t failure;
+    keeper->device = device_open(keeper->options, &failure);
+    if (keeper->device == NULL || !amplifier_image_read(keeper->device, &keeper->image, &failure)) {
+        close_line(keeper, failure.text);
+        return;
+    }
+    say_line(keeper);
+}
+
+static void do_stop(line_keeper_t *keeper) {
+    failure_t failure;
+    failure_t gone;
+    const bool taken = device_command(keeper->device, COMMAND_PARK, &failure);
+    pthread_mutex_lock(&keeper->lock);
+    const double since_s = keeper->stop_since_s;
+    pthread_mutex_unlock(&keeper->lock);
+    if (!taken && !take_snapshot(keeper, &gone)) {
+        close_line(keeper, gone.text); /* it stays requested */
+        return;
+    }
+    pthread_mutex_lock(&keeper->lock);
+    keeper->stop = false;
+    pthread_mutex_unlock(&keeper->lock);
+    keeper->listener->stopped(keeper->listener->context, monotonic_s() - since_s, taken ? NULL : failure.text);
+}
+
+static void do_work(line_keeper_t *keeper, const line_work_t *work) {
+    failure_t failure = {""};
+    keeper->interrupted = false;
+    keeper->snapshot_due_s = 0.0;
+    device_take_turns(keeper->device, turn, keeper);
+    const bool good = work->run(keeper, keeper->device, work->context, &failure);
+    device_take_turns(keeper->device, NULL, NULL);
+    pthread_mutex_lock(&keeper->lock);
+    keeper->working = false;
+    pthread_mutex_unlock(&keeper->lock);
+    work->ended(work->context, good, &failure);
+}
+
+/* Waits until something is wanted, at most so long. */
+static void wait(line_keeper_t *keeper, double seconds, bool wakes_for_stop) {
+    struct timespec until;
+    (void)clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += (long)(seconds * 1e9);
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
+    pthread_mutex_lock(&keeper->lock);
+    while (!keeper->ending && !keeper->working && !(keeper->stop && wakes_for_stop) &&
+           pthread_cond_timedwait(&keeper->wake, &keeper->lock, &until) == 0) {
+    }
+    pthread_mutex_unlock(&keeper->lock);
+}
+
+static void poll_line(line_keeper_t *keeper) {
+    failure_t failure;
+    if (take_snapshot(keeper, &failure)) {
+        if (keeper->said_cut) { /* during work, and it has come back */
+            say_line(keeper);
+        }
+        wait(keeper, SNAPSHOT_S, true);
+    } else {
+        close_line(keeper, failure.text);
+    }
+}
+
+static void leave(line_keeper_t *keeper) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored;
+    if (keeper->device != NULL && device_read_telemetry(keeper->device, now, &ignored) &&
+        now[INDEX_state] != LOOP_PARKED) {
+        (void)device_command(keeper->device, COMMAND_PARK, &ignored);
+    }
+    device_close(keeper->device);
+    keeper->device = NULL;
+}
+
+/* Work that was given at the instant in which the line was lost, or something else was wanted. */
+static void refuse_work(line_keeper_t *keeper, const line_work_t *work) {
+    failure_t failure;
+    (void)fail(&failure, keeper->device == NULL ? "there is no line to the amplifier" : "stopped before it began");
+    pthread_mutex_lock(&keeper->lock);
+    keeper->working = false;
+    pthread_mutex_unlock(&keeper->lock);
+    work->ended(work->context, false, &failure);
+}
+
+static void *keep(void *context) {
+    line_keeper_t *const keeper = context;
+    for (;;) {
+        pthread_mutex_lock(&keeper->lock);
+        const bool ending = keeper->ending;
+        const bool stop = keeper->stop;
+        const bool working = keeper->working;
+        const line_work_t work = keeper->work;
+        pthread_mutex_unlock(&keeper->lock);
+        if (working && (ending || stop || keeper->device == NULL)) {
+            refuse_work(keeper, &work);
+        } else if (ending) {
+            break;
+        } else if (keeper->device == NULL) {
+            open_line(keeper);
+            if (keeper->device == NULL) {
+                wait(keeper, AGAIN_S, false);
+            }
+        } else if (stop) {
+            do_stop(keeper);
+        } else if (working) {
+            do_work(keeper, &work);
+        } else {
+            poll_line(keeper);
+        }
+    }
+    leave(keeper);
+    return NULL;
+}
+
+line_keeper_t *line_keeper_start(const device_options_t *options, const line_listener_t *listener, failure_t *failure) {
+    line_keeper_t *keeper = allocate(1, sizeof *keeper);
+    keeper->options = options;
+    keeper->listener = listener;
+    pthread_condattr_t clock;
+    (void)pthread_condattr_init(&clock);
+    (void)pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    (void)pthread_cond_init(&keeper->wake, &clock);
+    (void)pthread_condattr_destroy(&clock);
+    (void)pthread_mutex_init(&keeper->lock, NULL);
+    const int error = pthread_create(&keeper->thread, NULL, keep, keeper);
+    if (error != 0) {
+        (void)fail(failure, "cannot start a thread: %s", strerror(error));
+        free(keeper);
+        return NULL;
+    }
+    return keeper;
+}
+
+void line_keeper_end(line_keeper_t *keeper) {
+    if (keeper == NULL) {
+        return;
+    }
+    pthread_mutex_lock(&keeper->lock);
+    keeper->ending = true;
+    pthread_cond_signal(&keeper->wake);
+    pthread_mutex_unlock(&keeper->lock);
+    (void)pthread_join(keeper->thread, NULL);
+    (void)pthread_cond_destroy(&keeper->wake);
+    (void)pthread_mutex_destroy(&keeper->lock);
+    free(keeper);
+}
+
+bool line_keeper_give(line_keeper_t *keeper, const line_work_t *work, failure_t *failure) {
+    pthread_mutex_lock(&keeper->lock);
+    const bool ok = keeper->working      ? fail(failure, "the amplifier is busy: wait for it, or press Stop")
+                    : !keeper->connected ? fail(failure, "there is no line to the amplifier")
+                                         : true;
+    if (ok) {
+        keeper->work = *work;
+        keeper->working = true;
+        pthread_cond_signal(&keeper->wake);
+    }
+    pthread_mutex_unlock(&keeper->lock);
+    return ok;
+}
+
+void line_keeper_stop(line_keeper_t *keeper) {
+    pthread_mutex_lock(&keeper->lock);
+    if (!keeper->stop) {
+        keeper->stop = true;
+        keeper->stop_since_s = monotonic_s();
+    }
+    pthread_cond_signal(&keeper->wake);
+    pthread_mutex_unlock(&keeper->lock);
+}
+
+void line_keeper_new_image(line_keeper_t *keeper, const hyst_parameters_t *image) {
+    keeper->image = *image;
+    say_line(keeper);
+}

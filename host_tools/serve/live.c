@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "serve/live.h"
+#include "amplifier/amplifier_image.h"
+#include "amplifier/mode_names.h"
+#include "base/json_output.h"
+#include "compile/compile.h"
+#include "telemetry.h"
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+/* By bit; registers.def explains them. */
+static const char *const fault_texts[] = {"overrun",  "converter timeout", "communication timeout", "clock fallback",
+                                          "overload", "supply too low",    "average current"};
+static const char *const limit_texts[] = {"drive range", "reference unreachable", "filter saturated",
+                                          "largest step of the board", "memory of the model lost"};
+
+/* One that newer firmware has is shown by its value. */
+static json_t *names(int64_t bits, const char *const text[], unsigned count) {
+    json_t *list = json_array();
+    for (unsigned bit = 0; bit < 16; bit++) {
+        if ((bits >> bit & 1) != 0) {
+            json_array_append_new(list, bit < count ? json_string(text[bit]) : json_sprintf("unknown (%u)", 1U << bit));
+        }
+    }
+    return list;
+}
+
+static json_t *faults(int64_t bits) {
+    return names(bits, fault_texts, sizeof fault_texts / sizeof fault_texts[0]);
+}
+
+/* To the tenth of a nanometre and of a millivolt: shorter to send. */
+static json_t *rounded(double value) {
+    return json_real(round(value * 1e4) / 1e4);
+}
+
+static json_t *counters(const int64_t now[REGISTER_COUNT]) {
+    json_t *object = json_object();
+#define COUNTER(name, address, note, text) json_object_set_new(object, #name, json_integer(now[INDEX_##name]));
+#include "registers.def"
+    return object;
+}
+
+static double advance(live_clock_t *clock, uint32_t sequence) {
+    const uint32_t passed = clock->begun ? sequence - clock->last : 0;
+    clock->begun = true;
+    clock->last = sequence;
+    clock->samples += passed < UINT32_MAX / 2 ? passed : 0; /* else it has started anew */
+    return clock->samples;
+}
+
+json_t *live_snapshot(live_clock_t *clock, const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image,
+                      double sample_rate_hz) {
+    const int64_t mode = now[INDEX_active_mode];
+    const bool follows = mode == HYST_MODE_LINEAR || mode == HYST_MODE_COMPENSATE;
+    const double position = position_to_micrometres(image, (hyst_q31_t)now[INDEX_position]);
+    const double reference = position_to_micrometres(image, (hyst_q31_t)now[INDEX_reference]);
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o}", "event", "live", "t",
+                     rounded(advance(clock, (uint32_t)now[INDEX_sequence]) / sample_rate_hz), "reference",
+                     follows ? rounded(reference) : json_null(), "drive",
+                     rounded(drive_to_volts(image, (hyst_q31_t)now[INDEX_drive])), "position", rounded(position),
+                     "error", follows ? rounded(position - reference) : json_null(), "mode", mode_name(mode), "state",
+                     state_name(now[INDEX_state]), "power", power_name(now[INDEX_amplifier_state]), "limits",
+                     names(now[INDEX_limits_live], limit_texts, sizeof limit_texts / sizeof limit_texts[0]), "faults",
+                     faults(now[INDEX_faults_live]), "faults_before", faults(now[INDEX_faults_sticky]), "counters",
+                     counters(now));
+}
+
+json_t *live_line(const char *port, const device_t *device, const hyst_parameters_t *image, const char *why) {
+    json_t *line =
+        json_pack("{s:s, s:b, s:s?, s:s}", "event", "line", "connected", device != NULL, "why", why, "port", port);
+    if (device == NULL) {
+        return line;
+    }
+    char model[16];
+    (void)snprintf(model, sizeof model, "0x%08" PRIX32, image->model_id);
+    const char *const board = board_name(device_identity(device, INDEX_board));
+    json_object_update_new(line,
+                           json_pack("{s:s, s:f, s:b, s:s, s:[ff], s:[ff]}", "board", board != NULL ? board : "unknown",
+                                     "sample_rate_hz", device_sample_rate_hz(device), "has_parameters",
+                                     !amplifier_image_is_neutral(image), "model_id", model, "drive_v",
+                                     drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high),
+                                     "position_um", position_to_micrometres(image, HYST_Q31_MIN),
+                                     position_to_micrometres(image, HYST_Q31_MAX)));
+    return line;
+}

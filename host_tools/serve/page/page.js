@@ -1,0 +1,508 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The live page: messages in, forms out (host_tools/serve/session.h, docs/LIVE.md).
+"use strict";
+
+const byId = (id) => document.getElementById(id);
+const page = document.body.dataset; // what the page is in, also for tests: server, line, run, job, control
+const MOST_ROWS = 4000, SILENCE_MS = 4000, AGAIN_MS = 700;
+const live = { t: [], reference: [], drive: [], position: [], error: [] };
+const plots = {};
+for (const name of ["position", "loop", "drive", "error"]) { plots[name] = new Plot(byId(`plot-${name}`)); }
+for (const name of ["time", "loop", "error"]) { plots[`compare-${name}`] = new Plot(byId(`compare-${name}`)); }
+let socket = null, heard = 0, paused = false, stale = false, gone = false, line = {}, files = [], lastLive = null;
+const compared = { a: null, b: null };
+
+// ---- Small things ----
+
+function put(id, text) {
+  const element = byId(id);
+  if (element.textContent !== text) { element.textContent = text; }
+}
+
+function number(value, unit, digits = 3) {
+  return value === null || value === undefined ? "\u2013" : `${value.toFixed(digits)} ${unit}`;
+}
+
+function message(text, bad = false) {
+  const box = byId("message");
+  box.hidden = text === "";
+  box.className = bad ? "bad" : "";
+  put("message", text);
+}
+
+function element(name, text, attributes = {}) {
+  const made = Object.assign(document.createElement(name), attributes);
+  made.textContent = text;
+  return made;
+}
+
+function table(into, head, rows) {
+  const made = document.createElement("table");
+  for (const [index, cells] of [head, ...rows].entries()) {
+    const row = made.insertRow();
+    for (const cell of cells) { row.append(element(index === 0 ? "th" : "td", cell)); }
+  }
+  byId(into).replaceChildren(made);
+}
+
+function send(object) {
+  if (socket !== null && socket.readyState === WebSocket.OPEN) {
+    socket.send(JSON.stringify(object));
+    return true;
+  }
+  message("Not sent: there is no connection to the server.", true);
+  return false;
+}
+
+// ---- What the page is in ----
+
+function showBanner() {
+  let text = "";
+  if (page.server === "closed") {
+    text = "No connection to the server: values are old, and nothing can be commanded, Stop included. " +
+           "Is hyst serve still running? Trying again ..";
+  } else if (page.line === "cut") {
+    text = "The line to the amplifier is cut. What plays ends with its communication timeout, then it parks by " +
+           `itself. Stop is sent as soon as the line is back. Trying again .. (${line.why || "no answer"})`;
+  }
+  byId("banner").hidden = text === "";
+  put("banner", text);
+}
+
+function showState() {
+  const texts = { connected: `line: ${line.port}`, cut: "line cut", unknown: "connecting" };
+  put("line", page.server === "open" ? texts[page.line] : page.server === "closed" ? "no server" : "connecting");
+  const able = page.control === "yes" && page.server === "open";
+  for (const form of document.forms) {
+    const needsLine = ["record", "track", "push", "clear"].includes(form.id);
+    const busy = needsLine ? page.run !== "idle" || page.line !== "connected"
+                           : form.id !== "" && page.job !== "idle";
+    form.firstElementChild.disabled = form.id === "" ? page.server !== "open" : !able || busy;
+  }
+  byId("viewer").hidden = page.server !== "open" || page.control === "yes";
+  byId("cancel").hidden = page.job === "idle" || page.control !== "yes";
+  byId("activity").hidden = page.run === "idle" && page.job === "idle";
+  showBanner();
+}
+
+function enter(key, value) {
+  page[key] = value;
+  showState();
+}
+
+function activity(what, fraction) {
+  put("activity-text", fraction === undefined ? what : `${what}, ${Math.round(100 * fraction)} %`);
+  const bar = byId("activity-bar");
+  if (fraction === undefined) { bar.removeAttribute("value"); } else { bar.value = fraction; }
+}
+
+// ---- Live ----
+
+function onLive(event) {
+  const last = live.t[live.t.length - 1];
+  if (last !== undefined && event.t < last) {
+    for (const key in live) { live[key].length = 0; }
+  } else if (last !== undefined && event.t - last > 2) { // a gap is not a line
+    live.t.push(last);
+    for (const key of ["reference", "drive", "position", "error"]) { live[key].push(null); }
+  }
+  if (line.has_parameters) { // else the scales are placeholders
+    for (const key in live) { live[key].push(event[key]); }
+  }
+  if (live.t.length > MOST_ROWS) {
+    for (const key in live) { live[key].splice(0, MOST_ROWS / 4); }
+  }
+  lastLive = event;
+  if (!stale) {
+    stale = true;
+    requestAnimationFrame(drawLive);
+  }
+}
+
+function drawLive() {
+  stale = false;
+  const now = lastLive;
+  if (now === null) { return; }
+  const scaled = (value, unit) => line.has_parameters ? number(value, unit) : "no scale yet";
+  put("now-reference", scaled(now.reference, "um"));
+  put("now-position", scaled(now.position, "um"));
+  put("now-error", scaled(now.error, "um"));
+  put("now-drive", scaled(now.drive, "V"));
+  put("now-mode", now.mode);
+  put("now-state", now.state);
+  put("power", `amplifier ${now.power}`);
+  byId("clear").hidden = now.power !== "in fault";
+  put("now-limits", now.limits.length > 0 ? now.limits.join(", ") : "none");
+  byId("limits-box").className = now.limits.length > 0 ? "alarm" : "";
+  const before = now.faults_before.filter((one) => !now.faults.includes(one));
+  put("now-faults", now.faults.length > 0 ? now.faults.join(", ")
+                                          : before.length > 0 ? `none now; before: ${before.join(", ")}` : "none");
+  byId("faults-box").className = now.faults.length > 0 ? "alarm" : "";
+  if (paused || live.t.length === 0) { return; }
+  const span = Number(byId("window").value), end = live.t[live.t.length - 1];
+  let first = live.t.length;
+  while (first > 0 && live.t[first - 1] >= end - span) { first--; }
+  const part = (key) => live[key].slice(first);
+  const t = part("t").map((value) => value - end), x = [-span, 0];
+  const position = part("position");
+  plots.position.draw([{ x: t, y: part("reference"), colour: "--reference", label: "reference", dash: true },
+    { x: t, y: position, colour: "--position", label: "position" }], { x, least: 0.2, values: true });
+  plots.drive.draw([{ x: t, y: part("drive"), colour: "--drive" }], { x, least: 1, values: true });
+  plots.error.draw([{ x: t, y: part("error"), colour: "--error" }], { x, least: 0.02, values: true, empty: "no reference is followed" });
+  plots.loop.draw([{ x: part("drive").map((v) => v === null ? 0 : v), y: position, colour: "--position" }],
+    { x: rangeOf([{ x: part("drive") }], "x", 1), least: 0.2 });
+}
+
+// ---- Files ----
+
+function fill(select) {
+  const kept = select.value;
+  const options = files.filter((file) => file.kind === select.dataset.kind).map((file) => file.name);
+  select.replaceChildren(...(select.dataset.none ? [new Option(select.dataset.none, "")] : []),
+    ...options.map((name) => new Option(name, name)));
+  if (kept !== "" && options.includes(kept)) {
+    select.value = kept;
+  } else if (select.dataset.none === undefined) { // rather what a model is fitted to than a track
+    select.value = options.find((name) => !/-(linear|compensate)(-\d+)?\.csv$|^simulated/.test(name)) || options[0] || "";
+  }
+}
+
+function choose(form, name, value) {
+  const select = byId(form).querySelector(`[name="${name}"]`);
+  if ([...select.options].some((option) => option.value === value)) { select.value = value; }
+}
+
+function onFiles(event) {
+  files = event.files;
+  document.querySelectorAll("select[data-kind]").forEach(fill);
+  const rows = files.map((file) => {
+    const row = document.createElement("tr");
+    const name = document.createElement("td"), action = document.createElement("td");
+    name.append(element("a", file.name, { href: `file/${file.name}`, download: file.name }));
+    const act = { recording: ["Show", () => compare(file.name, "")], report: ["Open", () => openReport(file.name)] };
+    if (act[file.kind]) {
+      const button = element("button", act[file.kind][0], { type: "button" });
+      button.setAttribute("aria-label", `${act[file.kind][0]} ${file.name}`);
+      button.addEventListener("click", act[file.kind][1]);
+      action.append(button);
+    }
+    row.append(name, element("td", file.kind), element("td", `${Math.max(1, Math.round(file.bytes / 1024))} kB`),
+      element("td", new Date(1000 * file.changed).toLocaleTimeString()), action);
+    return row;
+  });
+  byId("files").replaceChildren(...rows);
+  if (rows.length === 0) { byId("files").append(element("caption", "Nothing yet: record something.")); }
+}
+
+function openReport(name) {
+  byId("report").hidden = false;
+  byId("report").dataset.name = name;
+  byId("report-frame").src = `file/${name}`;
+  byId("report-link").href = `file/${name}`;
+  byId("report-link").textContent = `${name}, in a tab`;
+  byId("report").scrollIntoView();
+}
+
+// ---- Runs and jobs ----
+
+function showResult(text, bad) {
+  byId("result").hidden = false;
+  put("result-text", text);
+  byId("result-text").className = bad ? "bad" : "";
+  if (page.run === "idle" && page.job === "idle") { message(text, bad); }
+}
+
+function trackTable(tracks) {
+  const rows = tracks.map((track) => [track.mode === "linear" ? "before (linear)" : "after (compensate)",
+    number(track.nrmse_percent, "%", 3), number(track.max_error_um, "um", 4), number(track.rms_error_um, "um", 4)]);
+  table("result-table", ["", "NRMSE", "worst error", "RMS error"], rows);
+}
+
+function onRun(event) {
+  if (event.running) {
+    activity(event.what ? `${event.name}: ${event.what}` : event.name, event.fraction);
+    enter("run", event.name);
+    return;
+  }
+  const before = page.run;
+  enter("run", "idle");
+  if (event.good === undefined || (before === "idle" && byId("result").dataset.run === JSON.stringify(event))) {
+    return;
+  }
+  byId("result").dataset.run = JSON.stringify(event);
+  byId("result").dataset.good = event.good;
+  byId("result").dataset.name = event.name;
+  byId("result-table").replaceChildren();
+  byId("job-text").hidden = true;
+  if (!event.good) {
+    showResult(`${event.name}: ${event.why}`, true);
+    return;
+  }
+  const r = event.result, limited = r && (r.samples_with || {});
+  if (event.name === "record") {
+    showResult(`Recorded ${event.made[0]}: ${r.samples} samples at ${r.sample_rate_hz.toFixed(1)} Hz, drive ` +
+      `${r.drive_v[0].toFixed(2)} to ${r.drive_v[1].toFixed(2)} V, displacement ${r.displacement_um[0].toFixed(3)} to ` +
+      `${r.displacement_um[1].toFixed(3)} um.` + notes(limited), false);
+    afterFiles.push(() => {
+      choose("fit", "recording", event.made[0]);
+      choose("diagnose", "recording", event.made[0]);
+      compare(event.made[0], "");
+    });
+  } else if (event.name === "track") {
+    const both = r.tracks.length === 2;
+    const times = both ? r.tracks[0].nrmse_percent / r.tracks[1].nrmse_percent : NaN;
+    showResult(`Tracked ${event.made.join(" and ")}.` +
+      (isFinite(times) ? ` The error is ${times.toFixed(1)} times less after than before.` : "") +
+      notes(r.tracks[r.tracks.length - 1].samples_with), false);
+    trackTable(r.tracks);
+    afterFiles.push(() => compare(event.made[0], both ? event.made[1] : ""));
+  } else {
+    showResult({ push: "The image is in force, and read back the same.", clear: "The fault is cleared." }[event.name],
+      false);
+  }
+}
+
+// What ran into a limit.
+function notes(counters) {
+  const counted = Object.entries(counters).filter(([, count]) => count > 0);
+  const texts = counted.map(([name, count]) => `${count} samples ${name.replaceAll("_", " ")}`);
+  return texts.length > 0 ? ` Note: ${texts.join(", ")}.` : "";
+}
+
+const afterFiles = []; // to do when the list of files has come
+
+function onJob(event) {
+  const text = byId("job-text");
+  byId("result").hidden = false;
+  text.textContent = event.text || "";
+  text.hidden = text.textContent === "";
+  if (event.running) {
+    byId("result-table").replaceChildren();
+    activity(event.name);
+    enter("job", event.name);
+    showResult(`${event.name} ..`, false);
+    return;
+  }
+  const before = page.job;
+  enter("job", "idle");
+  byId("result").dataset.good = event.good;
+  byId("result").dataset.name = event.name;
+  showResult(event.good ? `${event.name} is done${event.made.length > 0 ? `: ${event.made.join(", ")}` : ""}.`
+                        : event.cancelled ? `${event.name} was cancelled.` : `${event.name} has failed.`, !event.good);
+  if (!event.good || before === "idle") { return; }
+  afterFiles.push(() => {
+    for (const name of event.made) {
+      if (name.endsWith(".image")) { choose("push", "image", name); }
+      if (name.endsWith(".json")) {
+        choose("compile", "model", name);
+        choose("diagnose", "model", name);
+        choose("simulate", "model", name);
+      }
+      if (name.endsWith(".html")) { openReport(name); }
+      if (name.endsWith(".csv")) { compare(name, ""); }
+    }
+  });
+}
+
+// ---- Compare ----
+
+function compare(a, b) {
+  const form = byId("compare").querySelector("form");
+  form.elements.a.value = a;
+  form.elements.b.value = b;
+  compared.a = compared.b = null;
+  compared.names = [a, b];
+  for (const name of new Set([a, b])) {
+    if (name !== "") { send({ do: "show", name }); }
+  }
+}
+
+function onRecording(event) {
+  if (!compared.names) { return; }
+  if (event.name === compared.names[0]) { compared.a = event; }
+  if (event.name === compared.names[1]) { compared.b = event; }
+  if (compared.names.some((name, i) => name !== "" && compared["ab"[i]] === null)) { return; }
+  drawCompared();
+}
+
+function drawCompared() {
+  const shown = [["a", "A", "--drive"], ["b", "B", "--after"]].filter(([key]) => compared[key] !== null);
+  byId("compared").hidden = shown.length === 0;
+  byId("compared").dataset.shown = compared.names.join(" ");
+  const time = [], loop = [], error = [], rows = [];
+  for (const [key, name, colour] of shown) {
+    const r = compared[key];
+    const t = r.drive.map((_, i) => r.start_s + i * r.step / r.sample_rate_hz);
+    if (r.reference && time.length === 0) {
+      time.push({ x: t, y: r.reference, colour: "--reference", label: "reference", dash: true });
+    }
+    time.push({ x: t, y: r.displacement, colour, label: name });
+    loop.push({ x: r.drive, y: r.displacement, colour, label: name });
+    if (r.reference) {
+      error.push({ x: t, y: r.displacement.map((value, i) => value - r.reference[i]), colour, label: name });
+    }
+    rows.push([`${name}: ${r.name}`, number(r.nrmse_percent, "%", 3), number(r.max_error_um, "um", 4),
+      number(r.rms_error_um, "um", 4), `${r.samples}`, `${r.sample_rate_hz.toFixed(1)} Hz`]);
+  }
+  table("compare-table", ["", "NRMSE", "worst error", "RMS error", "samples", "rate"], rows);
+  plots["compare-time"].draw(time, { values: true });
+  plots["compare-loop"].draw(loop);
+  byId("compare-error-box").hidden = error.length === 0;
+  plots["compare-error"].draw(error, { values: true });
+}
+
+// ---- Messages ----
+
+const handlers = {
+  hello(event) {
+    put("folder", `In ${event.folder} on the machine of the server.`);
+    if (event.simulated) { byId("amplifier").dataset.simulated = "The amplifier is emulated, the actuator simulated. "; }
+    const form = byId("record").elements;
+    for (const [name, range] of [["drive", event.drive_range], ["position", event.position_range]]) {
+      if (range[0] < range[1] && form[`${name}_low`].value === "") {
+        [form[`${name}_low`].value, form[`${name}_high`].value] = range;
+      }
+    }
+  },
+  role(event) {
+    byId("take").hidden = !event.free;
+    enter("control", event.control ? "yes" : "no");
+  },
+  line(event) {
+    line = event;
+    if (event.connected) {
+      const range = event.drive_v.map((value) => value.toFixed(1));
+      put("amplifier", (byId("amplifier").dataset.simulated || "") + `Board ${event.board}, ` +
+        `${event.sample_rate_hz} samples a second; ` + (event.has_parameters
+        ? `drive ${range[0]} to ${range[1]} V; model ${event.model_id} is in force.` : "no parameters yet."));
+      byId("ranges").hidden = event.has_parameters;
+    }
+    enter("line", event.connected ? "connected" : "cut");
+  },
+  live: onLive,
+  run: onRun,
+  job: onJob,
+  job_line(event) {
+    byId("job-text").hidden = false;
+    byId("job-text").append(`${event.line}\n`);
+    byId("job-text").scrollTop = byId("job-text").scrollHeight;
+  },
+  job_progress(event) {
+    if (page.job !== "idle" && page.run === "idle") { activity(`${page.job}: ${event.what}`, event.fraction); }
+  },
+  files(event) {
+    onFiles(event);
+    afterFiles.splice(0).forEach((act) => act());
+  },
+  recording: onRecording,
+  refused(event) { message(`${event.do || "The message"} was refused: ${event.why}`, true); },
+  stopping() { message("Stopping .."); },
+  stopped(event) {
+    message(event.why ? `The amplifier did not take the stop: ${event.why}`
+                      : `Stopped: the amplifier took it after ${Math.round(1000 * event.seconds)} ms.`, Boolean(event.why));
+    page.stops = Number(page.stops || 0) + 1;
+  },
+  beat() {},
+};
+
+function connect() {
+  heard = Date.now();
+  socket = new WebSocket(`ws://${location.host}${location.pathname}socket`, "hyst");
+  socket.addEventListener("open", () => enter("server", "open"));
+  socket.addEventListener("message", (received) => {
+    heard = Date.now();
+    const event = JSON.parse(received.data);
+    if (handlers[event.event]) { handlers[event.event](event); }
+  });
+  socket.addEventListener("close", () => {
+    page.line = "unknown";
+    page.run = page.job = "idle";
+    message("");
+    enter("server", "closed");
+    if (!gone) { setTimeout(connect, AGAIN_MS); }
+  });
+}
+
+setInterval(() => {
+  if (page.server === "open" && Date.now() - heard > SILENCE_MS) { socket.close(); }
+}, 1000);
+addEventListener("pagehide", () => {
+  gone = true;
+  socket.close();
+});
+
+// ---- Forms ----
+
+function stop() {
+  if (send({ do: "stop" })) { message("Stopping .."); }
+}
+byId("stop").addEventListener("click", stop);
+addEventListener("keydown", (event) => {
+  if (event.key === "Escape") {
+    event.preventDefault();
+    stop();
+  }
+}, true);
+byId("take").addEventListener("click", () => send({ do: "take" }));
+byId("cancel").addEventListener("click", () => send({ do: "cancel" }));
+byId("pause").addEventListener("click", () => {
+  paused = !paused;
+  byId("pause").setAttribute("aria-pressed", paused);
+  put("pause", paused ? "Go on" : "Pause");
+});
+
+// Numbers that were filled in, under their names.
+function numbersOf(form, names) {
+  const found = {};
+  for (const name of names) {
+    if (form[name].value !== "") { found[name] = Number(form[name].value); }
+  }
+  return found;
+}
+
+const requests = {
+  record(form) {
+    const [kind, probe] = form.waveform.value.split(":");
+    const object = { do: "record", condition: form.condition.checked, name: form.name.value };
+    if (kind === "probe") { object.probe = probe; } else {
+      Object.assign(object, { waveform: kind },
+        numbersOf(form, ["frequency", "cycles", "amplitude", "offset", "frames"]));
+    }
+    if (!line.has_parameters && form.drive_low.value !== "" && form.position_low.value !== "") {
+      object.drive_range = [Number(form.drive_low.value), Number(form.drive_high.value)];
+      object.position_range = [Number(form.position_low.value), Number(form.position_high.value)];
+    }
+    return object;
+  },
+  track: (form) => ({ do: "track", waveform: form.waveform.value, mode: form.mode.value, name: form.name.value,
+    condition: form.condition.checked, ...numbersOf(form, ["frequency", "cycles", "amplitude", "offset", "frames"]) }),
+  clear: () => ({ do: "clear" }),
+  push: (form) => ({ do: "push", image: form.image.value }),
+  compile: (form) => ({ do: "compile", model: form.model.value }),
+  fit: (form) => ({ do: "fit", recordings: [form.recording.value], creep: form.creep.checked,
+    ...(form.family.value === "" ? {} : { family: form.family.value }) }),
+  diagnose: (form) => ({ do: "diagnose", recordings: [form.recording.value],
+    ...(form.model.value === "" ? {} : { model: form.model.value }) }),
+  simulate(form, button) {
+    const object = { do: button, model: form.model.value, recording: form.recording.value };
+    const chosen = byId("compare").querySelector("form").elements;
+    return button === "report" ? { ...object, before: chosen.a.value, after: chosen.b.value } : object;
+  },
+};
+for (const form of document.forms) {
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    message("");
+    if (form.id === "") {
+      compare(form.elements.a.value, form.elements.b.value);
+    } else {
+      send(requests[form.id](form.elements, event.submitter && event.submitter.value));
+    }
+  });
+}
+// What is scrolled to comes below the header.
+new ResizeObserver(([header]) => {
+  document.documentElement.style.scrollPaddingTop = `${header.borderBoxSize[0].blockSize + 8}px`;
+}).observe(document.querySelector("header"));
+showState();
+connect();

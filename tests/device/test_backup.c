@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What is kept of an amplifier, put back, and told of a difference; and a table that plays on. */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/backup.h"
+#include "amplifier/experiment.h"
+#include "amplifier/image_difference.h"
+#include "simulated_device.h"
+#include "source.h"
+#include "telemetry.h"
+#include "unity.h"
+#include <string.h>
+
+static device_t *device;
+static hyst_parameters_t image;
+static failure_t failure;
+
+static void must(bool done) {
+    TEST_ASSERT_TRUE_MESSAGE(done, failure.text);
+}
+
+static void start_device(void) {
+    device_options_t options = DEVICE_OPTIONS_DEFAULT;
+    options.port = simulated_device_start(NULL);
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+}
+
+static void stop_device(void) {
+    device_close(device);
+    device = NULL;
+    simulated_device_stop();
+}
+
+/* 0..100 V and -10..90 um. */
+void setUp(void) {
+    failure.text[0] = '\0';
+    start_device();
+    hyst_parameters_default(&image);
+    image.model_id = 7;
+    image.drive_center_uv = image.drive_half_range_uv = 50000000;
+    image.position_center_pm = 40000000;
+    image.position_half_range_pm = 50000000;
+}
+
+void tearDown(void) {
+    stop_device();
+}
+
+static int64_t value_of(int which) {
+    int64_t value = 0;
+    must(device_read(device, which, &value, &failure));
+    return value;
+}
+
+static void test_a_backup_makes_another_amplifier_the_same(void) {
+    backup_done_t done;
+    must(amplifier_image_write(device, &image, &failure));
+    must(device_write(device, INDEX_setpoint_slew, 12345, &failure));
+    must(device_write(device, INDEX_current_limit, 777777, &failure));
+    must(device_write(device, INDEX_capture_signals, 5, &failure));
+    json_t *backup = backup_read(device, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(backup, failure.text);
+    stop_device();
+    start_device();
+    TEST_ASSERT_NOT_EQUAL(12345, value_of(INDEX_setpoint_slew));
+    must(backup_write(device, backup, "backup", &done, &failure));
+    TEST_ASSERT_TRUE(done.image);
+    TEST_ASSERT_EQUAL_UINT(0, done.not_there);
+    TEST_ASSERT_EQUAL_UINT(json_object_size(json_object_get(backup, "settings")), done.settings);
+    TEST_ASSERT_EQUAL_INT64(12345, value_of(INDEX_setpoint_slew));
+    TEST_ASSERT_EQUAL_INT64(777777, value_of(INDEX_current_limit));
+    TEST_ASSERT_EQUAL_INT64(5, value_of(INDEX_capture_signals));
+    TEST_ASSERT_EQUAL_INT64(7, value_of(INDEX_active_model_id));
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state));
+    json_decref(backup);
+}
+
+static void test_a_damaged_backup_changes_nothing(void) {
+    backup_done_t done;
+    must(amplifier_image_write(device, &image, &failure));
+    image.model_id = 8;
+    json_t *backup = backup_read(device, &failure);
+    json_array_set_new(json_object_get(backup, "image"), 9, json_integer(99)); /* the CRC says so */
+    must(amplifier_image_write(device, &image, &failure));
+    TEST_ASSERT_FALSE(backup_write(device, backup, "backup", &done, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "backup: image"), failure.text);
+    TEST_ASSERT_EQUAL_INT64(8, value_of(INDEX_active_model_id));
+    json_object_set_new(backup, "format", json_string("another"));
+    TEST_ASSERT_FALSE(backup_write(device, backup, "backup", &done, &failure));
+    json_decref(backup);
+}
+
+/* Settings of another firmware are counted, and no reason to refuse the rest. */
+static void test_settings_that_are_not_there(void) {
+    backup_done_t done;
+    json_t *backup = backup_read(device, &failure);
+    json_object_set_new(json_object_get(backup, "settings"), "of_tomorrow", json_integer(1));
+    must(backup_write(device, backup, "backup", &done, &failure));
+    TEST_ASSERT_FALSE(done.image);
+    TEST_ASSERT_EQUAL_UINT(1, done.not_there);
+    json_decref(backup);
+}
+
+static const image_difference_t *difference_of(const image_difference_t *list, size_t count, const char *field) {
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(list[i].field, field) == 0) {
+            return &list[i];
+        }
+    }
+    return NULL;
+}
+
+static void test_differences_are_in_units(void) {
+    image_difference_t list[IMAGE_DIFFERENCES_MOST];
+    hyst_parameters_t other = image;
+    TEST_ASSERT_EQUAL_UINT(0, image_differences(&image, &other, list));
+    other.drive_high = 1 << 30;
+    other.pi_operators = 2;
+    other.pi_weight[1] = HYST_Q28_ONE;
+    other.pi_weight[2] = HYST_Q28_ONE / 2;
+    other.pi_threshold[0] = 1 << 29;
+    other.pi_threshold[1] = 1 << 30;
+    const size_t count = image_differences(&image, &other, list);
+    TEST_ASSERT_EQUAL_UINT(4, count);
+    const image_difference_t *high = difference_of(list, count, "drive_high");
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 100.0, high->before);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 75.0, high->after);
+    const image_difference_t *weight = difference_of(list, count, "pi_weight");
+    TEST_ASSERT_EQUAL_UINT(2, weight->differing);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0, weight->after); /* um/V: 50 um over 50 V */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 25.0, difference_of(list, count, "pi_threshold")->after);
+}
+
+static void test_a_table_is_read_back_and_plays_on(void) {
+    const breakpoint_t corner[] = {{500, 60.0}, {500, 20.0}, {500, 40.0}};
+    experiment_table_t table = {
+        .mode = HYST_MODE_COMPENSATE, .start = 40.0, .corner = corner, .corners = 3, .passes = 0, .silence_s = 30.0};
+    must(amplifier_image_write(device, &image, &failure));
+    must(experiment_start_table(device, &image, &table, &failure));
+    TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
+    TEST_ASSERT_EQUAL_INT64(SOURCE_BREAKPOINTS, value_of(INDEX_source));
+    TEST_ASSERT_EQUAL_INT64(30000, value_of(INDEX_watchdog));
+    uint16_t held[12];
+    must(device_read_block(device, ADDRESS_waveform, 0, 12, held, &failure));
+    TEST_ASSERT_EQUAL_UINT16(500, held[1]);
+    TEST_ASSERT_INT_WITHIN(2, (int)(0.4 * 32768.0), (int16_t)held[2]);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_backup_makes_another_amplifier_the_same);
+    RUN_TEST(test_a_damaged_backup_changes_nothing);
+    RUN_TEST(test_settings_that_are_not_there);
+    RUN_TEST(test_differences_are_in_units);
+    RUN_TEST(test_a_table_is_read_back_and_plays_on);
+    return UNITY_END();
+}

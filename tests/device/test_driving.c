@@ -1,0 +1,342 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * Nobody leaves the actuator driven by accident: the command itself, with real signals, against the application behind
+ * a simulated line.
+ */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/driving.h"
+#include "base/monotonic_clock.h"
+#include "simulated_device.h"
+#include "source.h"
+#include "telemetry.h"
+#include "unity.h"
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* For an answer of the simulated amplifier: a hundred times what it takes when nothing is wrong. */
+#define TIMEOUT_S    0.1
+#define TIMEOUT_TEXT "0.1"
+/* For what surely comes: a process that ends, a run that begins. */
+#define PATIENCE_S 30.0
+
+static device_t *device;
+static device_options_t options = DEVICE_OPTIONS_DEFAULT;
+static failure_t failure;
+
+/* The command that runs, and what it said. */
+static pid_t process;
+static int errors_of;
+static char errors[4096];
+
+static void must(bool done) {
+    TEST_ASSERT_TRUE_MESSAGE(done, failure.text);
+}
+
+/* The test and the command take turns on the line. */
+static void take_line(void) {
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+}
+
+static void leave_line(void) {
+    device_close(device);
+    device = NULL;
+}
+
+static int64_t value_of(int which) {
+    int64_t value = 0;
+    must(device_read(device, which, &value, &failure));
+    return value;
+}
+
+/* 0..100 V and 0..100 um, parked at 10 V. */
+void setUp(void) {
+    options.port = simulated_device_start(NULL);
+    options.timeout_s = TIMEOUT_S;
+    failure.text[0] = '\0';
+    take_line();
+    hyst_parameters_t image;
+    hyst_parameters_default(&image);
+    image.model_id = 1;
+    image.drive_center_uv = image.drive_half_range_uv = 50000000;
+    image.position_center_pm = image.position_half_range_pm = 50000000;
+    image.drive_park = (hyst_q31_t)(-0.8 * 0x1p31);
+    image.transition_slew = 1 << 24;
+    must(amplifier_image_write(device, &image, &failure));
+    leave_line();
+}
+
+void tearDown(void) {
+    if (process > 0) {
+        (void)kill(process, SIGKILL);
+        (void)waitpid(process, NULL, 0);
+        (void)close(errors_of);
+        process = 0;
+    }
+    leave_line();
+    simulated_device_stop();
+}
+
+/* Runs for minutes if it is not ended: the simulated loop makes ten seconds' samples a second. */
+#define RECORD "record", "--waveform", "triangle", "--frequency", "0.01", "--cycles", "4"
+#define TRACK  "track", "--waveform", "sine", "--frequency", "1", "--cycles", "2000", "--both"
+
+static void start(const char *const argument[]) {
+    const char *all[32] = {HYST_TOOL};
+    size_t count = 1;
+    while (argument[count - 1] != NULL) {
+        all[count] = argument[count - 1];
+        count++;
+    }
+    all[count++] = "--port";
+    all[count++] = options.port;
+    all[count++] = "--timeout";
+    all[count++] = TIMEOUT_TEXT;
+    int ends[2];
+    TEST_ASSERT_EQUAL_INT(0, pipe(ends));
+    process = fork();
+    if (process == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+        const int nowhere = open("/dev/null", O_WRONLY);
+        (void)dup2(nowhere, STDOUT_FILENO);
+        (void)dup2(ends[1], STDERR_FILENO);
+        (void)execv(HYST_TOOL, (char *const *)(size_t)all);
+        _exit(127);
+    }
+    TEST_ASSERT_TRUE(process > 0);
+    (void)close(ends[1]);
+    errors_of = ends[0];
+}
+
+/* Returns the wait status. */
+static int end(void) {
+    int status = 0;
+    size_t length = 0;
+    ssize_t got;
+    while (length + 1 < sizeof errors && (got = read(errors_of, errors + length, sizeof errors - 1 - length)) > 0) {
+        length += (size_t)got;
+    }
+    errors[length] = '\0';
+    (void)close(errors_of);
+    TEST_ASSERT_EQUAL_INT(process, waitpid(process, &status, 0));
+    process = 0;
+    return status;
+}
+
+static void wait_for_start(void) {
+    const double until_s = monotonic_s() + PATIENCE_S;
+    while (simulated_device_line()->starts == 0) {
+        TEST_ASSERT_TRUE_MESSAGE(monotonic_s() < until_s, "nothing was started");
+        sleep_until(monotonic_s() + 0.01);
+    }
+}
+
+static void expect_error(const char *part) {
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(errors, part), errors);
+    TEST_ASSERT_EQUAL_PTR_MESSAGE(errors + strlen(errors) - 1, strchr(errors, '\n'), "not one line");
+}
+
+/* Parked, and not because of the communication timeout, which is off again. */
+static void expect_parked_by_command(void) {
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state));
+    TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_faults_sticky));
+    TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_watchdog));
+    leave_line();
+}
+
+static void parks_after_signal(const char *const command[], int number, const char *name) {
+    simulated_device_line()->starts = 0;
+    start(command);
+    wait_for_start();
+    TEST_ASSERT_EQUAL_INT(0, kill(process, number));
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFSIGNALED(status) && WTERMSIG(status) == number, errors);
+    expect_error(name);
+    expect_error("the drive is stopped and parked");
+    expect_parked_by_command();
+}
+
+static void test_signals_stop_and_park(void) {
+    static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
+    static const char *const track[] = {TRACK, NULL};
+    static const char *const probe[] = {"record", "--probe", "creep", "-o", "/dev/null", NULL};
+    parks_after_signal(record, SIGINT, "hyst: interrupted (SIGINT)");
+    parks_after_signal(record, SIGTERM, "hyst: interrupted (SIGTERM)");
+    parks_after_signal(track, SIGINT, "hyst: interrupted (SIGINT)");
+    parks_after_signal(track, SIGHUP, "hyst: interrupted (SIGHUP)");
+    parks_after_signal(probe, SIGINT, "hyst: interrupted (SIGINT)");
+}
+
+/* From before the line is opened to after the sweep: each 30 ms, whatever the command is doing then. */
+static void test_a_signal_at_any_time_leaves_the_amplifier_parked(void) {
+    static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
+    for (int ms = 0; ms <= 600; ms += 30) {
+        start(record);
+        sleep_until(monotonic_s() + ms / 1000.0);
+        TEST_ASSERT_EQUAL_INT(0, kill(process, SIGINT));
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT, errors);
+        take_line();
+        TEST_ASSERT_EQUAL_INT64_MESSAGE(LOOP_PARKED, value_of(INDEX_state), errors);
+        leave_line();
+    }
+}
+
+static void expect_parks_by_itself(double within_s) {
+    const double until_s = monotonic_s() + within_s;
+    sleep_until(until_s); /* without a request: one would keep it going */
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state));
+    TEST_ASSERT_NOT_EQUAL(0, value_of(INDEX_faults_sticky) & 4); /* the watchdog */
+    leave_line();
+}
+
+/* The communication timeout is 1 s; another one for a busy machine. */
+static void test_a_killed_host_leaves_the_amplifier_to_park_by_itself(void) {
+    static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
+    start(record);
+    wait_for_start();
+    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGKILL));
+    (void)end();
+    expect_parks_by_itself(2.0);
+}
+
+static void test_an_error_parks(void) {
+    static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
+    start(record);
+    wait_for_start();
+    simulated_device_fault(LINE_LOSES_REQUEST, 5, 3); /* as many as the command tries */
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("no answer from ");
+    expect_error("; the drive is stopped and parked");
+    expect_parked_by_command();
+}
+
+static void test_a_recording_that_cannot_be_written_parks(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/full", NULL};
+    start(record);
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("/dev/full: ");
+    expect_error("; the drive is stopped and parked");
+    expect_parked_by_command();
+}
+
+static void test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself(void) {
+    static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
+    start(record);
+    wait_for_start();
+    simulated_device_fault(LINE_LOSES_REQUEST, 5, 6); /* the parking is lost, too */
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("without requests it parks by itself after 1 s");
+    expect_parks_by_itself(2.0);
+}
+
+static void test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/null", NULL};
+    take_line();
+    must(device_write(device, INDEX_watchdog, 54321, &failure));
+    leave_line();
+    start(record);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    TEST_ASSERT_EQUAL_STRING("", errors);
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(54321, value_of(INDEX_watchdog));
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state));
+    TEST_ASSERT_EQUAL_INT64(HYST_MODE_PARK, value_of(INDEX_mode));
+    leave_line();
+}
+
+/* As it comes from the shelf: 1 V and 1 um are half of a converter's range, which is true of no actuator. */
+static void test_an_amplifier_without_parameters_is_not_driven(void) {
+    static const char *const refused[][12] = {
+        {"record", "--waveform", "sine", "-o", "/dev/null", NULL},
+        {"record", "--probe", "creep", "-o", "/dev/null", NULL},
+        {"record", "--waveform", "sine", "-o", "/dev/null", "--drive-range", "0:100", NULL},
+        {"record", "--waveform", "sine", "-o", "/dev/null", "--position-range", "0:100", NULL},
+        {"track", "--waveform", "sine", "--mode", "linear", NULL}};
+    static const char *const taken[] = {"record",    "--waveform",    "sine",  "--cycles",         "1",     "-o",
+                                        "/dev/null", "--drive-range", "0:100", "--position-range", "0:100", NULL};
+    hyst_parameters_t neutral;
+    hyst_parameters_default(&neutral);
+    take_line();
+    must(amplifier_image_write(device, &neutral, &failure));
+    leave_line();
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        start(refused[i]);
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+        expect_error("the amplifier has no parameters");
+        expect_error("`hyst push`");
+    }
+    TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->starts);
+    expect_parked_by_command(); /* as it was at power-on */
+    start(taken);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+}
+
+/* While a waveform plays without end, whose host is gone. */
+static void test_stop_holds_and_park_parks(void) {
+    static const char *const stop[] = {"stop", NULL};
+    static const char *const park[] = {"park", "--json", NULL};
+    take_line();
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure) &&
+         device_write(device, INDEX_source, SOURCE_SINE, &failure) &&
+         device_write(device, INDEX_source_amplitude, 1 << 30, &failure) &&
+         device_write(device, INDEX_source_increment, 1 << 20, &failure) &&
+         device_write(device, INDEX_source_cycles, 0, &failure) && device_command(device, COMMAND_START, &failure));
+    TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
+    leave_line();
+    start(stop);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_IDLE, value_of(INDEX_state));
+    TEST_ASSERT_EQUAL_INT64(HYST_MODE_DIRECT, value_of(INDEX_active_mode));
+    start(park);
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("is in use by another hyst: end that one first");
+    leave_line();
+    start(park);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state));
+    leave_line();
+}
+
+/* Where the loop stands still nothing can take effect, and neither command says that it did. */
+static void test_a_loop_that_stands_is_not_called_parked(void) {
+    static const char *const park[] = {"park", NULL};
+    take_line();
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    TEST_ASSERT_EQUAL_INT64(LOOP_IDLE, value_of(INDEX_state));
+    leave_line();
+    simulated_device_line()->loop_stands = true;
+    start(park);
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("its loop is still idle");
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_signals_stop_and_park);
+    RUN_TEST(test_a_signal_at_any_time_leaves_the_amplifier_parked);
+    RUN_TEST(test_a_killed_host_leaves_the_amplifier_to_park_by_itself);
+    RUN_TEST(test_an_error_parks);
+    RUN_TEST(test_a_recording_that_cannot_be_written_parks);
+    RUN_TEST(test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself);
+    RUN_TEST(test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was);
+    RUN_TEST(test_an_amplifier_without_parameters_is_not_driven);
+    RUN_TEST(test_stop_holds_and_park_parks);
+    RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
+    return UNITY_END();
+}

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A line that returns what the amplifier sends: an RS-485 adapter or a repeater with a local echo. The amplifier must
+ * not talk to itself, must not execute a request twice, and must not take its own answers for signs of life of a
+ * master.
+ */
+#include "amplifier.h"
+#include "fake_board.h"
+#include "loop.h"
+#include "master.h"
+#include "unity.h"
+#include <string.h>
+
+enum { BYTE_US = 87, ROUNDS = 50 };
+
+void setUp(void) {
+    fake_board_power_on(0);
+}
+void tearDown(void) {
+}
+
+static void be_silent(uint32_t microseconds) {
+    fake_board.microseconds += microseconds;
+}
+
+static void arrive(const uint8_t *bytes, size_t length) {
+    for (size_t i = 0; i < length; i++) {
+        fake_board.microseconds += BYTE_US;
+        modbus_server_receive(bytes[i]);
+    }
+}
+
+/* The frame arrives, and each answer comes back `echo_delay_us` after it was sent, as often as there is one. Returns
+ * how many answers there were. */
+static unsigned converse(const uint8_t *frame, size_t length, uint32_t echo_delay_us) {
+    const unsigned before = fake_board.frames_sent;
+    be_silent(2 * FAKE_SILENCE_US);
+    arrive(frame, length);
+    for (unsigned round = 0; round < ROUNDS; round++) {
+        const unsigned sent = fake_board.frames_sent;
+        (void)fake_board_run(FAKE_SILENCE_US / FAKE_SAMPLE_US + 1);
+        (void)amplifier_serve();
+        if (fake_board.frames_sent > sent) {
+            uint8_t echo[MODBUS_FRAME_MAX];
+            const size_t echo_length = fake_board.sent_length;
+            memcpy(echo, fake_board.sent, echo_length);
+            be_silent(echo_delay_us);
+            arrive(echo, echo_length);
+        }
+    }
+    return fake_board.frames_sent - before;
+}
+
+static size_t request(uint8_t frame[MODBUS_FRAME_MAX], const uint8_t *pdu, size_t length) {
+    return master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
+}
+
+/* Reads, writes, identification, an exception, a broken request: one answer each, whatever comes back. */
+static void test_one_answer_to_each_request(void) {
+    static const struct {
+        size_t length;
+        uint8_t pdu[12];
+    } requests[] = {{5, {3, 0, 0, 0, 1}},
+                    {5, {3, 0x02, 0, 0, 33}},
+                    {5, {4, 0, 0, 0, 2}},
+                    {5, {6, 0x01, 0x04, 0, 1}},
+                    {8, {16, 0x01, 0x04, 0, 1, 2, 0, 2}},
+                    {12, {23, 0, 0, 0, 1, 0x01, 0x04, 0, 1, 2, 0, 1}},
+                    {4, {43, 14, 1, 0}},
+                    {1, {99}},
+                    {5, {3, 0x30, 0, 0, 1}},
+                    {2, {16, 0}}};
+    for (size_t i = 0; i < sizeof requests / sizeof requests[0]; i++) {
+        uint8_t frame[MODBUS_FRAME_MAX];
+        const size_t length = request(frame, requests[i].pdu, requests[i].length);
+        fake_board_power_on(0);
+        TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, 100));
+        TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, 100));
+        TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, FAKE_SILENCE_US));
+        /* Later than an echo can be: what is no request is still not answered endlessly. */
+        const unsigned late = converse(frame, length, 20 * FAKE_SILENCE_US);
+        TEST_ASSERT_TRUE(late <= 2 || requests[i].pdu[0] == 6);
+    }
+}
+
+/* The answer to function 6 is its request. A command that acts at each execution shows how often there was one. */
+static void test_an_echoed_function_6_is_not_executed(void) {
+    static const uint8_t pdu[] = {6, ADDRESS_command >> 8, ADDRESS_command & 0xFF, 0, COMMAND_LATCH};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    uint16_t first[2], second[2];
+    const size_t length = request(frame, pdu, sizeof pdu);
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, 100));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_sequence + 1, 1, first));
+    (void)fake_board_run(5);
+    be_silent(2 * FAKE_SILENCE_US);
+    (void)amplifier_serve();
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_sequence + 1, 1, second));
+    TEST_ASSERT_EQUAL_UINT16_MESSAGE(first[0], second[0], "the echo latched telemetry");
+    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_line_echoes));
+    /* The same request again, by a master that keeps the pause of the standard, is a request. */
+    TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, 100));
+    TEST_ASSERT_EQUAL_UINT32(2, master_get(INDEX_line_echoes));
+}
+
+/* The next request of a fast master, without the pause that would part it from the echo. */
+static void test_a_request_right_behind_an_echo_is_served(void) {
+    static const uint8_t pdu[] = {3, 0, 0, 0, 1};
+    uint8_t frame[MODBUS_FRAME_MAX], echo[MODBUS_FRAME_MAX];
+    const size_t length = request(frame, pdu, sizeof pdu);
+    be_silent(2 * FAKE_SILENCE_US);
+    arrive(frame, length);
+    be_silent(FAKE_SILENCE_US + 1);
+    TEST_ASSERT_TRUE(amplifier_serve());
+    TEST_ASSERT_EQUAL_UINT(1, fake_board.frames_sent);
+    const size_t echo_length = fake_board.sent_length;
+    memcpy(echo, fake_board.sent, echo_length);
+    arrive(echo, echo_length);
+    arrive(frame, length);
+    be_silent(FAKE_SILENCE_US + 1);
+    TEST_ASSERT_TRUE(amplifier_serve());
+    TEST_ASSERT_EQUAL_UINT(2, fake_board.frames_sent);
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(echo, fake_board.sent, echo_length);
+}
+
+/* An answer has a function code of 0x80 or more, or is one of another server: neither is a request. */
+static void test_no_answer_to_an_exception(void) {
+    for (unsigned function = 0x80; function <= 0xFF; function++) {
+        const uint8_t pdu[] = {(uint8_t)function, 1};
+        uint8_t frame[MODBUS_FRAME_MAX];
+        TEST_ASSERT_EQUAL_UINT(0, converse(frame, request(frame, pdu, sizeof pdu), 100));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_frames_served));
+}
+
+/* Only what a master asks and gets feeds the communication timeout. */
+static void feed_and_expect(const uint8_t *frame, size_t length, bool fed) {
+    fake_board_power_on(0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_watchdog, 100));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+    (void)fake_board_run(900);
+    arrive(frame, length);
+    be_silent(FAKE_SILENCE_US + 1);
+    (void)amplifier_serve();
+    (void)fake_board_run(500);
+    TEST_ASSERT_EQUAL(fed ? HYST_MODE_DIRECT : HYST_MODE_PARK, loop_mode());
+}
+
+static void test_only_accepted_requests_feed_the_timeout(void) {
+    static const struct {
+        size_t length;
+        uint8_t address;
+        bool feeds;
+        uint8_t pdu[12];
+    } cases[] = {{5, 1, true, {3, 0, 0, 0, 1}},
+                 {5, 1, true, {6, 0x01, 0x04, 0, 1}},
+                 {5, 0, true, {6, 0x01, 0x04, 0, 1}},
+                 {5, 0, false, {6, 0x01, 0x04, 0, 77}},
+                 {5, 1, false, {6, 0x01, 0x04, 0, 77}},
+                 {5, 1, false, {3, 0x30, 0, 0, 1}},
+                 {4, 1, false, {3, 0x30, 0, 0}},
+                 {1, 1, false, {99}},
+                 {2, 1, false, {0x83, 2}},
+                 {5, 2, false, {3, 0, 0, 0, 1}}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        uint8_t frame[MODBUS_FRAME_MAX];
+        const size_t length = master_frame(frame, cases[i].address, cases[i].pdu, cases[i].length);
+        feed_and_expect(frame, length, cases[i].feeds);
+        frame[length - 1U] ^= 1U;
+        feed_and_expect(frame, length, false);
+    }
+}
+
+/* The master asked once, then fell silent; its line echoes without end. */
+static void test_an_echo_does_not_feed_the_timeout(void) {
+    static const uint8_t read[] = {3, 0, 0, 0, 1}, write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1};
+    for (unsigned which = 0; which < 2; which++) {
+        uint8_t frame[MODBUS_FRAME_MAX];
+        fake_board_power_on(0);
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_watchdog, 50));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+        (void)converse(frame, request(frame, which == 0 ? read : write, 5), 100); /* 50 rounds of 1.8 ms */
+        TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
+    }
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_one_answer_to_each_request);
+    RUN_TEST(test_an_echoed_function_6_is_not_executed);
+    RUN_TEST(test_a_request_right_behind_an_echo_is_served);
+    RUN_TEST(test_no_answer_to_an_exception);
+    RUN_TEST(test_only_accepted_requests_feed_the_timeout);
+    RUN_TEST(test_an_echo_does_not_feed_the_timeout);
+    return UNITY_END();
+}

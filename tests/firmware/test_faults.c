@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What can go wrong, at random moments of a random life, from one seed: what is expected, what was seen, whether it
+ * held. The table goes to FAULTS_JSON. HYST_FAULT_RUNS sets how many lives each fault gets (a hundred without it).
+ *
+ * In every life, whatever fails: no two drives are farther apart than the board allows, and the drive is within the
+ * limits of the image once it has been there.
+ */
+#include "amplifier.h"
+#include "fake_board.h"
+#include "image_store.h"
+#include "loop.h"
+#include "master.h"
+#include "random.h"
+#include "unity.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CODE_STEP (1 << 16)
+#define LOW       (-(3 << 29))
+#define HIGH      (3 << 29)
+#define PARK      (-(1 << 29))
+#define SLEW      (1 << 22)
+
+static random_t rng;
+static hyst_q31_t last;
+static bool lawful; /* steps and limits, so far in this life */
+static bool inside; /* the drive has been within the limits */
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+static uint32_t any_bits(void) {
+    return (uint32_t)random_bits(&rng);
+}
+
+static hyst_q31_t sample(loop_input_t input) {
+    fake_board.microseconds += FAKE_SAMPLE_US;
+    const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
+    lawful = lawful && llabs((long long)drive - last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP;
+    inside = inside || (drive >= LOW && drive <= HIGH);
+    lawful = lawful && (!inside || (drive >= LOW - CODE_STEP && drive <= HIGH + CODE_STEP));
+    last = drive;
+    return drive;
+}
+
+static void run(unsigned samples) {
+    for (unsigned i = 0; i < samples; i++) {
+        (void)sample((loop_input_t){.position_code = (uint16_t)any_bits()});
+    }
+}
+
+static uint32_t state(void) {
+    return master_get(INDEX_amplifier_state);
+}
+
+static size_t image(uint32_t words[HYST_IMAGE_MAX_WORDS], uint32_t model) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.model_id = model;
+    p.drive_low = LOW;
+    p.drive_high = HIGH;
+    p.drive_park = PARK;
+    p.transition_slew = SLEW;
+    return hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS);
+}
+
+static void start(void) {
+    const board_start_t power = {.reset_cause = RESET_POWER, .starts = 1};
+    fake_board_start(&power);
+    last = (hyst_q31_t)((uint32_t)(loop_park_code() ^ BOARD_CODE_MIDDLE) << 16);
+}
+
+/* Armed, and in one of many kinds of motion. */
+static void live(void) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    fake_store_clear();
+    start();
+    lawful = true;
+    inside = false;
+    master_write_words(ADDRESS_staging, words, image(words, 1));
+    master_command(COMMAND_COMMIT);
+    run(3000);
+    master_command(COMMAND_ARM);
+    run(1100);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, (uint32_t)random_between(&rng, 1, 3)));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, any_bits()));
+    run((unsigned)random_between(&rng, 0, 2000));
+    if (random_between(&rng, 0, 1) == 0) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source, 1));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_amplitude, any_bits()));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, (any_bits() >> 4) + 1U));
+        master_command(COMMAND_START);
+    }
+    loop_master_heard();
+    run((unsigned)random_between(&rng, 0, 1000));
+}
+
+/* In a fault, at park after the ramp, and there until the command stop. */
+static bool parked_by(uint32_t fault) {
+    run(3000);
+    const bool parked = last == PARK && state() == AMPLIFIER_FAULT && !fake_board.stage_enabled &&
+                        (master_get(INDEX_faults_sticky) & fault) != 0;
+    const bool refused = master_set(INDEX_command, COMMAND_ARM) == MODBUS_ILLEGAL_VALUE;
+    master_command(COMMAND_STOP);
+    run(3);
+    return parked && refused && state() == AMPLIFIER_OFF;
+}
+
+static bool host_dies(void) {
+    loop_master_heard();
+    run(10001);
+    return parked_by(FAULT_WATCHDOG);
+}
+
+static bool clock_too_slow(void) {
+    for (unsigned i = 0; i < LOOP_OVERRUNS_TO_TRIP; i++) {
+        (void)sample((loop_input_t){.overrun = true});
+    }
+    return state() == AMPLIFIER_FAULT && parked_by(FAULT_OVERLOAD);
+}
+
+static bool single_late_samples(void) {
+    const uint32_t before = state();
+    for (unsigned i = 0; i < 50; i++) {
+        (void)sample((loop_input_t){.overrun = true});
+        loop_master_heard();
+        run((unsigned)random_between(&rng, 1, 20));
+    }
+    const uint32_t now = state();
+    return now != AMPLIFIER_FAULT && (now == before || now == AMPLIFIER_HOLD) && master_get(INDEX_overruns) == 50;
+}
+
+static bool supply_sags(void) {
+    (void)sample((loop_input_t){.supply_low = true});
+    return state() == AMPLIFIER_FAULT && parked_by(FAULT_SUPPLY);
+}
+
+static bool converter_stuck(void) {
+    loop_master_heard();
+    for (unsigned i = 0; i < 500; i++) {
+        (void)sample((loop_input_t){.converter_timeout = true});
+    }
+    return state() != AMPLIFIER_FAULT && (master_get(INDEX_faults_live) & FAULT_CONVERTER_TIMEOUT) != 0;
+}
+
+static bool reference_jumps(void) {
+    for (unsigned i = 0; i < 50; i++) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint_slew, (uint32_t)HYST_Q31_MAX));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, any_bits()));
+        run(3);
+    }
+    return true; /* `lawful` is the answer */
+}
+
+static bool image_broken(void) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    const size_t length = image(words, 2);
+    words[random_between(&rng, 0, (int32_t)length - 1)] ^= 1U << random_between(&rng, 0, 31);
+    master_write_words(ADDRESS_staging, words, length);
+    master_command(COMMAND_COMMIT);
+    run(2);
+    return master_get(INDEX_fault_code) != HYST_PARAMETERS_OK && master_get(INDEX_active_model_id) == 1;
+}
+
+static bool line_flips_bits(void) {
+    uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+    size_t reply_length;
+    const uint8_t pdu[] = {6, 1, 0, 0, COMMAND_PARK};
+    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
+    const hyst_mode_t mode = loop_mode();
+    frame[random_between(&rng, 0, (int32_t)length - 1)] ^= (uint8_t)(1U << random_between(&rng, 0, 7));
+    return modbus_serve(frame, length, reply, &reply_length) == MODBUS_FRAME_BROKEN && reply_length == 0 &&
+           loop_mode() == mode;
+}
+
+static bool stored(uint32_t model) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    return image_store_load(words, HYST_IMAGE_MAX_WORDS, NULL) != 0 && words[3] == model;
+}
+
+static bool supply_goes_while_storing(void) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    TEST_ASSERT_TRUE(image_store_save(words, image(words, 10)));
+    const size_t length = image(words, 11);
+    fake_store_cut_after((unsigned)random_between(&rng, 0, 45), any_bits);
+    const bool done = image_store_save(words, length);
+    (void)fake_store_power_on();
+    const bool whole = done ? stored(11) : stored(10) || stored(11);
+    start();
+    run(10);
+    return whole && last == PARK && state() == AMPLIFIER_OFF && !fake_board.stage_enabled;
+}
+
+static bool restart_under_motion(void) {
+    start();
+    run(100);
+    return state() == AMPLIFIER_OFF && !fake_board.stage_enabled && last == HYST_Q31_MIN &&
+           master_set(INDEX_mode, HYST_MODE_DIRECT) == MODBUS_ILLEGAL_VALUE;
+}
+
+/* More current on average than the stage may deliver. */
+static bool current_too_high(void) {
+    const uint32_t before = state();
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source, 1));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_amplitude, HIGH));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, UINT32_MAX / 100U));
+    master_command(COMMAND_START);
+    run(100);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_current_limit, 1U << 24)); /* a sine of 100 Hz has some 2^26 */
+    for (unsigned i = 0; i < 40 && state() != AMPLIFIER_FAULT; i++) {
+        loop_master_heard();
+        run(500);
+    }
+    return before != AMPLIFIER_FAULT && master_get(INDEX_trip_cause) == 7 && parked_by(FAULT_CURRENT);
+}
+
+static bool warned(uint32_t warning, unsigned samples, bool moves, uint16_t code) {
+    loop_master_heard();
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint_slew, 1U << 21));
+    master_command(COMMAND_STOP);
+    for (unsigned i = 0; i < samples; i++) {
+        if (moves && i % 400 == 0) {
+            TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, (uint32_t)(i % 800 == 0 ? LOW : HIGH)));
+        }
+        (void)sample((loop_input_t){.position_code = code});
+    }
+    const bool live = (master_get(INDEX_warnings_live) & warning) != 0;
+    const bool goes_on = state() == AMPLIFIER_HOLD && (master_get(INDEX_faults_sticky) & FAULT_SUPPLY) == 0;
+    run(3);
+    return live && goes_on && (master_get(INDEX_warnings_live) & warning) == 0 &&
+           (master_get(INDEX_warnings_sticky) & warning) != 0;
+}
+
+static bool sensor_lost(void) {
+    return warned(2, 1005, false, random_between(&rng, 0, 1) == 0 ? 0 : UINT16_MAX);
+}
+
+static bool reading_stands_still(void) {
+    return warned(4, 3000, true, (uint16_t)random_between(&rng, 1, 65534));
+}
+
+static const struct {
+    const char *fault, *expected;
+    bool (*happens)(void);
+    bool restarts; /* the drive begins anew: the step there is the stage's, which is off */
+} faults[] = {
+    {"host dies or its line is cut", "ramp to park after the communication timeout; out only by stop", host_dies,
+     false},
+    {"loop overloaded", "ramp to park in the 5th late sample, without the compensator; out only by stop",
+     clock_too_slow, false},
+    {"single late samples", "counted, no reaction", single_late_samples, false},
+    {"supply sags", "ramp to park in the same sample; out only by stop", supply_sags, false},
+    {"position converter stuck", "reported, no reaction: nothing is controlled by the position", converter_stuck,
+     false},
+    {"average current above its limit", "ramp to park in the sample that exceeds it; out only by stop",
+     current_too_high, false},
+    {"sensor lost", "warning after 0.1 s at an end of the converter; nothing stops", sensor_lost, false},
+    {"reading stands still", "warning once the drive has gone a quarter of its range; nothing stops",
+     reading_stands_still, false},
+    {"reference jumps", "no step beyond what the board allows", reference_jumps, false},
+    {"parameter image damaged", "refused, the one before stays in force", image_broken, false},
+    {"bit flipped on the line", "request dropped, nothing changed, no answer", line_flips_bits, false},
+    {"supply goes while an image is stored", "the image before or the new one, whole; start off and parked",
+     supply_goes_while_storing, true},
+    {"processor restarts under motion", "off, stage disabled, nothing moves until an image and arming",
+     restart_under_motion, true},
+};
+enum { FAULTS = sizeof faults / sizeof faults[0] };
+
+static void test_every_fault(void) {
+    const char *wanted = getenv("HYST_FAULT_RUNS");
+    const unsigned long runs = wanted != NULL ? strtoul(wanted, NULL, 10) : 100UL;
+    unsigned long held[FAULTS];
+    for (unsigned f = 0; f < FAULTS; f++) {
+        held[f] = 0;
+        for (unsigned long i = 0; i < runs; i++) {
+            live();
+            const bool before = lawful;
+            const bool good = faults[f].happens();
+            held[f] += good && (faults[f].restarts ? before : lawful) ? 1UL : 0UL;
+        }
+    }
+    FILE *file = fopen(FAULTS_JSON, "w");
+    TEST_ASSERT_NOT_NULL_MESSAGE(file, FAULTS_JSON);
+    (void)fprintf(file, "[\n");
+    for (unsigned f = 0; f < FAULTS; f++) {
+        (void)fprintf(file,
+                      "  {\"fault\": \"%s\", \"expected\": \"%s\", \"seen\": \"as expected in %lu of %lu lives\", "
+                      "\"held\": %s}%s\n",
+                      faults[f].fault, faults[f].expected, held[f], runs, held[f] == runs ? "true" : "false",
+                      f + 1U < FAULTS ? "," : "");
+    }
+    (void)fprintf(file, "]\n");
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+    for (unsigned f = 0; f < FAULTS; f++) {
+        TEST_ASSERT_EQUAL_UINT64_MESSAGE(runs, held[f], faults[f].fault);
+    }
+}
+
+int main(void) {
+    rng = random_start("firmware_faults", 20261123);
+    UNITY_BEGIN();
+    RUN_TEST(test_every_fault);
+    return UNITY_END();
+}

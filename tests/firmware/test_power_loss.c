@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The supply goes while an image is being stored: after every program and every erase step, within each of them, and
+ * again while the start after that stores anew. What the amplifier then finds is exactly the image before or exactly
+ * the one that was being stored, and always one of them.
+ *
+ * The flash of fake_board.c: an erase that is cut leaves any word erased, untouched or torn; a word that is being
+ * programmed when the cut comes has lost any of the bits it was to lose.
+ */
+#include "fake_board.h"
+#include "hyst/parameters.h"
+#include "image_store.h"
+#include "loop.h"
+#include "master.h"
+#include "parameter_store.h"
+#include "random.h"
+#include "unity.h"
+#include <stdio.h>
+#include <string.h>
+
+static random_t rng;
+
+static uint32_t any_bits(void) {
+    return (uint32_t)random_bits(&rng);
+}
+
+void setUp(void) {
+    fake_store_clear();
+}
+void tearDown(void) {
+}
+
+typedef struct {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    size_t length;
+} image_t;
+
+static image_t random_image(size_t most) {
+    image_t image = {.length = (size_t)random_between(&rng, 1, (int32_t)most)};
+    for (size_t i = 0; i < image.length; i++) {
+        image.words[i] = random_between(&rng, 0, 3) == 0 ? UINT32_MAX : (uint32_t)random_bits(&rng);
+    }
+    return image;
+}
+
+static bool stored(const image_t *image) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    const size_t length = image_store_load(words, HYST_IMAGE_MAX_WORDS, NULL);
+    return length == image->length && memcmp(words, image->words, length * sizeof words[0]) == 0;
+}
+
+static void test_what_is_saved_is_loaded(void) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(0, image_store_load(words, HYST_IMAGE_MAX_WORDS, NULL), "an erased flash");
+    for (unsigned i = 0; i < 100; i++) {
+        const image_t image = random_image(HYST_IMAGE_MAX_WORDS);
+        uint32_t sequence = 0;
+        TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
+        TEST_ASSERT_TRUE(stored(&image));
+        (void)image_store_load(words, HYST_IMAGE_MAX_WORDS, &sequence);
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, sequence);
+    }
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(100, fake_store.erasures, "one erasure a save");
+}
+
+/* Every step of a save of small and large images, with the cut in it, from both sectors. */
+static void test_a_cut_after_every_step(void) {
+    unsigned cuts = 0, kept = 0, renewed = 0;
+    image_t old = random_image(40);
+    TEST_ASSERT_TRUE(image_store_save(old.words, old.length));
+    for (unsigned run = 0; run < 400; run++) {
+        const image_t next = random_image(run % 50 == 0 ? HYST_IMAGE_MAX_WORDS : 40);
+        for (unsigned step = 0;; step++) {
+            const fake_store_t before = fake_store;
+            fake_store_cut_after(step, any_bits);
+            const bool done = image_store_save(next.words, next.length);
+            const bool cut = fake_store_power_on();
+            cuts += cut ? 1U : 0U;
+            const bool is_old = stored(&old), is_new = stored(&next);
+            TEST_ASSERT_TRUE_MESSAGE(is_old || is_new, "neither the old nor the new image");
+            TEST_ASSERT_TRUE_MESSAGE(!done || is_new, "said to be stored, and is not");
+            kept += is_old ? 1U : 0U;
+            renewed += is_new ? 1U : 0U;
+            if (!cut) {
+                old = next;
+                break;
+            }
+            if (random_between(&rng, 0, 3) != 0) {
+                fake_store = before; /* the next step from the same past; else go on with what the cut left behind */
+            } else if (is_new) {
+                old = next;
+            }
+        }
+    }
+    (void)printf("%u cuts: %u times the old image, %u times the new one\n", cuts, kept, renewed);
+    TEST_ASSERT_GREATER_THAN_UINT(10000, cuts);
+    TEST_ASSERT_GREATER_THAN_UINT(100, renewed);
+}
+
+/* Cut upon cut: each start tries to store, and is cut, many times in a row. */
+static void test_a_row_of_cuts(void) {
+    image_t last = random_image(60);
+    TEST_ASSERT_TRUE(image_store_save(last.words, last.length));
+    for (unsigned run = 0; run < 20000; run++) {
+        const image_t next = random_image(60);
+        fake_store_cut_after((unsigned)random_between(&rng, 0, 80), any_bits);
+        (void)image_store_save(next.words, next.length);
+        (void)fake_store_power_on();
+        const bool is_new = stored(&next);
+        TEST_ASSERT_TRUE(is_new || stored(&last));
+        if (is_new) {
+            last = next;
+        }
+    }
+}
+
+static void test_a_flash_that_does_not_take_a_word_is_noticed(void) {
+    const image_t old = random_image(40);
+    image_t next = random_image(40);
+    for (size_t i = 0; i < next.length; i++) {
+        next.words[i] &= 0x7FFFFFFFU; /* all ones need no programming */
+    }
+    TEST_ASSERT_TRUE(image_store_save(old.words, old.length));
+    for (size_t word = 0; word <= 4 + next.length; word++) {
+        fake_store.stuck_word = word;
+        fake_store.stuck = true;
+        TEST_ASSERT_FALSE(image_store_save(next.words, next.length));
+        fake_store.stuck = false;
+        TEST_ASSERT_TRUE(stored(&old));
+    }
+}
+
+static void test_the_sequence_may_wrap(void) {
+    image_t image = random_image(10);
+    TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
+    uint32_t *sector = fake_store.words[0];
+    sector[2] = UINT32_MAX;
+    sector[4 + image.length] = hyst_crc32(sector, 4 + image.length);
+    for (unsigned i = 0; i < 4; i++) {
+        image = random_image(10);
+        TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
+        TEST_ASSERT_TRUE(stored(&image));
+    }
+}
+
+static size_t parked_at(hyst_q31_t park, uint32_t words[HYST_IMAGE_MAX_WORDS]) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.drive_park = park;
+    p.model_id = 77;
+    return hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS);
+}
+
+/* Through the registers: saved only when off, in force after the next start, parked there from the first sample on. */
+static void test_the_amplifier_starts_with_what_was_saved(void) {
+    enum { PARK = 1 << 29 };
+    const board_start_t start = {.reset_cause = RESET_POWER};
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    const size_t length = parked_at(PARK, words);
+    fake_board_start(&start);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE)); /* there is nothing to save */
+    master_write_words(ADDRESS_staging, words, length);
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE), "not while it moves");
+    (void)fake_board_run(3000);
+    master_command(COMMAND_ARM);
+    (void)fake_board_run(3000);
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE), "not while armed");
+    master_command(COMMAND_DISARM);
+    (void)fake_board_run(10);
+    master_command(COMMAND_SAVE);
+    TEST_ASSERT_EQUAL_UINT32(STORE_SAVED, master_get(INDEX_store_state));
+
+    fake_board_start(&start);
+    TEST_ASSERT_EQUAL_INT32(PARK, fake_board_run(1));
+    TEST_ASSERT_EQUAL_UINT32(77, master_get(INDEX_active_model_id));
+    TEST_ASSERT_EQUAL_UINT32(STORE_LOADED, master_get(INDEX_store_state));
+    master_command(COMMAND_ARM); /* there are limits */
+
+    /* An image that this firmware refuses, in a whole copy: as if there were none. */
+    words[14] = 1; /* a transition that never arrives */
+    words[length - 1] = hyst_crc32(words, length - 1);
+    TEST_ASSERT_TRUE(image_store_save(words, length));
+    fake_board_start(&start);
+    TEST_ASSERT_EQUAL_HEX16(FAKE_SAFE_CODE, fake_board_sample(0));
+    TEST_ASSERT_EQUAL_UINT32(STORE_REFUSED, master_get(INDEX_store_state));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+}
+
+int main(void) {
+    rng = random_start("firmware_power_loss", 20261123);
+    UNITY_BEGIN();
+    RUN_TEST(test_what_is_saved_is_loaded);
+    RUN_TEST(test_a_cut_after_every_step);
+    RUN_TEST(test_a_row_of_cuts);
+    RUN_TEST(test_a_flash_that_does_not_take_a_word_is_noticed);
+    RUN_TEST(test_the_sequence_may_wrap);
+    RUN_TEST(test_the_amplifier_starts_with_what_was_saved);
+    return UNITY_END();
+}

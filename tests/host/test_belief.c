@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
+#include "belief/shape.h"
+#include "belief/thresholds.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SAMPLES = 6000, FINER = 20, BANK = 200 };
+static const double rate_hz = 1000.0, noise_um = 0.005; /* 0.05 % of the stroke */
+static random_t rng;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* Three speeds and all sizes from 0.6 to 1, and a hold: -1 .. 1. */
+static double drive_at(double t) {
+    const double cycles = t < 2.0 ? 2.0 * t : t < 4.0 ? 4.0 + 7.0 * (t - 2.0) : 18.0 + 25.0 * (t - 4.0);
+    /* No jumps: the laws below are integrated in small steps. */
+    return t < 0.3 ? 0.0 : sin(2.0 * M_PI * (cycles - 0.6)) * (0.8 - 0.2 * cos(M_PI * (t - 0.3)));
+}
+
+typedef enum { PLAYS, BOUC_WEN, CURVED_PLAYS, LAWS } law_t;
+typedef enum { NOTHING, LATE, CREEPS } effect_t;
+
+/* The drive between the samples is known here and nowhere else. size_um: of the effect, root mean square. */
+static void make_recording(law_t law, effect_t effect, recording_t *recording) {
+    double play[BANK] = {0.0}, z = 0.0, before = 0.0, slow[4] = {0.0};
+    recording_create(recording, "made", rate_hz, SAMPLES);
+    for (size_t k = 0; k < SAMPLES * FINER; k++) {
+        const double t = (double)k / FINER / rate_hz;
+        /* 0.3 ms late at 25 Hz and 3.5 um: 10 times the noise and more. */
+        const double now = drive_at(effect == LATE ? t - 3e-4 : t);
+        double sum = 0.0;
+        for (size_t i = 0; i < BANK; i++) {
+            const double r = 1.2 * ((double)i + 0.5) / BANK;
+            play[i] = fmax(now - r, fmin(now + r, play[i]));
+            sum += exp(-r / 0.3) / BANK * (law == CURVED_PLAYS ? sinh(1.2 * play[i]) : play[i]);
+        }
+        const double change = now - before;
+        z += change * (1.0 - (0.7 * copysign(1.0, change * z) + 0.3) * pow(fabs(z) / 0.15, 1.5));
+        before = now;
+        double position = 5.0 * now + (law == BOUC_WEN ? -4.0 * z : 3.0 * sum);
+        /* Four relaxations of 0.01 to 10 s, 1 % each: creep of 2.3 % a decade. */
+        for (size_t i = 0; effect == CREEPS && i < 4; i++) {
+            slow[i] += (position - slow[i]) * (1.0 - exp(-1.0 / (rate_hz * FINER * 0.01 * pow(10.0, (double)i))));
+        }
+        for (size_t i = 0; effect == CREEPS && i < 4; i++) {
+            position += 0.01 * slow[i];
+        }
+        if (k % FINER == 0) {
+            recording->column[COLUMN_DRIVE][k / FINER] = 50.0 + 50.0 * drive_at(t);
+            recording->column[COLUMN_DISPLACEMENT][k / FINER] = position + noise_um * random_normal(&rng);
+        }
+    }
+}
+
+static void ask(const recording_t *recording, shape_t *shape) {
+    model_t chain;
+    samples_t samples;
+    failure_t failure;
+    const double weight = 0.1, *displacement = recording->column[COLUMN_DISPLACEMENT];
+    probe_setting_t setting = {.drive_low_v = 0.0,
+                               .drive_high_v = 100.0,
+                               .sample_rate_hz = rate_hz,
+                               .longest_s = SAMPLES / rate_hz,
+                               .largest_rate_v_per_s = 50.0 * 2.0 * M_PI * 25.0,
+                               .displacement_low_um = displacement[0],
+                               .displacement_high_um = displacement[0]};
+    for (size_t k = 0; k < SAMPLES; k++) {
+        setting.displacement_low_um = fmin(setting.displacement_low_um, displacement[k]);
+        setting.displacement_high_um = fmax(setting.displacement_high_um, displacement[k]);
+    }
+    make_bank_model(&chain, rate_hz, 0.0, 0, &weight, NULL);
+    TEST_ASSERT_TRUE(samples_open(&samples, &chain, recording, 1, &failure));
+    shape_ask(&samples, &chain, &setting, 0.0, true, shape);
+    TEST_ASSERT_TRUE(shape->fitted);
+    samples_close(&samples);
+    model_free(&chain);
+}
+
+static void test_nothing_is_said_where_nothing_is_missing(void) {
+    for (law_t law = PLAYS; law < LAWS; law++) {
+        recording_t recording;
+        shape_t shape;
+        make_recording(law, NOTHING, &recording);
+        ask(&recording, &shape);
+        TEST_ASSERT_TRUE_MESSAGE(shape.silent, shape.loudest->name);
+        TEST_ASSERT_TRUE(shape.whole);
+        TEST_ASSERT_TRUE(shape.deviations > 0.9);
+        recording_free(&recording);
+    }
+}
+
+static void test_an_effect_is_heard_whatever_the_law(void) {
+    static const char *const group[] = {[LATE] = "lag", [CREEPS] = "slow"};
+    for (effect_t effect = LATE; effect <= CREEPS; effect++) {
+        for (law_t law = PLAYS; law < LAWS; law++) {
+            recording_t recording;
+            shape_t shape;
+            make_recording(law, effect, &recording);
+            ask(&recording, &shape);
+            TEST_ASSERT_FALSE(shape.silent);
+            TEST_ASSERT_EQUAL_STRING(group[effect], shape.loudest->probe->group);
+            recording_free(&recording);
+        }
+    }
+}
+
+/* Against the covariance written out: y has the operator's weights in it, and they are integrated out. A few samples
+ * only: the matrix is theirs. */
+static void test_what_is_beyond_agrees_with_a_direct_computation(void) {
+    enum { FEW = 300, COLUMNS = 2 };
+    double drive[FEW], y[FEW], s[FEW], product[COLUMNS * COLUMNS];
+    unsigned char use[FEW];
+    operator_path_t path;
+    hysteresis_t h;
+    failure_t failure;
+    for (size_t k = 0; k < FEW; k++) {
+        drive[k] = sin(2.0 * M_PI * (double)k / 50.0) * (1.0 + 0.003 * (double)k);
+        y[k] = drive[k] + 0.1 * random_normal(&rng);
+        s[k] = (double)k / FEW;
+        use[k] = k % 7 != 3;
+    }
+    operator_path_open(&path, drive, NULL, FEW);
+    TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, y, use, 1, &h, &failure));
+    const double *column[COLUMNS] = {h.position_um, s};
+    hysteresis_rows_t rows;
+    hysteresis_rows_open(&rows, &h, &path, 1, use, 1);
+    hysteresis_beyond(&rows, COLUMNS, column, product);
+    /* Beyond all columns a signature is smaller than it was; and a column that is one of the operator's, the drive, has
+     * next to nothing left, for its weight is free. */
+    double square = 0.0;
+    for (size_t k = 0; k < FEW; k++) {
+        square += use[k] != 0 ? s[k] * s[k] / h.evidence.variance : 0.0;
+    }
+    TEST_ASSERT_TRUE(product[3] > 0.0 && product[3] < square);
+    TEST_ASSERT_EQUAL_DOUBLE(product[1], product[2]);
+    column[1] = drive;
+    hysteresis_beyond(&rows, COLUMNS, column, product);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, product[3] * h.evidence.variance / FEW);
+    /* s' C^-1 y by what the operator leaves of y: C^-1 y = (y - X w) / variance. White noise only. */
+    if (h.noise.sections == 0) {
+        double *left = allocate(FEW, sizeof(double)), along = 0.0;
+        column[1] = s;
+        hysteresis_beyond(&rows, COLUMNS, column, product);
+        hysteresis_left(&h, &path, 1, h.position_um, use, left, NULL);
+        for (size_t k = 0; k < FEW; k++) {
+            along += use[k] != 0 ? s[k] * left[k] / h.evidence.variance : 0.0;
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * sqrt(product[3]), along, product[1]);
+        free(left);
+    }
+    hysteresis_rows_close(&rows);
+    hysteresis_free(&h);
+    operator_path_close(&path);
+}
+
+int main(void) {
+    rng = random_start("belief", 20261123);
+    UNITY_BEGIN();
+    RUN_TEST(test_what_is_beyond_agrees_with_a_direct_computation);
+    RUN_TEST(test_nothing_is_said_where_nothing_is_missing);
+    RUN_TEST(test_an_effect_is_heard_whatever_the_law);
+    return UNITY_END();
+}

@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* What the look says beside faults: drive, frequency response, rings, creep, noise. */
+#include "looked_at.h"
+#include "unity.h"
+#include <complex.h>
+#include <gsl/gsl_math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SAMPLES = 16384 };
+static const double rate_hz = 2000.0, errors = 4.0;
+static random_t rng;
+static recording_t recording;
+static look_t look;
+static failure_t failure;
+
+void setUp(void) {
+    recording_create(&recording, "look.csv", rate_hz, SAMPLES);
+}
+
+void tearDown(void) {
+    recording_free(&recording);
+}
+
+static double *drive(void) {
+    return recording.column[COLUMN_DRIVE];
+}
+
+static double *position(void) {
+    return recording.column[COLUMN_DISPLACEMENT];
+}
+
+static void see(void) {
+    TEST_ASSERT_TRUE(look_at(&recording, &look, &failure));
+}
+
+/* y[k] = a y[k-1] + b y[k-2] + c u[k-1]: a mode at 90 Hz with damping 0.1, static gain 0.3. */
+static const double mode_hz = 90.0, mode_damping = 0.1;
+
+static void filter_numbers(double *a, double *b, double *c) {
+    const double w = 2.0 * M_PI * mode_hz / rate_hz, decay = exp(-mode_damping * w);
+    *a = 2.0 * decay * cos(w * sqrt(1.0 - mode_damping * mode_damping));
+    *b = -decay * decay;
+    *c = 0.3 * (1.0 - *a - *b);
+}
+
+static double complex filter_at(double f) {
+    double a, b, c;
+    filter_numbers(&a, &b, &c);
+    const double complex z = cexp(-2.0 * M_PI * (double complex)I * f / rate_hz);
+    return c * z / (1.0 - a * z - b * z * z);
+}
+
+static void fill_filtered(double noise_um) {
+    double a, b, c, y1 = 0.0, y2 = 0.0;
+    filter_numbers(&a, &b, &c);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double y = a * y1 + b * y2 + (k > 0 ? c * drive()[k - 1] : 0.0);
+        position()[k] = y + noise_um * random_normal(&rng);
+        y2 = y1;
+        y1 = y;
+    }
+}
+
+/* Of 48 points with two numbers each, 4.5 errors are exceeded once in 1500 runs. To the error the bias of parabolas
+ * over 17 lines of 0.12 Hz is added: below 1e-4 of a mode 18 Hz wide. */
+static void expect_response(double coherence) {
+    TEST_ASSERT_TRUE(look.response.count >= 20);
+    for (size_t i = 0; i < look.response.count; i++) {
+        const response_point_t *p = &look.response.point[i];
+        const double complex truth = filter_at(p->frequency_hz);
+        const double phase = carg(truth) - p->phase_rad;
+        char text[200];
+        snprintf(text, sizeof text, "%g Hz: %g +- %g (%g), phase %g +- %g, coherence %g", p->frequency_hz,
+                 p->gain_um_per_v, p->gain_sigma, cabs(truth), phase, p->phase_sigma, p->coherence);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(p->gain_um_per_v - cabs(truth)) < 4.5 * p->gain_sigma + 1e-3 * cabs(truth), text);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(remainder(phase, 2.0 * M_PI)) < 4.5 * p->phase_sigma + 2e-3, text);
+        TEST_ASSERT_TRUE_MESSAGE(p->frequency_hz > 200.0 || p->coherence > coherence, text);
+    }
+}
+
+static void test_response_to_a_random_drive(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 10.0 * random_normal(&rng);
+    }
+    fill_filtered(0.05);
+    see();
+    TEST_ASSERT_FALSE(look.response.periodic);
+    expect_response(0.95);
+    const response_point_t *peak = response_peak(&look.response);
+    TEST_ASSERT_NOT_NULL(peak);
+    TEST_ASSERT_DOUBLE_WITHIN(0.15 * mode_hz, mode_hz, peak->frequency_hz); /* points are 15 % apart there */
+    look_free(&look);
+}
+
+static void test_response_to_a_repeated_drive(void) {
+    enum { PASS = SAMPLES / 8 };
+    double pass[PASS] = {0.0};
+    for (size_t line = 1; line < 200; line += 2) { /* 1 .. 195 Hz */
+        const double phase = 2.0 * M_PI * random_unit(&rng);
+        for (size_t k = 0; k < PASS; k++) {
+            pass[k] += sin(2.0 * M_PI * (double)(line * k) / PASS + phase);
+        }
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = pass[k % PASS];
+    }
+    fill_filtered(0.01);
+    see();
+    TEST_ASSERT_TRUE(look.response.periodic);
+    TEST_ASSERT_EQUAL(DRIVE_PERIODIC, look.drive.kind);
+    TEST_ASSERT_EQUAL_DOUBLE(PASS, look.drive.period);
+    for (size_t i = 0; i < look.response.count; i++) {
+        const response_point_t *p = &look.response.point[i];
+        /* Lines that share a point: the mean over a fifth of an octave of a mode with damping 0.1. */
+        TEST_ASSERT_DOUBLE_WITHIN(0.06 * cabs(filter_at(p->frequency_hz)) + errors * p->gain_sigma,
+                                  cabs(filter_at(p->frequency_hz)), p->gain_um_per_v);
+    }
+    look_free(&look);
+}
+
+static void test_a_period_between_samples(void) {
+    const double period = rate_hz / 7.31;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = round(1e4 * (50.0 + 40.0 * sin(2.0 * M_PI * (double)k / period))) / 1e4;
+        position()[k] = 0.1 * drive()[k] + 0.001 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_EQUAL(DRIVE_SINE, look.drive.kind);
+    TEST_ASSERT_EQUAL(BETWEEN_SMOOTH, look.drive.between);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, period, look.drive.period); /* rounding: 3e-7 of the range; a cubic: 1e-4 */
+    look_free(&look);
+}
+
+static void test_kinds_of_drive(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 20.0 * (double)(k / 2048 % 3);
+        position()[k] = 0.1 * drive()[k] + 0.001 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_EQUAL(DRIVE_STEPS, look.drive.kind);
+    TEST_ASSERT_EQUAL(7, look.drive.steps);
+    TEST_ASSERT_EQUAL(3, look.drive.levels);
+    TEST_ASSERT_EQUAL(BETWEEN_HELD, look.drive.between);
+    look_free(&look);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double t = (double)k / rate_hz;
+        drive()[k] = 10.0 * sin(2.0 * M_PI * (1.0 + 3.0 * t) * t);
+        position()[k] = 0.1 * drive()[k] + 0.001 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_EQUAL(DRIVE_SWEEP, look.drive.kind);
+    look_free(&look);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 50.0 + 30.0 * (fabs((double)(k % 400) - 200.0) / 100.0 - 1.0);
+    }
+    see();
+    TEST_ASSERT_EQUAL(DRIVE_TRIANGLE, look.drive.kind);
+    look_free(&look);
+}
+
+static void test_header_key_says_what_is_between_samples(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = random_normal(&rng);
+        position()[k] = drive()[k];
+    }
+    recording_set_key(&recording, "drive_between_samples", "line");
+    see();
+    TEST_ASSERT_EQUAL(BETWEEN_LINE, look.drive.between);
+    TEST_ASSERT_TRUE(look.drive.between_given);
+    look_free(&look);
+    recording_set_key(&recording, "drive_between_samples", "wavy");
+    TEST_ASSERT_FALSE(look_at(&recording, &look, &failure));
+    TEST_ASSERT_NOT_NULL(strstr(failure.text, "wavy"));
+}
+
+/* What rings: 212.7 Hz seen, damping 0.013, on a slow creep and noise. */
+static void test_frequency_and_damping_of_a_ring(void) {
+    const double f = 212.7, damping = 0.013, alpha = 2.0 * M_PI * f * damping / sqrt(1.0 - damping * damping);
+    for (size_t trial = 0; trial < 5; trial++) {
+        for (size_t k = 0; k < SAMPLES; k++) {
+            const double t = ((double)k - 3000.0) / rate_hz;
+            drive()[k] = k >= 3000 ? 60.0 : 10.0;
+            position()[k] = 0.1 * drive()[k] + 0.004 * random_normal(&rng);
+            if (k >= 3000) {
+                position()[k] += -4.0 * exp(-alpha * t) * cos(2.0 * M_PI * f * t) + 0.05 * log10(0.01 + t);
+            }
+        }
+        see();
+        TEST_ASSERT_EQUAL(1, look.ring.rings);
+        TEST_ASSERT_DOUBLE_WITHIN(errors * look.ring.frequency_sigma_hz, f, look.ring.frequency_hz);
+        TEST_ASSERT_DOUBLE_WITHIN(errors * look.ring.damping_sigma, damping, look.ring.damping);
+        /* Of such a decay an error of 1e-4 is possible; a hundred times as much would be no answer. */
+        TEST_ASSERT_TRUE(look.ring.frequency_sigma_hz < 0.01 * f && look.ring.damping_sigma < 0.1 * damping);
+        look_free(&look);
+    }
+}
+
+static void test_a_step_without_a_ring(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = k >= 3000 ? 60.0 : 10.0;
+        position()[k] = 0.1 * drive()[k] + 0.004 * random_normal(&rng);
+        position()[k] += k >= 3000 ? -2.0 * exp(-((double)k - 3000.0) / 40.0) : 0.0;
+    }
+    see();
+    TEST_ASSERT_EQUAL(0, look.ring.rings);
+    look_free(&look);
+}
+
+/* 1.3 % of the way per decade, in both directions. */
+static void test_creep_in_holds(void) {
+    const double creep = 0.013;
+    for (size_t trial = 0; trial < 5; trial++) {
+        double level = 10.0, offset = 0.0;
+        size_t since = 0;
+        for (size_t k = 0; k < SAMPLES; k++) {
+            const double next = k / 4096 % 2 == 1 ? 70.0 : 10.0;
+            if (next != level) { /* what crept stays, so that each hold has its own slope */
+                offset += 0.1 * (next - level);
+                level = next;
+                since = k;
+            }
+            drive()[k] = level;
+            position()[k] = offset + 0.002 * random_normal(&rng);
+            if (since > 0 && k > since) {
+                position()[k] +=
+                    creep * 0.1 * (level == 70.0 ? 60.0 : -60.0) * log10((double)(k - since) / rate_hz / 0.1);
+            }
+        }
+        see();
+        TEST_ASSERT_EQUAL(3, look.holds.count);
+        TEST_ASSERT_TRUE(look.holds.creep_sigma > 0.0 && look.holds.creep_sigma < 0.1 * creep);
+        /* The change before a hold has the creep of the first two samples in it: three decades below 0.1 s, 4 %. */
+        TEST_ASSERT_DOUBLE_WITHIN(errors * look.holds.creep_sigma + 0.06 * creep, creep, look.holds.creep);
+        look_free(&look);
+    }
+}
+
+/* White 0.01 um; 1/f with the same power in each octave, 0.02 um over four decades: of it the look sees what is above
+ * its lowest frequency. Densities of few lines scatter: a fifth of the white, a third of the slow share. */
+static void test_noise_in_its_shares(void) {
+    scene_t scene;
+    recording_t scenes;
+    scene_open(&scene, 0, &rng);
+    scene.noise_um = 0.01;
+    scene.slow_um = 0.02;
+    for (size_t k = 0; k < (SCENE_SAMPLES + 64) * SCENE_FINER; k++) { /* all of it is a rest */
+        scene.drive[k] = scene.position[k] = 5.0;
+    }
+    scene_record(&scene, NULL, &rng, &scenes);
+    TEST_ASSERT_TRUE(look_at(&scenes, &look, &failure));
+    const noise_share_t *rest = &look.noise.rest;
+    const double seen = 0.02 * sqrt(log(500.0 / rest->lowest_hz) / log(500.0 / 0.05));
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * 0.01, 0.01, rest->white_um);
+    TEST_ASSERT_DOUBLE_WITHIN(seen / 3.0, seen, rest->slow_um);
+    look_free(&look);
+    recording_free(&scenes);
+    scene_close(&scene);
+}
+
+static void test_white_noise_has_no_slow_share(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 3.0;
+        position()[k] = 0.01 * random_normal(&rng);
+    }
+    position()[5000] += 0.2;
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(0.0005, 0.01, look.noise.rest.white_um);
+    TEST_ASSERT_TRUE(look.noise.rest.slow_um < 0.002);
+    TEST_ASSERT_EQUAL(1, look.noise.rest.outliers);
+    look_free(&look);
+}
+
+static void test_too_short(void) {
+    recording.samples = 63;
+    TEST_ASSERT_FALSE(look_at(&recording, &look, &failure));
+    TEST_ASSERT_NOT_NULL(strstr(failure.text, "63 samples"));
+}
+
+int main(void) {
+    rng = random_start("look", 20260717U);
+    UNITY_BEGIN();
+    RUN_TEST(test_response_to_a_random_drive);
+    RUN_TEST(test_response_to_a_repeated_drive);
+    RUN_TEST(test_a_period_between_samples);
+    RUN_TEST(test_kinds_of_drive);
+    RUN_TEST(test_header_key_says_what_is_between_samples);
+    RUN_TEST(test_frequency_and_damping_of_a_ring);
+    RUN_TEST(test_a_step_without_a_ring);
+    RUN_TEST(test_creep_in_holds);
+    RUN_TEST(test_noise_in_its_shares);
+    RUN_TEST(test_white_noise_has_no_slow_share);
+    RUN_TEST(test_too_short);
+    return UNITY_END();
+}

@@ -1,0 +1,310 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The universal rate-independent operator: its columns, its noise, and its weights by evidence. */
+#include "base/failure.h"
+#include "operator/hysteresis.h"
+#include "operator/turns.h"
+#include "random.h"
+#include "unity.h"
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_linalg.h>
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static random_t rng;
+
+void setUp(void) {
+}
+void tearDown(void) {
+}
+
+/* A drive of two sines, 0 to 100 V. */
+static double drive_at(double cycles) {
+    return 50.0 + 32.0 * sin(2.0 * M_PI * cycles) + 18.0 * sin(2.0 * M_PI * 3.7 * cycles);
+}
+
+/* The operator's columns where the drive has come to after some cycles, with that many samples a cycle. */
+static void columns_after(const operator_t *operator, double cycles, size_t per_cycle, double *row) {
+    const double range_v[2] = {0.0, 100.0};
+    operator_walk_t walk;
+    operator_begin(&walk, operator, 0, drive_at(0.0), range_v);
+    for (size_t k = 1; k <= (size_t)(cycles * (double)per_cycle); k++) {
+        operator_move(&walk, drive_at((double)k / (double)per_cycle));
+        operator_move(&walk, drive_at((double)k / (double)per_cycle)); /* a rest changes nothing */
+    }
+    operator_row(&walk, drive_at(cycles), row);
+}
+
+/* The same path in ten times as many samples. The extremes are then met better, by 1 / (8 samples^2) of the amplitude
+ * times (2 pi)^2, 3.7^2 for the faster sine: 4e-6 of 50 V at 4000 a cycle. Columns bend by up to the degree's square,
+ * and the shortest leak by 1 / 0.02: 100 times as much. */
+static void test_columns_do_not_depend_on_the_rate(void) {
+    const double range_v[2] = {0.0, 100.0};
+    operator_t operator= {0};
+    operator_create(&operator, range_v, 1);
+    const duhem_law_t law = {.number = {log(0.3), 1.5, 0.1, 0.2}};
+    operator_set_law(&operator, & law);
+    double *slow = allocate(operator.columns, sizeof(double)), *fast = allocate(operator.columns, sizeof(double));
+    columns_after(&operator, 4.25, 40000, slow);
+    columns_after(&operator, 4.25, 4000, fast);
+    for (size_t j = 0; j < operator.columns; j++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, fast[j], slow[j]);
+    }
+    free(slow);
+    free(fast);
+    operator_free(&operator);
+}
+
+/* Sampled 17 times a period, a sine's extremes are up to 1.7 % of its amplitude beyond the samples. */
+static void test_turns_of_a_sine(void) {
+    enum { SAMPLES = 400 };
+    double value[SAMPLES], way[SAMPLES];
+    size_t turns = 0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        value[k] = sin(2.0 * M_PI * (double)k / 17.3 + 0.4);
+    }
+    turns_find(value, SAMPLES, way);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        if (!isnan(way[k])) {
+            turns++;
+            /* The quartic's error, (2 pi / 17.3)^5 / 5! times the product of the distances to its samples: at most 3.6
+             * within the inner ones. */
+            TEST_ASSERT_DOUBLE_WITHIN(2e-4, 1.0, fabs(way[k]));
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT64(40, turns); /* 46 there are; where a sample is on it nothing lies beyond */
+}
+
+/* A triangle's corners are where its sides meet; on stairs and in white noise there are none. */
+static void test_turns_of_corners(void) {
+    enum { SAMPLES = 300 };
+    double value[SAMPLES], way[SAMPLES];
+    size_t turns = 0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        value[k] = 2.0 * fabs(2.0 * ((double)k / 31.7 - floor((double)k / 31.7 + 0.5))) - 1.0;
+    }
+    turns_find(value, SAMPLES, way);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        if (!isnan(way[k])) {
+            turns++;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0, fabs(way[k]));
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT64(14, turns); /* of 18 */
+    for (size_t k = 0; k < SAMPLES; k++) {
+        value[k] = (double)(k / 20 % 3);
+    }
+    turns_find(value, SAMPLES, way);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        TEST_ASSERT_TRUE(isnan(way[k]));
+    }
+}
+
+/* power 1, no knots: dh/dw = (1 - h) / length, which is an exponential; in one step as in many. */
+static void test_a_duhem_law_is_exact_for_any_step(void) {
+    const duhem_law_t law = {.number = {log(0.25), 1.0}};
+    duhem_table_t *table = allocate(1, sizeof *table);
+    duhem_state_t one, many;
+    duhem_tabulate(&law, table);
+    duhem_begin(table, &one);
+    duhem_begin(table, &many);
+    const double way[] = {0.3, -0.5, 0.1, -0.07, 1.1};
+    double h = 0.0;
+    for (size_t i = 0; i < sizeof way / sizeof way[0]; i++) {
+        const double end = copysign(1.0, way[i]);
+        h = end + (h - end) * exp(-fabs(way[i]) / 0.25);
+        duhem_move(table, &one, way[i]);
+        for (int part = 0; part < 50; part++) {
+            duhem_move(table, &many, way[i] / 50.0);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, h, duhem_value(table, &one));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, duhem_value(table, &one), duhem_value(table, &many));
+    }
+    free(table);
+}
+
+/* The ladder's gain over frequency: sqrt(f / (f + rho)) within a fifth, from five times its lower end on. Two sections
+ * a decade ripple by that much at the corner; a filter that is wrong by a fifth at some frequencies is as good as the
+ * noise is known there. */
+static void test_the_ladder_whitens_one_over_f(void) {
+    pink_t pink;
+    const double rho = 0.02;
+    pink_create(&pink, rho, 20000);
+    double f = 5.0 / 20000;
+    while (f < 0.4) {
+        double gain = 1.0;
+        for (size_t i = 0; i < pink.sections; i++) {
+            const double c = cos(2.0 * M_PI * f), z = pink.zero[i], p = pink.pole[i];
+            gain *= (1.0 - 2.0 * z * c + z * z) / (1.0 - 2.0 * p * c + p * p);
+        }
+        const double wanted = f / (f + rho), scale = sqrt(gain / wanted);
+        TEST_ASSERT_DOUBLE_WITHIN(0.2, 1.0, scale);
+        f *= 1.5;
+    }
+}
+
+enum { ROWS = 60, WIDTH = 9, GROUPS = 3 };
+
+/* Log likelihood of y under N(0, variance + sum over columns of x x' / precision), with column 0 free: precision 1e-9.
+ */
+static double direct_evidence(double x[ROWS][WIDTH], const double *y, const size_t *group, const double *precision,
+                              double variance, const double *open_row, double *open) {
+    gsl_matrix *c = gsl_matrix_calloc(ROWS, ROWS);
+    gsl_vector *v = gsl_vector_alloc(ROWS);
+    double prior = 0.0;
+    gsl_vector *cross = gsl_vector_calloc(ROWS), *solved = gsl_vector_alloc(ROWS);
+    for (size_t j = 0; j < WIDTH; j++) {
+        const double size = 1.0 / precision[group[j]];
+        prior += open_row[j] * open_row[j] * size;
+        for (size_t a = 0; a < ROWS; a++) {
+            gsl_vector_set(cross, a, gsl_vector_get(cross, a) + open_row[j] * x[a][j] * size);
+            for (size_t b = 0; b < ROWS; b++) {
+                gsl_matrix_set(c, a, b, gsl_matrix_get(c, a, b) + x[a][j] * x[b][j] * size);
+            }
+        }
+    }
+    for (size_t a = 0; a < ROWS; a++) {
+        gsl_matrix_set(c, a, a, gsl_matrix_get(c, a, a) + variance);
+        gsl_vector_set(v, a, y[a]);
+    }
+    gsl_linalg_cholesky_decomp1(c);
+    double log_likelihood = -0.5 * ROWS * log(2.0 * M_PI), product;
+    for (size_t a = 0; a < ROWS; a++) {
+        log_likelihood -= log(gsl_matrix_get(c, a, a));
+    }
+    gsl_linalg_cholesky_solve(c, v, solved);
+    gsl_blas_ddot(v, solved, &product);
+    log_likelihood -= 0.5 * product;
+    gsl_linalg_cholesky_solve(c, cross, solved);
+    gsl_blas_ddot(cross, solved, &product);
+    *open = (prior - product) / variance;
+    gsl_matrix_free(c);
+    gsl_vector_free(v);
+    gsl_vector_free(cross);
+    gsl_vector_free(solved);
+    return log_likelihood;
+}
+
+static void test_evidence_agrees_with_a_direct_computation(void) {
+    static const size_t group[WIDTH] = {1, 1, 1, 1, 1, 2, 2, 2, 2};
+    double x[ROWS][WIDTH], y[ROWS], new_row[WIDTH], row[WIDTH], open, direct_open;
+    normal_equations_t equations;
+    group_evidence_t e;
+    failure_t failure;
+    normal_equations_create(&equations, WIDTH);
+    for (size_t k = 0; k < ROWS; k++) {
+        y[k] = 0.1 * random_normal(&rng);
+        for (size_t j = 0; j < WIDTH; j++) {
+            x[k][j] = random_normal(&rng);
+            y[k] += j < 5 ? x[k][j] : 0.02 * x[k][j];
+        }
+        normal_equations_add(&equations, x[k], y[k]);
+    }
+    normal_equations_finish(&equations);
+    TEST_ASSERT_TRUE(group_evidence_fit(&equations, group, GROUPS, 0.0, NULL, &e, &failure));
+    for (size_t j = 0; j < WIDTH; j++) {
+        row[j] = new_row[j] = random_normal(&rng);
+    }
+    const double direct = direct_evidence(x, y, group, e.precision, e.variance, new_row, &direct_open);
+    group_evidence_open(&e, row, 1, &open);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * fabs(direct), direct, e.log_evidence);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, direct_open, open);
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 5.0, e.determined[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.04, 0.1, sqrt(e.variance)); /* 60 rows: to a tenth, four times */
+    /* It is a maximum: no precision a tenth away is likelier. */
+    for (size_t g = 1; g < GROUPS; g++) {
+        for (int up = 0; up < 2; up++) {
+            double precision[GROUPS];
+            memcpy(precision, e.precision, sizeof precision);
+            precision[g] *= up != 0 ? 1.3 : 1.0 / 1.3;
+            TEST_ASSERT_TRUE(direct_evidence(x, y, group, precision, e.variance, new_row, &direct_open) <
+                             direct + 0.01); /* the fixed point ends when it moves by less than a fiftieth */
+        }
+    }
+    group_evidence_free(&e);
+    normal_equations_free(&equations);
+}
+
+enum { SAMPLES = 6000 };
+
+typedef struct {
+    double drive[SAMPLES], position[SAMPLES];
+    unsigned char use[SAMPLES];
+} bench_t;
+
+typedef enum { PLAYS, BOUC_WEN, CURVED_PLAYS, LAWS } law_t;
+
+/* Twenty times as many steps as samples, so that the law does not know where these were. Noise: 0.05 % of the stroke.
+ */
+static void make_bench(law_t law, double noise_um, bench_t *bench) {
+    enum { FINER = 20, BANK = 200 };
+    double play[BANK] = {0.0}, z = 0.0, before = 0.0;
+    for (int k = -40 * FINER; k < SAMPLES * FINER; k++) {
+        const double t = (double)k / FINER / SAMPLES;
+        const double now = k < 0 ? (1.0 + t * SAMPLES / 40.0) * (drive_at(0.0) - 50.0) / 50.0
+                                 : (drive_at(t * 24.0) - 50.0) / 50.0 * (1.0 - 0.3 * t);
+        double sum = 0.0;
+        for (int i = 0; i < BANK; i++) {
+            const double r = 1.2 * (i + 0.5) / BANK;
+            play[i] = fmax(now - r, fmin(now + r, play[i]));
+            sum += exp(-r / 0.3) / BANK * (law == CURVED_PLAYS ? sinh(1.2 * play[i]) : play[i]);
+        }
+        const double change = now - before;
+        z += change * (1.0 - (0.7 * copysign(1.0, change * z) + 0.3) * pow(fabs(z) / 0.15, 1.5));
+        before = now;
+        if (k >= 0 && k % FINER == 0) {
+            bench->drive[k / FINER] = 50.0 + 50.0 * now;
+            bench->position[k / FINER] =
+                5.0 * now + (law == BOUC_WEN ? -4.0 * z : 3.0 * sum) + noise_um * random_normal(&rng);
+        }
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        bench->use[k] = k * 36 / SAMPLES % 3 != 2;
+    }
+}
+
+/* On held-out samples of hystereses that have nothing to do with each other only the noise is left. */
+static void test_the_operator_reaches_the_noise_of_each_law(void) {
+    const double noise_um = 0.005;
+    bench_t *bench = allocate(1, sizeof *bench);
+    double *left = allocate(SAMPLES, sizeof(double)), *open = allocate(SAMPLES, sizeof(double));
+    for (law_t law = PLAYS; law < LAWS; law++) {
+        operator_path_t path;
+        hysteresis_t h;
+        failure_t failure;
+        double sum = 0.0;
+        size_t determined = 0, held = 0;
+        make_bench(law, noise_um, bench);
+        operator_path_open(&path, bench->drive, NULL, SAMPLES);
+        TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, bench->position, bench->use, 1, &h, &failure));
+        hysteresis_left(&h, &path, 1, bench->position, bench->use, left, open);
+        for (size_t k = 0; k < SAMPLES; k++) {
+            held += bench->use[k] == 0 ? 1 : 0;
+            if (bench->use[k] == 0 && open[k] < 0.3) {
+                determined++;
+                sum += left[k] * left[k] / (1.0 + open[k]);
+            }
+        }
+        TEST_ASSERT_GREATER_THAN_UINT64(held / 2, determined);
+        /* 1000 samples or more: the deviation is known to 2 %; 1.1 is what counts as noise. */
+        TEST_ASSERT_DOUBLE_WITHIN(0.1 * noise_um, noise_um, sqrt(sum / (double)determined));
+        hysteresis_free(&h);
+        operator_path_close(&path);
+    }
+    free(bench);
+    free(left);
+    free(open);
+}
+
+int main(void) {
+    rng = random_start("operator", 20261123);
+    UNITY_BEGIN();
+    RUN_TEST(test_columns_do_not_depend_on_the_rate);
+    RUN_TEST(test_turns_of_a_sine);
+    RUN_TEST(test_turns_of_corners);
+    RUN_TEST(test_a_duhem_law_is_exact_for_any_step);
+    RUN_TEST(test_the_ladder_whitens_one_over_f);
+    RUN_TEST(test_evidence_agrees_with_a_direct_computation);
+    RUN_TEST(test_the_operator_reaches_the_noise_of_each_law);
+    return UNITY_END();
+}

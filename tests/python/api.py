@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The package against the command: the same numbers, and the same line where an input is wrong."""
+import ctypes
+import dataclasses
+import json
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+import hyst
+import numpy as np
+from hyst import _library
+
+HYST, SOURCE, FOLDER = os.environ["HYST"], os.environ["HYST_SOURCE"], os.environ["HYST_TEST_FOLDER"]
+RECORDING = os.path.join(SOURCE, "docs", "tutorial", "recording.csv")
+os.makedirs(FOLDER, exist_ok=True)
+os.chdir(FOLDER)
+
+
+def command(*arguments):
+    done = subprocess.run([HYST, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+    if done.returncode != 0:
+        raise hyst.Error(done.stderr.strip().removeprefix("hyst: "))
+    return done.stdout
+
+
+def without_origin(page):
+    """A page without the section that says when and by which command it was made."""
+    rest, sections = re.subn(r'<section class="origin">.*?</section>\n', "", page, flags=re.S)
+    assert sections == 1
+    return rest
+
+
+def line_of(function, *arguments, **options):
+    """The line of the failure."""
+    try:
+        function(*arguments, **options)
+    except hyst.Error as failure:
+        return str(failure)
+    return "no failure"
+
+
+def document(name):
+    with open(name, encoding="utf-8") as file:
+        return json.load(file)
+
+
+class Prototypes(unittest.TestCase):
+    C_TYPES = {
+        "unsigned": ctypes.c_uint,
+        "int": ctypes.c_int,
+        "double": ctypes.c_double,
+        "size_t": ctypes.c_size_t,
+        "void": None,
+        "const char *": ctypes.c_char_p,
+        "const char *const *": ctypes.POINTER(ctypes.c_char_p),
+        "double *": ctypes.POINTER(ctypes.c_double),
+        "const double *": ctypes.POINTER(ctypes.c_double),
+        "const double *const *": ctypes.POINTER(ctypes.POINTER(ctypes.c_double)),
+        "size_t *": ctypes.POINTER(ctypes.c_size_t),
+        "const unsigned char *": ctypes.POINTER(ctypes.c_ubyte),
+        "char **": ctypes.POINTER(ctypes.c_void_p),
+        "hyst_host_progress_t *": _library.PROGRESS,
+    }
+
+    def c_type(self, text):
+        text = re.sub(r"\s+", " ", text).strip()
+        text = re.sub(r"^hyst_host_recording_t \*\w+\[2\]$", "hyst_host_recording_t *const *", text)
+        if text in self.C_TYPES:
+            return self.C_TYPES[text]
+        if re.fullmatch(r"(const )?hyst_host_\w+_t \*const \*", text):
+            return ctypes.POINTER(ctypes.c_void_p)
+        # A handle, or a text that is the caller's.
+        self.assertRegex(text, r"^((const )?hyst_host_\w+_t|char|unsigned char|void) \*$")
+        return ctypes.c_void_p
+
+    def test_are_those_of_the_header(self):
+        with open(os.path.join(SOURCE, "host_tools", "interface", "hyst_interface.h"), encoding="utf-8") as file:
+            header = re.sub(r"/\*.*?\*/", "", file.read(), flags=re.S)
+        declared = {}
+        for result, name, arguments in re.findall(r"^HYST_HOST\s+([^;]*?)\bhyst_host_(\w+)\(([^;]*)\);", header, re.M):
+            types = [] if arguments == "void" else [re.sub(r"\w+$", "", a.strip()) for a in arguments.split(",")]
+            declared[name] = (self.c_type(result), [self.c_type(t) for t in types])
+        self.assertGreater(len(declared), 30)
+        self.assertEqual(set(declared), set(_library.PROTOTYPES))
+        for name, prototype in declared.items():
+            self.assertEqual(_library.PROTOTYPES[name], prototype, name)
+
+
+class Recordings(unittest.TestCase):
+    def test_one_of_arrays_is_the_one_of_the_file(self):
+        read = hyst.read(RECORDING)
+        made = hyst.Recording(read.drive, read.displacement, sample_rate=read.sample_rate, start=read.start,
+                              keys=read.keys)
+        made.write("made.csv")
+        again = hyst.read("made.csv")
+        np.testing.assert_array_equal(again.drive, read.drive)
+        np.testing.assert_array_equal(again.displacement, read.displacement)
+        self.assertEqual(again.keys, read.keys)
+        self.assertEqual(len(again.time), len(read))
+        self.assertIsNone(read.reference)
+
+    def test_time_stamps_are_understood(self):
+        time = np.arange(400) / 250.0
+        drive = 50 + 50 * np.sin(2 * np.pi * time)
+        made = hyst.Recording(drive, 0.1 * drive, time=time, temperature=np.full(400, 21.0))
+        self.assertAlmostEqual(made.sample_rate, 250.0)
+        np.testing.assert_array_equal(made.column("temperature"), np.full(400, 21.0))
+        gap = np.concatenate([time[:200], time[200:] + 1.0])
+        self.assertIn("gap", line_of(hyst.Recording, drive, drive, time=gap))
+
+    def test_columns_cannot_be_written_to(self):
+        with self.assertRaises(ValueError):
+            hyst.read(RECORDING).drive[0] = 1.0
+
+    def test_a_foreign_file_is_told_what_its_columns_are(self):
+        with open("foreign.csv", "w", encoding="utf-8") as file:
+            file.write("seconds;CH1;CH2\n" + "".join(f"{k / 100};{k % 50};{k % 50 * 2}\n" for k in range(300)))
+        read = hyst.read("foreign.csv", columns={"drive": "CH2", "displacement": 2}, scales={"drive": 20.0})
+        self.assertEqual(read.drive[10], 400.0)
+        self.assertEqual(read.displacement[10], 10.0)
+        self.assertIn("CH2", read.understood)
+
+    def test_xarray(self):
+        read = hyst.read(RECORDING)
+        data = read.to_xarray()
+        self.assertEqual(data["displacement"].attrs["units"], "um")
+        np.testing.assert_array_equal(data["drive"].values, read.drive)
+        np.testing.assert_allclose(data["time"].values, read.time)
+
+    def test_what_is_wrong_is_said_as_the_command_says_it(self):
+        with open("ragged.csv", "w", encoding="utf-8") as file:
+            file.write("# sample_rate_hz: 10\nt,drive,displacement\n0,1,2\n0.1,1\n")
+        for path in ("nowhere.csv", "ragged.csv"):
+            self.assertEqual(line_of(hyst.read, path), line_of(command, "fit", path))
+        self.assertIn("sample 1: not a finite number",
+                      line_of(hyst.Recording, [1, 2], [1, float("nan")], sample_rate=1))
+        self.assertIn("more than 1e+06 V", line_of(hyst.Recording, [1, 2e6], [1, 1], sample_rate=1))
+        self.assertIn("2 of drive, 3 of displacement", line_of(hyst.Recording, [1, 2], [1, 2, 3], sample_rate=1))
+        self.assertIn("positive", line_of(hyst.Recording, [1, 2], [1, 2], sample_rate=0))
+        self.assertIn("either", line_of(hyst.Recording, [1, 2], [1, 2]))
+        self.assertIn("'volts'", line_of(hyst.Recording, [1, 2], [1, 2], sample_rate=1, volts=[1, 2]))
+        self.assertIn("left unpacked", line_of(_library.checked, _library.lib.recording_read(b"x", b'{"tim": "t"}')))
+
+
+class Models(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.recording = hyst.read(RECORDING)
+        cls.model = hyst.fit(cls.recording)
+
+    def test_a_fit_is_that_of_the_command(self):
+        command("fit", RECORDING, "-o", "command.json")
+        self.assertEqual(self.model.json, document("command.json"))
+        self.assertEqual(self.model.blocks, ["prandtl_ishlinskii"])
+        self.assertLess(self.model.nrmse_percent, 2.5)
+        other = hyst.fit([self.recording], family="bouc_wen")
+        self.assertEqual(other.blocks, ["bouc_wen"])
+        self.assertIn("bouc_wen", hyst.families())
+
+    def test_saved_and_loaded(self):
+        self.model.save("saved.json")
+        self.assertEqual(hyst.Model.load("saved.json").json, self.model.json)
+        self.assertEqual(hyst.Model(self.model.json).json, self.model.json)
+
+    def test_a_simulation_is_that_of_the_command(self):
+        self.model.save("saved.json")
+        command("simulate", "saved.json", RECORDING, "-o", "simulated.csv")
+        np.testing.assert_array_equal(self.model.simulate(self.recording.drive, self.recording.sample_rate),
+                                      hyst.read("simulated.csv").displacement)
+        self.assertEqual(len(self.model.simulate([0, 1, 2])), 3)
+
+    def test_an_image_is_that_of_the_command(self):
+        self.model.save("saved.json")
+        options = ("--sample-rate", "10000", "--drive-range", "0:100", "--position-range", "-5:40")
+        told = json.loads(command("compile", "saved.json", "-o", "image", "--json", *options))
+        report = {}
+        image = hyst.compile(self.model, sample_rate=10000, drive_range=(0, 100), position_range=(-5, 40),
+                             report=report)
+        with open("image", "rb") as file:
+            self.assertEqual(image, file.read())
+        self.assertEqual(report, told)
+
+    def test_what_is_wrong_is_said_as_the_command_says_it(self):
+        short = hyst.Recording(np.arange(20), np.arange(20), sample_rate=10, name="short.csv")
+        short.write("short.csv")
+        self.assertEqual(line_of(hyst.fit, short), line_of(command, "fit", "short.csv"))
+        self.assertIn(line_of(hyst.fit, short, family="none"),
+                      line_of(command, "fit", "short.csv", "--family", "none"))
+        self.assertEqual(line_of(hyst.Model.load, "nowhere.json"),
+                         line_of(command, "compile", "nowhere.json", "-o", "x"))
+        self.assertIn("unknown block", line_of(hyst.Model, {**self.model.json, "chain": [{"block": "none"}]}))
+        self.assertIn("no recording", line_of(hyst.fit, ["a.csv"]))
+        self.assertIn("not reading or position", line_of(hyst.compile, self.model, follow="nothing"))
+
+
+class Diagnoses(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.recording = hyst.read(RECORDING)
+        hyst.fit(cls.recording).save("model.json")
+        cls.heard = []
+        cls.answer = hyst.diagnose(cls.recording, hyst.Model.load("model.json"),
+                                   progress=lambda what, fraction: cls.heard.append((what, fraction)))
+        cls.printed = command("diagnose", RECORDING, "--model", "model.json", "--json", "diagnosis.json", "-o",
+                              "better.json", "--report", "diagnosis.html")
+
+    def test_it_is_that_of_the_command(self):
+        self.assertEqual(self.answer.json, document("diagnosis.json"))
+        self.assertEqual(str(self.answer), self.printed)
+        self.assertEqual(self.answer.model.json, document("better.json"))
+        self.answer.report("own.html")
+        with open("own.html", encoding="utf-8") as own, open("diagnosis.html", encoding="utf-8") as other:
+            self.assertEqual(without_origin(own.read()), without_origin(other.read()))
+
+    def test_its_parts(self):
+        found = self.answer.findings[0]
+        self.assertEqual((found.block, found.place, found.certainty), ("resonance", "mechanics", "named"))
+        frequency = found.parameters["frequency_hz"]
+        self.assertAlmostEqual(frequency.value, 300.0, delta=5.0)
+        self.assertLess(frequency.error, 2.0)
+        self.assertTrue(dataclasses.is_dataclass(found))
+        self.assertLess(self.answer.after.held_out_percent, 0.3 * self.answer.before.held_out_percent)
+        self.assertLess(found.error_after_percent, found.error_before_percent)
+        self.assertIn("transport_delay", [block.block for block in self.answer.unseen])
+        left = self.recording.displacement - self.answer.simulated("after")
+        counted = slice(self.answer.first_counted(), None)
+        self.assertLess(np.std(left[counted]),
+                        0.5 * np.std((self.recording.displacement - self.answer.simulated("before"))[counted]))
+
+    def test_progress_was_told(self):
+        self.assertEqual({what for what, _ in self.heard}, {"fitting", "diagnosing"})
+        fractions = [fraction for what, fraction in self.heard if what == "diagnosing"]
+        self.assertEqual(fractions, sorted(fractions))
+
+    def test_its_picture(self):
+        axes = self.answer.plot()
+        self.assertEqual([axis.get_xlabel() for axis in axes], ["time, s", "drive, V"])
+        axes[0].figure.savefig("diagnosis.png")
+        self.recording.plot()[0].figure.savefig("recording.png")
+        self.assertGreater(os.path.getsize("diagnosis.png"), 10000)
+
+    def test_the_script_that_the_command_writes_repeats_it(self):
+        os.makedirs("script", exist_ok=True)
+        odd = 'script/a "name" \u00b5.csv'
+        self.recording.write(odd)
+        answers = []
+        options = ("--model", "model.json", "--json", "script/d.json", "-o", "script/m.json", "--report", "script/d.html")
+        printed = command("diagnose", odd, *options, "--emit-python", "script/repeat.py")
+        for again in (False, True):
+            if again:
+                for name in ("d.json", "m.json", "d.html"):
+                    os.remove(os.path.join("script", name))
+                self.assertEqual(subprocess.check_output([sys.executable, "script/repeat.py"], text=True), printed)
+            with open("script/d.html", encoding="utf-8") as page:
+                answers.append((document("script/d.json"), document("script/m.json"), without_origin(page.read())))
+        self.assertEqual(answers[0], answers[1])
+
+    def test_the_recording_stays_as_it_was(self):
+        np.testing.assert_array_equal(self.recording.displacement, hyst.read(RECORDING).displacement)
+
+    def test_what_is_wrong_is_said_as_the_command_says_it(self):
+        short = hyst.Recording(np.arange(200), np.arange(200) % 7, sample_rate=10, name="short.csv")
+        short.write("short.csv")
+        self.assertEqual(line_of(hyst.diagnose, short), line_of(command, "diagnose", "short.csv"))
+        self.assertIn("no recordings", line_of(hyst.diagnose, []))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""browser.py HYST ELF ACTUATOR SCRATCH: a day at the live page, in Chromium.
+
+ACTUATOR is docs/tutorial/actuator.json, beside which its recording lies.
+
+The amplifier is emulated; between it and the server lies a line that can be cut. The day goes by clicks on a wide light
+page, then by the keyboard alone on a dark one of 390 px. It waits for what the page shows, never for a time. SCRATCH
+gets a series of screenshots. Exits with 77 where there is no Chromium, chromedriver or Selenium.
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import tty
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.ui import Select
+except ImportError:
+    print("skipped: no Selenium (python3-selenium)")
+    sys.exit(77)
+
+PATIENCE_S = 120  # for what surely comes, on a busy machine
+TIMEOUT_S = "1.5" # for an answer of the emulator, which pauses there
+NARROW, WIDE = (390, 844), (1280, 900)
+
+
+class Cable:
+    """A pseudo-terminal before the amplifier's. Cut, it swallows what is sent."""
+
+    def __init__(self, port):
+        self.far = os.open(port, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.far)
+        self.near, self.held = os.openpty()
+        tty.setraw(self.held)
+        self.port = os.ttyname(self.held)
+        self.cut = False
+        for ends in ((self.near, self.far), (self.far, self.near)):
+            threading.Thread(target=self.carry, args=ends, daemon=True).start()
+
+    def carry(self, source, sink):
+        while True:
+            try:
+                data = os.read(source, 4096)
+                if not self.cut:
+                    os.write(sink, data)
+            except OSError: # the amplifier has ended
+                return
+
+
+def start(command, pattern, log):
+    """The process, and what the pattern finds in its first lines."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=open(log, "w", encoding="utf-8"), text=True)
+    for line in process.stdout:
+        found = re.search(pattern, line)
+        if found:
+            return process, found[1]
+    sys.exit(f"FAIL: {command[1]} said nothing: " + open(log, encoding="utf-8").read())
+
+
+class Day:
+    def __init__(self, scratch, address):
+        self.scratch, self.address, self.pictures = scratch, address, 0
+        options = webdriver.ChromeOptions()
+        options.binary_location = shutil.which("chromium")
+        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
+                         "--no-first-run", "--disable-extensions", "--disable-background-networking",
+                         f"--user-data-dir={scratch}/profile"):
+            options.add_argument(argument)
+        self.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        self.started = time.monotonic()
+
+    # ---- Looking ----
+
+    def shape(self, size, scheme):
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
+            "features": [{"name": "prefers-color-scheme", "value": scheme},
+                         {"name": "prefers-reduced-motion", "value": "reduce"}]})
+        if self.script("return document.documentElement.scrollWidth") > size[0]:
+            self.fail(f"the page is wider than {size[0]} px")
+
+    def script(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def picture(self, name, at=None):
+        if at:
+            self.script("document.querySelector(arguments[0]).scrollIntoView({block: 'start'})", at)
+        # Two frames, so that everything is drawn.
+        self.browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+        self.pictures += 1
+        self.browser.save_screenshot(f"{self.scratch}/{self.pictures:02}-{name}.png")
+        self.stop_is_in_view(name)
+        print(f"{time.monotonic() - self.started:5.1f} s  {name}", flush=True)
+
+    def stop_is_in_view(self, when):
+        if not self.script("""const b = document.getElementById("stop").getBoundingClientRect();
+                return b.top >= 0 && b.left >= 0 && b.bottom <= innerHeight && b.right <= innerWidth && b.width > 80 &&
+                    document.elementFromPoint((b.left + b.right) / 2, (b.top + b.bottom) / 2).closest("#stop") !== null"""):
+            self.fail(f"Stop is not in view: {when}")
+
+    def text(self, css):
+        return self.browser.find_element(By.CSS_SELECTOR, css).text
+
+    def fail(self, why):
+        self.browser.save_screenshot(f"{self.scratch}/failed.png")
+        print(f"FAIL: {why}\nbody: {self.script('return JSON.stringify(document.body.dataset)')}"
+              f"\nbanner: {self.text('#banner')}\nmessage: {self.text('#message')}\nresult: {self.text('#result')}")
+        for entry in self.browser.get_log("browser"):
+            print(entry["message"])
+        sys.exit(1)
+
+    def until(self, what, condition):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            if time.monotonic() > end:
+                self.fail(f"waited in vain: {what}")
+            time.sleep(0.05)
+
+    def has(self, **values):
+        return all(self.script("return document.body.dataset[arguments[0]]", key) == value
+                   for key, value in values.items())
+
+    def until_page(self, **values):
+        self.until(f"the page is in {values}", lambda: self.has(**values))
+
+    def expect(self, css, pattern):
+        self.until(f"{css} shows {pattern}", lambda: re.search(pattern, self.text(css)))
+
+    # ---- Doing ----
+
+    def fill(self, form, **values):
+        for name, value in values.items():
+            field = self.browser.find_element(By.CSS_SELECTOR, f"#{form} [name={name}]")
+            if field.tag_name == "select":
+                Select(field).select_by_value(value)
+            else:
+                field.clear()
+                field.send_keys(value)
+
+    def click(self, css):
+        element = self.browser.find_element(By.CSS_SELECTOR, css)
+        if css != "#stop": # which is in view as it is
+            self.script("arguments[0].scrollIntoView({block: 'center'})", element)
+        element.click()
+
+    def keys(self, *keys):
+        ActionChains(self.browser).send_keys(*keys).perform()
+
+    def tab_to(self, css):
+        for _ in range(100):
+            if self.script("return document.activeElement.matches(arguments[0])", css):
+                break
+            self.keys(Keys.TAB)
+        else:
+            self.fail(f"Tab never comes to {css}")
+        if not self.script("""const a = document.activeElement, s = getComputedStyle(a), b = a.getBoundingClientRect();
+                return s.outlineStyle !== "none" && parseFloat(s.outlineWidth) >= 2 && b.bottom > 0 &&
+                    b.top < innerHeight"""):
+            self.fail(f"the focus does not show at {css}")
+
+    def type_in(self, css, text):
+        self.tab_to(css)
+        self.keys(Keys.CONTROL + "a" + Keys.NULL)
+        self.keys(text)
+
+    def choose(self, css, text):
+        """By its first letters, as a select takes them."""
+        self.tab_to(css)
+        self.keys(text)
+        self.until(f"{css} is {text}", lambda: self.script("return document.activeElement.value") == text)
+
+    def result(self, name, good="true"):
+        self.until(f"{name} has ended", lambda: self.has(run="idle", job="idle") and
+                   self.script("return document.getElementById('result').dataset.name") == name)
+        if self.script("return document.getElementById('result').dataset.good") != good:
+            self.fail(f"{name}: not {good}")
+
+    def forget_result(self):
+        self.script("delete document.getElementById('result').dataset.name")
+
+
+def by_clicks(day):
+    day.shape(WIDE, "light")
+    day.until_page(server="open", line="connected", control="yes")
+    day.expect("#now-drive", "no scale yet")
+    day.picture("opened")
+
+    # A record that is stopped, then one to its end.
+    day.fill("record", waveform="sine", frequency="2", cycles="1000", frames="1000")
+    day.click("#record .go")
+    day.until_page(run="record")
+    day.expect("#now-state", "conditioning|playing")
+    day.click("#stop")
+    day.result("record", "false")
+    day.expect("#message", "the amplifier took it after")
+    day.expect("#result-text", "stopped.*parked")
+    day.expect("#now-state", "parked")
+    day.picture("stopped-while-recording", "main")
+    day.forget_result()
+    day.fill("record", waveform="triangle", cycles="3")
+    day.click("#record .go")
+    day.until("it records", lambda: day.text("#now-state") == "playing" or not day.has(run="record"))
+    day.picture("recording", "main")
+    day.result("record")
+    day.until("the record is shown", lambda: "record" in (day.script(
+        "return document.getElementById('compared').dataset.shown") or ""))
+    day.picture("recorded", "#result")
+
+    day.click("#fit .go")
+    day.result("fit")
+    day.expect("#job-text", "held out.*NRMSE")
+    day.picture("fitted", "#result")
+    day.click("#compile .go")
+    day.result("compile")
+    day.click("#push .go")
+    day.result("push")
+    day.expect("#amplifier", "is in force")
+    day.fill("track", frequency="2", cycles="2", frames="500")
+    day.click("#track .go")
+    day.result("track")
+    times = re.search(r"([\d.]+) times less", day.text("#result-text"))
+    if not times or float(times[1]) < 1.5:
+        day.fail("the compensation does not help")
+    day.until("both tracks are shown", lambda: "compensate" in (day.script(
+        "return document.getElementById('compared').dataset.shown") or ""))
+    day.picture("tracked", "#result")
+    day.picture("before-and-after", "#compare")
+
+
+def second_viewer(day):
+    first = day.browser.current_window_handle
+    day.browser.switch_to.new_window("tab")
+    day.browser.get(day.address)
+    day.shape(WIDE, "light")
+    day.until_page(server="open", line="connected", control="no")
+    day.expect("#now-drive", r"\d V")
+    if day.browser.find_element(By.CSS_SELECTOR, "#record .go").is_enabled():
+        day.fail("the second viewer may record")
+    if not day.browser.find_element(By.ID, "stop").is_enabled():
+        day.fail("the second viewer cannot stop")
+    day.picture("second-viewer")
+    day.browser.close()
+    day.browser.switch_to.window(first)
+
+
+def by_keyboard(day, cable):
+    day.shape(NARROW, "dark")
+    day.picture("narrow-dark", "main")
+    day.forget_result()
+    day.choose("#track [name=waveform]", "sine")
+    day.type_in("#track [name=cycles]", "1000")
+    day.tab_to("#track [name=condition]")
+    day.keys(Keys.SPACE)
+    day.tab_to("#track .go")
+    day.picture("focus")
+    day.keys(Keys.ENTER)
+    day.expect("#now-state", "playing")
+
+    # The line is cut while it plays.
+    cable.cut = True
+    day.until_page(line="cut")
+    day.expect("#banner", "is cut")
+    day.picture("line-cut", "main")
+    day.keys(Keys.ESCAPE)
+    cable.cut = False
+    day.until_page(line="connected")
+    day.result("track", "false")
+    day.expect("#message", "the amplifier took it after")
+    day.expect("#now-state", "parked")
+    day.picture("line-is-back", "main")
+
+    # What does the model leave out? Of a long recording, cancelled; then of the short one.
+    day.forget_result()
+    day.choose("#diagnose [name=recording]", "tutorial.csv")
+    day.tab_to("#diagnose .go")
+    day.keys(Keys.ENTER)
+    day.until_page(job="diagnose")
+    day.tab_to("#cancel")
+    day.keys(Keys.ENTER)
+    day.expect("#result-text", "was cancelled")
+    day.forget_result()
+    day.choose("#diagnose [name=recording]", "record.csv")
+    day.tab_to("#diagnose .go")
+    day.keys(Keys.ENTER)
+    day.until_page(job="diagnose")
+    day.picture("diagnosing", "#result")
+    day.result("diagnose")
+    day.expect("#report-link", "diagnosis")
+    day.browser.switch_to.frame("report-frame")
+    day.until("the report is in the page", lambda: len(day.text("body")) > 500)
+    day.browser.switch_to.default_content()
+    day.picture("diagnosis", "#report")
+    day.picture("files", "#files")
+
+
+def emulated(day, process):
+    """The page of `hyst serve --bench`, which starts the amplifier itself."""
+    day.shape(WIDE, "dark")
+    day.until_page(server="open", line="connected", control="yes")
+    day.expect("#amplifier", "emulated.*no parameters")
+    if day.script("return document.querySelector('#record [name=position_low]').value") != "-5":
+        day.fail("the ranges of the bench are not proposed")
+    day.expect("#now-state", "parked")
+    day.click("#stop")
+    day.expect("#message", "the amplifier took it after")
+    day.picture("bench")
+    process.terminate()
+    if process.wait(PATIENCE_S) != 0:
+        day.fail(f"the server ended with {process.returncode}")
+
+
+def main():
+    hyst, elf, actuator, scratch = sys.argv[1:5]
+    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
+        print("skipped: no chromium, or no chromedriver (chromium-driver)")
+        sys.exit(77)
+    shutil.rmtree(scratch, ignore_errors=True)
+    folder = f"{scratch}/folder"
+    os.makedirs(folder)
+    shutil.copy(os.path.join(os.path.dirname(actuator), "recording.csv"), f"{folder}/tutorial.csv")
+    twin = ["--image", elf, "--model", actuator, "--drive-range", "0:100", "--position-range", "-5:40", "--noise-um", "0.02"]
+    bench, port = start([hyst, "bench", *twin], r"^port: (\S+)", f"{scratch}/bench.log")
+    cable = Cable(port)
+    server, address = start([hyst, "serve", "--port", cable.port, "--timeout", TIMEOUT_S, "--folder", folder], r"^page: (\S+)",
+                            f"{scratch}/serve.log")
+    day = None
+    try:
+        day = Day(scratch, address)
+        day.browser.get(address)
+        for field, value in (("drive_low", "0"), ("drive_high", "100"), ("position_low", "-5"), ("position_high", "40")):
+            day.until("the form is open", lambda name=field: day.browser.find_element(By.NAME, name).is_displayed())
+            day.fill("record", **{field: value})
+        by_clicks(day)
+        second_viewer(day)
+        by_keyboard(day, cable)
+        server.terminate()
+        if server.wait(PATIENCE_S) != 0:
+            sys.exit(f"FAIL: the server ended with {server.returncode}")
+        day.expect("#banner", "No connection to the server")
+        day.picture("server-gone", "main")
+        bench.terminate()
+        bench.wait(PATIENCE_S)
+        server, address = start([hyst, "serve", "--bench", "--timeout", TIMEOUT_S, "--folder", folder, *twin], r"^page: (\S+)",
+                                f"{scratch}/bench-serve.log")
+        day.browser.get(address)
+        emulated(day, server)
+    finally:
+        if day:
+            day.browser.quit()
+        for process in (server, bench):
+            process.kill()
+            process.wait()
+    shutil.rmtree(f"{scratch}/profile", ignore_errors=True)
+
+
+main()

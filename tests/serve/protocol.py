@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""protocol.py HYST AMPLIFIER RECORDING SCRATCH: what the server of the live page lets in, and what it does with it.
+
+Without a browser, against the simulated amplifier of tests/device. Exits with 77 without python3-websockets.
+"""
+import asyncio
+import http.client
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+try:
+    import websockets
+except ImportError:
+    print("skipped: no websockets (python3-websockets)")
+    sys.exit(77)
+
+PATIENCE_S = 120 # for what surely comes, on a busy machine
+TIMEOUT_S = "2"  # for an answer of the amplifier there
+RANGES = {"drive_range": [0, 100], "position_range": [0, 100]}
+
+
+def check(good, what):
+    if not good:
+        sys.exit(f"FAIL: {what}")
+
+
+class Server:
+    def __init__(self, hyst, port, folder):
+        self.process = subprocess.Popen([hyst, "serve", "--port", port, "--timeout", TIMEOUT_S, "--folder", folder,
+                                         "--json"], stdout=subprocess.PIPE, text=True)
+        said = json.loads(self.process.stdout.readline())
+        check(said["format"] == "hyst-serve-1", said)
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/", said["page"])
+        check(found, said)
+        self.port, self.token = int(found[1]), found[2]
+        self.origin = f"http://127.0.0.1:{self.port}"
+
+    def get(self, path, method="GET", **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        connection.request(method, path, headers=headers)
+        answer = connection.getresponse()
+        body = answer.read()
+        connection.close()
+        return answer, body
+
+    async def connect(self, token=None, origin="own", host=None, protocol="hyst", path="socket"):
+        own = self.origin if origin == "own" else origin
+        headers = {"Host": host} if host else {}
+        uri = f"ws://{host or f'127.0.0.1:{self.port}'}/{token or self.token}/{path}"
+        return Page(await websockets.connect(uri, origin=own, subprotocols=[protocol] if protocol else None,
+                                             extra_headers=headers if not host else {}, max_size=None,
+                                             **({"host": "127.0.0.1", "port": self.port} if host else {})))
+
+
+class Page:
+    def __init__(self, connection):
+        self.connection = connection
+
+    async def do(self, what, **members):
+        await self.connection.send(json.dumps({"do": what, **members}))
+
+    async def until(self, event, condition=lambda message: True):
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            left = end - time.monotonic()
+            try:
+                message = json.loads(await asyncio.wait_for(self.connection.recv(), max(left, 0.01)))
+            except asyncio.TimeoutError:
+                sys.exit(f"FAIL: no {event} came")
+            if message["event"] == event and condition(message):
+                return message
+
+    async def run_ended(self):
+        return await self.until("run", lambda message: not message["running"])
+
+    async def job_ended(self):
+        return await self.until("job", lambda message: not message["running"])
+
+
+def http_is_guarded(server):
+    page = f"/{server.token}/"
+    answer, body = server.get(page)
+    check(answer.status == 200 and b"<title>hyst live" in body, "the page does not come")
+    check("default-src 'none'" in answer.getheader("content-security-policy", ""), "the page has no policy")
+    for name in ("page.css", "page.js", "plot.js"):
+        answer, part = server.get(page + name)
+        check(answer.status == 200 and len(part) > 1000, f"{name} does not come")
+        for text in (body, part):
+            outside = re.search(rb"(?:src|href|url|import)\s*[=(]\s*[\"']?(?:https?:)?//", text)
+            check(not outside, f"{name} has something from elsewhere: {outside}")
+    own = f"127.0.0.1:{server.port}"
+    wrong = server.token[:-1] + ("0" if server.token[-1] != "0" else "1")
+    refused = {
+        "no token": ("/", {}), "a wrong token": (f"/{wrong}/", {}), "half a token": (f"/{server.token[:16]}/", {}),
+        "a wrong token for a file": (f"/{wrong}/file/recording.csv", {}),
+        "a foreign host": (page, {"Host": f"evil.example:{server.port}"}),
+        "the host without its port": (page, {"Host": "127.0.0.1"}),
+        "a foreign origin": (page, {"Host": own, "Origin": "http://evil.example"}),
+        "a sandboxed origin": (page, {"Host": own, "Origin": "null"}),
+        "an origin that only begins well": (page, {"Host": own, "Origin": f"http://{own}.evil.example"})}
+    for what, (path, headers) in refused.items():
+        status = server.get(path, **headers)[0].status
+        check(status == 403, f"{what} gets {status}")
+    check(server.get(page, Host=f"localhost:{server.port}")[0].status == 200, "localhost is refused")
+    for path in ("file/../secret.csv", "file/%2e%2e/secret.csv", "file/..%2fsecret.csv", "file/secret.txt", "file/",
+                 "file/absent.csv", "page.c", "file//etc/passwd"):
+        status = server.get(page + path)[0].status
+        check(status in (403, 404), f"{path} gets {status}")
+    answer, body = server.get(page + "file/recording.csv")
+    check(answer.status == 200 and body.startswith(b"#"), "a recording does not come")
+    status = server.get(page, method="POST")[0].status
+    check(status >= 400, f"POST gets {status}")
+
+
+def only_loopback(server):
+    addresses = {found[4][0] for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
+    for address in addresses - {"127.0.0.1"}:
+        if address.startswith("127."):
+            continue
+        try:
+            socket.create_connection((address, server.port), 2).close()
+            sys.exit(f"FAIL: it listens on {address}")
+        except OSError:
+            pass
+
+
+async def sockets_are_guarded(server):
+    wrong = "0" * 32
+    for what, members in {"a wrong token": {"token": wrong}, "a foreign origin": {"origin": "http://evil.example"},
+                          "no origin": {"origin": None}, "a foreign host": {"host": f"evil.example:{server.port}"},
+                          "an unknown protocol": {"protocol": "other"}, "no protocol": {"protocol": None}}.items():
+        try:
+            page = await server.connect(**members)
+            await asyncio.wait_for(page.connection.recv(), PATIENCE_S)
+        except (websockets.WebSocketException, ConnectionError, EOFError, asyncio.IncompleteReadError):
+            continue
+        sys.exit(f"FAIL: {what} is let in")
+
+
+async def bad_messages(page):
+    for text in ("", "{", "[]", "7", '"stop"', '{"do": 7}', '{"do": null}', '{"do": "format"}', '{"do": "record", "cycles": -1}',
+                 '{"do": "record", "cycles": 1e99}', '{"do": "record", "frequency": "1"}', '{"do": "record", "waveform": "noise"}',
+                 '{"do": "record", "name": "../x"}', '{"do": "record", "name": "-o"}', '{"do": "record", "probe": "nothing"}',
+                 '{"do": "record", "drive_range": [1]}', '{"do": "record", "drive_range": [2, 1]}',
+                 '{"do": "track", "mode": "fast"}', '{"do": "push"}', '{"do": "push", "image": "../../x.image"}',
+                 '{"do": "fit"}', '{"do": "fit", "recordings": []}', '{"do": "fit", "recordings": [7]}',
+                 '{"do": "fit", "recordings": ["absent.csv"]}', '{"do": "fit", "recordings": ["/etc/passwd"]}',
+                 '{"do": "compile", "model": "recording.csv"}', '{"do": "show", "name": "..."}', '{"do": "show", "name": "../secret.csv"}',
+                 '{"do": "show", "name": "secret.txt"}', '{"do": "fit", "recordings": ["../secret.csv"]}',
+                 '{"do": "stop", "do": "stop"}',
+                 '{"do": "record", "name": "' + 200 * "x" + '"}', "\x00", '{"do": "st\\u0000op"}', 9 * "[" + 9 * "]"):
+        await page.connection.send(text)
+        message = None
+        while message is None or message["event"] in ("live", "beat", "line", "files", "role"):
+            message = json.loads(await asyncio.wait_for(page.connection.recv(), PATIENCE_S))
+            # One that only the work itself can refuse.
+            if message["event"] == "run" and (message["running"] or message.get("good") is False):
+                message = message if not message["running"] else None
+        check(message["event"] == "refused" or message.get("good") is False, f"{text!r} is answered by {message}")
+
+
+async def too_long(server):
+    page = await server.connect()
+    try:
+        await page.connection.send('{"do": "' + 100000 * "x" + '"}')
+        while True:
+            await asyncio.wait_for(page.connection.recv(), PATIENCE_S)
+    except websockets.ConnectionClosed:
+        return
+
+
+async def roles(server, first):
+    second = await server.connect()
+    role = await second.until("role")
+    check(not role["control"] and not role["free"], f"the second page: {role}")
+    await second.until("line", lambda line: line["connected"])
+    await second.until("live")
+    for what in ("record", "track", "push", "clear", "fit", "compile", "diagnose", "cancel", "take"):
+        await second.do(what, **RANGES)
+        refusal = await second.until("refused")
+        check(refusal["do"] == what and "control" in refusal["why"], f"{what} by the second page: {refusal}")
+    await second.do("show", name="recording.csv")
+    shown = await second.until("recording")
+    check(len(shown["drive"]) == len(shown["displacement"]) <= 4000 and shown["samples"] > 4000, "what is shown")
+    # Stop is everybody's, and passes before the work.
+    await first.do("record", waveform="sine", frequency=0.2, cycles=1000, **RANGES)
+    await second.until("run", lambda run: run["running"] and run.get("what") == "playing")
+    await second.do("stop")
+    stopped = await second.until("stopped")
+    check("why" not in stopped or stopped["why"] is None, stopped)
+    ended = await first.run_ended()
+    check(not ended["good"] and "stopped" in ended["why"] and "parked" in ended["why"], ended)
+    # When the first has gone, the second may take its place.
+    await first.connection.close()
+    await second.until("role", lambda role: role["free"])
+    await second.do("take")
+    await second.until("role", lambda role: role["control"])
+    return second, stopped["seconds"]
+
+
+async def busy(page):
+    """What may run beside what, and a job that is cancelled."""
+    await page.do("record", waveform="sine", frequency=0.2, cycles=1000, **RANGES)
+    await page.until("run", lambda run: run.get("what") == "playing")
+    await page.do("record", waveform="sine", **RANGES)
+    check("busy" in (await page.until("refused"))["why"], "two runs at once")
+    await page.do("diagnose", recordings=["recording.csv"])
+    await page.until("job", lambda job: job["running"])
+    await page.do("fit", recordings=["recording.csv"])
+    check("runs" in (await page.until("refused"))["why"], "two jobs at once")
+    begun = time.monotonic()
+    await page.do("stop")
+    await page.run_ended()
+    await page.until("stopped")
+    took_s = time.monotonic() - begun
+    await page.do("cancel")
+    ended = await page.job_ended()
+    check(ended["cancelled"] and not ended["good"], ended)
+    return took_s
+
+
+async def whole_way(page, folder):
+    await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", **RANGES)
+    ended = await page.run_ended()
+    check(ended["good"] and ended["made"] == ["mine.csv"], ended)
+    await page.until("files", lambda files: any(file["name"] == "mine.csv" for file in files["files"]))
+    await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", condition=False)
+    ended = await page.run_ended()
+    check(ended["made"] == ["mine-2.csv"], f"a name that is taken: {ended}")
+    await page.do("fit", recordings=["mine.csv"])
+    ended = await page.job_ended()
+    check(ended["good"] and ended["made"] == ["model.json"] and "NRMSE" in ended["text"], ended)
+    await page.do("compile", model="model.json")
+    ended = await page.job_ended()
+    check(ended["good"] and ended["made"] == ["model.image"], ended)
+    await page.do("push", image="model.image")
+    check((await page.run_ended())["good"], "push")
+    await page.do("track", waveform="sine", frequency=5, cycles=2, frames=500, mode="both", condition=False)
+    ended = await page.run_ended()
+    check(ended["good"] and ended["made"] == ["track-linear.csv", "track-compensate.csv"] and
+          [track["mode"] for track in ended["result"]["tracks"]] == ["linear", "compensate"], ended)
+    await page.do("simulate", model="model.json", recording="mine.csv")
+    ended = await page.job_ended()
+    check(ended["made"] == ["simulated.csv"], ended)
+    await page.do("report", model="model.json", recording="mine.csv", before="track-linear.csv",
+                  after="track-compensate.csv")
+    ended = await page.job_ended()
+    # The simulated actuator follows its drive one to one: a job that fails, with its line.
+    check(not ended["good"] and not ended["made"] and "is the reference itself" in ended["text"], ended)
+    await page.do("look", recordings=["mine.csv"])
+    check("mine.csv" in (await page.job_ended())["text"], "look")
+    await page.do("clear")
+    check((await page.run_ended())["good"], "clear")
+    check(not [name for name in os.listdir(folder) if name.endswith(".part")], "parts of files are left")
+
+
+async def crowd(server):
+    pages = [await server.connect() for _ in range(7)]
+    try:
+        await server.connect()
+    except (websockets.WebSocketException, ConnectionError, EOFError):
+        for page in pages:
+            await page.connection.close()
+        return
+    sys.exit("FAIL: a ninth page is let in")
+
+
+async def day(server, folder):
+    http_is_guarded(server)
+    only_loopback(server)
+    await sockets_are_guarded(server)
+    first = await server.connect()
+    hello = await first.until("hello")
+    check(hello["folder"] == folder, hello)
+    check((await first.until("role"))["control"], "the first page has no control")
+    line = await first.until("line", lambda line: line["connected"])
+    check(not line["has_parameters"], line)
+    await first.do("track", mode="both")
+    check("no parameters" in (await first.run_ended())["why"], "a track without parameters")
+    await bad_messages(first)
+    await too_long(server)
+    second, stop_s = await roles(server, first)
+    busy_s = await busy(second)
+    await whole_way(second, folder)
+    await crowd(server)
+    print(f"stop: taken by the amplifier after {1e3 * stop_s:.1f} ms; from the page, beside a diagnosis, "
+          f"{1e3 * busy_s:.1f} ms")
+
+
+def main():
+    hyst, amplifier, recording, scratch = sys.argv[1:5]
+    shutil.rmtree(scratch, ignore_errors=True)
+    folder = os.path.join(scratch, "folder")
+    os.makedirs(folder)
+    shutil.copy(recording, os.path.join(folder, "recording.csv"))
+    for path in (os.path.join(folder, "secret.txt"), os.path.join(scratch, "secret.csv")):
+        shutil.copy(recording, path) # what would be shown, if it were let through
+    device = subprocess.Popen([amplifier], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    server = None
+    try:
+        server = Server(hyst, device.stdout.readline().split()[1], folder)
+        asyncio.run(day(server, folder))
+        server.process.send_signal(signal.SIGINT)
+        status = server.process.wait(PATIENCE_S)
+        check(status == 0, f"the server ended with {status}")
+    finally:
+        if server:
+            server.process.kill()
+        device.stdin.close()
+        device.wait(PATIENCE_S)
+
+
+main()

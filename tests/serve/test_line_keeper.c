@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The owner of the line: a stop overtakes work, a line that is cut comes back. Against the simulated amplifier. */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/driving.h"
+#include "amplifier/experiment.h"
+#include "base/monotonic_clock.h"
+#include "serve/line_keeper.h"
+#include "simulated_device.h"
+#include "telemetry.h"
+#include "unity.h"
+#include <math.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+/* For what surely comes. */
+#define PATIENCE_S 60.0
+/* For an answer: three hundred times what it takes when nothing is wrong. */
+#define TIMEOUT_S 0.3
+/* The port as the keeper knows it: a link, as those in /dev/serial/by-id are, to what is plugged in. */
+#define PORT "line-keeper-port"
+
+static device_options_t options = DEVICE_OPTIONS_DEFAULT;
+static line_keeper_t *keeper;
+
+/* What the keeper has said; written in its thread. */
+static struct {
+    atomic_int lines, cuts, snapshots, stops, refusals, ended, good;
+    atomic_int state;             /* of the last snapshot */
+    atomic_int snapshots_at_stop; /* how many came before it */
+    char why[1024], failure[1024];
+} heard;
+
+static void on_line(void *context, const device_t *device, const hyst_parameters_t *image, const char *why) {
+    (void)context;
+    if (device == NULL) {
+        TEST_ASSERT_NULL(image);
+        (void)snprintf(heard.why, sizeof heard.why, "%s", why);
+    }
+    atomic_fetch_add(device != NULL ? &heard.lines : &heard.cuts, 1);
+}
+
+static void on_snapshot(void *context, const device_t *device, const hyst_parameters_t *image,
+                        const int64_t now[REGISTER_COUNT]) {
+    (void)context;
+    (void)device;
+    (void)image;
+    atomic_store(&heard.state, (int)now[INDEX_state]);
+    atomic_fetch_add(&heard.snapshots, 1);
+}
+
+static void on_stopped(void *context, double seconds, const char *why) {
+    (void)context;
+    (void)seconds;
+    atomic_store(&heard.snapshots_at_stop, atomic_load(&heard.snapshots));
+    atomic_fetch_add(why == NULL ? &heard.stops : &heard.refusals, 1);
+}
+
+static const line_listener_t listener = {on_line, on_snapshot, on_stopped, NULL};
+
+static void wait_for(atomic_int *count, int least, const char *what) {
+    for (const double until_s = monotonic_s() + PATIENCE_S; atomic_load(count) < least;) {
+        TEST_ASSERT_TRUE_MESSAGE(monotonic_s() < until_s, what);
+        sleep_until(monotonic_s() + 0.002);
+    }
+}
+
+static void plug_in(void) {
+    const char *const port = simulated_device_start(NULL);
+    (void)unlink(PORT);
+    TEST_ASSERT_EQUAL_INT(0, symlink(port, PORT));
+}
+
+/* 0..100 V and 0..100 um. */
+static void give_image(hyst_parameters_t *image) {
+    hyst_parameters_default(image);
+    image->model_id = 1;
+    image->drive_center_uv = image->drive_half_range_uv = 50000000;
+    image->position_center_pm = image->position_half_range_pm = 50000000;
+    image->transition_slew = 1 << 24;
+}
+
+void setUp(void) {
+    memset(&heard, 0, sizeof heard);
+    options.port = PORT;
+    options.timeout_s = TIMEOUT_S;
+    plug_in();
+    failure_t failure;
+    keeper = line_keeper_start(&options, &listener, &failure);
+    TEST_ASSERT_NOT_NULL(keeper);
+    wait_for(&heard.lines, 1, "the line does not come");
+}
+
+void tearDown(void) {
+    line_keeper_end(keeper);
+    keeper = NULL;
+    simulated_device_stop();
+    (void)unlink(PORT);
+}
+
+static void on_ended(void *context, bool good, const failure_t *failure) {
+    (void)context;
+    (void)snprintf(heard.failure, sizeof heard.failure, "%s", failure->text);
+    atomic_fetch_add(&heard.good, good);
+    atomic_fetch_add(&heard.ended, 1);
+}
+
+/* A recording that would take more than an hour. */
+static bool long_run(line_keeper_t *k, device_t *device, void *context, failure_t *failure) {
+    hyst_parameters_t image;
+    give_image(&image);
+    const waveform_options_t waveform = {
+        .name = "sine", .frequency_hz = 0.2, .amplitude = (double)NAN, .offset = (double)NAN, .cycles = 1000};
+    const double range_v[2] = {0.0, 100.0};
+    experiment_t experiment = {.mode = HYST_MODE_DIRECT};
+    recording_t recording;
+    experiment_events_t events;
+    driving_t driving;
+    (void)context;
+    if (!amplifier_image_write(device, &image, failure)) {
+        return false;
+    }
+    line_keeper_new_image(k, &image);
+    if (!waveform_make(&waveform, range_v, "V", &experiment.waveform, failure) ||
+        !driving_begin(&driving, device, NULL, failure)) {
+        return false;
+    }
+    return driving_end(&driving, experiment_run(device, &image, &experiment, &recording, &events, failure), failure);
+}
+
+static void begin(bool (*run)(line_keeper_t *, device_t *, void *, failure_t *)) {
+    failure_t failure;
+    const line_work_t work = {run, on_ended, NULL};
+    TEST_ASSERT_TRUE_MESSAGE(line_keeper_give(keeper, &work, &failure), failure.text);
+}
+
+static void wait_until_it_plays(void) {
+    for (const double until_s = monotonic_s() + PATIENCE_S; atomic_load(&heard.state) != LOOP_PLAYING;) {
+        TEST_ASSERT_TRUE_MESSAGE(monotonic_s() < until_s, "it does not play");
+        sleep_until(monotonic_s() + 0.002);
+    }
+}
+
+static void test_snapshots_come_by_themselves(void) {
+    wait_for(&heard.snapshots, 10, "no snapshots");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.cuts));
+}
+
+static void test_snapshots_come_while_work_has_the_line(void) {
+    begin(long_run);
+    wait_until_it_plays();
+    const int before = atomic_load(&heard.snapshots);
+    wait_for(&heard.snapshots, before + 5, "no snapshots during work");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.ended));
+}
+
+static void test_a_stop_overtakes_work_and_parks(void) {
+    begin(long_run);
+    wait_until_it_plays();
+    const unsigned before = simulated_device_line()->requests;
+    line_keeper_stop(keeper);
+    wait_for(&heard.stops, 1, "the stop is not taken");
+    /* At most the one that was on the line, parking by the work, and by the keeper. */
+    const unsigned requests = simulated_device_line()->requests - before;
+    TEST_ASSERT_TRUE_MESSAGE(requests <= 5, "requests before the stop");
+    wait_for(&heard.ended, 1, "the work does not end");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.good));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(heard.failure, "stopped; the drive is stopped and parked"), heard.failure);
+    const int snapshots = atomic_load(&heard.snapshots);
+    wait_for(&heard.snapshots, snapshots + 2, "no snapshots after it");
+    TEST_ASSERT_EQUAL_INT(LOOP_PARKED, atomic_load(&heard.state));
+}
+
+static void test_a_stop_without_work_is_taken_at_once(void) {
+    line_keeper_stop(keeper);
+    wait_for(&heard.stops, 1, "the stop is not taken");
+    line_keeper_stop(keeper);
+    wait_for(&heard.stops, 2, "a second stop is not taken");
+}
+
+static void test_only_one_work_at_a_time(void) {
+    begin(long_run);
+    failure_t failure;
+    const line_work_t work = {long_run, on_ended, NULL};
+    TEST_ASSERT_FALSE(line_keeper_give(keeper, &work, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "busy"), failure.text);
+    line_keeper_stop(keeper);
+    wait_for(&heard.ended, 1, "the work does not end");
+}
+
+static void test_a_stop_right_after_work_was_given_stops_it(void) {
+    for (int i = 1; i <= 20; i++) {
+        begin(long_run);
+        line_keeper_stop(keeper);
+        wait_for(&heard.ended, i, "the work does not end");
+        wait_for(&heard.stops, i, "the stop is not taken");
+    }
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.good));
+}
+
+static void test_a_line_that_is_unplugged_comes_back(void) {
+    simulated_device_stop();
+    wait_for(&heard.cuts, 1, "the cut is not noticed");
+    TEST_ASSERT_TRUE(heard.why[0] != '\0');
+    failure_t failure;
+    const line_work_t work = {long_run, on_ended, NULL};
+    TEST_ASSERT_FALSE(line_keeper_give(keeper, &work, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "no line"), failure.text);
+    plug_in();
+    wait_for(&heard.lines, 2, "the line does not come back");
+    const int snapshots = atomic_load(&heard.snapshots);
+    wait_for(&heard.snapshots, snapshots + 2, "no snapshots after it");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, atomic_load(&heard.cuts), "said more than once");
+}
+
+static void test_a_stop_during_a_cut_is_the_first_thing_after_it(void) {
+    begin(long_run);
+    wait_until_it_plays();
+    simulated_device_fault(LINE_LOSES_REQUEST, 0, 1000000);
+    wait_for(&heard.cuts, 1, "the cut is not noticed");
+    wait_for(&heard.ended, 1, "the work does not end");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.good));
+    line_keeper_stop(keeper);
+    sleep_until(monotonic_s() + 3.0 * TIMEOUT_S);
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.stops));
+    const int snapshots = atomic_load(&heard.snapshots);
+    simulated_device_fault(LINE_GOOD, 0, 0);
+    wait_for(&heard.stops, 1, "the stop is forgotten");
+    /* One may have been on the line already. */
+    TEST_ASSERT_TRUE_MESSAGE(atomic_load(&heard.snapshots_at_stop) <= snapshots + 1, "something came before the stop");
+}
+
+static void test_the_end_parks_what_is_driven(void) {
+    begin(long_run);
+    wait_until_it_plays();
+    line_keeper_end(keeper);
+    keeper = NULL;
+    TEST_ASSERT_EQUAL_INT(1, atomic_load(&heard.ended));
+    failure_t failure;
+    device_t *const device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    int64_t now[REGISTER_COUNT];
+    TEST_ASSERT_TRUE(device_read_telemetry(device, now, &failure));
+    device_close(device);
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, now[INDEX_state]);
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_snapshots_come_by_themselves);
+    RUN_TEST(test_snapshots_come_while_work_has_the_line);
+    RUN_TEST(test_a_stop_overtakes_work_and_parks);
+    RUN_TEST(test_a_stop_without_work_is_taken_at_once);
+    RUN_TEST(test_only_one_work_at_a_time);
+    RUN_TEST(test_a_stop_right_after_work_was_given_stops_it);
+    RUN_TEST(test_a_line_that_is_unplugged_comes_back);
+    RUN_TEST(test_a_stop_during_a_cut_is_the_first_thing_after_it);
+    RUN_TEST(test_the_end_parks_what_is_driven);
+    return UNITY_END();
+}
