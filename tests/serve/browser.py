@@ -85,8 +85,11 @@ class Day:
         self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
             "features": [{"name": "prefers-color-scheme", "value": scheme},
                          {"name": "prefers-reduced-motion", "value": "reduce"}]})
+        self.until(f"the window is {size[0]} px wide", lambda: self.script("return innerWidth") == size[0])
         if self.script("return document.documentElement.scrollWidth") > size[0]:
-            self.fail(f"the page is wider than {size[0]} px")
+            wide = self.script("""return [...document.querySelectorAll("body *")].filter((e) =>
+                e.getBoundingClientRect().right > innerWidth).map((e) => e.tagName + "#" + e.id).join(" ")""")
+            self.fail(f"the page is wider than {size[0]} px: {wide}")
 
     def script(self, text, *arguments):
         return self.browser.execute_script(text, *arguments)
@@ -324,7 +327,7 @@ def main():
         print("skipped: no chromium, or no chromedriver (chromium-driver)")
         sys.exit(77)
     shutil.rmtree(scratch, ignore_errors=True)
-    folder = f"{scratch}/folder"
+    folder = f"{scratch}/folder_{'with_a_long_name_' * 6}" # which is to wrap on a narrow page
     os.makedirs(folder)
     shutil.copy(os.path.join(os.path.dirname(actuator), "recording.csv"), f"{folder}/tutorial.csv")
     twin = ["--image", elf, "--model", actuator, "--drive-range", "0:100", "--position-range", "-5:40", "--noise-um", "0.02"]
