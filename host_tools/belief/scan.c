@@ -4,17 +4,20 @@
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/evidence/searched.h"
+#include "numerics/gauss_newton.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { AT_ONCE = 16, MOST_STEPS = 8 };
+enum { AT_ONCE = 16 };
 /* Of a signature's square, what the operator leaves has to be more than this part: below, it is a matter of the last
  * digits. */
 static const double least_beyond = 1e-8;
-/* A step of the refinement that is worth less, in natural units, is the last one. */
+/* A step of the refinement that is worth less, in natural units, is the last one. One step, a third of it, a ninth ..
+ */
 static const double settled = 0.2;
+static const gauss_newton_tunables_t tunables = {.most_iterations = 8, .most_trials = 4, .worth = 1.0, .shorten = 0.3};
 
 /* The column of a chain's signature; false if there is none. */
 static bool signature_of(const scan_t *scan, const model_t *chain, size_t at, double *column) {
@@ -36,16 +39,6 @@ static double square_of(const scan_t *scan, const double *column) {
     return square / scan->rows->hysteresis->evidence.variance;
 }
 
-/* Whether the effect is proportional to a number that is never below 0. */
-static bool never_negative(const block_t *block) {
-    for (size_t p = 0; p < block->parameters; p++) {
-        if (candidate_proportional(block, p) && searched_low(block, p) >= 0.0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* The probing of one block. */
 typedef struct {
     const scan_t *scan;
@@ -54,30 +47,12 @@ typedef struct {
     size_t tried;
 } probing_t;
 
-static bool take_probe(const probing_t *probing, size_t index, double *value) {
-    const block_t *block = probing->block;
-    for (size_t p = 0; p < block->parameters; p++) {
-        value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
-    }
-    return block->probe->probe(probing->scan->setting, index, value);
-}
-
-/* Whether the effect grows with one of the numbers that are searched: then a probe of any size is as good a start. */
-static bool grows_with_a_number(const block_t *block) {
-    for (size_t p = 0; p < block->parameters; p++) {
-        if (candidate_proportional(block, p)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMETERS], double along, double beyond) {
     const double a = along / beyond, least = 0.1;
-    const double gain = a < 0.0 && never_negative(probing->block) ? 0.0 : along * along / (2.0 * beyond);
+    const double gain = a < 0.0 && candidate_never_negative(probing->block) ? 0.0 : along * along / (2.0 * beyond);
     const double most = fmax(probing->best.gain, gain);
     /* What it is worth as it is, amplitude 1, or a part of what it would be worth with another one. */
-    const double promise = grows_with_a_number(probing->block) ? gain : fmax(along - beyond / 2.0, least * gain);
+    const double promise = candidate_grows(probing->block) ? gain : fmax(along - beyond / 2.0, least * gain);
     probing->tried++;
     if (probing->best.block == NULL || promise > probing->best.promise) {
         model_free(&probing->best.chain);
@@ -96,7 +71,7 @@ static size_t probe_some(probing_t *probing, size_t index, double *room) {
     double value[AT_ONCE][BLOCK_MAX_PARAMETERS], product[(AT_ONCE + 1) * (AT_ONCE + 1)];
     const double *column[AT_ONCE + 1] = {scan->rows->hysteresis->position_um};
     size_t some = 0, there = 0, width;
-    for (; some < AT_ONCE && take_probe(probing, index + some, value[there]); some++) {
+    for (; some < AT_ONCE && candidate_probe(probing->block, scan->setting, index + some, value[there]); some++) {
         model_t chain;
         const size_t at = candidate_insert(&chain, &scan->imitation->chain, probing->block, value[there]);
         if (signature_of(scan, &chain, at, room + there * all)) {
@@ -157,54 +132,6 @@ void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t 
     free(probing);
 }
 
-/* What a suspect's numbers are worth as they are, and what its derivatives say: product of target, signature, and
- * these. */
-typedef struct {
-    double *column; /* signature, derivatives; one after the other */
-    double product[(BLOCK_MAX_PARAMETERS + 2) * (BLOCK_MAX_PARAMETERS + 2)];
-    size_t width;
-} look_t;
-
-static bool look_at(const scan_t *scan, suspect_t *suspect, const searched_t *searched, look_t *look) {
-    const size_t all = scan->imitation->all;
-    const double *column[BLOCK_MAX_PARAMETERS + 2] = {scan->rows->hysteresis->position_um, look->column};
-    look->width = 2 + (searched != NULL ? searched->count : 0);
-    if (!signature_of(scan, &suspect->chain, suspect->at, look->column)) {
-        return false;
-    }
-    for (size_t i = 0; searched != NULL && i < searched->count; i++) {
-        model_t nudged;
-        double *derivative = look->column + (1 + i) * all;
-        const double by = searched_nudge(searched, i, &suspect->chain, suspect->at, &nudged);
-        const bool good = signature_of(scan, &nudged, suspect->at, derivative);
-        model_free(&nudged);
-        for (size_t k = 0; k < all; k++) {
-            derivative[k] = good ? (derivative[k] - look->column[k]) / by : 0.0;
-        }
-        column[2 + i] = derivative;
-    }
-    hysteresis_beyond(scan->rows, look->width, column, look->product);
-    return true;
-}
-
-/* With the numbers as they are: amplitude 1. */
-static double gain_of(const look_t *look) {
-    return look->product[1] - 0.5 * look->product[look->width + 1];
-}
-
-static void step_from(const look_t *look, double *step) {
-    const size_t n = look->width - 2;
-    double gram[BLOCK_MAX_PARAMETERS * BLOCK_MAX_PARAMETERS], moment[BLOCK_MAX_PARAMETERS];
-    for (size_t i = 0; i < n; i++) {
-        const double *row = look->product + (2 + i) * look->width;
-        moment[i] = row[0] - row[1];
-        for (size_t j = 0; j < n; j++) {
-            gram[i * n + j] = row[2 + j];
-        }
-    }
-    searched_solve(n, gram, moment, step);
-}
-
 /* A parameter that the effect is proportional to takes the amplitude of the linear scan. */
 static void start_from_amplitude(suspect_t *suspect) {
     const block_t *block = suspect->block;
@@ -217,55 +144,127 @@ static void start_from_amplitude(suspect_t *suspect) {
     }
 }
 
-static void refine(const scan_t *scan, suspect_t *suspect) {
+/* The search for a suspect's numbers. Products are of what they name, beyond what the operator imitates. */
+typedef struct {
+    const scan_t *scan;
+    suspect_t *suspect;
     searched_t searched;
-    look_t look = {.column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
-    double step[BLOCK_MAX_PARAMETERS], best = -HUGE_VAL, part = 1.0;
-    start_from_amplitude(suspect);
-    searched_open(&searched, &suspect->chain, suspect->at);
-    bool good = look_at(scan, suspect, &searched, &look);
-    for (int i = 0; good && i < MOST_STEPS; i++) {
-        const double gain = gain_of(&look);
-        if (gain > best) {
-            const double better = gain - best;
-            best = gain;
-            suspect->amplitude = look.product[1] / look.product[look.width + 1];
-            suspect->sigma = 1.0 / sqrt(look.product[look.width + 1]);
-            if (better < settled) {
-                break;
-            }
-            step_from(&look, step);
-            part = 1.0;
-        } else {
-            searched_back(&searched);
-            part *= 0.3;
-            if (part < 0.02) {
-                break;
-            }
+    double *column;                                           /* signature, derivatives; one after the other */
+    double along, square;                                     /* of the signature: with the position, with itself */
+    double gram[BLOCK_MAX_PARAMETERS * BLOCK_MAX_PARAMETERS]; /* of the derivatives */
+    double moment[BLOCK_MAX_PARAMETERS]; /* of them with what the signature leaves of the position */
+} refinement_t;
+
+/* The sum of squares that the signature, amplitude 1, leaves of the position, less what there is without it. HUGE_VAL
+ * where it cannot be simulated. */
+static double cost_of(refinement_t *job) {
+    const scan_t *scan = job->scan;
+    const double *column[] = {scan->rows->hysteresis->position_um, job->column};
+    double product[4];
+    if (!signature_of(scan, &job->suspect->chain, job->suspect->at, job->column)) {
+        return HUGE_VAL;
+    }
+    hysteresis_beyond(scan->rows, 2, column, product);
+    job->along = product[1];
+    job->square = product[3];
+    return job->square - 2.0 * job->along;
+}
+
+static void derivative(const refinement_t *job, size_t i, double *column) {
+    const size_t all = job->scan->imitation->all;
+    model_t nudged;
+    const double by = searched_nudge(&job->searched, i, &job->suspect->chain, job->suspect->at, &nudged);
+    const bool good = signature_of(job->scan, &nudged, job->suspect->at, column);
+    model_free(&nudged);
+    for (size_t k = 0; k < all; k++) {
+        column[k] = good ? (column[k] - job->column[k]) / by : 0.0;
+    }
+}
+
+/* The signature is there: of the start, or of the last move, which was accepted or ended the search. */
+static bool linearise(void *context, double *cost) {
+    refinement_t *job = context;
+    const size_t n = job->searched.count, width = n + 2, all = job->scan->imitation->all;
+    const double *column[BLOCK_MAX_PARAMETERS + 2] = {job->scan->rows->hysteresis->position_um, job->column};
+    double product[(BLOCK_MAX_PARAMETERS + 2) * (BLOCK_MAX_PARAMETERS + 2)];
+    (void)cost;
+    for (size_t i = 0; i < n; i++) {
+        derivative(job, i, job->column + (1 + i) * all);
+        column[2 + i] = job->column + (1 + i) * all;
+    }
+    hysteresis_beyond(job->scan->rows, width, column, product);
+    for (size_t i = 0; i < n; i++) {
+        const double *row = product + (2 + i) * width;
+        job->moment[i] = row[0] - row[1];
+        for (size_t j = 0; j < n; j++) {
+            job->gram[i * n + j] = row[2 + j];
         }
-        searched_move(&searched, step, part);
-        good = look_at(scan, suspect, &searched, &look);
     }
-    if (good && gain_of(&look) < best) {
-        searched_back(&searched);
-    }
+    return true;
+}
+
+/* searched_solve damps it. */
+static bool solve(void *context, double damping, double *step) {
+    const refinement_t *job = context;
+    (void)damping;
+    searched_solve(job->searched.count, job->gram, job->moment, step);
+    return true;
+}
+
+static double move(void *context, const double *step, double part) {
+    refinement_t *job = context;
+    searched_move(&job->searched, step, part);
+    return cost_of(job);
+}
+
+static void move_back(void *context, const double *step, double part) {
+    refinement_t *job = context;
+    (void)step;
+    (void)part;
+    searched_back(&job->searched);
+}
+
+static void keep(void *context) {
+    const refinement_t *job = context;
+    job->suspect->amplitude = job->along / job->square;
+    job->suspect->sigma = 1.0 / sqrt(job->square);
+    job->suspect->gain = fmax(job->along - 0.5 * job->square, 0.0);
+}
+
+static bool ends(void *context, bool improved, double before, double now) {
+    (void)context;
+    return !improved || before - now < 2.0 * settled;
+}
+
+static void refine(const scan_t *scan, suspect_t *suspect) {
+    refinement_t job = {.scan = scan,
+                        .suspect = suspect,
+                        .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
+    start_from_amplitude(suspect);
+    searched_open(&job.searched, &suspect->chain, suspect->at);
+    const gauss_newton_problem_t problem = {&job, job.searched.count, linearise, solve, move, move_back, keep, ends};
+    double cost = cost_of(&job);
     suspect->refined = true;
-    suspect->gain = fmax(best, 0.0);
-    free(look.column);
+    suspect->gain = 0.0;
+    if (isfinite(cost)) {
+        keep(&job);
+        (void)gauss_newton(&problem, &tunables, &cost);
+    }
+    free(job.column);
 }
 
 typedef struct {
     const scan_t *scan;
     suspect_t *suspect;
-} refinement_t;
+} refined_t;
 
 static void refine_one(void *context, size_t index) {
-    const refinement_t *job = context;
+    const refined_t *job = context;
     refine(job->scan, &job->suspect[index]);
 }
 
 void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count) {
-    parallel(count, refine_one, &(refinement_t){.scan = scan, .suspect = suspect});
+    parallel(count, refine_one, &(refined_t){.scan = scan, .suspect = suspect});
     qsort(suspect, count, sizeof *suspect, by_gain);
 }
 

@@ -2,6 +2,7 @@
 #include "operator/hysteresis.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "numerics/gauss_newton.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdlib.h>
@@ -19,8 +20,9 @@ enum {
 static const double shortest_law = 0.03, longest_law = 2.0;
 /* What a law has to be worth before it is fitted, and in the end, in natural units of evidence. */
 static const double law_worth = 10.0;
-/* The numbers of a law move by no more than this in a step. */
-static const double longest_step = 0.5;
+/* The numbers of a law move by no more than this in a step. A step that is worth less, in natural units, is the last.
+ */
+static const double longest_step = 0.5, law_settled = 1.0;
 /* The slowest rho that is looked for, in cycles a sample: 1/f noise that is as strong as the white noise there holds a
  * thousandth of its power. What it has to be worth, in natural units of evidence. */
 static const double slowest_rho = 1e-3, pink_worth = 12.0;
@@ -164,42 +166,83 @@ static bool best_start(const question_t *q, const hysteresis_t *h, size_t thin, 
     return scan.gain[best] > law_worth;
 }
 
-/* Gauss and Newton: what the evidence says of the tangents moves the law's numbers. */
-static void next_law(const hysteresis_t *h, duhem_law_t *law) {
-    const double *weight = h->evidence.weight + operator_law_column(&h->operator);
-    for (size_t i = 0; i < DUHEM_NUMBERS && weight[0] != 0.0; i++) {
-        law->number[i] += fmax(-longest_step, fmin(longest_step, weight[4 + i] / weight[0]));
-    }
-    law->number[0] = fmax(log(shortest_law / 2.0), fmin(log(2.0 * longest_law), law->number[0]));
-    law->number[1] = fmax(least_power, fmin(most_power, law->number[1]));
+/* The search for a law's numbers. A fit at `law` comes before each step. */
+typedef struct {
+    const question_t *question;
+    size_t thin;
+    hysteresis_t *h;
+    duhem_law_t law, kept;
+} law_search_t;
+
+/* Minus the evidence of the law, all weights marginalised. HUGE_VAL: it cannot be fitted. */
+static double cost_of_law(law_search_t *search) {
+    failure_t ignored;
+    operator_set_law(&search->h->operator, & search->law);
+    return fit_weights(search->question, search->thin, false, search->h, &ignored) ? -search->h->evidence.log_evidence
+                                                                                   : HUGE_VAL;
 }
 
-/* Gauss and Newton's steps, halved where they lead nowhere. Returns the law's evidence. */
-static double improve_law(const question_t *q, size_t thin, hysteresis_t *h, duhem_law_t *law) {
-    failure_t ignored;
-    double best = -HUGE_VAL, part = 1.0;
-    duhem_law_t now = *law, next = *law;
-    for (int step = 0; step < LAW_STEPS && part > 0.1; step++) {
-        operator_set_law(&h->operator, & now);
-        if (!fit_weights(q, thin, false, h, &ignored)) {
-            break;
-        }
-        const double gain = h->evidence.log_evidence - best;
-        if (gain > 0.0) {
-            best = h->evidence.log_evidence;
-            *law = next = now;
-            next_law(h, &next);
-            if (gain < 1.0) {
-                break;
-            }
-        } else {
-            part /= 3.0;
-        }
-        for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
-            now.number[i] = law->number[i] + part * (next.number[i] - law->number[i]);
-        }
+/* The tangents are columns of every fit. */
+static bool tangents_are_there(void *context, double *cost) {
+    (void)context;
+    (void)cost;
+    return true;
+}
+
+static void keep_within(double number, double low, double high, double *step) {
+    *step = fmax(low, fmin(high, number + *step)) - number;
+}
+
+/* What the evidence says of the tangents moves the law's numbers. */
+static bool step_of_law(void *context, double damping, double *step) {
+    const law_search_t *search = context;
+    const double *weight = search->h->evidence.weight + operator_law_column(&search->h->operator);
+    (void)damping;
+    for (size_t i = 0; i < DUHEM_NUMBERS && weight[0] != 0.0; i++) {
+        step[i] = fmax(-longest_step, fmin(longest_step, weight[4 + i] / weight[0]));
     }
-    return best;
+    keep_within(search->law.number[0], log(shortest_law / 2.0), log(2.0 * longest_law), &step[0]);
+    keep_within(search->law.number[1], least_power, most_power, &step[1]);
+    return weight[0] != 0.0;
+}
+
+static double move_law(void *context, const double *step, double part) {
+    law_search_t *search = context;
+    search->kept = search->law;
+    for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
+        search->law.number[i] += part * step[i];
+    }
+    return cost_of_law(search);
+}
+
+static void move_law_back(void *context, const double *step, double part) {
+    law_search_t *search = context;
+    (void)step;
+    (void)part;
+    search->law = search->kept;
+}
+
+static bool law_ends(void *context, bool improved, double before, double now) {
+    (void)context;
+    return !improved || before - now < law_settled;
+}
+
+static void improve_law(const question_t *q, size_t thin, hysteresis_t *h, duhem_law_t *law) {
+    static const gauss_newton_tunables_t tunables = {
+        .most_iterations = LAW_STEPS, .most_trials = 3, .worth = 1.0, .shorten = 1.0 / 3.0};
+    law_search_t search = {.question = q, .thin = thin, .h = h, .law = *law};
+    const gauss_newton_problem_t problem = {.context = &search,
+                                            .unknowns = DUHEM_NUMBERS,
+                                            .linearise = tangents_are_there,
+                                            .solve = step_of_law,
+                                            .move = move_law,
+                                            .back = move_law_back,
+                                            .ends = law_ends};
+    double cost = cost_of_law(&search);
+    if (isfinite(cost)) {
+        (void)gauss_newton(&problem, &tunables, &cost);
+    }
+    *law = search.law;
 }
 
 /* Leaves the operator with a law where that is worth it. */

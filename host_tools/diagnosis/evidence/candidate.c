@@ -34,8 +34,33 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
     candidate->signature = evidence_signature(problem->evidence, &candidate->model, candidate->at);
 }
 
+bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
+    for (size_t p = 0; p < block->parameters; p++) {
+        value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
+    }
+    return block->probe->probe(setting, index, value);
+}
+
 bool candidate_proportional(const block_t *block, size_t parameter) {
     return is_searched(block, parameter) && block->parameter[parameter].proportional;
+}
+
+bool candidate_grows(const block_t *block) {
+    for (size_t p = 0; p < block->parameters; p++) {
+        if (candidate_proportional(block, p)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool candidate_never_negative(const block_t *block) {
+    for (size_t p = 0; p < block->parameters; p++) {
+        if (candidate_proportional(block, p) && searched_low(block, p) >= 0.0) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* A parameter that the effect is proportional to takes the amplitude that the linear test has found. */

@@ -70,8 +70,16 @@ void candidate_fit(const search_problem_t *problem, candidate_t *candidate);
 void candidate_free(candidate_t *candidate);
 void candidates_free(candidates_t *candidates);
 
+/** Sets `value`, one number per parameter, to number `index` of the block's probes (probe.h); what a probe leaves open
+ * has its default. false: there is none. */
+bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value);
+
 /** Whether a parameter is searched, and the effect proportional to it. */
 bool candidate_proportional(const block_t *block, size_t parameter);
+/** Whether the effect is proportional to any number that is searched: then a probe of any size is as good a start. */
+bool candidate_grows(const block_t *block);
+/** And to one that is never below 0. */
+bool candidate_never_negative(const block_t *block);
 
 /** Root mean square of what the nuisance subspace leaves of its signature, at its amplitude. */
 double candidate_own_um(const candidate_t *candidate);

@@ -2,7 +2,6 @@
 #include "diagnosis/evidence/probing.h"
 #include "base/parallel.h"
 #include "chain/catalogue.h"
-#include "diagnosis/evidence/searched.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,13 +24,9 @@ typedef struct {
 
 /* The next ones of a block's probes: their values. */
 static void take_probes(probing_t *probing) {
-    const block_t *block = probing->block;
+    const probe_setting_t *setting = probing->problem->setting;
     for (probing->some = 0; probing->some < PROBES_AT_ONCE; probing->some++) {
-        double *value = probing->value[probing->some];
-        for (size_t p = 0; p < block->parameters; p++) {
-            value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
-        }
-        if (!block->probe->probe(probing->problem->setting, probing->first + probing->some, value)) {
+        if (!candidate_probe(probing->block, setting, probing->first + probing->some, probing->value[probing->some])) {
             return;
         }
     }
@@ -40,16 +35,6 @@ static void take_probes(probing_t *probing) {
 static void simulate_probe(void *context, size_t index) {
     const probing_t *probing = context;
     candidate_create(probing->problem, probing->block, probing->value[index], &probing->trial[index]);
-}
-
-/* Whether the effect is proportional to a number that is never below 0. */
-static bool never_negative(const block_t *block) {
-    for (size_t p = 0; p < block->parameters; p++) {
-        if (candidate_proportional(block, p) && searched_low(block, p) >= 0.0) {
-            return true;
-        }
-    }
-    return false;
 }
 
 /* The tests of those that could be simulated. */
@@ -68,7 +53,7 @@ static void test_probes(probing_t *probing) {
         candidate_t *trial = &probing->trial[i];
         if (trial->signature != NULL) {
             trial->test = test[--count];
-            trial->likelihood = trial->test.amplitude < 0.0 && never_negative(probing->block)
+            trial->likelihood = trial->test.amplitude < 0.0 && candidate_never_negative(probing->block)
                                     ? 0.0
                                     : evidence_likelihood(evidence, 1.0 - trial->test.explained);
         }
@@ -93,21 +78,11 @@ static void note_smallest(const search_problem_t *problem, const candidate_t *tr
     }
 }
 
-/* Whether the effect grows with one of the numbers that are searched: then a probe of any size is as good a start. */
-static bool grows_with_a_number(const block_t *block) {
-    for (size_t p = 0; p < block->parameters; p++) {
-        if (candidate_proportional(block, p)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* How good a start it is for the refinement, which begins with the probe as it is: as good as the likelihood that it
  * has then, or a part of what it would have with its amplitude. */
 static double promise(const evidence_t *evidence, const candidate_t *trial) {
     const double a = trial->test.amplitude, part = 0.25 * trial->likelihood;
-    return grows_with_a_number(trial->block) || a == 0.0
+    return candidate_grows(trial->block) || a == 0.0
                ? trial->likelihood
                : fmax(part, evidence_likelihood(evidence, 1.0 - trial->test.explained * (2.0 * a - 1.0) / (a * a)));
 }
