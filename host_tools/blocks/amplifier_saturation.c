@@ -49,12 +49,14 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return true;
 }
 
+/* The high rail inside the drive's range, the low one; and both: a rail outside of the range has no derivative. */
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     static const double inside[] = {0.02, 0.1};
-    const double range = setting->drive_high_v - setting->drive_low_v;
-    value[LOW] = setting->drive_low_v - (index % 2 == 0 ? range : -inside[index / 2 % 2] * range);
-    value[HIGH] = setting->drive_high_v + (index % 2 == 1 ? range : -inside[index / 2 % 2] * range);
-    return index < 4;
+    const double range = setting->drive_high_v - setting->drive_low_v, by = inside[index / 2 % 2] * range;
+    const size_t which = index < 4 ? index % 2 : 2;
+    value[LOW] = setting->drive_low_v + (which == 0 ? -range : by);
+    value[HIGH] = setting->drive_high_v - (which == 1 ? -range : by);
+    return index < 4 || (setting->strong && index == 4);
 }
 
 static const probe_t looked_for = {

@@ -160,7 +160,7 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
 
 bool baseline_noise(const samples_t *samples, const model_t *model, const probe_setting_t *setting, noise_t *noise,
                     failure_t *failure) {
-    return noise_at_rest(samples, setting->line_hz, setting->lines, noise) ||
+    return noise_at_rest(samples, NULL, setting->line_hz, setting->lines, noise) ||
            noise_of_rich_model(samples, model, setting, noise, failure);
 }
 

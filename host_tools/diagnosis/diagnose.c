@@ -125,10 +125,7 @@ static size_t other_shapes(attempt_t *job, const model_t *chain, baseline_t shap
     }
     baseline_shapes(&d->samples, &d->noise, &job->setting, shape + 1, &rough, &shapes, &refusal);
     for (size_t i = 1; i <= shapes; i++) {
-        model_t model;
-        chain_with_hysteresis_of(&shape[i].model, chain, &model);
-        model_free(&shape[i].model);
-        shape[i].model = model;
+        baseline_put_into(&shape[i], chain);
     }
     baseline_free(&rough, 1);
     return 1 + shapes;
@@ -158,6 +155,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
             trials_of_others(&job, shape, shapes);
         }
         trial_without_the_first(&job);
+        trial_of_contest(&job, &shape[0].model);
         good = review_end(&job);
         put_given(diagnosis, &as_given);
         good = good && unseen_complete(&job) && review_delivered(&job);
@@ -194,6 +192,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
             trials_of_others(&job, baseline, shapes);
         }
         trial_without_the_first(&job);
+        trial_of_contest(&job, NULL);
         good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
     }
     review_close(&job);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/review.h"
 #include "belief/rivals.h"
+#include "diagnosis/contest.h"
 #include "diagnosis/delivered.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/findings.h"
@@ -88,6 +89,15 @@ static bool is_rival(const finding_t *finding, const block_t *block) {
     return false;
 }
 
+/* Whether a block in the finding's place, fitted together with the hysteresis, leaves about as little. Only a strong
+ * finding can tell. */
+static bool can_be(const attempt_t *job, const finding_t *finding, const model_t *left_out, const block_t *block) {
+    const diagnosis_t *d = job->diagnosis;
+    const bool strong = finding->held_out_after_percent < sqrt(contest_worth) * finding->held_out_before_percent;
+    return !strong || model_find(left_out, block->name) != NULL ||
+           contest_stands(&d->samples, &job->setting, &d->model, left_out, block);
+}
+
 /* Blocks that are worth as much in the finding's place, beside a hysteresis of any shape, are what it can be confused
  * with. Those that the chain has already are not. */
 static void add_rivals(attempt_t *job, finding_t *finding) {
@@ -104,13 +114,13 @@ static void add_rivals(attempt_t *job, finding_t *finding) {
         rivals_of(&fitted, &job->setting, finding->block, &rivals);
         fitted_chain_close(&fitted);
     }
-    model_free(&left_out);
-    model_free(&without);
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
-        if (!is_rival(finding, rivals.rival[r])) {
+        if (!is_rival(finding, rivals.rival[r]) && can_be(job, finding, &left_out, rivals.rival[r])) {
             finding->rival[finding->rivals++] = rivals.rival[r];
         }
     }
+    model_free(&left_out);
+    model_free(&without);
     if (finding->rivals == before) {
         return;
     }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/trials.h"
 #include "base/parallel.h"
+#include "diagnosis/contest.h"
 #include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include <math.h>
@@ -22,6 +23,8 @@ static const double better_plane = 0.99;
  * answer. */
 static const double worth_trying = 1.3;
 enum { PROMISE_ITERATIONS = 8 };
+/* What the held-out samples have beyond the noise, in parts of its square, that is worth a contest. */
+static const double worth_contest = 1.0;
 
 static bool shape_found(const diagnosis_t *d) {
     for (size_t i = 0; i < d->findings; i++) {
@@ -121,6 +124,13 @@ typedef struct {
     double *least;  /* of each shape */
     model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
 } promises_t;
+
+void baseline_put_into(baseline_t *shape, const model_t *chain) {
+    model_t model;
+    chain_with_hysteresis_of(&shape->model, chain, &model);
+    model_free(&shape->model);
+    shape->model = model;
+}
 
 void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model) {
     model_t other;
@@ -240,6 +250,82 @@ void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes)
     for (size_t shape = 0; shape < shapes; shape++) {
         model_free(&begin[shape]);
     }
+}
+
+/* With the winner's hysteresis, the block of it only known. The noise that a strong mode rings into the rests is none.
+ */
+static void begin_from_winner(trial_t *trial, const contest_winner_t *winner, double *known_value, model_t *begin) {
+    attempt_t *attempt = &trial->attempt;
+    const diagnosis_t *d = &trial->diagnosis;
+    failure_t refusal;
+    noise_t noise;
+    double *left = samples_column(&d->samples);
+    for (size_t p = 0; p < winner->block->parameters; p++) {
+        const parameter_t *parameter = &winner->model.block[winner->at].parameter[p];
+        known_value[p] = parameter->count > 0 ? parameter->value[0] : 0.0;
+    }
+    attempt->setting.known = winner->block;
+    attempt->setting.known_value = known_value;
+    model_copy(begin, &winner->model);
+    model_remove(begin, winner->at);
+    attempt->begin = begin;
+    if (d->noise.at_rest && !attempt->coarse && samples_simulate(&d->samples, &winner->model, left, &refusal)) {
+        samples_residual(&d->samples, left, left);
+        if (noise_at_rest(&d->samples, left, attempt->line_hz, attempt->setting.lines, &noise)) {
+            trial->diagnosis.noise = noise;
+        }
+    }
+    free(left);
+}
+
+/* The search from the winner's hysteresis, on the samples as the contest shared them out. */
+static void try_winner(attempt_t *job, const baseline_t *bank, const samples_t *shared,
+                       const contest_winner_t *winner) {
+    diagnosis_t *d = job->diagnosis;
+    trial_t trial;
+    model_t begin;
+    double known_value[BLOCK_MAX_PARAMETERS];
+    prepare(&trial, job, &bank->model, bank->family);
+    trial.diagnosis.samples = *shared;
+    begin_from_winner(&trial, winner, known_value, &begin);
+    if (try_shape(job, &trial)) {
+        const bool better = trial.diagnosis.held_out_percent < sqrt(contest_worth) * d->held_out_percent;
+        diagnosis_t worse = trial.diagnosis;
+        if (better) {
+            worse = *d;
+            *d = trial.diagnosis;
+            job->power = trial.attempt.power;
+        }
+        free(worse.samples.part);
+        diagnosis_free_models(&worse);
+    } else {
+        free(shared->part);
+    }
+    model_free(&begin);
+}
+
+void trial_of_contest(attempt_t *job, const model_t *chain) {
+    diagnosis_t *d = job->diagnosis;
+    baseline_t bank, rough;
+    contest_winner_t winner;
+    failure_t refusal;
+    if (!d->remainder.structured || !d->shape.fitted || d->shape.whole ||
+        attempt_excess(d, job->power.held) < worth_contest ||
+        !baseline_bank(d->recordings, d->samples.count, &bank, &rough, &refusal)) {
+        return;
+    }
+    if (chain != NULL) {
+        baseline_put_into(&bank, chain);
+    }
+    const samples_t shared = samples_share_ends(&d->samples);
+    if (contest(&shared, &job->setting, &d->model, &bank.model, &winner)) {
+        try_winner(job, &bank, &shared, &winner);
+        model_free(&winner.model);
+    } else {
+        free(shared.part);
+    }
+    baseline_free(&bank, 1);
+    baseline_free(&rough, 1);
 }
 
 bool trial_of_first(attempt_t *job, const baseline_t *from) {

@@ -15,6 +15,8 @@ bool trial_of_first(attempt_t *job, const baseline_t *first);
 bool trial_leaves_nothing(const attempt_t *job, const baseline_t *first);
 /** From those of the others that may do better. baseline[0] was the first one. */
 void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes);
+/** Puts a shape into a chain, in the place of its hysteresis. */
+void baseline_put_into(baseline_t *shape, const model_t *chain);
 /** A chain with the hysteresis of another one; to be freed. */
 void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model);
 
@@ -23,5 +25,12 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
  * to the whole answer, the search is made once more without the block that came first.
  */
 void trial_without_the_first(attempt_t *job);
+
+/**
+ * Where much more than noise is left, and no shape of hysteresis explains it, the search is made once more from the
+ * bank that is best beside one strong effect (contest.h), in this chain (NULL: alone). That answer stands if it leaves
+ * less than contest_worth of the power, held out.
+ */
+void trial_of_contest(attempt_t *job, const model_t *chain);
 
 #endif

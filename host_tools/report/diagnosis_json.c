@@ -82,16 +82,17 @@ static json_t *errors_to_json(double percent, double held_out_percent) {
                      json_number_or_null(held_out_percent));
 }
 
-static json_t *unseen_to_json(const unseen_t *unseen) {
+static json_t *unseen_to_json(const unseen_t *unseen, bool limits) {
     const block_t *block = unseen->block;
     json_t *parameter = json_null();
-    if (unseen->testable && unseen_has_parameter(unseen)) {
+    const bool has_limit = unseen->testable && limits;
+    if (has_limit && unseen_has_parameter(unseen)) {
         const parameter_info_t *info = &block->parameter[unseen->parameter];
         parameter = json_pack("{s:s, s:f, s:s}", "name", info->name, "value", fabs(unseen->value), "unit", info->unit);
     }
     return json_pack("{s:s, s:b, s:s?, s:o, s:o, s:s, s:o}", "block", block->name, "testable", (int)unseen->testable,
                      "reason", unseen->why, "smallest_um",
-                     unseen->testable ? json_number_or_null(unseen->smallest_um) : json_null(), "parameter", parameter,
+                     has_limit ? json_number_or_null(unseen->smallest_um) : json_null(), "parameter", parameter,
                      "separating_excitation", block->probe->excitation, "probe",
                      json_sprintf("hyst record --probe %s", block->name));
 }
@@ -102,7 +103,7 @@ static json_t *all_unseen_to_json(const diagnosis_t *diagnosis) {
     const size_t count = unseen_in_order(diagnosis, unseen, &testable);
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
-        json_array_append_new(list, unseen_to_json(unseen[i]));
+        json_array_append_new(list, unseen_to_json(unseen[i], unseen_has_limits(diagnosis)));
     }
     return list;
 }

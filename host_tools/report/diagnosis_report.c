@@ -290,6 +290,7 @@ static void write_unseen(const page_t *page) {
     const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
     size_t testable;
     const size_t count = unseen_in_order(page->diagnosis, unseen, &testable);
+    const bool limits = unseen_has_limits(page->diagnosis);
     if (count > 0) {
         fprintf(page->file, "<details>\n<summary>What would have been seen, and what was not testable</summary>\n<div "
                             "class=\"wide\"><table "
@@ -299,8 +300,10 @@ static void write_unseen(const page_t *page) {
     }
     for (size_t i = 0; i < count; i++) {
         char text[DIAGNOSIS_LINE] = "";
-        if (i < testable) {
+        if (i < testable && limits) {
             unseen_text(unseen[i], text);
+        } else if (i < testable) {
+            text_append(text, "no limit");
         } else {
             text_append(text, "not testable here: %s", unseen[i]->why);
         }
@@ -311,12 +314,12 @@ static void write_unseen(const page_t *page) {
         fprintf(page->file, "</td></tr>\n");
     }
     if (count > 0) {
-        const char *caveat = unseen_caveat(page->diagnosis);
-        fprintf(page->file,
-                "</tbody></table></div>\n<p class=\"note\">The size is that of the change of the position, by the "
-                "form of the block that shows best here (a time constant, a frequency). What is smaller would not have "
-                "been told from noise, or from a model that is not quite right.%s%s</p>\n</details>\n",
-                caveat != NULL ? " " : "", caveat != NULL ? caveat : "");
+        fprintf(
+            page->file, "</tbody></table></div>\n<p class=\"note\">%s</p>\n</details>\n",
+            limits ? "The size is that of the change of the position, by the form of the block that shows best here (a "
+                     "time constant, a frequency). What is smaller would not have been told from noise, or from a "
+                     "model that is not quite right."
+                   : "More than noise remains, and may hide effects of any size.");
     }
 }
 

@@ -413,10 +413,8 @@ void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
     }
 }
 
-const char *unseen_caveat(const diagnosis_t *d) {
-    return something_remains(d)
-               ? "These sizes follow from the noise alone: what remains may hide several times as much."
-               : NULL;
+bool unseen_has_limits(const diagnosis_t *d) {
+    return !something_remains(d);
 }
 
 const char *errors_caveat(const diagnosis_t *d) {
@@ -577,19 +575,18 @@ static void print_unseen(FILE *file, const diagnosis_t *d) {
     char text[DIAGNOSIS_LINE];
     size_t testable;
     const size_t count = unseen_in_order(d, unseen, &testable);
+    const bool limits = unseen_has_limits(d);
     if (count > 0) {
-        fprintf(file, "\nnot seen%s; sizes are those of the form of each block that shows best here\n",
-                d->findings > 0 ? ", beside what was found" : "");
+        fprintf(file, "\nnot seen%s%s\n", d->findings > 0 ? ", beside what was found" : "",
+                limits ? "; sizes are those of the form of each block that shows best here"
+                       : "; more than noise remains, and may hide effects of any size");
     }
-    for (size_t i = 0; i < testable; i++) {
+    for (size_t i = 0; limits && i < testable; i++) {
         unseen_text(unseen[i], text);
         fprintf(file, "   %-*s would have been seen from %s\n", NAME_WIDTH, unseen[i]->block->name, text);
     }
     for (size_t i = testable; i < count; i++) {
         fprintf(file, "   %-*s not testable here: %s\n", NAME_WIDTH, unseen[i]->block->name, unseen[i]->why);
-    }
-    if (testable > 0 && unseen_caveat(d) != NULL) {
-        fprintf(file, "   %s\n", unseen_caveat(d));
     }
     fprintf(file, "%s", count > 0 ? "\n" : "");
 }

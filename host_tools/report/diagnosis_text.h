@@ -62,8 +62,8 @@ size_t unseen_in_order(const diagnosis_t *diagnosis, const unseen_t *unseen[DIAG
 bool unseen_has_parameter(const unseen_t *unseen);
 /** "0.0021 um rms (gamma_per_decade = 0.0004)", of a testable block. */
 void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]);
-/** What these sizes do not account for, a sentence; NULL: nothing. */
-const char *unseen_caveat(const diagnosis_t *diagnosis);
+/** Whether these sizes mean anything: they follow from the noise alone, and where more remains it may hide as much. */
+bool unseen_has_limits(const diagnosis_t *diagnosis);
 
 /** Why errors are smaller than those of a simulation from the first sample on, a sentence; NULL: they are not. */
 const char *errors_caveat(const diagnosis_t *diagnosis);

@@ -122,7 +122,7 @@ static void test_coloured_noise_is_no_relation(void) {
             recording.column[COLUMN_DISPLACEMENT][k] += 4.0 * noise_um * n;
             n = memory * n + own * random_normal(&rng);
         }
-        TEST_ASSERT_TRUE(noise_at_rest(&diagnosis.samples, NULL, 0, &diagnosis.noise));
+        TEST_ASSERT_TRUE(noise_at_rest(&diagnosis.samples, NULL, NULL, 0, &diagnosis.noise));
         TEST_ASSERT_TRUE(measured_columns(&diagnosis, &measured, &failure));
         alarms += measured.column[0].before.relation == GOES_WITH_IT ? 1 : 0;
     }

@@ -97,7 +97,7 @@ static void test_noise_is_found_at_rest(void) {
         noise_t noise;
         fill_steps();
         add_noise(recording.column[COLUMN_DISPLACEMENT], SAMPLES, &truths[i]);
-        TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+        TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
         printf("memory %.2f: found %.3f, mix %.3f, sigma %.5f (%.5f), rms %.5f (%.5f), %zu samples\n", truths[i].memory,
                noise.filter.memory, noise.filter.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um,
                rms_um(&truths[i]), noise.samples);
@@ -117,9 +117,9 @@ static void test_drift_and_hum_are_no_noise(void) {
         const double t = (double)k / rate_hz;
         x[k] += 0.5 * t * t - t + 0.05 * sin(2.0 * M_PI * hum_hz * t + 1.0);
     }
-    TEST_ASSERT_TRUE(noise_at_rest(&samples, &hum_hz, 1, &noise));
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, &hum_hz, 1, &noise));
     expect(&noise, &truths[1], REST - REST / 3.0);
-    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise)); /* it is the line that makes the difference */
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &noise)); /* it is the line that makes the difference */
     TEST_ASSERT_TRUE(noise.rms_um > 2.0 * rms_um(&truths[1]));
 }
 
@@ -130,7 +130,7 @@ static void test_one_disturbed_rest_is_left_out(void) {
     for (size_t k = 4 * PERIOD; k < 5 * PERIOD; k++) {
         x[k] += k % 7 == 0 ? 0.2 : 0.0;
     }
-    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
     expect(&noise, &truths[1], REST - REST / 3.0);
 }
 
@@ -139,12 +139,12 @@ static void test_motion_is_no_noise(void) {
     double *x = recording.column[COLUMN_DISPLACEMENT];
     noise_t noise, other;
     add_noise(x, SAMPLES, &truths[1]);
-    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
     for (size_t k = 0; k < SAMPLES; k++) {
         const size_t moved = k % PERIOD; /* 0: the drive is still where it rested */
         x[k] += moved > 0 && moved < PERIOD - REST ? 3.0 * random_normal(&rng) : 0.0;
     }
-    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &other));
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &other));
     TEST_ASSERT_EQUAL_DOUBLE(noise.sigma_um, other.sigma_um);
     TEST_ASSERT_EQUAL_DOUBLE(noise.rms_um, other.rms_um);
 }
@@ -154,19 +154,19 @@ static void test_without_rest_there_is_none(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
         recording.column[COLUMN_DRIVE][k] = 50.0 + 50.0 * sin(0.05 * (double)k);
     }
-    TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, 0, &noise));
+    TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
     fill_steps(); /* two rests: too few samples */
     for (size_t k = 1000; k < SAMPLES; k++) {
         recording.column[COLUMN_DRIVE][k] = (double)(k % 100);
     }
-    TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, 0, &noise));
+    TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
 }
 
 /* Readings that do not move at all: the size of their noise is not known, but a filter and divisors are needed. */
 static void test_constant_readings(void) {
     noise_t noise;
     double *column = samples_column(&samples), *white = samples_column(&samples);
-    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+    TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
     TEST_ASSERT_TRUE(isfinite(noise.sigma_um) && noise.sigma_um > 0.0 && noise.sigma_um < 1e-5);
     TEST_ASSERT_TRUE(isfinite(noise.rms_um) && noise.rms_um > 0.0 && fabs(noise.filter.memory) < 1.0);
     noise_of(&samples, NULL, column, &noise);
@@ -224,7 +224,7 @@ static void test_slow_noise_in_short_rests(void) {
         noise_t noise;
         fill_steps();
         add_noise(recording.column[COLUMN_DISPLACEMENT], SAMPLES, &truth);
-        TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, 0, &noise));
+        TEST_ASSERT_TRUE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
         add_ratio(&ratios, noise.rms_um / truth.own_um);
     }
     expect_size("slow noise in rests", &ratios, 0.25);

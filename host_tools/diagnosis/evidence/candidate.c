@@ -35,10 +35,14 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
 }
 
 bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
+    const bool known = block == setting->known;
     for (size_t p = 0; p < block->parameters; p++) {
-        value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
+        value[p] = known                          ? setting->known_value[p]
+                   : block->parameter[p].optional ? block->parameter[p].default_value
+                                                  : 0.0;
     }
-    return block->probe->probe(setting, index, value);
+    return known ? index == 0 || block->probe->probe(setting, index - 1, value)
+                 : block->probe->probe(setting, index, value);
 }
 
 bool candidate_proportional(const block_t *block, size_t parameter) {

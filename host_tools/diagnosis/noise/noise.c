@@ -158,34 +158,35 @@ static void restrict_rests(const runs_t *runs, noise_t *noise) {
     free(explained);
 }
 
-static void add_run(runs_t *runs, const recording_t *recording, size_t from, size_t to, const double *line_hz,
+static void add_run(runs_t *runs, const double *readings, double rate_hz, size_t from, size_t to, const double *line_hz,
                     size_t lines) {
-    const double rate_hz = recording->sample_rate_hz, length = (double)(to - from);
+    const double length = (double)(to - from);
     const size_t settled = from + (size_t)fmin(settling_s * rate_hz, settling_part * length);
     if (length < shortest_s * rate_hz || to - settled < LEAST_RUN + 4 * lines || runs->runs == MOST_RUNS) {
         return;
     }
     double *x = allocate(to - settled, sizeof(double));
-    memcpy(x, recording->column[COLUMN_DISPLACEMENT] + settled, (to - settled) * sizeof(double));
+    memcpy(x, readings + settled, (to - settled) * sizeof(double));
     trends(to - settled, rate_hz, (double)settled / rate_hz, line_hz, lines, &runs->trends[runs->runs]);
     basis_project(&runs->trends[runs->runs], x, 1);
     runs->begin[runs->runs] = x;
     runs->length[runs->runs++] = to - settled;
 }
 
-bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines, noise_t *noise) {
+bool noise_at_rest(const samples_t *samples, const double *left, const double *line_hz, size_t lines, noise_t *noise) {
     runs_t *runs = allocate(1, sizeof *runs);
     size_t total = 0;
     *noise = (noise_t){.at_rest = true};
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *recording = &samples->recordings[i];
         const double *drive = recording->column[COLUMN_DRIVE];
+        const double *readings = left != NULL ? left + samples->begin[i] : recording->column[COLUMN_DISPLACEMENT];
         double range[2];
         size_t from = samples->from[i];
         values_range(drive, recording->samples, range);
         for (size_t k = from + 1; k <= recording->samples; k++) {
             if (k == recording->samples || fabs(drive[k] - drive[from]) > still * (range[1] - range[0])) {
-                add_run(runs, recording, from, k, line_hz, lines);
+                add_run(runs, readings, recording->sample_rate_hz, from, k, line_hz, lines);
                 from = k;
             }
         }

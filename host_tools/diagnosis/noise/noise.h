@@ -21,8 +21,9 @@ typedef struct {
 /**
  * From what the readings do while the drive rests (longer than a twentieth of a second, less the first tenth of a
  * second or a third of it, less a parabola and the lines at these frequencies). false: there is not enough rest.
+ * left: what a model leaves of the readings, a column, in their place; NULL: themselves.
  */
-bool noise_at_rest(const samples_t *samples, const double *line_hz, size_t lines, noise_t *noise);
+bool noise_at_rest(const samples_t *samples, const double *left, const double *line_hz, size_t lines, noise_t *noise);
 
 /** From what a rich model has left of the residual: a column. explained: the model's columns (or NULL), which took
  * their part of the noise, too; of a slow noise most of it. */

@@ -23,12 +23,17 @@ static bool held_out(size_t samples, size_t sample, size_t which) {
     return sample * SAMPLES_TIME_BLOCKS / samples % EVERY == which;
 }
 
+/* Near one end of the range (0: the low one). */
+static bool near_end(double drive_v, size_t end, const double range[2]) {
+    return fabs(drive_v - range[end]) <= rails_show * (range[1] - range[0]);
+}
+
 /* How evenly the samples near one end of the range (0: the low one) fall to both parts: 1, or less. */
 static double evenness(const recording_t *recording, size_t from, size_t which, size_t end, const double range[2]) {
-    const double *drive = recording->column[COLUMN_DRIVE], near_v = rails_show * (range[1] - range[0]);
+    const double *drive = recording->column[COLUMN_DRIVE];
     double held = 0.0, all = 0.0;
     for (size_t k = from; k < recording->samples; k++) {
-        if (fabs(drive[k] - range[end]) <= near_v) {
+        if (near_end(drive[k], end, range)) {
             held += held_out(recording->samples, k, which) ? 1.0 : 0.0;
             all += 1.0;
         }
@@ -117,6 +122,39 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
         }
     }
     return true;
+}
+
+static void share_end(samples_t *samples, size_t i, size_t end, const double range[2]) {
+    const double *drive = samples->recordings[i].column[COLUMN_DRIVE];
+    unsigned char *part = samples->part + samples->begin[i];
+    size_t there = 0, seen = 0;
+    for (size_t k = 0; k < samples->recordings[i].samples; k++) {
+        there += part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range) ? 1 : 0;
+    }
+    for (size_t k = 0; k < samples->recordings[i].samples; k++) {
+        if (part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range)) {
+            part[k] = held_out(there, seen++, USUALLY) ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
+        }
+    }
+}
+
+samples_t samples_share_ends(const samples_t *samples) {
+    samples_t shared = *samples;
+    shared.part = allocate(samples->all, 1);
+    memcpy(shared.part, samples->part, samples->all);
+    for (size_t i = 0; i < samples->count; i++) {
+        const size_t from = samples->from[i] + SAMPLES_SKIPPED;
+        double range[2];
+        values_range(samples->recordings[i].column[COLUMN_DRIVE] + from, samples->recordings[i].samples - from, range);
+        share_end(&shared, i, 0, range);
+        share_end(&shared, i, 1, range);
+    }
+    shared.fitted = shared.held = 0;
+    for (size_t k = 0; k < shared.all; k++) {
+        shared.fitted += shared.part[k] == SAMPLE_FITTED ? 1 : 0;
+        shared.held += shared.part[k] == SAMPLE_HELD_OUT ? 1 : 0;
+    }
+    return shared;
 }
 
 void samples_close(samples_t *samples) {

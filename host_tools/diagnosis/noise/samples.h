@@ -40,6 +40,9 @@ typedef enum { SAMPLE_LEFT_OUT, SAMPLE_FITTED, SAMPLE_HELD_OUT } samples_part_t;
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
                   failure_t *failure);
 void samples_close(samples_t *samples);
+/** The same samples, shared out so that both parts were near both ends of the drive's range: what is near an end counts
+ * in 36 blocks by itself. Their `part` is to be freed; all else is that of `samples`. */
+samples_t samples_share_ends(const samples_t *samples);
 
 /** Room for a column, zeroed. */
 double *samples_column(const samples_t *samples);

@@ -203,17 +203,18 @@ static void test_images_that_make_no_sense_change_nothing(void) {
     expect_parameters_refused(&bad, HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE);
 }
 
-/* Captures the drive, sample by sample, from now on; in between pushes `next` unless it is NULL. */
-static void capture_drive(const hyst_parameters_t *next, int16_t drive[CAPTURE_CAPACITY]) {
+/* Captures the drive, sample by sample, from now on; in between pushes `next` unless it is NULL. false: the emulated
+ * time of the capture was over before the host had pushed it. */
+static bool capture_drive(const hyst_parameters_t *next, int16_t drive[CAPTURE_CAPACITY]) {
     static uint16_t frames[CAPTURE_CAPACITY * CAPTURE_FRAME_REGISTERS];
+    bool in_time = true;
     must(device_write(device, INDEX_capture_decimation, 1, &failure));
     must(device_write(device, INDEX_capture_length, CAPTURE_CAPACITY, &failure));
     must(device_write(device, INDEX_capture_trigger, CAPTURE_AT_ONCE, &failure));
     must(device_command(device, COMMAND_ARM_CAPTURE, &failure));
     if (next != NULL) {
         must(amplifier_image_write(device, next, &failure));
-        TEST_ASSERT_EQUAL_INT64_MESSAGE(CAPTURE_RUNNING, value_of(INDEX_capture_state),
-                                        "the capture was over before the change");
+        in_time = value_of(INDEX_capture_state) == CAPTURE_RUNNING;
     }
     const double until_s = monotonic_s() + 60.0;
     while (value_of(INDEX_capture_state) != CAPTURE_DONE && monotonic_s() < until_s) {
@@ -223,6 +224,7 @@ static void capture_drive(const hyst_parameters_t *next, int16_t drive[CAPTURE_C
     for (size_t i = 0; i < CAPTURE_CAPACITY; i++) {
         drive[i] = (int16_t)frames[CAPTURE_FRAME_REGISTERS * i + 1];
     }
+    return in_time;
 }
 
 static int largest_step(const int16_t drive[CAPTURE_CAPACITY]) {
@@ -245,7 +247,10 @@ static void test_a_swap_under_motion_makes_no_bump(void) {
     const int slew = (int)((other.transition_slew >> 16) + 1);
     capture_drive(NULL, drive);
     const int motion_before = largest_step(drive);
-    capture_drive(&other, drive);
+    for (int tries = 1; !capture_drive(&other, drive); tries++) { /* a machine that is busy with other things */
+        TEST_ASSERT_TRUE_MESSAGE(tries < 5, "the capture was over before the change, five times");
+        must(amplifier_image_write(device, &good, &failure));
+    }
     const int with_swap = largest_step(drive);
     int distance = 0; /* between the same phase of the motion before and after */
     for (size_t i = 0; i + PERIOD < CAPTURE_CAPACITY; i++) {

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Blocks against each other where one effect is so strong that no hysteresis fits without it.
+ *
+ * The search proper (search_round.h) asks what is missing beside a hysteresis that was fitted first. Rails that cut off
+ * a tenth of the stroke, or a mode inside the band, are then partly in that hysteresis, and what is left looks like no
+ * block. So here each block, from each of its probes, is fitted together with the hysteresis of a chain. Residuals
+ * count as they are: what a model leaves says nothing about the noise then.
+ */
+#ifndef CONTEST_H
+#define CONTEST_H
+
+#include "chain/probe.h"
+#include "diagnosis/noise/samples.h"
+
+/** What leaves least. */
+typedef struct {
+    const block_t *block;
+    model_t model; /**< the chain with the block, at index `at`, fitted together */
+    size_t at;
+} contest_winner_t;
+
+/** Among all blocks that the chain does not have. false: none leaves less than contest_worth of the standing model's
+ * power, or one that is itself a shape leaves the least. The winner's model is to be freed. */
+bool contest(const samples_t *samples, const probe_setting_t *setting, const model_t *standing, const model_t *chain,
+             contest_winner_t *winner);
+
+/** Whether this block in the chain leaves no more than the standing model's power over contest_worth. */
+bool contest_stands(const samples_t *samples, const probe_setting_t *setting, const model_t *standing,
+                    const model_t *chain, const block_t *block);
+
+/** The part of a standing model's power that a winner may leave, and, held out, the answer that it leads to. Higher:
+ * curves of a hysteresis win. Lower: an effect that is half of what is missing beside others does not. */
+extern const double contest_worth;
+
+#endif
