@@ -8,7 +8,7 @@ static struct {
     volatile capture_state_t state;
     volatile uint16_t frames;
     uint32_t width;          /* registers of a frame */
-    uint32_t place, end;     /* where the next frame goes, and where the buffer ends; multiples of the width */
+    uint16_t *next, *end;    /* where the next frame goes, and where the last one that fits into the buffer ends */
     volatile uint32_t first; /* where frame 0 is */
     uint32_t history;        /* frames since it was armed, at most `most_history` */
     uint32_t most_history;
@@ -49,8 +49,9 @@ void capture_arm(const capture_settings_t *settings) {
     capture.settings = *settings;
     capture.frames = 0;
     capture.width = width_of(settings->signals);
-    capture.end = capture_capacity(settings->signals) * capture.width;
-    capture.place = capture.first = 0;
+    capture.end = buffer + capture_capacity(settings->signals) * capture.width;
+    capture.next = buffer;
+    capture.first = 0;
     capture.keeping = before > 0 || settings->trigger == CAPTURE_AT_LEVEL;
     capture.history = 0;
     /* The frame that crosses a level is known only when it is there, and is no history. */
@@ -78,7 +79,8 @@ void capture_event(capture_trigger_t event) {
 /* From here on frames count; those of the history come first. */
 static void begin(void) {
     const uint32_t back = capture.history * capture.width;
-    capture.first = capture.place >= back ? capture.place - back : capture.place + capture.end - back;
+    const uint32_t place = (uint32_t)(capture.next - buffer);
+    capture.first = place >= back ? place - back : place + (uint32_t)(capture.end - buffer) - back;
     capture.frames = (uint16_t)capture.history;
     capture.state = capture.history < capture.settings.length ? CAPTURE_RUNNING : CAPTURE_DONE;
 }
@@ -108,7 +110,7 @@ uint16_t *capture_due(uint16_t *signals) {
     }
     capture.passed = 0;
     *signals = capture.settings.signals;
-    return &buffer[capture.place];
+    return capture.next;
 }
 
 /* A frame that came while armed. */
@@ -125,12 +127,11 @@ static void remember(int16_t first_signal) {
     }
 }
 
-void capture_taken(void) {
-    const int16_t first_signal = (int16_t)buffer[capture.place];
-    const uint32_t next = capture.place + capture.width;
-    capture.place = next == capture.end ? 0 : next;
+void capture_taken(uint16_t *end) {
+    const uint16_t *frame = capture.next;
+    capture.next = end == capture.end ? buffer : end;
     if (capture.state == CAPTURE_ARMED) {
-        remember(first_signal);
+        remember((int16_t)*frame);
         return;
     }
     const uint16_t now = (uint16_t)(capture.frames + 1U);

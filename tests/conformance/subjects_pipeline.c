@@ -259,8 +259,9 @@ void subject_compensator_families(digest_t *digest, generator_t *generator) {
     }
 }
 
-/* Limits that move along with the drive, as the loop's do: in most samples the drive that is applied is not the one that
- * was found, and the memory has to follow it all the same. In every other pass with filters that ring and saturate. */
+/* Limits that move along with the drive, as the loop's do: in most samples the drive that is applied is not the one
+ * that was found, and the memory has to follow it all the same. In every other pass with filters that ring and
+ * saturate. */
 void subject_compensator_windows(digest_t *digest, generator_t *generator) {
     for (unsigned pass = 0; pass < 60; pass++) {
         any_family(generator, &p[0]);
@@ -281,8 +282,8 @@ void subject_compensator_windows(digest_t *digest, generator_t *generator) {
             compensator[0].drive_high = up < high ? up : high;
             reference = next_reversal(generator, reference);
             unsigned events = 0;
-            digest_add_signed(digest, hyst_compensator_step(&compensator[0], &running, HYST_MODE_COMPENSATE, reference,
-                                                            &events));
+            digest_add_signed(
+                digest, hyst_compensator_step(&compensator[0], &running, HYST_MODE_COMPENSATE, reference, &events));
             digest_add(digest, events);
             digest_add_wide(digest, running.transition);
             digest_add_signed(digest,

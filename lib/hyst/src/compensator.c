@@ -187,8 +187,8 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
     return drive;
 }
 
-bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
-                            hyst_compensator_state_t *state) {
+__attribute__((noinline)) bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
+                                                      hyst_compensator_state_t *state) {
     const uint32_t next = 1U - state->memory_in_use;
     hyst_hysteresis_state_t *memory = &state->memory[next];
     if (!hyst_hysteresis_carry(&from->hysteresis, hyst_compensator_memory(state), &to->hysteresis, memory,
