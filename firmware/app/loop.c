@@ -11,12 +11,9 @@
 #define HISTORY 128U
 _Static_assert(HISTORY > BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX, "history covers the longest delay");
 
-/* 16 bytes: an index of it is a shift. */
 typedef struct {
     hyst_q31_t reference;
     hyst_q31_t drive;
-    uint32_t drive_code;
-    uint32_t padding;
 } past_t;
 
 /*
@@ -53,9 +50,6 @@ enum { SLEW_LIMITED = LIMIT_SLEW, MEMORY_LOST = LIMIT_MEMORY };
 _Static_assert((int)HYST_STEP_DRIVE_LIMITED == (int)LIMIT_DRIVE, "an event is its limit");
 _Static_assert((int)HYST_STEP_UNREACHABLE == (int)LIMIT_UNREACHABLE, "an event is its limit");
 _Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event is its limit");
-
-/* What a sample does only now and then. Apart, it takes no registers from what all samples do. */
-#define NOW_AND_THEN __attribute__((noinline))
 
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
 #define TRIPS ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT))
@@ -131,7 +125,6 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     for (unsigned i = 0; i < HISTORY; i++) {
         loop.past[i].reference = 0;
         loop.past[i].drive = park;
-        loop.past[i].drive_code = (uint16_t)to_code(park, board_info.drive_bits);
     }
     loop.standing_faults = faults;
     power_init(&loop.power);
@@ -186,12 +179,12 @@ static bool moving(void) {
 }
 
 /* The faults of this sample that trip. */
-static uint32_t tripping(const loop_input_t *input) {
-    uint32_t faults = input->supply_low ? FAULT_SUPPLY : 0U;
+static uint32_t tripping(bool supply_low, bool overrun) {
+    uint32_t faults = supply_low ? FAULT_SUPPLY : 0U;
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
-    loop.overruns_in_a_row = input->overrun ? loop.overruns_in_a_row + 1U : 0;
+    loop.overruns_in_a_row = overrun ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;
@@ -205,9 +198,9 @@ static uint32_t tripping(const loop_input_t *input) {
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
-static void protect(const loop_input_t *input) {
+static void protect(bool supply_low, bool overrun) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
-    const uint32_t faults = tripping(input);
+    const uint32_t faults = tripping(supply_low, overrun);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         park();
         if (loop.power.state != POWER_FAULT) {
@@ -332,24 +325,23 @@ static bool steady(void) {
 }
 
 /* The beginning of such a sample. */
-static NOW_AND_THEN void look_at_everything(loop_input_t input) {
-    protect(&input);
+static HYST_APART void look_at_everything(bool supply_low, bool overrun) {
+    protect(supply_low, overrun);
     adopt_pending();
 }
 
 /* The end of it, or of one in which a source ended: faults and states, of this sample. */
-static NOW_AND_THEN void show_everything(loop_input_t input, hyst_mode_t mode) {
+static HYST_APART void show_everything(bool supply_low, bool overrun, bool converter_timeout, hyst_mode_t mode) {
     telemetry_t *t = &loop.telemetry;
     t->active_mode = mode;
     t->state = state_of(mode);
     t->amplifier_state = amplifier_state();
     t->trip_cause = first_of(loop.power.cause);
     loop.playing = loop.source.playing;
-    count(&t->overruns, input.overrun);
-    count(&t->converter_timeouts, input.converter_timeout);
-    const uint32_t faults = loop.standing_faults | (input.supply_low ? FAULT_SUPPLY : 0U) |
-                            (input.overrun ? FAULT_OVERRUN : 0U) |
-                            (input.converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U);
+    count(&t->overruns, overrun);
+    count(&t->converter_timeouts, converter_timeout);
+    const uint32_t faults = loop.standing_faults | (supply_low ? FAULT_SUPPLY : 0U) | (overrun ? FAULT_OVERRUN : 0U) |
+                            (converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U);
     if (faults != t->faults_live) {
         note_faults(faults);
     }
@@ -394,13 +386,13 @@ static uint16_t *further_signals(uint16_t *to, uint16_t signals) {
 }
 
 /* The chosen ones of all signals. */
-static NOW_AND_THEN uint16_t *chosen_signals(uint16_t *to, uint16_t signals, uint16_t position_code) {
+static HYST_APART uint16_t *chosen_signals(uint16_t *to, uint16_t signals, uint16_t position_code) {
     const telemetry_t *t = &loop.telemetry;
     if ((signals & CAPTURE_REFERENCE) != 0) {
         *to++ = (uint16_t)to_code(t->reference, 16);
     }
     if ((signals & CAPTURE_DRIVE) != 0) {
-        *to++ = (uint16_t)loop.past[(t->sequence - board_info.latency_samples) % HISTORY].drive_code;
+        *to++ = (uint16_t)to_code(t->drive, board_info.drive_bits);
     }
     if ((signals & CAPTURE_POSITION) != 0) {
         *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);
@@ -415,7 +407,7 @@ static inline void capture_aligned(uint16_t position_code) {
     if (to != NULL) {
         if (signals == CAPTURE_DEFAULT_SIGNALS) { /* as below, in a quarter of the instructions */
             *to++ = (uint16_t)to_code(t->reference, 16);
-            *to++ = (uint16_t)loop.past[(t->sequence - board_info.latency_samples) % HISTORY].drive_code;
+            *to++ = (uint16_t)to_code(t->drive, board_info.drive_bits);
             *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);
         } else {
             to = chosen_signals(to, signals, position_code);
@@ -474,11 +466,11 @@ uint16_t loop_sample(const loop_input_t *input) {
     if (loop.cost > t->cost_max) {
         t->cost_max = loop.cost;
     }
-    const bool eventful = input->converter_timeout || input->overrun || input->supply_low;
+    const bool eventful = (input->converter_timeout | input->overrun | input->supply_low) != 0;
     const uint32_t silence = loop.silence + 1U;
     const bool attend = loop.attend || eventful || loop.current > loop.current_limit || silence > loop.timeout;
     if (attend) {
-        look_at_everything(*input);
+        look_at_everything(input->supply_low, input->overrun);
     } else {
         loop.silence = silence; /* a steady sample is one in motion */
     }
@@ -497,10 +489,9 @@ uint16_t loop_sample(const loop_input_t *input) {
     past_t *now = &loop.past[t->sequence % HISTORY];
     now->reference = reference;
     now->drive = drive;
-    now->drive_code = code;
     account(position_code, events);
     if (attend || loop.source.playing != loop.playing) {
-        show_everything(*input, mode);
+        show_everything(input->supply_low, input->overrun, input->converter_timeout, mode);
     }
     watch_model(eventful, events, mode);
     watch_hardware(position_code, before, drive);
