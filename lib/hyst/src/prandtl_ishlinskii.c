@@ -143,7 +143,7 @@ static inline int32_t half_difference(int32_t a, int32_t b) {
 
 /* The drive's past. */
 static inline void remember(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
-    if (model->beta > 0) {
+    if (model->beta != 0) {
         /* Step in Q30, |step| <= 2^31. Two products of at most 2^31 * 2^30. */
         int64_t change = HYST_Q30_ONE / 2; /* half a unit: rounds to nearest */
         change += hyst_product(half_difference(drive, state->drive), model->rate_gain);
