@@ -17,4 +17,5 @@ set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 # The core takes instructions one by one, in order: moving them apart, before registers are handed out (schedule-insns,
 # tree-pre) or after (schedule-insns2), earns it nothing, and costs what has to be put on the stack. Compiled as a whole
 # (flto), a sample has no calls where something is called from one place alone. docs/TIMING.md.
-add_compile_options(-fno-schedule-insns -fno-schedule-insns2 -fno-tree-pre -flto -flto-partition=one)
+add_compile_options(-fno-schedule-insns -fno-schedule-insns2 -fno-tree-pre -flto)
+add_link_options(-flto -flto-partition=one)
