@@ -5,18 +5,18 @@ static uint16_t buffer[CAPTURE_WORDS];
 
 static struct {
     capture_settings_t settings;
-    volatile capture_state_t state;
-    volatile uint16_t frames;
-    uint32_t width;          /* registers of a frame */
-    uint32_t place, end;     /* where the next frame goes, and where the buffer ends; multiples of the width */
-    volatile uint32_t first; /* where frame 0 is */
-    uint32_t history;        /* frames since it was armed, at most `most_history` */
+    capture_state_t state;
+    uint32_t frames;
+    uint32_t width;       /* registers of a frame */
+    uint16_t *next, *end; /* where the next frame goes, and where the last one that fits into the buffer ends */
+    uint32_t first;       /* where frame 0 is */
+    uint32_t history;     /* frames since it was armed, at most `most_history` */
     uint32_t most_history;
     bool keeping; /* frames are kept while armed */
     bool triggered;
-    bool below;      /* the last frame's first signal was below the level */
-    uint32_t delay;  /* samples to let pass after the trigger */
-    uint16_t passed; /* samples since the last frame */
+    bool below;     /* the last frame's first signal was below the level */
+    uint32_t delay; /* samples to let pass after the trigger */
+    uint32_t left;  /* samples until the next frame */
 } capture;
 
 static uint32_t width_of(uint16_t signals) {
@@ -49,8 +49,9 @@ void capture_arm(const capture_settings_t *settings) {
     capture.settings = *settings;
     capture.frames = 0;
     capture.width = width_of(settings->signals);
-    capture.end = capture_capacity(settings->signals) * capture.width;
-    capture.place = capture.first = 0;
+    capture.end = buffer + capture_capacity(settings->signals) * capture.width;
+    capture.next = buffer;
+    capture.first = 0;
     capture.keeping = before > 0 || settings->trigger == CAPTURE_AT_LEVEL;
     capture.history = 0;
     /* The frame that crosses a level is known only when it is there, and is no history. */
@@ -58,7 +59,7 @@ void capture_arm(const capture_settings_t *settings) {
     capture.below = false;
     capture.triggered = settings->trigger == CAPTURE_AT_ONCE;
     capture.delay = 0;
-    capture.passed = (uint16_t)(settings->decimation - 1U); /* the first sample is a frame */
+    capture.left = 1; /* the first sample is a frame */
     capture.state = CAPTURE_ARMED;
 }
 
@@ -78,8 +79,9 @@ void capture_event(capture_trigger_t event) {
 /* From here on frames count; those of the history come first. */
 static void begin(void) {
     const uint32_t back = capture.history * capture.width;
-    capture.first = capture.place >= back ? capture.place - back : capture.place + capture.end - back;
-    capture.frames = (uint16_t)capture.history;
+    const uint32_t place = (uint32_t)(capture.next - buffer);
+    capture.first = place >= back ? place - back : place + (uint32_t)(capture.end - buffer) - back;
+    capture.frames = capture.history;
     capture.state = capture.history < capture.settings.length ? CAPTURE_RUNNING : CAPTURE_DONE;
 }
 
@@ -101,14 +103,13 @@ uint16_t *capture_due(uint16_t *signals) {
     if (state != CAPTURE_RUNNING && (state != CAPTURE_ARMED || !waits_with_frames())) {
         return NULL;
     }
-    const uint16_t passed = (uint16_t)(capture.passed + 1U);
-    if (passed != capture.settings.decimation) {
-        capture.passed = passed;
+    capture.left--;
+    if (capture.left != 0) {
         return NULL;
     }
-    capture.passed = 0;
+    capture.left = capture.settings.decimation;
     *signals = capture.settings.signals;
-    return &buffer[capture.place];
+    return capture.next;
 }
 
 /* A frame that came while armed. */
@@ -125,35 +126,34 @@ static void remember(int16_t first_signal) {
     }
 }
 
-void capture_taken(void) {
-    const int16_t first_signal = (int16_t)buffer[capture.place];
-    const uint32_t next = capture.place + capture.width;
-    capture.place = next == capture.end ? 0 : next;
+void capture_taken(uint16_t *end) {
+    const uint16_t *frame = capture.next;
+    capture.next = end == capture.end ? buffer : end;
     if (capture.state == CAPTURE_ARMED) {
-        remember(first_signal);
+        remember((int16_t)*frame);
         return;
     }
-    const uint16_t now = (uint16_t)(capture.frames + 1U);
-    capture.frames = now;
-    if (now == capture.settings.length) {
+    capture.frames++;
+    if (capture.frames == capture.settings.length) {
         capture.state = CAPTURE_DONE;
     }
 }
 
 capture_state_t capture_state(void) {
-    return capture.state;
+    return *(volatile capture_state_t *)&capture.state; /* one word or byte: read whole, and again each time */
 }
 
 uint16_t capture_frames(void) {
-    return capture.frames;
+    return (uint16_t) * (volatile uint32_t *)&capture.frames;
 }
 
 uint16_t capture_first(void) {
-    return (uint16_t)(capture.first / capture.width);
+    return (uint16_t)(*(volatile uint32_t *)&capture.first / capture.width);
 }
 
 bool capture_readable(void) {
-    const bool filling = capture.state == CAPTURE_ARMED || capture.state == CAPTURE_RUNNING;
+    const capture_state_t state = capture_state();
+    const bool filling = state == CAPTURE_ARMED || state == CAPTURE_RUNNING;
     return !filling || capture.settings.length > capture_capacity(capture.settings.signals);
 }
 

@@ -81,9 +81,9 @@ void capture_source_started(uint32_t delay);
 void capture_event(capture_trigger_t event);
 
 /** Sample interrupt, each sample: where this sample's frame goes, or NULL when there is none. What was written there is
- * completed with capture_taken. Constant time. */
+ * completed with capture_taken, which wants to know where the frame ends. Constant time. */
 uint16_t *capture_due(uint16_t *signals);
-void capture_taken(void);
+void capture_taken(uint16_t *end);
 
 /** Any context. */
 capture_state_t capture_state(void);

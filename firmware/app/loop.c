@@ -11,12 +11,9 @@
 #define HISTORY 128U
 _Static_assert(HISTORY > BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX, "history covers the longest delay");
 
-/* 16 bytes: an index of it is a shift. */
 typedef struct {
     hyst_q31_t reference;
     hyst_q31_t drive;
-    uint32_t drive_code;
-    uint32_t padding;
 } past_t;
 
 /*
@@ -26,6 +23,7 @@ typedef struct {
 static struct {
     loop_parameters_t *active;
     loop_parameters_t *_Atomic pending;
+    bool attend; /* something changed: the next sample looks at everything again */
     hyst_mode_t mode;
     source_t source;
     conditioning_t conditioning;
@@ -37,7 +35,7 @@ static struct {
     uint32_t overruns_in_a_row;
     uint32_t silence, timeout; /* samples since a master was heard, and more than how many trip */
     uint32_t cost;             /* of the last sample; telemetry gets it with the next */
-    uint32_t condition;        /* what telemetry's states were made of */
+    bool playing;              /* as telemetry's states have it */
     uint32_t unsettled;        /* samples until the model is watched again */
     uint32_t current;          /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
     uint32_t current_limit;    /* the same; UINT32_MAX is none */
@@ -47,8 +45,11 @@ static struct {
     hyst_compensator_state_t compensator; /* last: it is large, and what is near the start is cheaper to get at */
 } loop;
 
-/* More events beside the HYST_STEP_ ones. */
-enum { SLEW_LIMITED = 0x100, MEMORY_LOST = 0x200 };
+/* More events beside the HYST_STEP_ ones. All are the bits of limits_live. */
+enum { SLEW_LIMITED = LIMIT_SLEW, MEMORY_LOST = LIMIT_MEMORY };
+_Static_assert((int)HYST_STEP_DRIVE_LIMITED == (int)LIMIT_DRIVE, "an event is its limit");
+_Static_assert((int)HYST_STEP_UNREACHABLE == (int)LIMIT_UNREACHABLE, "an event is its limit");
+_Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event is its limit");
 
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
 #define TRIPS ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT))
@@ -81,11 +82,6 @@ static void count(uint32_t *counter, bool happened) {
     if (happened) {
         count_one(counter);
     }
-}
-
-/* Nothing in the input but a position. */
-static inline bool uneventful(const loop_input_t *input) {
-    return !(input->converter_timeout || input->overrun || input->supply_low);
 }
 
 /* One converter range, 2^32, per second. */
@@ -129,7 +125,6 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     for (unsigned i = 0; i < HISTORY; i++) {
         loop.past[i].reference = 0;
         loop.past[i].drive = park;
-        loop.past[i].drive_code = (uint16_t)to_code(park, board_info.drive_bits);
     }
     loop.standing_faults = faults;
     power_init(&loop.power);
@@ -138,7 +133,8 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.silence = 0;
     loop.timeout = samples_in(LOOP_DEFAULT_TIMEOUT_MS);
     loop.cost = 0;
-    loop.condition = UINT32_MAX; /* none */
+    loop.attend = true;
+    loop.playing = false;
     loop.settling = samples_in(LOOP_SETTLING_MS) + BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX;
     loop.unsettled = loop.settling;
     loop.current = 0;
@@ -183,12 +179,12 @@ static bool moving(void) {
 }
 
 /* The faults of this sample that trip. */
-static uint32_t tripping(const loop_input_t *input) {
-    uint32_t faults = input->supply_low ? FAULT_SUPPLY : 0U;
+static uint32_t tripping(bool supply_low, bool overrun) {
+    uint32_t faults = supply_low ? FAULT_SUPPLY : 0U;
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
-    loop.overruns_in_a_row = input->overrun ? loop.overruns_in_a_row + 1U : 0;
+    loop.overruns_in_a_row = overrun ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;
@@ -202,9 +198,9 @@ static uint32_t tripping(const loop_input_t *input) {
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
-static void protect_fully(const loop_input_t *input) {
+static void protect(bool supply_low, bool overrun) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
-    const uint32_t faults = tripping(input);
+    const uint32_t faults = tripping(supply_low, overrun);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         park();
         if (loop.power.state != POWER_FAULT) {
@@ -222,36 +218,23 @@ static void protect_fully(const loop_input_t *input) {
     board_stage_enable(power_stage_enabled(&loop.power, parked));
 }
 
-/* The same for most samples, in fewer instructions: on, with nothing in the input, and the master was heard. The stage
- * is enabled since the sample that went on. */
-static inline void protect(const loop_input_t *input) {
-    if (loop.power.state == POWER_ON && uneventful(input) && loop.current <= loop.current_limit) {
-        const uint32_t silence = loop.silence + (moving() ? 1U : 0U);
-        if (silence <= loop.timeout) {
-            loop.overruns_in_a_row = 0;
-            loop.silence = silence;
-            return;
-        }
-    }
-    protect_fully(input);
-}
-
-/* What the compensator is to do in this sample. Returns the reference. */
-static hyst_q31_t next_reference(hyst_mode_t *mode) {
+/* Whether something else than mode and source says what the compensator is to do, and what. */
+static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
     const drive_range_t *range = &loop.active->range;
     if (loop.power.state != POWER_ON) {
         *mode = HYST_MODE_PARK;
-        return loop.source.value;
+        *reference = loop.source.value;
+        return true;
     }
     if (loop.conditioning.leg != CONDITIONING_OFF) {
         if (conditioning_continues(&loop.conditioning, range, loop.compensator.drive)) {
             *mode = HYST_MODE_DIRECT;
-            return conditioning_step(&loop.conditioning, range, loop.conditioning_rate);
+            *reference = conditioning_step(&loop.conditioning, range, loop.conditioning_rate);
+            return true;
         }
         conditioning_ended();
     }
-    *mode = loop.mode;
-    return source_step(&loop.source);
+    return false;
 }
 
 static void adopt_pending(void) {
@@ -304,13 +287,6 @@ static amplifier_state_t amplifier_state(void) {
     return loop.source.playing ? AMPLIFIER_RUN : AMPLIFIER_HOLD;
 }
 
-static uint32_t limits_of(unsigned events) {
-    return ((events & HYST_STEP_DRIVE_LIMITED) != 0 ? LIMIT_DRIVE : 0U) |
-           ((events & HYST_STEP_UNREACHABLE) != 0 ? LIMIT_UNREACHABLE : 0U) |
-           ((events & HYST_STEP_FILTER_SATURATED) != 0 ? LIMIT_FILTER : 0U) |
-           ((events & SLEW_LIMITED) != 0 ? LIMIT_SLEW : 0U) | ((events & MEMORY_LOST) != 0 ? LIMIT_MEMORY : 0U);
-}
-
 static loop_state_t state_of(hyst_mode_t mode) {
     if (loop.conditioning.leg != CONDITIONING_OFF) {
         return LOOP_CONDITIONING;
@@ -328,45 +304,60 @@ static uint32_t alignment_of_reference(void) {
 /* What the limits did in this sample. */
 static void account_limits(unsigned events) {
     telemetry_t *t = &loop.telemetry;
-    t->limits_live = limits_of(events);
-    t->limits_sticky |= t->limits_live;
+    t->limits_live = events;
+    t->limits_sticky |= events;
     count(&t->drive_limited, (events & HYST_STEP_DRIVE_LIMITED) != 0);
     count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
     count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
     count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
 }
 
-/* Counters and the values that belong to this position. What changes with a command or a fault is worked out when it is
- * not what it was. */
-static inline void account(const loop_input_t *input, unsigned events, hyst_mode_t mode) {
+/*
+ * Attention. Most samples are steady ones: on, in motion as mode and source say, nothing in the input but a position,
+ * nothing to adopt, no fault that comes or goes. These ask for no more than the flag `attend`. Who changes any of it
+ * sets the flag (the main loop by `take`), and the sample that finds it looks at everything, and at its end whether the
+ * next one is steady again.
+ */
+static bool steady(void) {
+    return loop.power.state == POWER_ON && loop.mode != HYST_MODE_PARK && loop.conditioning.leg == CONDITIONING_OFF &&
+           !loop.bypass && loop.overruns_in_a_row == 0 && loop.standing_faults == loop.telemetry.faults_live &&
+           atomic_load_explicit(&loop.pending, memory_order_relaxed) == NULL;
+}
+
+/* The beginning of such a sample. */
+static HYST_APART void look_at_everything(bool supply_low, bool overrun) {
+    protect(supply_low, overrun);
+    adopt_pending();
+}
+
+/* The end of it, or of one in which a source ended: faults and states, of this sample. */
+static HYST_APART void show_everything(bool supply_low, bool overrun, bool converter_timeout, hyst_mode_t mode) {
     telemetry_t *t = &loop.telemetry;
-    const uint32_t now = t->sequence;
-    const uint32_t shown = now - board_info.latency_samples;
-    t->reference = loop.past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
-    t->drive = loop.past[shown % HISTORY].drive;
-    t->position = from_code(input->position_code);
-    count_one(&t->samples);
-    const uint32_t condition = loop.power.cause << 16 | (uint32_t)mode << 12 | (uint32_t)loop.power.state << 8 |
-                               (uint32_t)loop.conditioning.leg << 4 | (uint32_t)loop.source.playing;
-    if (condition != loop.condition) {
-        loop.condition = condition;
-        t->active_mode = mode;
-        t->state = state_of(mode);
-        t->amplifier_state = amplifier_state();
-        t->trip_cause = first_of(loop.power.cause);
-    }
-    if ((events | t->limits_live) != 0) {
-        account_limits(events);
-    }
-    uint32_t faults = loop.standing_faults;
-    if (!uneventful(input)) {
-        count(&t->overruns, input->overrun);
-        count(&t->converter_timeouts, input->converter_timeout);
-        faults |= (input->supply_low ? FAULT_SUPPLY : 0U) | (input->overrun ? FAULT_OVERRUN : 0U) |
-                  (input->converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U);
-    }
+    t->active_mode = mode;
+    t->state = state_of(mode);
+    t->amplifier_state = amplifier_state();
+    t->trip_cause = first_of(loop.power.cause);
+    loop.playing = loop.source.playing;
+    count(&t->overruns, overrun);
+    count(&t->converter_timeouts, converter_timeout);
+    const uint32_t faults = loop.standing_faults | (supply_low ? FAULT_SUPPLY : 0U) | (overrun ? FAULT_OVERRUN : 0U) |
+                            (converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U);
     if (faults != t->faults_live) {
         note_faults(faults);
+    }
+    loop.attend = !steady();
+}
+
+/* The values that belong to this position, and what the limits did. */
+static inline void account(uint16_t position_code, unsigned events) {
+    telemetry_t *t = &loop.telemetry;
+    const uint32_t shown = t->sequence - board_info.latency_samples;
+    t->reference = loop.past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
+    t->drive = loop.past[shown % HISTORY].drive;
+    t->position = from_code(position_code);
+    count_one(&t->samples);
+    if ((events | t->limits_live) != 0) {
+        account_limits(events);
     }
 }
 
@@ -394,27 +385,37 @@ static uint16_t *further_signals(uint16_t *to, uint16_t signals) {
     return to;
 }
 
-static void capture_aligned(const loop_input_t *input) {
+/* The chosen ones of all signals. */
+static HYST_APART uint16_t *chosen_signals(uint16_t *to, uint16_t signals, uint16_t position_code) {
     const telemetry_t *t = &loop.telemetry;
+    if ((signals & CAPTURE_REFERENCE) != 0) {
+        *to++ = (uint16_t)to_code(t->reference, 16);
+    }
+    if ((signals & CAPTURE_DRIVE) != 0) {
+        *to++ = (uint16_t)to_code(t->drive, board_info.drive_bits);
+    }
+    if ((signals & CAPTURE_POSITION) != 0) {
+        *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);
+    }
+    return further_signals(to, signals);
+}
+
+static inline void capture_aligned(uint16_t position_code) {
+    telemetry_t *t = &loop.telemetry;
     uint16_t signals;
     uint16_t *to = capture_due(&signals);
     if (to != NULL) {
-        if ((signals & CAPTURE_REFERENCE) != 0) {
+        if (signals == CAPTURE_DEFAULT_SIGNALS) { /* as below, in a quarter of the instructions */
             *to++ = (uint16_t)to_code(t->reference, 16);
+            *to++ = (uint16_t)to_code(t->drive, board_info.drive_bits);
+            *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);
+        } else {
+            to = chosen_signals(to, signals, position_code);
         }
-        if ((signals & CAPTURE_DRIVE) != 0) {
-            *to++ = (uint16_t)loop.past[(t->sequence - board_info.latency_samples) % HISTORY].drive_code;
-        }
-        if ((signals & CAPTURE_POSITION) != 0) {
-            *to++ = (uint16_t)(input->position_code ^ BOARD_CODE_MIDDLE);
-        }
-        if (signals > CAPTURE_DEFAULT_SIGNALS) {
-            (void)further_signals(to, signals);
-        }
-        capture_taken();
+        capture_taken(to);
     }
-    loop.telemetry.capture_state = capture_state();
-    loop.telemetry.capture_frames = capture_frames();
+    t->capture_state = capture_state();
+    t->capture_frames = capture_frames();
 }
 
 static void warn(uint32_t warnings) {
@@ -428,9 +429,9 @@ static void warn(uint32_t warnings) {
 
 /* Compares the position with the reference, which is the model's prediction of it as long as the drive is the model's.
  */
-static inline void watch_model(const loop_input_t *input, unsigned events, hyst_mode_t mode) {
+static inline void watch_model(bool eventful, unsigned events, hyst_mode_t mode) {
     const telemetry_t *t = &loop.telemetry;
-    if (mode != HYST_MODE_COMPENSATE || events != 0 || loop.compensator.transition != 0 || !uneventful(input)) {
+    if (mode != HYST_MODE_COMPENSATE || events != 0 || loop.compensator.transition != 0 || eventful) {
         loop.unsettled = loop.settling;
         return;
     }
@@ -442,11 +443,11 @@ static inline void watch_model(const loop_input_t *input, unsigned events, hyst_
 }
 
 /* The current into the actuator, and whether the reading can be one. */
-static inline void watch_hardware(const loop_input_t *input, hyst_q31_t before, hyst_q31_t drive) {
+static inline void watch_hardware(uint16_t position_code, hyst_q31_t before, hyst_q31_t drive) {
     const uint32_t step = drive > before ? (uint32_t)drive - (uint32_t)before : (uint32_t)before - (uint32_t)drive;
     loop.current += (step >> CURRENT_UNIT) - (loop.current >> CURRENT_BITS);
     const uint32_t warnings =
-        sensor_watch_sample(input->position_code, step) | (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
+        sensor_watch_sample(position_code, step) | (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
     if (warnings != loop.telemetry.warnings_live) {
         warn(warnings);
     }
@@ -458,34 +459,53 @@ static inline void watch_hardware(const loop_input_t *input, hyst_q31_t before, 
  */
 uint16_t loop_sample(const loop_input_t *input) {
     const uint32_t start = board_cost_counter();
+    const uint16_t position_code = input->position_code;
     telemetry_t *t = &loop.telemetry;
     t->sequence++;
     t->cost_last = loop.cost;
     if (loop.cost > t->cost_max) {
         t->cost_max = loop.cost;
     }
-    protect(input);
-    adopt_pending();
+    const bool eventful = (input->converter_timeout | input->overrun | input->supply_low) != 0;
+    const uint32_t silence = loop.silence + 1U;
+    const bool attend = loop.attend || eventful || loop.current > loop.current_limit || silence > loop.timeout;
+    if (attend) {
+        look_at_everything(input->supply_low, input->overrun);
+    } else {
+        loop.silence = silence; /* a steady sample is one in motion */
+    }
 
-    hyst_mode_t mode;
     unsigned events;
     const hyst_q31_t before = loop.compensator.drive;
-    const hyst_q31_t reference = next_reference(&mode);
-    const hyst_q31_t drive = loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
+    hyst_mode_t mode = loop.mode;
+    hyst_q31_t reference;
+    if (!attend || !overruled(&mode, &reference)) {
+        reference = source_step(&loop.source);
+    }
+    const hyst_q31_t drive =
+        attend && loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
     const uint16_t code = (uint16_t)to_code(drive, board_info.drive_bits);
 
     past_t *now = &loop.past[t->sequence % HISTORY];
     now->reference = reference;
     now->drive = drive;
-    now->drive_code = code;
-    account(input, events, mode);
-    watch_model(input, events, mode);
-    watch_hardware(input, before, drive);
-    capture_aligned(input);
-    telemetry_publish(t);
+    account(position_code, events);
+    if (attend || loop.source.playing != loop.playing) {
+        show_everything(input->supply_low, input->overrun, input->converter_timeout, mode);
+    }
+    watch_model(eventful, events, mode);
+    watch_hardware(position_code, before, drive);
+    capture_aligned(position_code);
 
     loop.cost = board_cost_counter() - start;
     return code ^ BOARD_CODE_MIDDLE;
+}
+
+/* The main loop's way to what the interrupt owns. */
+static uint32_t take(void) {
+    const uint32_t key = board_lock();
+    loop.attend = true;
+    return key;
 }
 
 bool loop_adoption_pending(void) {
@@ -496,7 +516,9 @@ bool loop_adopt(loop_parameters_t *next) {
     if (loop_adoption_pending()) {
         return false;
     }
+    const uint32_t key = take();
     atomic_store_explicit(&loop.pending, next, memory_order_release);
+    board_unlock(key);
     return true;
 }
 
@@ -506,7 +528,7 @@ hyst_mode_t loop_mode(void) {
 
 /* A fault may come between the check of a request and this: then the fault has it. */
 void loop_set_mode(hyst_mode_t mode) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     if (mode == HYST_MODE_PARK) {
         park();
     } else if (power_armed(&loop.power)) {
@@ -519,14 +541,14 @@ void loop_set_mode(hyst_mode_t mode) {
 }
 
 bool loop_arm(void) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     const bool armed = power_arm(&loop.power, samples_in(POWER_PRECHARGE_MS));
     board_unlock(key);
     return armed;
 }
 
 void loop_disarm(void) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     park();
     power_disarm(&loop.power);
     board_unlock(key);
@@ -596,7 +618,7 @@ void loop_set_setpoint_slew(hyst_q31_t slew) {
 }
 
 void loop_start(const source_settings_t *settings) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     if (loop.power.state != POWER_ON || loop.mode == HYST_MODE_PARK) {
         board_unlock(key); /* a fault came first */
         return;
@@ -650,7 +672,7 @@ void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds) {
 }
 
 void loop_stop(void) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     stop_motion();
     if (power_leave_fault(&loop.power)) {
         loop.standing_faults &= ~TRIPS;
@@ -659,7 +681,7 @@ void loop_stop(void) {
 }
 
 void loop_condition(void) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     if (!power_armed(&loop.power)) {
         board_unlock(key); /* a fault came first */
         return;
@@ -676,7 +698,7 @@ void loop_condition(void) {
 }
 
 void loop_clear(void) {
-    const uint32_t key = board_lock();
+    const uint32_t key = take();
     telemetry_t *t = &loop.telemetry;
 #define COUNTER(name, address, note, text) t->name = 0;
 #include "registers.def"

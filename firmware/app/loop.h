@@ -38,9 +38,9 @@ typedef struct {
 
 /** What a parameter image becomes. */
 typedef struct {
-    hyst_compensator_t compensator; /**< its limits are the window of the present sample, and the loop's to set */
     drive_range_t range;            /**< the limits of the image */
     uint32_t lookahead_samples;     /**< 0..HYST_LOOKAHEAD_MAX */
+    hyst_compensator_t compensator; /**< its limits are the window of the present sample, and the loop's to set */
 } loop_parameters_t;
 
 /** Sample interrupt only. Returns the drive code: offset binary, rounded to board_info.drive_bits, left-aligned to 16

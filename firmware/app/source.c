@@ -81,7 +81,9 @@ static hyst_q31_t play_sine(source_t *source) {
         source->playing = false;
         return s->offset;
     }
-    return hyst_saturate(s->offset + hyst_round_shift(hyst_product(s->amplitude, hyst_sine(source->phase)), 31));
+    const int64_t swing = hyst_round_shift(hyst_product(s->amplitude, hyst_sine(source->phase)), 31); /* <= 2^31 */
+    const int32_t near = (int32_t)swing;
+    return near == swing ? hyst_add(s->offset, near) : hyst_saturate(s->offset + swing); /* 2^31 alone does not fit */
 }
 
 static hyst_q31_t play_line(source_t *source) {

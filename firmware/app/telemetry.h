@@ -53,11 +53,11 @@ typedef struct {
 #include "registers.def"
 } telemetry_t;
 
-/** Sample interrupt only, when the sample is whole. It stays where it is and is read there, so only the interrupt may
- * write to it from then on (or the main loop, under board_lock). */
+/** Where the sample is, which stays there and is read there. From then on only the sample interrupt may write to it (or
+ * the main loop, under board_lock), and each sample has another sequence number. */
 void telemetry_publish(const telemetry_t *sample);
 
-/** Main loop only: the newest sample that was published. */
+/** Main loop only: the newest sample. */
 void telemetry_read(telemetry_t *sample);
 
 #endif

@@ -44,6 +44,7 @@ int main(void) {
         {"modified_play", subject_modified_play},
         {"modified_play_refusals", subject_modified_play_refusals},
         {"compensator_families", subject_compensator_families},
+        {"compensator_windows", subject_compensator_windows},
     };
     static const struct {
         const char *name;

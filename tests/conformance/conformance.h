@@ -104,6 +104,7 @@ void subject_broken_images(digest_t *digest, generator_t *generator);
 void subject_texts(digest_t *digest, generator_t *generator);
 void subject_compensator(digest_t *digest, generator_t *generator);
 void subject_compensator_families(digest_t *digest, generator_t *generator);
+void subject_compensator_windows(digest_t *digest, generator_t *generator);
 void subject_sine(digest_t *digest, generator_t *generator);
 void subject_curve(digest_t *digest, generator_t *generator);
 void subject_bouc_wen(digest_t *digest, generator_t *generator);

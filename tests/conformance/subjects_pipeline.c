@@ -220,6 +220,15 @@ static void any_family(generator_t *generator, hyst_parameters_t *parameters) {
     parameters->transition_slew = 1 + (hyst_q31_t)(generate(generator) >> (1U + generate_below(generator, 31)));
 }
 
+/* Back by a part of 1/64 or less, rarely more; once in a while to anywhere. */
+static hyst_q31_t next_reversal(generator_t *generator, hyst_q31_t reference) {
+    if (generate_below(generator, 40) == 0) {
+        return generate_signed(generator);
+    }
+    const int64_t part = 32768 - (int64_t)generate_below(generator, 32768U >> generate_below(generator, 6));
+    return (hyst_q31_t)(-reference * part / 32768);
+}
+
 /* Every family in reversals that shrink to nothing and jumps across the range, in all modes, with transitions that take
  * from one sample to for ever, and another family after it. */
 void subject_compensator_families(digest_t *digest, generator_t *generator) {
@@ -236,12 +245,7 @@ void subject_compensator_families(digest_t *digest, generator_t *generator) {
                 mode = generate_below(generator, 2) != 0 ? HYST_MODE_COMPENSATE
                                                          : (hyst_mode_t)generate_below(generator, 4);
             }
-            if (generate_below(generator, 40) == 0) {
-                reference = generate_signed(generator);
-            } else { /* back by a part of 1/64 or less, rarely more */
-                const int64_t part = 32768 - (int64_t)generate_below(generator, 32768U >> generate_below(generator, 6));
-                reference = (hyst_q31_t)(-reference * part / 32768);
-            }
+            reference = next_reversal(generator, reference);
             unsigned events = 0;
             digest_add_signed(digest, hyst_compensator_step(active, &running, mode, reference, &events));
             digest_add(digest, events);
@@ -251,6 +255,39 @@ void subject_compensator_families(digest_t *digest, generator_t *generator) {
         any_family(generator, &p[0]);
         build(&p[0], next);
         while (!hyst_compensator_adopt(active, next, &running)) {
+        }
+    }
+}
+
+/* Limits that move along with the drive, as the loop's do: in most samples the drive that is applied is not the one
+ * that was found, and the memory has to follow it all the same. In every other pass with filters that ring and
+ * saturate. */
+void subject_compensator_windows(digest_t *digest, generator_t *generator) {
+    for (unsigned pass = 0; pass < 60; pass++) {
+        any_family(generator, &p[0]);
+        for (unsigned i = 0; i < HYST_IIR_MAX_SECTIONS && (pass & 1U) != 0; i++) {
+            p[0].shape[i] = generate_section(generator);
+            p[0].equalise[i] = generate_section(generator);
+        }
+        build(&p[0], &compensator[0]);
+        hyst_compensator_reset(&compensator[0], &running);
+        const hyst_q31_t low = compensator[0].drive_low;
+        const hyst_q31_t high = compensator[0].drive_high;
+        const hyst_q31_t reach = 1 + (hyst_q31_t)(generate(generator) >> (1U + generate_below(generator, 16)));
+        hyst_q31_t reference = generate_signed(generator);
+        for (unsigned k = 0; k < 400; k++) {
+            const hyst_q31_t down = hyst_subtract(running.drive, reach);
+            const hyst_q31_t up = hyst_add(running.drive, reach);
+            compensator[0].drive_low = down > low ? down : low;
+            compensator[0].drive_high = up < high ? up : high;
+            reference = next_reversal(generator, reference);
+            unsigned events = 0;
+            digest_add_signed(
+                digest, hyst_compensator_step(&compensator[0], &running, HYST_MODE_COMPENSATE, reference, &events));
+            digest_add(digest, events);
+            digest_add_wide(digest, running.transition);
+            digest_add_signed(digest,
+                              hyst_hysteresis_output(&compensator[0].hysteresis, hyst_compensator_memory(&running)));
         }
     }
 }

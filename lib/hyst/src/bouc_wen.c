@@ -185,8 +185,8 @@ void hyst_bouc_wen_advance(const hyst_bouc_wen_t *model, hyst_bouc_wen_state_t *
     go_on(model, state, drive);
 }
 
-void hyst_bouc_wen_follow(const hyst_bouc_wen_t *model, hyst_bouc_wen_state_t *state, hyst_q31_t drive,
-                          const hyst_bouc_wen_found_t *found) {
+HYST_APART void hyst_bouc_wen_follow(const hyst_bouc_wen_t *model, hyst_bouc_wen_state_t *state, hyst_q31_t drive,
+                                     const hyst_bouc_wen_found_t *found) {
     if (!found->turned) {
         hyst_bouc_wen_advance(model, state, drive);
         return;
@@ -216,8 +216,8 @@ hyst_q31_t hyst_bouc_wen_output(const hyst_bouc_wen_t *model, const hyst_bouc_we
     return hyst_saturate(hyst_round_shift(sum, 28));
 }
 
-hyst_q31_t hyst_bouc_wen_find(const hyst_bouc_wen_t *model, const hyst_bouc_wen_state_t *state, hyst_q31_t position,
-                              bool *saturated, hyst_bouc_wen_found_t *found) {
+HYST_APART hyst_q31_t hyst_bouc_wen_find(const hyst_bouc_wen_t *model, const hyst_bouc_wen_state_t *state,
+                                         hyst_q31_t position, bool *saturated, hyst_bouc_wen_found_t *found) {
     spot_t spot = spot_of(model, state->place);
     const int64_t share = share_at(model, spot) + state->rest;
     /* |position - offset| < 2^32, so |distance| < 2^60 + 2^61 + 2^60 < 2^62. */

@@ -51,7 +51,8 @@ static inline hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *state, 
 }
 
 static inline stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                       hyst_q31_t reference, hyst_hysteresis_found_t *found, unsigned *events) {
+                                       const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
+                                       hyst_hysteresis_found_t *found, unsigned *events) {
     bool filter_saturated = false;
     bool unreachable = false;
     const unsigned stages = c->stages;
@@ -67,8 +68,7 @@ static inline stage_drive_t compensate(const hyst_compensator_t *c, hyst_compens
         /* |elastic - offset| < 2^32. Saturating makes it the farthest that the hysteresis could reach. */
         elastic = hyst_saturate(elastic - hyst_creep_offset(&c->creep, &state->creep));
     }
-    stage_drive_t drive =
-        same(hyst_hysteresis_find(&c->hysteresis, hyst_compensator_memory(state), elastic, &unreachable, found));
+    stage_drive_t drive = same(hyst_hysteresis_find(&c->hysteresis, memory, elastic, &unreachable, found));
     if ((stages & HYST_STAGE_DRIVE_CURVE) != 0) {
         drive = same(hyst_curve_solve_by(&c->drive_curve, &c->drive_curve_inverse, drive.hysteresis, &unreachable));
     }
@@ -132,12 +132,12 @@ static inline hyst_q31_t limited(hyst_q31_t drive, int64_t transition, hyst_q31_
 }
 
 /* What the hysteresis and the creep remember of this sample. */
-static inline void remember(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                            hyst_q31_t seen, const hyst_hysteresis_found_t *found) {
+static inline void remember(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                            hyst_hysteresis_state_t *memory, hyst_mode_t mode, hyst_q31_t seen,
+                            const hyst_hysteresis_found_t *found) {
     if ((c->stages & HYST_STAGE_DRIVE_CURVE) != 0) {
         seen = hyst_curve_apply(&c->drive_curve, seen);
     }
-    hyst_hysteresis_state_t *memory = hyst_compensator_memory(state);
     if (mode == HYST_MODE_COMPENSATE) {
         hyst_hysteresis_follow(&c->hysteresis, memory, seen, found);
     } else {
@@ -150,10 +150,11 @@ static inline void remember(const hyst_compensator_t *c, hyst_compensator_state_
 
 hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
                                  hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+    hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
     hyst_hysteresis_found_t found;
     stage_drive_t stage;
     if (mode == HYST_MODE_COMPENSATE) {
-        stage = compensate(compensator, state, reference, &found, events);
+        stage = compensate(compensator, state, memory, reference, &found, events);
     } else {
         *events = 0;
         state->settled = false; /* the filters stand still meanwhile */
@@ -183,12 +184,12 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
     if (stage.hysteresis != stage.amplifier) {
         seen = limited(stage.hysteresis, transition, low, high, &met);
     }
-    remember(compensator, state, mode, seen, &found);
+    remember(compensator, state, memory, mode, seen, &found);
     return drive;
 }
 
-bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
-                            hyst_compensator_state_t *state) {
+HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
+                                       hyst_compensator_state_t *state) {
     const uint32_t next = 1U - state->memory_in_use;
     hyst_hysteresis_state_t *memory = &state->memory[next];
     if (!hyst_hysteresis_carry(&from->hysteresis, hyst_compensator_memory(state), &to->hysteresis, memory,

@@ -108,7 +108,7 @@ static inline hyst_q31_t rounded(int64_t sum, int32_t *remainder, bool *saturate
  * x gain = y (1 + a1 + a2) + rest the first sum, b0 x' + (b1 + b2) x - (a1 + a2) y + 1/2, is y + rest + 1/2 + b0 (x' -
  * x): the bound of every sum.
  */
-hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
+HYST_APART hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
     const hyst_iir_coefficients_t *s = iir->section;
     hyst_q31_t settled = x;
     for (uint32_t i = 0; i < iir->sections; i++, s++) {

@@ -152,8 +152,8 @@ static inline void move_plays(const hyst_modified_play_t *model, hyst_modified_p
     state->share = sum;
 }
 
-void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified_play_state_t *state,
-                                hyst_q31_t drive) {
+HYST_APART void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified_play_state_t *state,
+                                           hyst_q31_t drive) {
     const hyst_modified_play_parameters_t *p = &model->parameters;
     move_plays(model, state, drive);
     const int64_t sum = state->known + hyst_product(p->direct, drive) + state->share;
@@ -249,8 +249,9 @@ static hyst_q31_t within_range(int64_t drive, bool *saturated) {
     return hyst_saturate(drive);
 }
 
-hyst_q31_t hyst_modified_play_solve(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
-                                    hyst_q31_t position, bool *saturated) {
+HYST_APART hyst_q31_t hyst_modified_play_solve(const hyst_modified_play_t *model,
+                                               const hyst_modified_play_state_t *state, hyst_q31_t position,
+                                               bool *saturated) {
     const hyst_q28_t direct = model->parameters.direct;
     const int64_t rest = goal_of(state, position);
     for (int outward = -1; outward <= 1 && rows_of(model) > 0; outward += 2) {

@@ -143,7 +143,7 @@ static inline int32_t half_difference(int32_t a, int32_t b) {
 
 /* The drive's past. */
 static inline void remember(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
-    if (model->beta > 0) {
+    if (model->beta != 0) {
         /* Step in Q30, |step| <= 2^31. Two products of at most 2^31 * 2^30. */
         int64_t change = HYST_Q30_ONE / 2; /* half a unit: rounds to nearest */
         change += hyst_product(half_difference(drive, state->drive), model->rate_gain);
@@ -176,7 +176,8 @@ void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t 
     remember(model, state, drive);
 }
 
-void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive, const hyst_pi_found_t *found) {
+HYST_APART void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive,
+                               const hyst_pi_found_t *found) {
     if (drive != found->drive || found->outward == HYST_PI_SEARCH) {
         move(model, state, drive);
     } else if (found->outward > 0) { /* carried, so the drive less the growth lies beyond a corner: it fits */
@@ -286,8 +287,8 @@ static inline hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_
     return found->drive;
 }
 
-hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated,
-                        hyst_pi_found_t *found) {
+HYST_APART hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position,
+                                   bool *saturated, hyst_pi_found_t *found) {
     /* |position - offset| < 2^32: |goal| < 2^60. */
     const int64_t goal = ((int64_t)position - model->offset) * HYST_Q28_ONE;
     if (state->runs > 0) {

@@ -8,8 +8,8 @@ typedef struct {
     int side;
 } line_t;
 
-static int64_t on_line(line_t line, int64_t threshold) {
-    return line.level + line.side * threshold;
+static int64_t on_line(line_t line, hyst_q31_t threshold) {
+    return line.level + hyst_product(line.side, threshold);
 }
 
 /* Number of operators whose threshold is at most `threshold`, among the first `high`: often all of them. */
@@ -29,15 +29,21 @@ static line_t line_in(const hyst_pi_t *model, const hyst_pi_run_t *run) {
     return (line_t){hyst_pi_memory_in(model, run, last) - (int64_t)run->side * model->threshold[last], run->side};
 }
 
-/* w_0 u + sum of w_i z_i over the first `end` operators, where these lie on the line and the drive is where it begins.
- * |level| < 2^32, S_j <= 2^30: within 2^62, and the sum of w_i a_i within 2^61. */
-static int64_t up_to(const hyst_pi_t *model, uint32_t end, line_t line) {
-    const int64_t straight = line.level * model->slope[end];
-    if (end == 0 || line.side == 0) {
-        return straight;
+/*
+ * Base (hyst_pi_base) of a run on `line` up to operator `end`, inside of one on `outer`, whose base is known. The bases
+ * differ by what both lines give over these operators, w_0 u + sum of w_i z_i with the drive where the line begins:
+ * S_end level + side M_end each, M_end = w_1 a_1 + ... = S_end a_end - T_end. Within 2^63 on the way, in 64 bits.
+ */
+static int64_t base_inside(const hyst_pi_t *model, uint32_t end, line_t line, line_t outer, int64_t outer_base) {
+    const uint32_t slope = (uint32_t)model->slope[end];
+    uint64_t base = (uint64_t)outer_base + (uint64_t)(line.level - outer.level) * slope;
+    const int turns = line.side - outer.side;
+    if (turns != 0) {
+        const int64_t moment =
+            hyst_product(model->slope[end], model->threshold[end - 1U]) - (model->turn[end - 1U] >> 1);
+        base += (uint64_t)(turns * moment); /* |moment| <= 2^61 */
     }
-    const int64_t moment = hyst_product(model->slope[end], model->threshold[end - 1U]) - model->turn[end - 1U] / 2;
-    return straight + line.side * moment;
+    return (int64_t)base;
 }
 
 /*
@@ -48,23 +54,22 @@ static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, li
     while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
         state->runs--; /* from at most HYST_PI_MAX_OPERATORS */
     }
-    int64_t outer = 0; /* sum of w_i z_i over the operators outside, <= 2^61 in magnitude */
+    if (end == 0) {
+        return;
+    }
+    hyst_pi_run_t *run = &state->run[state->runs];
+    line_t outer = {0, 0}; /* outside of all: nothing */
+    int64_t outer_base = 0;
     if (state->runs > 0) {
-        hyst_pi_run_t *previous = &state->run[state->runs - 1U];
-        const int64_t base = hyst_pi_base(previous);
-        outer = base - up_to(model, end, line_in(model, previous));
-        if (end > 0) {
-            hyst_pi_begin_at(model, previous, base, end);
-        }
+        outer = line_in(model, run - 1);
+        outer_base = hyst_pi_base(run - 1);
+        hyst_pi_begin_at(model, run - 1, outer_base, end);
     }
-    if (end > 0) {
-        hyst_pi_run_t *run = &state->run[state->runs];
-        run->level = (hyst_q31_t)(uint32_t)line.level;
-        run->side = (int8_t)line.side;
-        run->end = (uint16_t)end;
-        hyst_pi_begin_at(model, run, outer + up_to(model, end, line), 0);
-        state->runs++; /* <= operators: every run has at least one */
-    }
+    run->level = (hyst_q31_t)(uint32_t)line.level;
+    run->side = (int8_t)line.side;
+    run->end = (uint16_t)end;
+    hyst_pi_begin_at(model, run, base_inside(model, end, line, outer, outer_base), 0);
+    state->runs++; /* <= operators: every run has at least one */
 }
 
 /*
@@ -72,7 +77,7 @@ static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, li
  * through the point stays between the lines of slope -1 and +1 through it. Where `line` would leave these bounds, the
  * bound takes its place.
  */
-static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, int64_t threshold, int64_t memory,
+static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t threshold, int64_t memory,
                            line_t line) {
     const line_t highest = {memory + threshold, -1};
     const line_t lowest = {memory - threshold, 1};

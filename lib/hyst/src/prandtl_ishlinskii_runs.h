@@ -42,10 +42,11 @@ static inline int64_t hyst_pi_base(const hyst_pi_run_t *run) {
 /* What searches compare with, once the run begins at operator `first`. */
 static inline void hyst_pi_begin_at(const hyst_pi_t *model, hyst_pi_run_t *run, int64_t base, uint32_t first) {
     const hyst_q31_t memory = hyst_pi_memory_in(model, run, first);
-    const int64_t climb = model->turn[first] >> 1;   /* positive and even */
-    const int64_t centre = base + run->side * climb; /* at drive = memory: <= 2^61 */
-    run->response[HYST_PI_DOWN] = centre - climb;
-    run->response[HYST_PI_UP] = centre + climb;
+    const int64_t turn = model->turn[first]; /* 2 T, even: (side + outward) T is one of -2 T, -T, 0, T and 2 T */
+    const int64_t down = run->side > 0 ? 0 : turn;
+    const int64_t up = run->side < 0 ? 0 : turn;
+    run->response[HYST_PI_DOWN] = base - (run->side == 0 ? turn >> 1 : down);
+    run->response[HYST_PI_UP] = base + (run->side == 0 ? turn >> 1 : up);
     run->corner[HYST_PI_DOWN] = hyst_subtract(memory, model->threshold[first]);
     run->corner[HYST_PI_UP] = hyst_add(memory, model->threshold[first]);
 }

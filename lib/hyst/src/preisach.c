@@ -191,7 +191,7 @@ static void turn(hyst_preisach_state_t *state) {
     state->extremes++; /* <= HYST_PREISACH_MAX_EXTREMES: merge() makes room, a reset has 30 */
 }
 
-void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
+HYST_APART void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
     if (drive == state->now.drive) {
         return;
     }
@@ -244,8 +244,8 @@ static inline uint64_t divide_by_small(uint64_t x, uint32_t divisor) {
     return (uint64_t)(upper / divisor) << 16 | rest / divisor;                         /* the latter < 2^16 */
 }
 
-hyst_q31_t hyst_preisach_solve(const hyst_preisach_t *model, const hyst_preisach_state_t *state, hyst_q31_t position,
-                               bool *saturated) {
+HYST_APART hyst_q31_t hyst_preisach_solve(const hyst_preisach_t *model, const hyst_preisach_state_t *state,
+                                          hyst_q31_t position, bool *saturated) {
     const int64_t goal = position * ((int64_t)1 << 29); /* Q60, <= 2^60 in magnitude */
     const uint32_t left = remaining(state, (goal_t){.output = true, .value = goal}, goal > state->now.output);
     const hyst_preisach_point_t *start = left <= state->extremes ? &state->extreme[left - 1U] : &state->now;

@@ -51,39 +51,40 @@ enum {
 
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
 typedef struct {
-    unsigned stages; /**< HYST_STAGE_ bits of those that there are, written by hyst_compensator_prepare */
-    hyst_hysteresis_t hysteresis;
-    bool curved; /**< the hysteresis sees drive_curve(drive) */
-    hyst_curve_t drive_curve;
-    hyst_curve_inverse_t drive_curve_inverse; /**< written by hyst_compensator_prepare */
-    bool reference_curved;                    /**< the position is reference_curve(reference) */
-    hyst_curve_t reference_curve;
-    hyst_creep_t creep;
-    hyst_iir_t shape;
-    hyst_iir_t inertia;
-    hyst_iir_t equalise;
+    /* What is small comes first, here and in the state: it is then within the reach of one load. */
+    unsigned stages;       /**< HYST_STAGE_ bits of those that there are, written by hyst_compensator_prepare */
+    bool curved;           /**< the hysteresis sees drive_curve(drive) */
+    bool reference_curved; /**< the position is reference_curve(reference) */
     hyst_q31_t drive_low, drive_high; /**< limits of the drive, low < high */
     hyst_q31_t drive_park;            /**< within the limits */
     hyst_q31_t linear_offset;
     hyst_q28_t linear_gain;
     hyst_q31_t transition_slew; /**< > 0, per sample */
+    hyst_iir_t shape;
+    hyst_iir_t inertia;
+    hyst_iir_t equalise;
+    hyst_creep_t creep;
+    hyst_curve_t drive_curve;
+    hyst_curve_inverse_t drive_curve_inverse; /**< written by hyst_compensator_prepare */
+    hyst_curve_t reference_curve;
+    hyst_hysteresis_t hysteresis;
 } hyst_compensator_t;
 
 typedef struct {
-    hyst_hysteresis_state_t memory[2]; /**< of the hysteresis: one in use, see hyst_compensator_memory, the other where
-                                          hyst_compensator_adopt carries it to */
-    uint32_t memory_in_use;
-    uint32_t carried; /**< how far an adoption that is under way has come, else 0 */
-    hyst_creep_state_t creep;
-    hyst_iir_state_t shape;
-    hyst_iir_state_t inertia;
-    hyst_iir_state_t equalise;
     hyst_mode_t mode; /**< of the previous sample */
+    bool adopted;     /**< parameters changed since the last sample */
+    bool settled;     /**< the filters' state belongs to the present cascade and input */
     hyst_q31_t drive; /**< last drive */
     int64_t
         transition; /**< remaining transition offset in units of 2^-31; a step across the whole range needs 33 bits */
-    bool adopted;   /**< parameters changed since the last sample */
-    bool settled;   /**< the filters' state belongs to the present cascade and input */
+    uint32_t memory_in_use;
+    uint32_t carried; /**< how far an adoption that is under way has come, else 0 */
+    hyst_iir_state_t shape;
+    hyst_iir_state_t inertia;
+    hyst_iir_state_t equalise;
+    hyst_creep_state_t creep;
+    hyst_hysteresis_state_t memory[2]; /**< of the hysteresis: one in use, see hyst_compensator_memory, the other where
+                                          hyst_compensator_adopt carries it to */
 } hyst_compensator_state_t;
 
 /** What happened in one step; bits are part of the Modbus interface. */

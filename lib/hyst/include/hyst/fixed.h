@@ -30,6 +30,10 @@ typedef int32_t hyst_q20_t; /**< [-2048, 2048) in steps of 2^-20 */
 #define HYST_Q28_ONE ((hyst_q28_t)1 << 28)
 #define HYST_Q20_ONE ((hyst_q20_t)1 << 20)
 
+/** A function that is not copied into its callers: what it does is much, or rare, and there it would take the registers
+ * of what each sample does. docs/TIMING.md. */
+#define HYST_APART __attribute__((noinline))
+
 /* C11 leaves the right shift of a negative number to the compiler. The library needs the arithmetic one. */
 _Static_assert((-3 >> 1) == -2, "lib/hyst needs an arithmetic right shift");
 

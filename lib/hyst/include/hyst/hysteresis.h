@@ -84,7 +84,10 @@ static inline hyst_q31_t hyst_hysteresis_find(const hyst_hysteresis_t *model, co
     if (model->family == HYST_FAMILY_BOUC_WEN) {
         return hyst_bouc_wen_find(&model->bouc_wen, &state->bouc_wen, position, saturated, &found->bouc_wen);
     }
-    return hyst_hysteresis_solve(model, state, position, saturated);
+    if (model->family == HYST_FAMILY_PREISACH) {
+        return hyst_preisach_solve(&model->preisach, &state->preisach, position, saturated);
+    }
+    return hyst_modified_play_solve(&model->modified_play, &state->modified_play, position, saturated);
 }
 
 /** As advance. `found` is what find made of this memory: where its drive was applied as it was, less is to be done. */

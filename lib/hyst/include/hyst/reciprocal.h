@@ -25,10 +25,13 @@ static inline uint32_t hyst_reciprocal(uint32_t divisor) {
 static inline uint32_t hyst_divide(uint64_t dividend, uint32_t divisor, uint32_t reciprocal, uint32_t *remainder) {
     const unsigned shift = (unsigned)__builtin_clz(divisor); /* 0..31 */
     const uint32_t normal = divisor << shift;
-    /* The shifted dividend is below normal * 2^32, so it fits. */
-    const uint32_t low = (uint32_t)dividend;
-    const uint32_t u1 = (uint32_t)(dividend >> 32) << shift | low >> 1 >> (31U - shift);
-    const uint32_t u0 = low << shift;
+    /* The shifted dividend is below normal * 2^32, so it fits. A product with 2^shift shifts 64 bits in two
+     * instructions. */
+    uint32_t power = UINT32_C(1) << shift;
+    __asm__("" : "+r"(power)); /* or the compiler makes a shift of it again */
+    const uint64_t lower = (uint64_t)(uint32_t)dividend * power;
+    const uint32_t u1 = (uint32_t)(dividend >> 32) * power + (uint32_t)(lower >> 32);
+    const uint32_t u0 = (uint32_t)lower;
     /* (2^32 + v) u1 + u0 <= (2^64 - 1) / normal * (normal - 1) + 2^32 - 1 < 2^64. */
     const uint64_t estimate = (uint64_t)reciprocal * u1 + ((uint64_t)u1 << 32 | u0);
     uint32_t quotient = (uint32_t)(estimate >> 32) + 1U;
