@@ -39,13 +39,21 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
 }
 
 static source_settings_t source_settings(const uint32_t value[REGISTER_COUNT]) {
-    return (source_settings_t){.kind = (source_kind_t)value[INDEX_source],
-                               .offset = (hyst_q31_t)value[INDEX_source_offset],
-                               .amplitude = (hyst_q31_t)value[INDEX_source_amplitude],
-                               .increment = value[INDEX_source_increment],
-                               .cycles = value[INDEX_source_cycles],
-                               .points = register_blocks_waveform(),
-                               .point_count = value[INDEX_waveform_points]};
+    source_settings_t settings = {.kind = (source_kind_t)value[INDEX_source],
+                                  .offset = (hyst_q31_t)value[INDEX_source_offset],
+                                  .amplitude = (hyst_q31_t)value[INDEX_source_amplitude],
+                                  .increment = value[INDEX_source_increment],
+                                  .cycles = value[INDEX_source_cycles],
+                                  .points = register_blocks_waveform(),
+                                  .point_count = value[INDEX_waveform_points],
+                                  .tones = register_blocks_tones(),
+                                  .tone_count = value[INDEX_source_tones]};
+    if (settings.kind == SOURCE_SWEEP &&
+        !sweep_make(settings.increment, value[INDEX_sweep_increment], value[INDEX_sweep_samples],
+                    (sweep_spacing_t)value[INDEX_sweep_spacing], &settings.sweep)) {
+        settings.sweep.samples = 0;
+    }
+    return settings;
 }
 
 static capture_settings_t capture_settings(const uint32_t value[REGISTER_COUNT]) {
@@ -94,7 +102,11 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_mode:
         return x == HYST_MODE_PARK || (x <= HYST_MODE_COMPENSATE && loop_armed());
     case INDEX_source:
-        return x <= SOURCE_BREAKPOINTS;
+        return x <= SOURCE_MULTISINE;
+    case INDEX_sweep_spacing:
+        return x <= SWEEP_LOGARITHMIC;
+    case INDEX_source_tones:
+        return x <= SOURCE_TONES_MAX;
     case INDEX_waveform_points:
         return x <= WAVEFORM_CAPACITY;
     case INDEX_capture_decimation:

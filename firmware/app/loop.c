@@ -609,9 +609,9 @@ void loop_start(const source_settings_t *settings) {
     board_unlock(key);
 }
 
-bool loop_playing_breakpoints(void) {
+bool loop_plays(source_kind_t kind) {
     const uint32_t key = board_lock();
-    const bool playing = loop.source.playing && loop.source.settings.kind == SOURCE_BREAKPOINTS;
+    const bool playing = loop.source.playing && loop.source.settings.kind == kind;
     board_unlock(key);
     return playing;
 }

@@ -102,7 +102,7 @@ void loop_set_setpoint_slew(hyst_q31_t slew);
 /** Starts a source (valid: source_settings_valid). Only when ready, and not while parked or conditioning. A sine locks
  * the harmonics of a modified play model (hyst_hysteresis_begin_sine). */
 void loop_start(const source_settings_t *settings);
-bool loop_playing_breakpoints(void);
+bool loop_plays(source_kind_t kind);
 bool loop_conditioning(void);
 
 /** Limit on the error of the model and how long above it warns (model_watch.h); 0 is none. */

@@ -48,7 +48,7 @@ static void test_function_23_writes_before_it_reads(void) {
 
 static void test_function_23_refused_in_one_half_does_nothing(void) {
     /* bad read: the write must not happen */
-    ask(BYTES(23, 0x03, 0x00, 0, 1, 0x01, 0x01, 0, 1, 2, 0, 3), BYTES(0x97, 2));
+    ask(BYTES(23, 0x03, 0xF0, 0, 1, 0x01, 0x01, 0, 1, 2, 0, 3), BYTES(0x97, 2));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_mode));
     ask(BYTES(23, 0x01, 0x01, 0, 1, 0x01, 0x01, 0, 1, 2, 0, 9), BYTES(0x97, 3));
     ask(BYTES(23, 0x01, 0x01, 0, 126, 0x01, 0x01, 0, 1, 2, 0, 1), BYTES(0x97, 3));
