@@ -99,10 +99,10 @@ static bool make_tones(const waveform_options_t *options, waveform_t *waveform, 
         const double turns = -0.5 * (double)i * ((double)i + 1.0) / tones;
         waveform->tone[i].phase_turns = turns - floor(turns);
     }
-    const double instants = INSTANTS * (double)waveform->tone[waveform->tones - 1].harmonic;
+    const uint32_t instants = INSTANTS * waveform->tone[waveform->tones - 1].harmonic;
     double peak = 0.0;
-    for (double k = 0.0; k < instants; k += 1.0) {
-        peak = fmax(peak, fabs(value_of_tones(waveform, k / instants)));
+    for (uint32_t k = 0; k < instants; k++) {
+        peak = fmax(peak, fabs(value_of_tones(waveform, (double)k / instants)));
     }
     for (size_t i = 0; i < waveform->tones; i++) {
         waveform->tone[i].amplitude = (1.0 - BETWEEN_INSTANTS) / peak;

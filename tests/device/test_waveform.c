@@ -120,16 +120,16 @@ static void expect_tones(double frequency_hz, double end_hz, unsigned long tones
     }
     TEST_ASSERT_TRUE(last * frequency_hz <= end_hz * (1.0 + 1e-9));
     double peak = 0.0;
-    const double instants = 1000.0 * last;
+    const uint32_t instants = 1000 * last;
     double start = 0.0;
-    for (double k = 0.0; k < instants; k += 1.0) {
+    for (uint32_t k = 0; k < instants; k++) {
         double sum = 0.0;
         for (size_t i = 0; i < w.tones; i++) {
             sum += w.tone[i].amplitude *
-                   sin(2.0 * acos(-1.0) * (w.tone[i].harmonic * k / instants + w.tone[i].phase_turns));
+                   sin(2.0 * acos(-1.0) * (w.tone[i].harmonic * (double)k / instants + w.tone[i].phase_turns));
         }
         peak = fmax(peak, fabs(sum));
-        start = k > 0.0 ? start : sum;
+        start = k > 0 ? start : sum;
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.999, peak); /* no more than the amplitude, and hardly less */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, w.offset + w.amplitude * start, waveform_start(&w));
