@@ -3,6 +3,7 @@
 #include "board.h"
 #include "capture.h"
 #include "event_log.h"
+#include "health_watch.h"
 #include "loop.h"
 #include "modbus_server.h"
 #include "model_watch.h"
@@ -32,6 +33,16 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_capture_length] = CAPTURE_CAPACITY;
     value[INDEX_setpoint_slew] = LOOP_DEFAULT_SLEW;
     value[INDEX_watchdog] = LOOP_DEFAULT_TIMEOUT_MS;
+    value[INDEX_drive_low] = value[INDEX_reference_low] = (uint32_t)HYST_Q31_MIN;
+    value[INDEX_drive_high] = value[INDEX_reference_high] = (uint32_t)HYST_Q31_MAX;
+    value[INDEX_reference_slew] = (uint32_t)board_info.drive_slew_max;
+    value[INDEX_temperature_alert] = (uint32_t)board_info.health.temperature_alert;
+    value[INDEX_temperature_trip] = (uint32_t)board_info.health.temperature_trip;
+    value[INDEX_supply_low] = (uint32_t)board_info.health.supply_low;
+    value[INDEX_supply_high] = (uint32_t)board_info.health.supply_high;
+    value[INDEX_high_voltage_low] = (uint32_t)board_info.health.high_voltage_low;
+    value[INDEX_high_voltage_high] = (uint32_t)board_info.health.high_voltage_high;
+    value[INDEX_health_looks] = HEALTH_WATCH_LOOKS;
     value[INDEX_reset_cause] = start->reset_cause;
     value[INDEX_starts] = start->starts;
     value[INDEX_fault_address] = start->fault_address;
@@ -77,7 +88,7 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     case COMMAND_CONDITION:
         return loop_armed();
     case COMMAND_ARM:
-        return parameter_store_image_given() && !loop_in_fault();
+        return parameter_store_image_given() && !loop_in_fault() && health_watch_faults() == 0;
     case COMMAND_SAVE:
         return parameter_store_image_given() && loop_off();
     case COMMAND_ARM_CAPTURE:
@@ -120,10 +131,29 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_current_limit:
         return (hyst_q31_t)x >= 0;
     case INDEX_setpoint_slew:
+    case INDEX_reference_slew:
         return (hyst_q31_t)x > 0;
+    case INDEX_drive_low:
+    case INDEX_drive_high:
+        return loop_drive_limits_possible((hyst_q31_t)value[INDEX_drive_low], (hyst_q31_t)value[INDEX_drive_high]);
+    case INDEX_reference_low:
+    case INDEX_reference_high:
+        return (hyst_q31_t)value[INDEX_reference_low] <= (hyst_q31_t)value[INDEX_reference_high];
+    case INDEX_health_looks:
+        return x > 0;
     default:
         return true;
     }
+}
+
+static void apply_health(const uint32_t value[REGISTER_COUNT]) {
+    const board_health_limits_t limits = {.temperature_alert = (int32_t)value[INDEX_temperature_alert],
+                                          .temperature_trip = (int32_t)value[INDEX_temperature_trip],
+                                          .supply_low = (int32_t)value[INDEX_supply_low],
+                                          .supply_high = (int32_t)value[INDEX_supply_high],
+                                          .high_voltage_low = (int32_t)value[INDEX_high_voltage_low],
+                                          .high_voltage_high = (int32_t)value[INDEX_high_voltage_high]};
+    loop_set_health_limits(&limits, value[INDEX_health_looks]);
 }
 
 void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]) {
@@ -146,6 +176,26 @@ void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]) {
     case INDEX_model_error_limit:
     case INDEX_model_error_time:
         loop_set_model_limit((hyst_q31_t)value[INDEX_model_error_limit], value[INDEX_model_error_time]);
+        break;
+    case INDEX_drive_low:
+    case INDEX_drive_high:
+        (void)loop_set_drive_limits((hyst_q31_t)value[INDEX_drive_low], (hyst_q31_t)value[INDEX_drive_high]);
+        break;
+    case INDEX_reference_low:
+    case INDEX_reference_high:
+    case INDEX_reference_slew:
+        loop_set_reference_limit(&(reference_limit_t){.low = (hyst_q31_t)value[INDEX_reference_low],
+                                                      .high = (hyst_q31_t)value[INDEX_reference_high],
+                                                      .slew = (hyst_q31_t)value[INDEX_reference_slew]});
+        break;
+    case INDEX_temperature_alert:
+    case INDEX_temperature_trip:
+    case INDEX_supply_low:
+    case INDEX_supply_high:
+    case INDEX_high_voltage_low:
+    case INDEX_high_voltage_high:
+    case INDEX_health_looks:
+        apply_health(value);
         break;
     default: /* the others are looked at when a command or the main loop needs them */
         break;
@@ -244,6 +294,9 @@ void control_latch(uint32_t value[REGISTER_COUNT]) {
     value[INDEX_model_error_blocks] = error.blocks;
     value[INDEX_capture_first] = capture_first();
     value[INDEX_current_average] = (uint32_t)loop_current_average();
+    value[INDEX_temperature] = (uint32_t)health_watch_reading(HEALTH_TEMPERATURE);
+    value[INDEX_supply] = (uint32_t)health_watch_reading(HEALTH_SUPPLY);
+    value[INDEX_high_voltage] = (uint32_t)health_watch_reading(HEALTH_HIGH_VOLTAGE);
     const modbus_counters_t line = modbus_server_counters();
     value[INDEX_line_echoes] = line.echoes;
     value[INDEX_line_errors] = line.errors;

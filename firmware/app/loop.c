@@ -3,6 +3,7 @@
 #include "board.h"
 #include "capture.h"
 #include "conditioning.h"
+#include "health_watch.h"
 #include "model_watch.h"
 #include "sensor_watch.h"
 #include <stdatomic.h>
@@ -28,6 +29,8 @@ static struct {
     loop_parameters_t *_Atomic pending;
     hyst_mode_t mode;
     source_t source;
+    reference_limit_t limit; /* of the reference */
+    hyst_q31_t reference;    /* that came out of it last */
     conditioning_t conditioning;
     hyst_q31_t conditioning_rate;
     past_t past[HISTORY];
@@ -42,16 +45,19 @@ static struct {
     uint32_t current;          /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
     uint32_t current_limit;    /* the same; UINT32_MAX is none */
     bool model_warns;
-    uint32_t settling; /* how many that are after a sample that is not watched */
+    hyst_q31_t drive_low, drive_high; /* the registers' output range, to which an image's is cut */
+    uint32_t settling;                /* how many that are after a sample that is not watched */
     telemetry_t telemetry;
     hyst_compensator_state_t compensator; /* last: it is large, and what is near the start is cheaper to get at */
 } loop;
 
 /* More events beside the HYST_STEP_ ones. */
-enum { SLEW_LIMITED = 0x100, MEMORY_LOST = 0x200 };
+enum { SLEW_LIMITED = 0x100, MEMORY_LOST = 0x200, REFERENCE_LIMITED = 0x400 };
 
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
-#define TRIPS ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT))
+#define TRIPS                                                                                                          \
+    ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT | FAULT_TEMPERATURE |                   \
+                FAULT_HIGH_VOLTAGE))
 
 /* The average current is over 2^13 samples: 0.8 s at 10 kHz, in which a power stage warms up little. A step is below
  * 2^32, so in units of 2^11 below 2^21; no board's is above an eighth of that, and the sum stays below 2^32. */
@@ -123,6 +129,10 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     hyst_compensator_reset(&parameters->compensator, &loop.compensator);
     loop.mode = HYST_MODE_PARK;
     source_reset(&loop.source, 0, LOOP_DEFAULT_SLEW);
+    loop.limit = (reference_limit_t){.low = HYST_Q31_MIN, .high = HYST_Q31_MAX, .slew = board_info.drive_slew_max};
+    loop.reference = 0;
+    loop.drive_low = HYST_Q31_MIN;
+    loop.drive_high = HYST_Q31_MAX;
     loop.conditioning.leg = CONDITIONING_OFF;
     loop.conditioning_rate = range_per_second();
     const hyst_q31_t park = parameters->range.park;
@@ -150,24 +160,31 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     capture_init();
     model_watch_init();
     sensor_watch_init();
+    health_watch_init();
 }
 
 /* The hold source's value becomes drive_park, where conditioning ends. In the other modes the reference is a position,
  * and the change of mode makes a transition of the difference. */
 static void conditioning_ended(void) {
     if (loop.mode == HYST_MODE_DIRECT) {
-        loop.source.value = loop.active->range.park;
+        loop.source.value = loop.reference = loop.active->range.park;
+    }
+}
+
+/* Holds the reference, which may not be where the source was. */
+static void stop_source(void) {
+    if (loop.source.playing) {
+        loop.source.value = loop.reference;
+        source_stop(&loop.source);
     }
 }
 
 static void stop_motion(void) {
-    if (loop.source.playing) {
-        source_stop(&loop.source);
-    }
+    stop_source();
     if (loop.conditioning.leg != CONDITIONING_OFF) {
         loop.conditioning.leg = CONDITIONING_OFF;
         if (loop.mode == HYST_MODE_DIRECT) {
-            loop.source.value = loop.source.setpoint = loop.conditioning.reference;
+            loop.source.value = loop.source.setpoint = loop.reference = loop.conditioning.reference;
         }
     }
 }
@@ -182,9 +199,19 @@ static bool moving(void) {
     return loop.power.state == POWER_ON && (loop.mode != HYST_MODE_PARK || loop.conditioning.leg != CONDITIONING_OFF);
 }
 
-/* The faults of this sample that trip. */
-static uint32_t tripping(const loop_input_t *input) {
-    uint32_t faults = input->supply_low ? FAULT_SUPPLY : 0U;
+/* Temperature and supplies, which are not looked at in every sample: faults of this look. What is on its way off goes
+ * there, and arming is refused while they last. */
+static inline uint32_t unhealthy(void) {
+    if (loop.telemetry.sequence % HEALTH_WATCH_EVERY != 0) {
+        return 0;
+    }
+    const uint32_t faults = health_watch_look(loop.power.state == POWER_ON);
+    return power_armed(&loop.power) ? faults : 0;
+}
+
+/* The faults of this sample that trip, beside those that are known. */
+static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
+    faults |= input->supply_low ? FAULT_SUPPLY : 0U;
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
@@ -202,9 +229,9 @@ static uint32_t tripping(const loop_input_t *input) {
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
-static void protect_fully(const loop_input_t *input) {
+static void protect_fully(const loop_input_t *input, uint32_t known_faults) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
-    const uint32_t faults = tripping(input);
+    const uint32_t faults = tripping(input, known_faults);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         park();
         if (loop.power.state != POWER_FAULT) {
@@ -225,7 +252,8 @@ static void protect_fully(const loop_input_t *input) {
 /* The same for most samples, in fewer instructions: on, with nothing in the input, and the master was heard. The stage
  * is enabled since the sample that went on. */
 static inline void protect(const loop_input_t *input) {
-    if (loop.power.state == POWER_ON && uneventful(input) && loop.current <= loop.current_limit) {
+    const uint32_t faults = unhealthy();
+    if (loop.power.state == POWER_ON && faults == 0 && uneventful(input) && loop.current <= loop.current_limit) {
         const uint32_t silence = loop.silence + (moving() ? 1U : 0U);
         if (silence <= loop.timeout) {
             loop.overruns_in_a_row = 0;
@@ -233,15 +261,16 @@ static inline void protect(const loop_input_t *input) {
             return;
         }
     }
-    protect_fully(input);
+    protect_fully(input, faults);
 }
 
 /* What the compensator is to do in this sample. Returns the reference. */
-static hyst_q31_t next_reference(hyst_mode_t *mode) {
+static hyst_q31_t next_reference(hyst_mode_t *mode, unsigned *events) {
     const drive_range_t *range = &loop.active->range;
+    *events = 0;
     if (loop.power.state != POWER_ON) {
         *mode = HYST_MODE_PARK;
-        return loop.source.value;
+        return loop.reference;
     }
     if (loop.conditioning.leg != CONDITIONING_OFF) {
         if (conditioning_continues(&loop.conditioning, range, loop.compensator.drive)) {
@@ -251,7 +280,12 @@ static hyst_q31_t next_reference(hyst_mode_t *mode) {
         conditioning_ended();
     }
     *mode = loop.mode;
-    return source_step(&loop.source);
+    const hyst_q31_t wanted = source_step(&loop.source);
+    loop.reference = reference_limited(&loop.limit, loop.reference, wanted);
+    if (loop.reference != wanted) {
+        *events = REFERENCE_LIMITED;
+    }
+    return loop.reference;
 }
 
 static void adopt_pending(void) {
@@ -308,7 +342,8 @@ static uint32_t limits_of(unsigned events) {
     return ((events & HYST_STEP_DRIVE_LIMITED) != 0 ? LIMIT_DRIVE : 0U) |
            ((events & HYST_STEP_UNREACHABLE) != 0 ? LIMIT_UNREACHABLE : 0U) |
            ((events & HYST_STEP_FILTER_SATURATED) != 0 ? LIMIT_FILTER : 0U) |
-           ((events & SLEW_LIMITED) != 0 ? LIMIT_SLEW : 0U) | ((events & MEMORY_LOST) != 0 ? LIMIT_MEMORY : 0U);
+           ((events & SLEW_LIMITED) != 0 ? LIMIT_SLEW : 0U) | ((events & MEMORY_LOST) != 0 ? LIMIT_MEMORY : 0U) |
+           ((events & REFERENCE_LIMITED) != 0 ? LIMIT_REFERENCE : 0U);
 }
 
 static loop_state_t state_of(hyst_mode_t mode) {
@@ -334,6 +369,7 @@ static void account_limits(unsigned events) {
     count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
     count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
     count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
+    count(&t->reference_limited, (events & REFERENCE_LIMITED) != 0);
 }
 
 /* Counters and the values that belong to this position. What changes with a command or a fault is worked out when it is
@@ -430,7 +466,8 @@ static void warn(uint32_t warnings) {
  */
 static inline void watch_model(const loop_input_t *input, unsigned events, hyst_mode_t mode) {
     const telemetry_t *t = &loop.telemetry;
-    if (mode != HYST_MODE_COMPENSATE || events != 0 || loop.compensator.transition != 0 || !uneventful(input)) {
+    if (mode != HYST_MODE_COMPENSATE || (events & ~(unsigned)REFERENCE_LIMITED) != 0 ||
+        loop.compensator.transition != 0 || !uneventful(input)) {
         loop.unsettled = loop.settling;
         return;
     }
@@ -445,8 +482,8 @@ static inline void watch_model(const loop_input_t *input, unsigned events, hyst_
 static inline void watch_hardware(const loop_input_t *input, hyst_q31_t before, hyst_q31_t drive) {
     const uint32_t step = drive > before ? (uint32_t)drive - (uint32_t)before : (uint32_t)before - (uint32_t)drive;
     loop.current += (step >> CURRENT_UNIT) - (loop.current >> CURRENT_BITS);
-    const uint32_t warnings =
-        sensor_watch_sample(input->position_code, step) | (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
+    const uint32_t warnings = sensor_watch_sample(input->position_code, step) | health_watch_warnings() |
+                              (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
     if (warnings != loop.telemetry.warnings_live) {
         warn(warnings);
     }
@@ -468,11 +505,12 @@ uint16_t loop_sample(const loop_input_t *input) {
     adopt_pending();
 
     hyst_mode_t mode;
-    unsigned events;
+    unsigned events, held_back;
     const hyst_q31_t before = loop.compensator.drive;
-    const hyst_q31_t reference = next_reference(&mode);
+    const hyst_q31_t reference = next_reference(&mode, &held_back);
     const hyst_q31_t drive = loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
     const uint16_t code = (uint16_t)to_code(drive, board_info.drive_bits);
+    events |= held_back;
 
     past_t *now = &loop.past[t->sequence % HISTORY];
     now->reference = reference;
@@ -486,6 +524,58 @@ uint16_t loop_sample(const loop_input_t *input) {
 
     loop.cost = board_cost_counter() - start;
     return code ^ BOARD_CODE_MIDDLE;
+}
+
+static void limit_range(loop_parameters_t *parameters) {
+    const drive_range_t *image = &parameters->image_range;
+    parameters->range = *image;
+    parameters->range.low = image->low > loop.drive_low ? image->low : loop.drive_low;
+    parameters->range.high = image->high < loop.drive_high ? image->high : loop.drive_high;
+}
+
+static bool holds_park(const loop_parameters_t *parameters, hyst_q31_t low, hyst_q31_t high) {
+    return parameters == NULL || (parameters->image_range.park >= low && parameters->image_range.park <= high);
+}
+
+bool loop_limit_range(loop_parameters_t *next) {
+    limit_range(next);
+    return holds_park(next, loop.drive_low, loop.drive_high);
+}
+
+bool loop_drive_limits_possible(hyst_q31_t low, hyst_q31_t high) {
+    const uint32_t key = board_lock();
+    const bool possible = low < high && holds_park(loop.active, low, high) &&
+                          holds_park(atomic_load_explicit(&loop.pending, memory_order_relaxed), low, high);
+    board_unlock(key);
+    return possible;
+}
+
+bool loop_set_drive_limits(hyst_q31_t low, hyst_q31_t high) {
+    if (!loop_drive_limits_possible(low, high)) {
+        return false;
+    }
+    const uint32_t key = board_lock();
+    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_relaxed);
+    loop.drive_low = low;
+    loop.drive_high = high;
+    limit_range(loop.active);
+    if (next != NULL) {
+        limit_range(next);
+    }
+    board_unlock(key);
+    return true;
+}
+
+void loop_set_reference_limit(const reference_limit_t *limit) {
+    const uint32_t key = board_lock();
+    loop.limit = *limit;
+    board_unlock(key);
+}
+
+void loop_set_health_limits(const board_health_limits_t *limits, uint32_t looks) {
+    const uint32_t key = board_lock();
+    health_watch_set_limits(limits, looks);
+    board_unlock(key);
 }
 
 bool loop_adoption_pending(void) {
@@ -665,9 +755,7 @@ void loop_condition(void) {
         return;
     }
     loop.silence = 0;
-    if (loop.source.playing) {
-        source_stop(&loop.source);
-    }
+    stop_source();
     /* In direct mode a transition may still be part of the drive: go on from the reference, not from the drive. */
     conditioning_start(&loop.conditioning, loop.compensator.mode == HYST_MODE_DIRECT
                                                ? loop.past[loop.telemetry.sequence % HISTORY].reference

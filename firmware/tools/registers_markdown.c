@@ -3,6 +3,7 @@
  * Writes docs/REGISTERS.md to standard output. What is in a table of the program is printed from it; the prose around
  * it is here.
  */
+#include "health_watch.h"
 #include "hyst/parameters.h"
 #include "loop.h"
 #include "modbus_server.h"
@@ -129,6 +130,9 @@ static void print_duties(void) {
         "lost "
         "(`limits_live` 16), so condition the actuator afterwards |\n"
         "| supply too low | in the next sample | ramp from that sample on |\n"
+        "| temperature, supply or the stage's supply outside of its limits (where the board measures them) | in the "
+        "`health_looks`th look outside in a row, one each %u samples | the same. Arming is refused (exception 3) while "
+        "it lasts |\n"
         "| processor fault | at once | ramp to the safe code within 50 ms (0.5 s without the PLL), stage off, restart; "
         "`reset_cause` 16 |\n"
         "| interrupt or main loop stands still | within 1.9 s, by the hardware watchdog | restart, stage off; "
@@ -139,7 +143,7 @@ static void print_duties(void) {
         "Command 11 stores the image in force, while off and parked: an h405 stands still for up to 0.5 s then. The "
         "next start has it in force and begins at its `drive_park`. Two flash sectors are written in turn: a supply "
         "that goes meanwhile leaves the image before or the new one, whole. They wear after 20,000 saves.\n\n",
-        POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP);
+        POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP, HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
 }
 
 static void print_faults(void) {

@@ -351,7 +351,7 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
 
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure) {
     int64_t values[REGISTER_COUNT];
-    const bool telemetry = which >= INDEX_sequence && which <= INDEX_current_average;
+    const bool telemetry = which >= INDEX_sequence && which <= INDEX_high_voltage;
     if (!device_read_span(device, telemetry ? INDEX_sequence : which, which, values, failure)) {
         return false;
     }

@@ -47,8 +47,9 @@ static double reference(const info_t *info, const char **unit) {
 }
 
 static void print_faults(int64_t faults, const char *none) {
-    static const char *const names[] = {"overrun",  "converter timeout", "communication timeout",   "clock fallback",
-                                        "overload", "supply too low",    "average current too high"};
+    static const char *const names[] = {
+        "overrun",        "converter timeout",        "communication timeout", "clock fallback",     "overload",
+        "supply too low", "average current too high", "temperature",           "supply of the stage"};
     bool any = false;
     for (unsigned bit = 0; bit < sizeof names / sizeof names[0]; bit++) {
         if ((faults >> bit & 1) != 0) {

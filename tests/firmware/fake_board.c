@@ -21,7 +21,8 @@ const board_info_t board_info = {.id = 0,
                                  .drive_slew_max = FAKE_DRIVE_SLEW_MAX,
                                  .image_limits = {.transition_slew_min = FAKE_TRANSITION_SLEW_MIN,
                                                   .transition_slew_max = FAKE_TRANSITION_SLEW_MAX,
-                                                  .filter_gain_max = FAKE_FILTER_GAIN_MAX}};
+                                                  .filter_gain_max = FAKE_FILTER_GAIN_MAX},
+                                 .health = FAKE_HEALTH};
 
 uint32_t board_cost_counter(void) {
     fake_board.cost += fake_board.cost_per_look;
@@ -52,12 +53,19 @@ void board_stage_enable(bool on) {
     fake_board.stage_enabled = on;
 }
 
+int32_t board_health(health_channel_t channel) {
+    return fake_board.health[channel];
+}
+
 void board_watchdog_feed(void) {
     fake_board.watchdog_fed++;
 }
 
 void fake_board_start(const board_start_t *start) {
     memset(&fake_board, 0, sizeof fake_board);
+    fake_board.health[HEALTH_TEMPERATURE] = FAKE_TEMPERATURE;
+    fake_board.health[HEALTH_SUPPLY] = FAKE_SUPPLY;
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = FAKE_HIGH_VOLTAGE;
     amplifier_init(start);
 }
 

@@ -27,7 +27,13 @@ typedef struct {
     unsigned frames_sent;
     bool stage_enabled;
     unsigned watchdog_fed; /**< how often */
+    int32_t health[HEALTH_CHANNELS];
 } fake_board_t;
+
+/** Readings after fake_board_start, within FAKE_HEALTH. */
+enum { FAKE_TEMPERATURE = 35000, FAKE_SUPPLY = 3300, FAKE_HIGH_VOLTAGE = 160000 };
+#define FAKE_HEALTH                                                                                                    \
+    { 70000, 80000, 3000, 3600, 150000, 170000 }
 
 extern fake_board_t fake_board;
 

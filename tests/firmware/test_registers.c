@@ -61,8 +61,9 @@ static void test_identity(void) {
 static void test_writable_registers_keep_what_is_written(void) {
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (register_table[i].access == REGISTER_RW) {
-            TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, 1), register_table[i].name);
-            TEST_ASSERT_EQUAL_UINT32_MESSAGE(1, master_get(i), register_table[i].name);
+            const uint32_t value = i == INDEX_drive_low ? UINT32_MAX : 1U; /* parked at 0 */
+            TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, value), register_table[i].name);
+            TEST_ASSERT_EQUAL_UINT32_MESSAGE(value, master_get(i), register_table[i].name);
         }
     }
 }
@@ -99,6 +100,8 @@ static void test_values_out_of_range(void) {
                  {INDEX_capture_length, 65535, 0},
                  {INDEX_capture_trigger, 4, 5},
                  {INDEX_setpoint_slew, 1, 0},
+                 {INDEX_reference_slew, INT32_MAX, 0x80000000U},
+                 {INDEX_health_looks, 65535, 0},
                  {INDEX_setpoint_slew, INT32_MAX, 0x80000000U}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *name = register_table[cases[i].index].name;
@@ -175,7 +178,7 @@ static void test_a_request_with_one_bad_value_changes_nothing(void) {
         TEST_ASSERT_EQUAL_HEX16_ARRAY(before, after, COUNT);
         TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
     }
-    /* one register further is none: nothing of the good part may stick either */
+    /* one register further is half of a value: nothing of the good part may stick either */
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(FIRST, COUNT + 1, good));
     TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
     TEST_ASSERT_EQUAL(MODBUS_OK, master_write(FIRST, COUNT, good));
