@@ -79,6 +79,7 @@ typedef struct {
     uint16_t starts;        /**< since power came on, this one included */
     uint32_t fault_address; /**< of the instruction that faulted, with RESET_FAULT */
     uint32_t fault_status;  /**< the processor's configurable fault status then */
+    uint32_t serial[3];     /**< serial number, highest bits first; zeros: none */
 } board_start_t;
 
 /** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. The

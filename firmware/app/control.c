@@ -12,6 +12,54 @@
 
 enum { WAVEFORM_CAPACITY = LENGTH_waveform / 4 };
 
+static uint32_t command_needs(uint32_t command) {
+    switch (command) {
+    case COMMAND_NONE:
+    case COMMAND_STOP:
+    case COMMAND_PARK:
+    case COMMAND_LATCH:
+    case COMMAND_DISARM:
+        return 0;
+    case COMMAND_START:
+    case COMMAND_CONDITION:
+    case COMMAND_ARM:
+        return CONTROL_OUTPUT;
+    default:
+        return CONTROL_PARAMETERS;
+    }
+}
+
+uint32_t control_needs(unsigned index, uint32_t value) {
+    switch (index) {
+    case INDEX_command:
+        return command_needs(value);
+    case INDEX_unlock:
+        return 0;
+    case INDEX_mode:
+        return value == HYST_MODE_PARK ? 0 : CONTROL_OUTPUT;
+    case INDEX_setpoint:
+    case INDEX_source:
+    case INDEX_source_offset:
+    case INDEX_source_amplitude:
+    case INDEX_source_increment:
+    case INDEX_source_cycles:
+    case INDEX_waveform_points:
+    case INDEX_sweep_increment:
+    case INDEX_sweep_samples:
+    case INDEX_sweep_spacing:
+    case INDEX_source_tones:
+        return CONTROL_OUTPUT;
+    default:
+        return CONTROL_PARAMETERS;
+    }
+}
+
+static void unlock(uint32_t value[REGISTER_COUNT], uint32_t key) {
+    value[INDEX_unlocked] = key == 0                        ? 0
+                            : key == CONTROL_KEY_PARAMETERS ? value[INDEX_unlocked] | CONTROL_PARAMETERS
+                                                            : value[INDEX_unlocked] | CONTROL_OUTPUT;
+}
+
 void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_magic] = REGISTERS_MAGIC;
     value[INDEX_abi] = REGISTERS_ABI;
@@ -22,6 +70,9 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_cost_rate] = board_info.cost_rate_hz;
     value[INDEX_image_version] = HYST_IMAGE_VERSION;
     value[INDEX_latency] = board_info.latency_samples;
+    value[INDEX_serial_high] = start->serial[0];
+    value[INDEX_serial_middle] = start->serial[1];
+    value[INDEX_serial_low] = start->serial[2];
     value[INDEX_position_bits] = board_info.position_bits;
     value[INDEX_drive_bits] = board_info.drive_bits;
     value[INDEX_capture_capacity] = CAPTURE_CAPACITY;
@@ -114,6 +165,8 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
         return x == HYST_MODE_PARK || (x <= HYST_MODE_COMPENSATE && loop_armed());
     case INDEX_source:
         return x <= SOURCE_MULTISINE;
+    case INDEX_unlock:
+        return x == 0 || x == CONTROL_KEY_PARAMETERS || x == CONTROL_KEY_OUTPUT;
     case INDEX_sweep_spacing:
         return x <= SWEEP_LOGARITHMIC;
     case INDEX_source_tones:
@@ -156,8 +209,12 @@ static void apply_health(const uint32_t value[REGISTER_COUNT]) {
     loop_set_health_limits(&limits, value[INDEX_health_looks]);
 }
 
-void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]) {
+void control_apply(unsigned index, uint32_t value[REGISTER_COUNT]) {
     switch (index) {
+    case INDEX_unlock:
+        unlock(value, value[INDEX_unlock]);
+        value[INDEX_unlock] = 0; /* write only */
+        break;
     case INDEX_mode:
         loop_set_mode((hyst_mode_t)value[INDEX_mode]);
         break;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "register_blocks.h"
 #include "capture.h"
+#include "control.h"
 #include "event_log.h"
 #include "loop.h"
 #include "parameter_store.h"
@@ -140,11 +141,18 @@ static void write_register(uint16_t block, size_t index, uint16_t x) {
     }
 }
 
+modbus_exception_t register_blocks_check_write(uint16_t address) {
+    const uint16_t block = block_of(address);
+    return block == ADDRESS_waveform || block == ADDRESS_tones || block == ADDRESS_staging ? MODBUS_OK
+                                                                                           : MODBUS_ILLEGAL_ADDRESS;
+}
+
+uint32_t register_blocks_need(uint16_t address) {
+    return block_of(address) == ADDRESS_staging ? CONTROL_PARAMETERS : CONTROL_OUTPUT;
+}
+
 modbus_exception_t register_blocks_write(uint16_t address, uint16_t count, const uint16_t values[]) {
     const uint16_t block = block_of(address);
-    if (block != ADDRESS_waveform && block != ADDRESS_tones && block != ADDRESS_staging) {
-        return MODBUS_ILLEGAL_ADDRESS;
-    }
     if ((block == ADDRESS_waveform && loop_plays(SOURCE_BREAKPOINTS)) ||
         (block == ADDRESS_tones && loop_plays(SOURCE_MULTISINE))) {
         return MODBUS_DEVICE_FAILURE; /* the interrupt reads the table */

@@ -27,6 +27,10 @@ bool register_blocks_hold(uint16_t address, uint16_t count);
 
 modbus_exception_t register_blocks_check_read(uint16_t address);
 void register_blocks_read(uint16_t address, uint16_t count, uint16_t values[]);
+modbus_exception_t register_blocks_check_write(uint16_t address);
+/** What a write needs: CONTROL_ bits (control.h). */
+uint32_t register_blocks_need(uint16_t address);
+/** Of what register_blocks_check_write allowed. */
 modbus_exception_t register_blocks_write(uint16_t address, uint16_t count, const uint16_t values[]);
 
 #endif

@@ -299,6 +299,10 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
         (void)snprintf(text, sizeof text, "%g", run->rest_s);
         recording_set_key(recording, "rested_s", text);
     }
+    device_serial(device, text);
+    if (text[0] != '\0') {
+        recording_set_key(recording, "amplifier_serial", text);
+    }
     (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
     recording_set_key(recording, "model_id", text);
     (void)snprintf(text, sizeof text, "%.6f:%.6f", drive_to_volts(image, HYST_Q31_MIN),

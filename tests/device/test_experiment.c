@@ -34,6 +34,7 @@ void setUp(void) {
     failure.text[0] = '\0';
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), failure.text);
     make_parameters();
 }
 
@@ -104,9 +105,9 @@ static void test_image_for_another_rate_is_explained(void) {
     expect_in_force(0);
 }
 
-/* One register of the read-back differs: requests are staging (1), commit, result, length, then the image. */
+/* One register of the read-back differs: requests are key, staging (1), commit, result, length, then the image. */
 static void test_a_read_back_that_differs_is_noticed(void) {
-    simulated_device_fault(LINE_LIES, 4, 1);
+    simulated_device_fault(LINE_LIES, 5, 1);
     TEST_ASSERT_FALSE(amplifier_image_write(device, &parameters, &failure));
     expect_line("the image in force is not the one that was sent: word ");
 }
@@ -173,6 +174,7 @@ static void test_record_pairs_drive_and_position(void) {
         TEST_ASSERT_EQUAL_UINT(7500, r.samples);
         TEST_ASSERT_TRUE(r.sample_rate_hz == 10000.0);
         TEST_ASSERT_NULL(r.column[COLUMN_REFERENCE]);
+        TEST_ASSERT_EQUAL_STRING("004400553332470F20313937", recording_key(&r, "amplifier_serial"));
         for (size_t i = 0; i < r.samples; i++) {
             const double drive = r.column[COLUMN_DRIVE][i];
             TEST_ASSERT_DOUBLE_WITHIN(1e-9, drive - 40.0, r.column[COLUMN_DISPLACEMENT][i]);

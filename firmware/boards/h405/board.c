@@ -141,7 +141,9 @@ board_start_t board_init(void) {
     converters_init();
     calibrate();
     modbus_line_init(clocks.apb2_hz, true);
-    return (board_start_t){.faults =
+    const bool known = factory_values();
+    return (board_start_t){.serial = {known ? UNIQUE_ID[2] : 0, known ? UNIQUE_ID[1] : 0, known ? UNIQUE_ID[0] : 0},
+                           .faults =
                                (uint16_t)((clocks.fallback ? FAULT_CLOCK_FALLBACK : 0) | (supplied ? 0 : FAULT_SUPPLY)),
                            .reset_cause = (uint16_t)(cause | (last.faulted ? RESET_FAULT : 0)),
                            .starts = (uint16_t)(last.starts + 1U),
