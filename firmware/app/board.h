@@ -16,6 +16,19 @@
 #define BOARD_RANGE_IN_US(microseconds, rate_hz)                                                                       \
     ((hyst_q31_t)((UINT64_C(1) << 32) * 1000000U / ((uint64_t)(microseconds) * (rate_hz))))
 
+/** What a board may measure of itself. */
+typedef enum { HEALTH_TEMPERATURE, HEALTH_SUPPLY, HEALTH_HIGH_VOLTAGE, HEALTH_CHANNELS } health_channel_t;
+
+/** There is no such sensor, or no reading yet. */
+#define HEALTH_ABSENT INT32_MIN
+
+/** Temperatures in 0.001 C, voltages in mV (health_watch.h). */
+typedef struct {
+    int32_t temperature_alert, temperature_trip;
+    int32_t supply_low, supply_high;
+    int32_t high_voltage_low, high_voltage_high;
+} board_health_limits_t;
+
 /** Constants of the board. */
 typedef struct {
     uint16_t id;              /**< register `board` */
@@ -29,6 +42,7 @@ typedef struct {
      * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */
     hyst_q31_t drive_slew_max;
     hyst_board_limits_t image_limits; /**< what an image may ask for */
+    board_health_limits_t health;     /**< after start */
 } board_info_t;
 
 #define BOARD_LATENCY_MAX 64U
@@ -43,8 +57,10 @@ enum {
     FAULT_WATCHDOG = 4,
     FAULT_CLOCK_FALLBACK = 8,
     FAULT_OVERLOAD = 16, /**< overruns in a row */
-    FAULT_SUPPLY = 32,   /**< the supply is too low */
-    FAULT_CURRENT = 64   /**< the average current is above its limit */
+    FAULT_SUPPLY = 32,   /**< the supply is too low, or outside of its limits */
+    FAULT_CURRENT = 64,  /**< the average current is above its limit */
+    FAULT_TEMPERATURE = 128,
+    FAULT_HIGH_VOLTAGE = 256 /**< the stage's supply is outside of its limits */
 };
 
 /** Bits of the register `reset_cause`. Append only. */
@@ -63,6 +79,7 @@ typedef struct {
     uint16_t starts;        /**< since power came on, this one included */
     uint32_t fault_address; /**< of the instruction that faulted, with RESET_FAULT */
     uint32_t fault_status;  /**< the processor's configurable fault status then */
+    uint32_t serial[3];     /**< serial number, highest bits first; zeros: none */
 } board_start_t;
 
 /** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. The
@@ -71,6 +88,10 @@ board_start_t board_init(void);
 
 /** Enable line of the power stage. Sample interrupt, each sample. */
 void board_stage_enable(bool on);
+
+/** The newest reading, 0.001 C or mV. Sample interrupt, one channel every HEALTH_WATCH_EVERY samples, in turn, so a
+ * board may begin the next conversion here. Must not wait. */
+int32_t board_health(health_channel_t channel);
 
 /** Feeds the hardware watchdog, where there is one: main loop, when it has seen the sample interrupt run. */
 void board_watchdog_feed(void);

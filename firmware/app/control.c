@@ -3,6 +3,7 @@
 #include "board.h"
 #include "capture.h"
 #include "event_log.h"
+#include "health_watch.h"
 #include "loop.h"
 #include "modbus_server.h"
 #include "model_watch.h"
@@ -10,6 +11,54 @@
 #include "register_blocks.h"
 
 enum { WAVEFORM_CAPACITY = LENGTH_waveform / 4 };
+
+static uint32_t command_needs(uint32_t command) {
+    switch (command) {
+    case COMMAND_NONE:
+    case COMMAND_STOP:
+    case COMMAND_PARK:
+    case COMMAND_LATCH:
+    case COMMAND_DISARM:
+        return 0;
+    case COMMAND_START:
+    case COMMAND_CONDITION:
+    case COMMAND_ARM:
+        return CONTROL_OUTPUT;
+    default:
+        return CONTROL_PARAMETERS;
+    }
+}
+
+uint32_t control_needs(unsigned index, uint32_t value) {
+    switch (index) {
+    case INDEX_command:
+        return command_needs(value);
+    case INDEX_unlock:
+        return 0;
+    case INDEX_mode:
+        return value == HYST_MODE_PARK ? 0 : CONTROL_OUTPUT;
+    case INDEX_setpoint:
+    case INDEX_source:
+    case INDEX_source_offset:
+    case INDEX_source_amplitude:
+    case INDEX_source_increment:
+    case INDEX_source_cycles:
+    case INDEX_waveform_points:
+    case INDEX_sweep_increment:
+    case INDEX_sweep_samples:
+    case INDEX_sweep_spacing:
+    case INDEX_source_tones:
+        return CONTROL_OUTPUT;
+    default:
+        return CONTROL_PARAMETERS;
+    }
+}
+
+static void unlock(uint32_t value[REGISTER_COUNT], uint32_t key) {
+    value[INDEX_unlocked] = key == 0                        ? 0
+                            : key == CONTROL_KEY_PARAMETERS ? value[INDEX_unlocked] | CONTROL_PARAMETERS
+                                                            : value[INDEX_unlocked] | CONTROL_OUTPUT;
+}
 
 void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_magic] = REGISTERS_MAGIC;
@@ -21,6 +70,9 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_cost_rate] = board_info.cost_rate_hz;
     value[INDEX_image_version] = HYST_IMAGE_VERSION;
     value[INDEX_latency] = board_info.latency_samples;
+    value[INDEX_serial_high] = start->serial[0];
+    value[INDEX_serial_middle] = start->serial[1];
+    value[INDEX_serial_low] = start->serial[2];
     value[INDEX_position_bits] = board_info.position_bits;
     value[INDEX_drive_bits] = board_info.drive_bits;
     value[INDEX_capture_capacity] = CAPTURE_CAPACITY;
@@ -32,6 +84,16 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_capture_length] = CAPTURE_CAPACITY;
     value[INDEX_setpoint_slew] = LOOP_DEFAULT_SLEW;
     value[INDEX_watchdog] = LOOP_DEFAULT_TIMEOUT_MS;
+    value[INDEX_drive_low] = value[INDEX_reference_low] = (uint32_t)HYST_Q31_MIN;
+    value[INDEX_drive_high] = value[INDEX_reference_high] = (uint32_t)HYST_Q31_MAX;
+    value[INDEX_reference_slew] = (uint32_t)board_info.drive_slew_max;
+    value[INDEX_temperature_alert] = (uint32_t)board_info.health.temperature_alert;
+    value[INDEX_temperature_trip] = (uint32_t)board_info.health.temperature_trip;
+    value[INDEX_supply_low] = (uint32_t)board_info.health.supply_low;
+    value[INDEX_supply_high] = (uint32_t)board_info.health.supply_high;
+    value[INDEX_high_voltage_low] = (uint32_t)board_info.health.high_voltage_low;
+    value[INDEX_high_voltage_high] = (uint32_t)board_info.health.high_voltage_high;
+    value[INDEX_health_looks] = HEALTH_WATCH_LOOKS;
     value[INDEX_reset_cause] = start->reset_cause;
     value[INDEX_starts] = start->starts;
     value[INDEX_fault_address] = start->fault_address;
@@ -39,13 +101,21 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
 }
 
 static source_settings_t source_settings(const uint32_t value[REGISTER_COUNT]) {
-    return (source_settings_t){.kind = (source_kind_t)value[INDEX_source],
-                               .offset = (hyst_q31_t)value[INDEX_source_offset],
-                               .amplitude = (hyst_q31_t)value[INDEX_source_amplitude],
-                               .increment = value[INDEX_source_increment],
-                               .cycles = value[INDEX_source_cycles],
-                               .points = register_blocks_waveform(),
-                               .point_count = value[INDEX_waveform_points]};
+    source_settings_t settings = {.kind = (source_kind_t)value[INDEX_source],
+                                  .offset = (hyst_q31_t)value[INDEX_source_offset],
+                                  .amplitude = (hyst_q31_t)value[INDEX_source_amplitude],
+                                  .increment = value[INDEX_source_increment],
+                                  .cycles = value[INDEX_source_cycles],
+                                  .points = register_blocks_waveform(),
+                                  .point_count = value[INDEX_waveform_points],
+                                  .tones = register_blocks_tones(),
+                                  .tone_count = value[INDEX_source_tones]};
+    if (settings.kind == SOURCE_SWEEP &&
+        !sweep_make(settings.increment, value[INDEX_sweep_increment], value[INDEX_sweep_samples],
+                    (sweep_spacing_t)value[INDEX_sweep_spacing], &settings.sweep)) {
+        settings.sweep.samples = 0;
+    }
+    return settings;
 }
 
 static capture_settings_t capture_settings(const uint32_t value[REGISTER_COUNT]) {
@@ -69,7 +139,7 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     case COMMAND_CONDITION:
         return loop_armed();
     case COMMAND_ARM:
-        return parameter_store_image_given() && !loop_in_fault();
+        return parameter_store_image_given() && !loop_in_fault() && health_watch_faults() == 0;
     case COMMAND_SAVE:
         return parameter_store_image_given() && loop_off();
     case COMMAND_ARM_CAPTURE:
@@ -94,7 +164,13 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_mode:
         return x == HYST_MODE_PARK || (x <= HYST_MODE_COMPENSATE && loop_armed());
     case INDEX_source:
-        return x <= SOURCE_BREAKPOINTS;
+        return x <= SOURCE_MULTISINE;
+    case INDEX_unlock:
+        return x == 0 || x == CONTROL_KEY_PARAMETERS || x == CONTROL_KEY_OUTPUT;
+    case INDEX_sweep_spacing:
+        return x <= SWEEP_LOGARITHMIC;
+    case INDEX_source_tones:
+        return x <= SOURCE_TONES_MAX;
     case INDEX_waveform_points:
         return x <= WAVEFORM_CAPACITY;
     case INDEX_capture_decimation:
@@ -108,14 +184,37 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_current_limit:
         return (hyst_q31_t)x >= 0;
     case INDEX_setpoint_slew:
+    case INDEX_reference_slew:
         return (hyst_q31_t)x > 0;
+    case INDEX_drive_low:
+    case INDEX_drive_high:
+        return loop_drive_limits_possible((hyst_q31_t)value[INDEX_drive_low], (hyst_q31_t)value[INDEX_drive_high]);
+    case INDEX_reference_low:
+    case INDEX_reference_high:
+        return (hyst_q31_t)value[INDEX_reference_low] <= (hyst_q31_t)value[INDEX_reference_high];
+    case INDEX_health_looks:
+        return x > 0;
     default:
         return true;
     }
 }
 
-void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]) {
+static void apply_health(const uint32_t value[REGISTER_COUNT]) {
+    const board_health_limits_t limits = {.temperature_alert = (int32_t)value[INDEX_temperature_alert],
+                                          .temperature_trip = (int32_t)value[INDEX_temperature_trip],
+                                          .supply_low = (int32_t)value[INDEX_supply_low],
+                                          .supply_high = (int32_t)value[INDEX_supply_high],
+                                          .high_voltage_low = (int32_t)value[INDEX_high_voltage_low],
+                                          .high_voltage_high = (int32_t)value[INDEX_high_voltage_high]};
+    loop_set_health_limits(&limits, value[INDEX_health_looks]);
+}
+
+void control_apply(unsigned index, uint32_t value[REGISTER_COUNT]) {
     switch (index) {
+    case INDEX_unlock:
+        unlock(value, value[INDEX_unlock]);
+        value[INDEX_unlock] = 0; /* write only */
+        break;
     case INDEX_mode:
         loop_set_mode((hyst_mode_t)value[INDEX_mode]);
         break;
@@ -134,6 +233,26 @@ void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]) {
     case INDEX_model_error_limit:
     case INDEX_model_error_time:
         loop_set_model_limit((hyst_q31_t)value[INDEX_model_error_limit], value[INDEX_model_error_time]);
+        break;
+    case INDEX_drive_low:
+    case INDEX_drive_high:
+        (void)loop_set_drive_limits((hyst_q31_t)value[INDEX_drive_low], (hyst_q31_t)value[INDEX_drive_high]);
+        break;
+    case INDEX_reference_low:
+    case INDEX_reference_high:
+    case INDEX_reference_slew:
+        loop_set_reference_limit(&(reference_limit_t){.low = (hyst_q31_t)value[INDEX_reference_low],
+                                                      .high = (hyst_q31_t)value[INDEX_reference_high],
+                                                      .slew = (hyst_q31_t)value[INDEX_reference_slew]});
+        break;
+    case INDEX_temperature_alert:
+    case INDEX_temperature_trip:
+    case INDEX_supply_low:
+    case INDEX_supply_high:
+    case INDEX_high_voltage_low:
+    case INDEX_high_voltage_high:
+    case INDEX_health_looks:
+        apply_health(value);
         break;
     default: /* the others are looked at when a command or the main loop needs them */
         break;
@@ -232,6 +351,9 @@ void control_latch(uint32_t value[REGISTER_COUNT]) {
     value[INDEX_model_error_blocks] = error.blocks;
     value[INDEX_capture_first] = capture_first();
     value[INDEX_current_average] = (uint32_t)loop_current_average();
+    value[INDEX_temperature] = (uint32_t)health_watch_reading(HEALTH_TEMPERATURE);
+    value[INDEX_supply] = (uint32_t)health_watch_reading(HEALTH_SUPPLY);
+    value[INDEX_high_voltage] = (uint32_t)health_watch_reading(HEALTH_HIGH_VOLTAGE);
     const modbus_counters_t line = modbus_server_counters();
     value[INDEX_line_echoes] = line.echoes;
     value[INDEX_line_errors] = line.errors;

@@ -29,6 +29,27 @@ typedef enum {
     COMMAND_SAVE = 11
 } control_command_t;
 
+/** Register `write_refused`. Append only. */
+typedef enum {
+    WRITE_TAKEN = 0,
+    WRITE_NO_REGISTER = 1,
+    WRITE_READ_ONLY = 2,
+    WRITE_HALF = 3,
+    WRITE_VALUE = 4,
+    WRITE_COMMAND = 5,
+    WRITE_PARAMETERS_LOCKED = 6,
+    WRITE_OUTPUT_LOCKED = 7
+} write_refusal_t;
+
+/** Register `unlock`, beside 0. */
+enum { CONTROL_KEY_PARAMETERS = 0x5041, CONTROL_KEY_OUTPUT = 0x4F4E };
+
+/** Bits of the register `unlocked`, and what a write needs of them. */
+enum { CONTROL_PARAMETERS = 1, CONTROL_OUTPUT = 2 };
+
+/** What writing this value to register `index` needs; 0: nothing, it makes nothing move and changes no parameter. */
+uint32_t control_needs(unsigned index, uint32_t value);
+
 /** Identity and defaults. */
 void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start);
 
@@ -36,7 +57,7 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start);
 bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT]);
 
 /** Register `index` was written: makes the loop follow. */
-void control_apply(unsigned index, const uint32_t value[REGISTER_COUNT]);
+void control_apply(unsigned index, uint32_t value[REGISTER_COUNT]);
 
 /** Executes a command that control_setting_valid found possible. */
 void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]);

@@ -3,6 +3,7 @@
 #include "board.h"
 #include "capture.h"
 #include "conditioning.h"
+#include "health_watch.h"
 #include "model_watch.h"
 #include "sensor_watch.h"
 #include <stdatomic.h>
@@ -26,6 +27,8 @@ static struct {
     bool attend; /* something changed: the next sample looks at everything again */
     hyst_mode_t mode;
     source_t source;
+    reference_limit_t limit; /* of the reference */
+    hyst_q31_t reference;    /* that came out of it last */
     conditioning_t conditioning;
     hyst_q31_t conditioning_rate;
     past_t past[HISTORY];
@@ -40,19 +43,22 @@ static struct {
     uint32_t current;          /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
     uint32_t current_limit;    /* the same; UINT32_MAX is none */
     bool model_warns;
-    uint32_t settling; /* how many that are after a sample that is not watched */
+    hyst_q31_t drive_low, drive_high; /* the registers' output range, to which an image's is cut */
+    uint32_t settling;                /* how many that are after a sample that is not watched */
     telemetry_t telemetry;
     hyst_compensator_state_t compensator; /* last: it is large, and what is near the start is cheaper to get at */
 } loop;
 
 /* More events beside the HYST_STEP_ ones. All are the bits of limits_live. */
-enum { SLEW_LIMITED = LIMIT_SLEW, MEMORY_LOST = LIMIT_MEMORY };
+enum { SLEW_LIMITED = LIMIT_SLEW, MEMORY_LOST = LIMIT_MEMORY, REFERENCE_LIMITED = LIMIT_REFERENCE };
 _Static_assert((int)HYST_STEP_DRIVE_LIMITED == (int)LIMIT_DRIVE, "an event is its limit");
 _Static_assert((int)HYST_STEP_UNREACHABLE == (int)LIMIT_UNREACHABLE, "an event is its limit");
 _Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event is its limit");
 
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
-#define TRIPS ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT))
+#define TRIPS                                                                                                          \
+    ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT | FAULT_TEMPERATURE |                   \
+                FAULT_HIGH_VOLTAGE))
 
 /* The average current is over 2^13 samples: 0.8 s at 10 kHz, in which a power stage warms up little. A step is below
  * 2^32, so in units of 2^11 below 2^21; no board's is above an eighth of that, and the sum stays below 2^32. */
@@ -119,6 +125,10 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     hyst_compensator_reset(&parameters->compensator, &loop.compensator);
     loop.mode = HYST_MODE_PARK;
     source_reset(&loop.source, 0, LOOP_DEFAULT_SLEW);
+    loop.limit = (reference_limit_t){.low = HYST_Q31_MIN, .high = HYST_Q31_MAX, .slew = board_info.drive_slew_max};
+    loop.reference = 0;
+    loop.drive_low = HYST_Q31_MIN;
+    loop.drive_high = HYST_Q31_MAX;
     loop.conditioning.leg = CONDITIONING_OFF;
     loop.conditioning_rate = range_per_second();
     const hyst_q31_t park = parameters->range.park;
@@ -146,24 +156,31 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     capture_init();
     model_watch_init();
     sensor_watch_init();
+    health_watch_init();
 }
 
 /* The hold source's value becomes drive_park, where conditioning ends. In the other modes the reference is a position,
  * and the change of mode makes a transition of the difference. */
 static void conditioning_ended(void) {
     if (loop.mode == HYST_MODE_DIRECT) {
-        loop.source.value = loop.active->range.park;
+        loop.source.value = loop.reference = loop.active->range.park;
+    }
+}
+
+/* Holds the reference, which may not be where the source was. */
+static void stop_source(void) {
+    if (loop.source.playing) {
+        loop.source.value = loop.reference;
+        source_stop(&loop.source);
     }
 }
 
 static void stop_motion(void) {
-    if (loop.source.playing) {
-        source_stop(&loop.source);
-    }
+    stop_source();
     if (loop.conditioning.leg != CONDITIONING_OFF) {
         loop.conditioning.leg = CONDITIONING_OFF;
         if (loop.mode == HYST_MODE_DIRECT) {
-            loop.source.value = loop.source.setpoint = loop.conditioning.reference;
+            loop.source.value = loop.source.setpoint = loop.reference = loop.conditioning.reference;
         }
     }
 }
@@ -178,9 +195,19 @@ static bool moving(void) {
     return loop.power.state == POWER_ON && (loop.mode != HYST_MODE_PARK || loop.conditioning.leg != CONDITIONING_OFF);
 }
 
-/* The faults of this sample that trip. */
-static uint32_t tripping(bool supply_low, bool overrun) {
-    uint32_t faults = supply_low ? FAULT_SUPPLY : 0U;
+/* Temperature and supplies, which are not looked at in every sample: faults of this look. What is on its way off goes
+ * there, and arming is refused while they last. */
+static inline uint32_t unhealthy(void) {
+    if (loop.telemetry.sequence % HEALTH_WATCH_EVERY != 0) {
+        return 0;
+    }
+    const uint32_t faults = health_watch_look(loop.power.state == POWER_ON);
+    return power_armed(&loop.power) ? faults : 0;
+}
+
+/* The faults of this sample that trip, beside those that are known. */
+static uint32_t tripping(bool supply_low, bool overrun, uint32_t faults) {
+    faults |= supply_low ? FAULT_SUPPLY : 0U;
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
@@ -198,9 +225,9 @@ static uint32_t tripping(bool supply_low, bool overrun) {
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
-static void protect(bool supply_low, bool overrun) {
+static void protect(bool supply_low, bool overrun, uint32_t known_faults) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
-    const uint32_t faults = tripping(supply_low, overrun);
+    const uint32_t faults = tripping(supply_low, overrun, known_faults);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         park();
         if (loop.power.state != POWER_FAULT) {
@@ -223,7 +250,7 @@ static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
     const drive_range_t *range = &loop.active->range;
     if (loop.power.state != POWER_ON) {
         *mode = HYST_MODE_PARK;
-        *reference = loop.source.value;
+        *reference = loop.reference;
         return true;
     }
     if (loop.conditioning.leg != CONDITIONING_OFF) {
@@ -235,6 +262,14 @@ static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
         conditioning_ended();
     }
     return false;
+}
+
+/* The source's, within its limits. */
+static inline hyst_q31_t next_reference(unsigned *events) {
+    const hyst_q31_t wanted = source_step(&loop.source);
+    loop.reference = reference_limited(&loop.limit, loop.reference, wanted);
+    *events = loop.reference != wanted ? REFERENCE_LIMITED : 0U;
+    return loop.reference;
 }
 
 static void adopt_pending(void) {
@@ -310,6 +345,7 @@ static void account_limits(unsigned events) {
     count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
     count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
     count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
+    count(&t->reference_limited, (events & REFERENCE_LIMITED) != 0);
 }
 
 /*
@@ -325,8 +361,8 @@ static bool steady(void) {
 }
 
 /* The beginning of such a sample. */
-static HYST_APART void look_at_everything(bool supply_low, bool overrun) {
-    protect(supply_low, overrun);
+static HYST_APART void look_at_everything(bool supply_low, bool overrun, uint32_t known_faults) {
+    protect(supply_low, overrun, known_faults);
     adopt_pending();
 }
 
@@ -431,7 +467,8 @@ static void warn(uint32_t warnings) {
  */
 static inline void watch_model(bool eventful, unsigned events, hyst_mode_t mode) {
     const telemetry_t *t = &loop.telemetry;
-    if (mode != HYST_MODE_COMPENSATE || events != 0 || loop.compensator.transition != 0 || eventful) {
+    if (mode != HYST_MODE_COMPENSATE || (events & ~(unsigned)REFERENCE_LIMITED) != 0 ||
+        loop.compensator.transition != 0 || eventful) {
         loop.unsettled = loop.settling;
         return;
     }
@@ -446,8 +483,8 @@ static inline void watch_model(bool eventful, unsigned events, hyst_mode_t mode)
 static inline void watch_hardware(uint16_t position_code, hyst_q31_t before, hyst_q31_t drive) {
     const uint32_t step = drive > before ? (uint32_t)drive - (uint32_t)before : (uint32_t)before - (uint32_t)drive;
     loop.current += (step >> CURRENT_UNIT) - (loop.current >> CURRENT_BITS);
-    const uint32_t warnings =
-        sensor_watch_sample(position_code, step) | (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
+    const uint32_t warnings = sensor_watch_sample(position_code, step) | health_watch_warnings() |
+                              (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
     if (warnings != loop.telemetry.warnings_live) {
         warn(warnings);
     }
@@ -468,23 +505,26 @@ uint16_t loop_sample(const loop_input_t *input) {
     }
     const bool eventful = (input->converter_timeout | input->overrun | input->supply_low) != 0;
     const uint32_t silence = loop.silence + 1U;
-    const bool attend = loop.attend || eventful || loop.current > loop.current_limit || silence > loop.timeout;
+    const uint32_t faults = unhealthy();
+    const bool attend =
+        loop.attend || eventful || faults != 0 || loop.current > loop.current_limit || silence > loop.timeout;
     if (attend) {
-        look_at_everything(input->supply_low, input->overrun);
+        look_at_everything(input->supply_low, input->overrun, faults);
     } else {
         loop.silence = silence; /* a steady sample is one in motion */
     }
 
-    unsigned events;
+    unsigned events, held_back = 0;
     const hyst_q31_t before = loop.compensator.drive;
     hyst_mode_t mode = loop.mode;
     hyst_q31_t reference;
     if (!attend || !overruled(&mode, &reference)) {
-        reference = source_step(&loop.source);
+        reference = next_reference(&held_back);
     }
     const hyst_q31_t drive =
         attend && loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
     const uint16_t code = (uint16_t)to_code(drive, board_info.drive_bits);
+    events |= held_back;
 
     past_t *now = &loop.past[t->sequence % HISTORY];
     now->reference = reference;
@@ -506,6 +546,58 @@ static uint32_t take(void) {
     const uint32_t key = board_lock();
     loop.attend = true;
     return key;
+}
+
+static void limit_range(loop_parameters_t *parameters) {
+    const drive_range_t *image = &parameters->image_range;
+    parameters->range = *image;
+    parameters->range.low = image->low > loop.drive_low ? image->low : loop.drive_low;
+    parameters->range.high = image->high < loop.drive_high ? image->high : loop.drive_high;
+}
+
+static bool holds_park(const loop_parameters_t *parameters, hyst_q31_t low, hyst_q31_t high) {
+    return parameters == NULL || (parameters->image_range.park >= low && parameters->image_range.park <= high);
+}
+
+bool loop_limit_range(loop_parameters_t *next) {
+    limit_range(next);
+    return holds_park(next, loop.drive_low, loop.drive_high);
+}
+
+bool loop_drive_limits_possible(hyst_q31_t low, hyst_q31_t high) {
+    const uint32_t key = board_lock();
+    const bool possible = low < high && holds_park(loop.active, low, high) &&
+                          holds_park(atomic_load_explicit(&loop.pending, memory_order_relaxed), low, high);
+    board_unlock(key);
+    return possible;
+}
+
+bool loop_set_drive_limits(hyst_q31_t low, hyst_q31_t high) {
+    if (!loop_drive_limits_possible(low, high)) {
+        return false;
+    }
+    const uint32_t key = take();
+    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_relaxed);
+    loop.drive_low = low;
+    loop.drive_high = high;
+    limit_range(loop.active);
+    if (next != NULL) {
+        limit_range(next);
+    }
+    board_unlock(key);
+    return true;
+}
+
+void loop_set_reference_limit(const reference_limit_t *limit) {
+    const uint32_t key = take();
+    loop.limit = *limit;
+    board_unlock(key);
+}
+
+void loop_set_health_limits(const board_health_limits_t *limits, uint32_t looks) {
+    const uint32_t key = take();
+    health_watch_set_limits(limits, looks);
+    board_unlock(key);
 }
 
 bool loop_adoption_pending(void) {
@@ -631,9 +723,9 @@ void loop_start(const source_settings_t *settings) {
     board_unlock(key);
 }
 
-bool loop_playing_breakpoints(void) {
+bool loop_plays(source_kind_t kind) {
     const uint32_t key = board_lock();
-    const bool playing = loop.source.playing && loop.source.settings.kind == SOURCE_BREAKPOINTS;
+    const bool playing = loop.source.playing && loop.source.settings.kind == kind;
     board_unlock(key);
     return playing;
 }
@@ -687,9 +779,7 @@ void loop_condition(void) {
         return;
     }
     loop.silence = 0;
-    if (loop.source.playing) {
-        source_stop(&loop.source);
-    }
+    stop_source();
     /* In direct mode a transition may still be part of the drive: go on from the reference, not from the drive. */
     conditioning_start(&loop.conditioning, loop.compensator.mode == HYST_MODE_DIRECT
                                                ? loop.past[loop.telemetry.sequence % HISTORY].reference

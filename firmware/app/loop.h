@@ -11,8 +11,9 @@
  * Modes and sources. The requested mode is what the loop runs, except while conditioning, which drives directly.
  * Parking stops the source and conditioning. No change of mode, and no new parameters, step the drive
  * (hyst/compensator.h: transition); into new limits it ramps. A source that starts elsewhere than where the reference
- * is does jump: lead the setpoint there first. Whatever jumps, no sample's drive is farther from the last one's than
- * board_info.drive_slew_max (`slew_limited` counts the samples in which that was at work).
+ * is goes there with reference_limit_t.slew: lead the setpoint there first. Whatever jumps, no sample's drive is
+ * farther from the last one's than board_info.drive_slew_max (`slew_limited` counts the samples in which that was at
+ * work).
  *
  * After conditioning the drive is at drive_park and the loop goes on in the requested mode with the setpoint it had.
  * In linear and compensate mode the drive goes there as a transition; in direct mode the hold source starts from
@@ -21,10 +22,12 @@
 #ifndef LOOP_H
 #define LOOP_H
 
+#include "board.h"
 #include "drive_range.h"
 #include "hyst/compensator.h"
 #include "hyst/parameters.h"
 #include "power_state.h"
+#include "reference_limit.h"
 #include "source.h"
 #include "telemetry.h"
 
@@ -38,9 +41,10 @@ typedef struct {
 
 /** What a parameter image becomes. */
 typedef struct {
-    drive_range_t range;            /**< the limits of the image */
+    drive_range_t range;            /**< the limits in force, within those of the image */
     uint32_t lookahead_samples;     /**< 0..HYST_LOOKAHEAD_MAX */
     hyst_compensator_t compensator; /**< its limits are the window of the present sample, and the loop's to set */
+    drive_range_t image_range;      /**< the limits of the image */
 } loop_parameters_t;
 
 /** Sample interrupt only. Returns the drive code: offset binary, rounded to board_info.drive_bits, left-aligned to 16
@@ -102,8 +106,22 @@ void loop_set_setpoint_slew(hyst_q31_t slew);
 /** Starts a source (valid: source_settings_valid). Only when ready, and not while parked or conditioning. A sine locks
  * the harmonics of a modified play model (hyst_hysteresis_begin_sine). */
 void loop_start(const source_settings_t *settings);
-bool loop_playing_breakpoints(void);
+bool loop_plays(source_kind_t kind);
 bool loop_conditioning(void);
+
+/** An output range within that of the image: of the one in force, and of one that is pending. False, and nothing
+ * happens, unless low < high and the parking drives lie between them. */
+bool loop_set_drive_limits(hyst_q31_t low, hyst_q31_t high);
+bool loop_drive_limits_possible(hyst_q31_t low, hyst_q31_t high);
+
+/** Applies the same to an image that is to be adopted. False if its parking drive lies outside. */
+bool loop_limit_range(loop_parameters_t *next);
+
+/** Limits of the reference. */
+void loop_set_reference_limit(const reference_limit_t *limit);
+
+/** Limits on temperature and supplies, and looks in a row beyond them (health_watch.h). */
+void loop_set_health_limits(const board_health_limits_t *limits, uint32_t looks);
 
 /** Limit on the error of the model and how long above it warns (model_watch.h); 0 is none. */
 void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "modbus_bits.h"
 #include "modbus_server.h"
+#include "register_table.h"
 #include "registers.h"
 
 #define CRC_BYTES     2U
@@ -253,7 +254,7 @@ static modbus_exception_t diagnose(request_t request, reply_t *reply) {
     return MODBUS_OK;
 }
 
-/* Objects 0 to 2: the basic category. */
+/* Objects 0 to 2: the basic category. The serial number is one of the extended category. */
 static const char *const identification[] = {
     "hyst",
     "piezo amplifier",
@@ -266,14 +267,33 @@ enum {
     ACCESS_BASIC = 1,
     ACCESS_EXTENDED = 3,
     ACCESS_INDIVIDUAL = 4,
-    CONFORMITY_BASIC = 0x81, /* basic, stream and individual access */
+    CONFORMITY_EXTENDED = 0x83, /* all three categories, stream and individual access */
+    OBJECT_SERIAL = 0x80,
+    SERIAL_DIGITS = 24
 };
 
+/* The registers serial_high to serial_low in hexadecimal. */
+static void serial_text(char text[SERIAL_DIGITS + 1]) {
+    uint16_t words[SERIAL_DIGITS / 4U];
+    registers_read(ADDRESS_serial_high, SERIAL_DIGITS / 4U, words);
+    for (unsigned i = 0; i < SERIAL_DIGITS; i++) {
+        text[i] = "0123456789ABCDEF"[words[i / 4U] >> (12U - 4U * (i % 4U)) & 0xFU];
+    }
+    text[SERIAL_DIGITS] = '\0';
+}
+
 static void append_object(uint8_t object, reply_t *reply) {
+    char serial[SERIAL_DIGITS + 1];
+    const char *text = serial;
     uint8_t *at = reply->bytes + reply->length;
     size_t length = 0;
-    for (; identification[object][length] != '\0'; length++) {
-        at[2U + length] = (uint8_t)identification[object][length];
+    if (object == OBJECT_SERIAL) {
+        serial_text(serial);
+    } else {
+        text = identification[object];
+    }
+    for (; text[length] != '\0'; length++) {
+        at[2U + length] = (uint8_t)text[length];
     }
     at[0] = object;
     at[1] = (uint8_t)length;
@@ -289,21 +309,23 @@ static modbus_exception_t read_identification(request_t request, reply_t *reply)
     }
     const uint8_t access = request.bytes[2];
     const bool individual = access == ACCESS_INDIVIDUAL;
+    const bool extended = access >= ACCESS_EXTENDED;
     uint8_t object = request.bytes[3];
-    if (object >= IDENTIFICATION_OBJECTS) {
+    if (object >= IDENTIFICATION_OBJECTS && !(extended && object == OBJECT_SERIAL)) {
         if (individual) {
             return MODBUS_ILLEGAL_ADDRESS;
         }
         object = 0; /* a stream restarts at the beginning (V1.1b3, section 6.21) */
     }
-    const uint8_t objects = individual ? 1U : (uint8_t)(IDENTIFICATION_OBJECTS - object);
-    const uint8_t header[] = {MEI_READ_DEVICE_IDENTIFICATION, access, CONFORMITY_BASIC, 0, 0, objects};
+    const uint8_t basic = object < IDENTIFICATION_OBJECTS ? (uint8_t)(IDENTIFICATION_OBJECTS - object) : 0;
+    const uint8_t objects = individual ? 1U : (uint8_t)(basic + (extended ? 1U : 0U));
+    const uint8_t header[] = {MEI_READ_DEVICE_IDENTIFICATION, access, CONFORMITY_EXTENDED, 0, 0, objects};
     for (size_t i = 0; i < sizeof header; i++) {
         reply->bytes[1U + i] = header[i];
     }
     reply->length = 1U + sizeof header;
     for (uint8_t i = 0; i < objects; i++) {
-        append_object((uint8_t)(object + i), reply);
+        append_object(!individual && i >= basic ? OBJECT_SERIAL : (uint8_t)(object + i), reply);
     }
     return MODBUS_OK;
 }

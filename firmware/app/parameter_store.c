@@ -20,10 +20,11 @@ static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_p
         return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_SAMPLE_RATE};
     }
     half->lookahead_samples = parameters->lookahead_samples;
-    half->range = (drive_range_t){.low = parameters->drive_low,
-                                  .high = parameters->drive_high,
-                                  .park = parameters->drive_park,
-                                  .return_slew = parameters->transition_slew};
+    half->image_range = (drive_range_t){.low = parameters->drive_low,
+                                        .high = parameters->drive_high,
+                                        .park = parameters->drive_park,
+                                        .return_slew = parameters->transition_slew};
+    half->range = half->image_range;
     const hyst_parameters_fault_t fault = hyst_parameters_build(parameters, &half->compensator);
     return fault.error != HYST_PARAMETERS_OK ? fault
                                              : hyst_board_limits_check(&board_info.image_limits, &half->compensator);
@@ -89,6 +90,9 @@ void parameter_store_commit(void) {
     hyst_parameters_fault_t fault = hyst_parameters_decode(store.staging, length, &parameters);
     if (fault.error == HYST_PARAMETERS_OK) {
         fault = build(&parameters, &store.half[store.idle]);
+    }
+    if (fault.error == HYST_PARAMETERS_OK && !loop_limit_range(&store.half[store.idle])) {
+        fault = (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_DRIVE_PARK};
     }
     store.status.fault = fault;
     if (fault.error != HYST_PARAMETERS_OK) {

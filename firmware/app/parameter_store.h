@@ -5,7 +5,8 @@
  * A commit decodes and validates the staged image as a set and builds its coefficients in the idle half of a double
  * buffer; the loop adopts them (loop_adopt). A refused image changes nothing but the result. Besides what
  * hyst/parameters.h checks, the image must have been made for this board's sample rate
- * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE) and ask for no more than the board allows
+ * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE), park within the output range that was set by registers
+ * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows
  * (hyst/board_limits.h).
  *
  * Main loop only.

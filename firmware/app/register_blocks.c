@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "register_blocks.h"
 #include "capture.h"
+#include "control.h"
 #include "event_log.h"
 #include "loop.h"
 #include "parameter_store.h"
@@ -16,6 +17,10 @@ _Static_assert(LENGTH_capture == CAPTURE_WORDS, "the whole buffer can be read");
 
 static source_point_t waveform[WAVEFORM_POINTS];
 
+#define WORDS_PER_TONE 3U
+_Static_assert(LENGTH_tones == 2U * WORDS_PER_TONE * SOURCE_TONES_MAX, "two registers a word");
+static source_tone_t tones[SOURCE_TONES_MAX];
+
 static const struct {
     uint16_t address, registers;
 } blocks[] = {
@@ -25,10 +30,15 @@ static const struct {
 
 void register_blocks_init(void) {
     memset(waveform, 0, sizeof waveform);
+    memset(tones, 0, sizeof tones);
 }
 
 const source_point_t *register_blocks_waveform(void) {
     return waveform;
+}
+
+const source_tone_t *register_blocks_tones(void) {
+    return tones;
 }
 
 bool register_blocks_hold(uint16_t address, uint16_t count) {
@@ -59,6 +69,33 @@ static uint32_t waveform_word(size_t word) {
     return word % WORDS_PER_POINT == 0 ? point->samples : (uint32_t)point->value;
 }
 
+static uint32_t tone_word(size_t word) {
+    const source_tone_t *tone = &tones[word / WORDS_PER_TONE];
+    switch (word % WORDS_PER_TONE) {
+    case 0:
+        return tone->harmonic;
+    case 1:
+        return (uint32_t)tone->amplitude;
+    default:
+        return tone->phase;
+    }
+}
+
+static void set_tone_word(size_t word, uint32_t x) {
+    source_tone_t *tone = &tones[word / WORDS_PER_TONE];
+    switch (word % WORDS_PER_TONE) {
+    case 0:
+        tone->harmonic = x;
+        break;
+    case 1:
+        tone->amplitude = (hyst_q31_t)x;
+        break;
+    default:
+        tone->phase = x;
+        break;
+    }
+}
+
 static uint16_t read_register(uint16_t block, size_t index) {
     if (block == ADDRESS_capture) {
         return capture_register(index);
@@ -68,6 +105,7 @@ static uint16_t read_register(uint16_t block, size_t index) {
     }
     const size_t word = index / 2U;
     const uint32_t x = block == ADDRESS_waveform  ? waveform_word(word)
+                       : block == ADDRESS_tones   ? tone_word(word)
                        : block == ADDRESS_staging ? parameter_store_staging()[word]
                                                   : parameter_store_active()[word];
     return (uint16_t)(index % 2U == 0 ? x >> 16 : x);
@@ -90,6 +128,10 @@ static void write_register(uint16_t block, size_t index, uint16_t x) {
         parameter_store_staging()[word] = with_half(parameter_store_staging()[word], index, x);
         return;
     }
+    if (block == ADDRESS_tones) {
+        set_tone_word(word, with_half(tone_word(word), index, x));
+        return;
+    }
     source_point_t *point = &waveform[word / WORDS_PER_POINT];
     const uint32_t changed = with_half(waveform_word(word), index, x);
     if (word % WORDS_PER_POINT == 0) {
@@ -99,12 +141,20 @@ static void write_register(uint16_t block, size_t index, uint16_t x) {
     }
 }
 
+modbus_exception_t register_blocks_check_write(uint16_t address) {
+    const uint16_t block = block_of(address);
+    return block == ADDRESS_waveform || block == ADDRESS_tones || block == ADDRESS_staging ? MODBUS_OK
+                                                                                           : MODBUS_ILLEGAL_ADDRESS;
+}
+
+uint32_t register_blocks_need(uint16_t address) {
+    return block_of(address) == ADDRESS_staging ? CONTROL_PARAMETERS : CONTROL_OUTPUT;
+}
+
 modbus_exception_t register_blocks_write(uint16_t address, uint16_t count, const uint16_t values[]) {
     const uint16_t block = block_of(address);
-    if (block != ADDRESS_waveform && block != ADDRESS_staging) {
-        return MODBUS_ILLEGAL_ADDRESS;
-    }
-    if (block == ADDRESS_waveform && loop_playing_breakpoints()) {
+    if ((block == ADDRESS_waveform && loop_plays(SOURCE_BREAKPOINTS)) ||
+        (block == ADDRESS_tones && loop_plays(SOURCE_MULTISINE))) {
         return MODBUS_DEVICE_FAILURE; /* the interrupt reads the table */
     }
     for (uint16_t i = 0; i < count; i++) {

@@ -78,39 +78,38 @@ void registers_read(uint16_t address, uint16_t count, uint16_t values[]) {
     }
 }
 
-/* Register `write_refused`. Append only. */
-typedef enum {
-    REFUSED_NOTHING = 0,
-    REFUSED_NO_REGISTER = 1,
-    REFUSED_READ_ONLY = 2,
-    REFUSED_HALF = 3,
-    REFUSED_VALUE = 4,
-    REFUSED_COMMAND = 5
-} refusal_t;
-
-static modbus_exception_t refuse(refusal_t refusal, uint32_t address, modbus_exception_t exception) {
+static modbus_exception_t refuse(write_refusal_t refusal, uint32_t address, modbus_exception_t exception) {
     value[INDEX_write_refused] = refusal;
     value[INDEX_write_refused_at] = address;
     return exception;
 }
 
+/* Whether what a write needs is unlocked. */
+static modbus_exception_t check_lock(uint32_t needs, uint32_t address) {
+    if ((needs & ~value[INDEX_unlocked]) == 0) {
+        return MODBUS_OK;
+    }
+    return refuse(needs == CONTROL_OUTPUT ? WRITE_OUTPUT_LOCKED : WRITE_PARAMETERS_LOCKED, address,
+                  MODBUS_DEVICE_FAILURE);
+}
+
 /* Why a write that has come to this address cannot go on there, with register i. */
-static refusal_t refusal_of(unsigned i, uint32_t address, uint32_t end) {
+static write_refusal_t refusal_of(unsigned i, uint32_t address, uint32_t end) {
     if (i == REGISTER_COUNT) {
-        return REFUSED_NO_REGISTER;
+        return WRITE_NO_REGISTER;
     }
     if (entries[i].access == REGISTER_RO) {
-        return REFUSED_READ_ONLY;
+        return WRITE_READ_ONLY;
     }
-    return entries[i].address != address || address + entries[i].registers > end ? REFUSED_HALF : REFUSED_NOTHING;
+    return entries[i].address != address || address + entries[i].registers > end ? WRITE_HALF : WRITE_TAKEN;
 }
 
 /* Puts the written values over a copy of the present ones. */
 static modbus_exception_t decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
     for (uint32_t at = span.first; at < span.end;) {
         const unsigned i = find(at);
-        const refusal_t refusal = refusal_of(i, at, span.end);
-        if (refusal != REFUSED_NOTHING) {
+        const write_refusal_t refusal = refusal_of(i, at, span.end);
+        if (refusal != WRITE_TAKEN) {
             return refuse(refusal, at, MODBUS_ILLEGAL_ADDRESS);
         }
         candidate[i] = 0;
@@ -121,22 +120,46 @@ static modbus_exception_t decode_write(span_t span, const uint16_t values[], uin
     }
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (covers(span, entries[i].address) && !control_setting_valid(i, candidate)) {
-            return refuse(i == INDEX_command ? REFUSED_COMMAND : REFUSED_VALUE, entries[i].address,
-                          MODBUS_ILLEGAL_VALUE);
+            return refuse(i == INDEX_command ? WRITE_COMMAND : WRITE_VALUE, entries[i].address, MODBUS_ILLEGAL_VALUE);
         }
     }
     return MODBUS_OK;
 }
 
+static modbus_exception_t check_locks(span_t span, const uint32_t candidate[REGISTER_COUNT]) {
+    modbus_exception_t refusal = MODBUS_OK;
+    for (unsigned i = 0; i < REGISTER_COUNT && refusal == MODBUS_OK; i++) {
+        if (covers(span, entries[i].address)) {
+            refusal = check_lock(control_needs(i, candidate[i]), entries[i].address);
+        }
+    }
+    return refusal;
+}
+
+static modbus_exception_t write_block(span_t span, const uint16_t values[]) {
+    const uint16_t address = (uint16_t)span.first;
+    modbus_exception_t refusal = register_blocks_check_write(address);
+    if (refusal == MODBUS_OK) {
+        refusal = check_lock(register_blocks_need(address), address);
+    }
+    if (refusal == MODBUS_OK) {
+        refusal = register_blocks_write(address, (uint16_t)(span.end - span.first), values);
+    }
+    return refusal;
+}
+
 modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint16_t values[]) {
     const span_t span = {address, (uint32_t)address + count};
     if (register_blocks_hold(address, count)) {
-        return register_blocks_write(address, count, values);
+        return write_block(span, values);
     }
     uint32_t candidate[REGISTER_COUNT];
     control_refresh(value);
     memcpy(candidate, value, sizeof candidate);
-    const modbus_exception_t refusal = decode_write(span, values, candidate);
+    modbus_exception_t refusal = decode_write(span, values, candidate);
+    if (refusal == MODBUS_OK) {
+        refusal = check_locks(span, candidate);
+    }
     if (refusal != MODBUS_OK) {
         return refusal;
     }

@@ -29,14 +29,16 @@ enum {
     LIMIT_UNREACHABLE = 2, /**< no drive reaches the reference */
     LIMIT_FILTER = 4,      /**< a filter saturated */
     LIMIT_SLEW = 8,        /**< the drive moves as fast as the board allows */
-    LIMIT_MEMORY = 16      /**< the model's memory was lost: condition the actuator */
+    LIMIT_MEMORY = 16,     /**< the model's memory was lost: condition the actuator */
+    LIMIT_REFERENCE = 32   /**< the reference is not what its source asks for (reference_limit.h) */
 };
 
 /** Bits of the registers `warnings_live` and `warnings_sticky`: nothing stops. Append only. */
 enum {
-    WARNING_MODEL = 1,    /**< the model is no longer true (model_watch.h) */
-    WARNING_SENSOR = 2,   /**< the reading is at an end of the converter (sensor_watch.h) */
-    WARNING_CONVERTER = 4 /**< the reading stands still while the drive moves (sensor_watch.h) */
+    WARNING_MODEL = 1,      /**< the model is no longer true (model_watch.h) */
+    WARNING_SENSOR = 2,     /**< the reading is at an end of the converter (sensor_watch.h) */
+    WARNING_CONVERTER = 4,  /**< the reading stands still while the drive moves (sensor_watch.h) */
+    WARNING_TEMPERATURE = 8 /**< too hot, or the sensor of that is lost (health_watch.h) */
 };
 
 /* The type of a field, by the type of its register; ENUM is one of the enumerations above and in hyst/compensator.h. */

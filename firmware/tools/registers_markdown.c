@@ -3,6 +3,8 @@
  * Writes docs/REGISTERS.md to standard output. What is in a table of the program is printed from it; the prose around
  * it is here.
  */
+#include "control.h"
+#include "health_watch.h"
 #include "hyst/parameters.h"
 #include "loop.h"
 #include "modbus_server.h"
@@ -42,7 +44,7 @@ static void print_introduction(void) {
         "| 22 | mask write of one register | 1 |\n"
         "| 16 | write registers | %u |\n"
         "| 23 | write, then read | %u, %u |\n"
-        "| 43/14 | device identification: vendor, product, revision | |\n\n"
+        "| 43/14 | device identification: vendor, product, revision; object 128, the serial number | |\n\n"
         "A request to address %u that only writes is executed and not answered; others are ignored. A request succeeds "
         "or fails as a whole: one that is "
         "refused has changed nothing.\n\n"
@@ -50,7 +52,8 @@ static void print_introduction(void) {
         "| 1 | unknown function |\n"
         "| 2 | a register that does not exist, or is read only, or half of a two-register value |\n"
         "| 3 | a value out of range, a command that is unknown or not possible now, or a malformed request |\n"
-        "| 4 | legal, but not now: the capture is being filled, or the breakpoints are being played |\n\n",
+        "| 4 | legal, but not now: the capture is being filled, the table is being played, or a lock is on (`unlock`) "
+        "|\n\n",
         MODBUS_SERVER_ADDRESS, MODBUS_READ_MAX, MODBUS_WRITE_MAX, MODBUS_READ_WRITE_MAX, MODBUS_READ_MAX,
         MODBUS_BROADCAST_ADDRESS);
 }
@@ -112,12 +115,13 @@ static void print_duties(void) {
         "The amplifier starts off: stage disabled, parked at the stored image's drive_park or, without one, at the "
         "safe code of its board, without limits. To move "
         "something:\n\n"
-        "1. Commit an image (`staging`, command 1). The output ramps to its `drive_park`.\n"
-        "2. Arm (command 9) and read `amplifier_state` until it is 3, hold: precharge takes %u ms.\n"
-        "3. Set a mode, a setpoint, start a source, condition.\n"
-        "4. Go on talking. Outside of park some request has to be accepted within `watchdog` milliseconds, %u unless "
+        "1. Unlock what it means to write (`unlock`): after a start the amplifier can be read and stopped, no more.\n"
+        "2. Commit an image (`staging`, command 1). The output ramps to its `drive_park`.\n"
+        "3. Arm (command 9) and read `amplifier_state` until it is 3, hold: precharge takes %u ms.\n"
+        "4. Set a mode, a setpoint, start a source, condition.\n"
+        "5. Go on talking. Outside of park some request has to be accepted within `watchdog` milliseconds, %u unless "
         "it is set; the sample interrupt counts them, in samples.\n"
-        "5. Disarm (command 10): ramp to park, then off.\n\n"
+        "6. Disarm (command 10): ramp to park, then off.\n\n"
         "After a fault that trips, `amplifier_state` is 6: the output ramps to park by `transition_slew`, beginning "
         "with "
         "the sample in which the fault is found, and the stage is disabled there. `trip_cause` says why. Command 3 "
@@ -129,6 +133,9 @@ static void print_duties(void) {
         "lost "
         "(`limits_live` 16), so condition the actuator afterwards |\n"
         "| supply too low | in the next sample | ramp from that sample on |\n"
+        "| temperature, supply or the stage's supply outside of its limits (where the board measures them) | in the "
+        "`health_looks`th look outside in a row, one each %u samples | the same. Arming is refused (exception 3) while "
+        "it lasts |\n"
         "| processor fault | at once | ramp to the safe code within 50 ms (0.5 s without the PLL), stage off, restart; "
         "`reset_cause` 16 |\n"
         "| interrupt or main loop stands still | within 1.9 s, by the hardware watchdog | restart, stage off; "
@@ -139,7 +146,7 @@ static void print_duties(void) {
         "Command 11 stores the image in force, while off and parked: an h405 stands still for up to 0.5 s then. The "
         "next start has it in force and begins at its `drive_park`. Two flash sectors are written in turn: a supply "
         "that goes meanwhile leaves the image before or the new one, whole. They wear after 20,000 saves.\n\n",
-        POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP);
+        POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP, HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
 }
 
 static void print_faults(void) {
@@ -206,6 +213,10 @@ static void print_commit_example(void) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
     hyst_parameters_default(&parameters);
     const size_t count = hyst_parameters_encode(&parameters, words, HYST_IMAGE_MAX_WORDS);
+    printf("Unlocking the parameters, and the output:\n\n"
+           "    " MBPOLL "-r %d -t 4 $LINE %d\n"
+           "    " MBPOLL "-r %d -t 4 $LINE %d\n\n",
+           ADDRESS_unlock, CONTROL_KEY_PARAMETERS, ADDRESS_unlock, CONTROL_KEY_OUTPUT);
     printf("Putting an image in force: write its words to `staging`, commit, look at the result (`fault_code`, 0 is "
            "accepted). This one has no hysteresis, gain 1, the whole range, and parks in its middle, for 10 kHz; "
            "mbpoll takes 32-bit numbers as signed ones. A longer image "

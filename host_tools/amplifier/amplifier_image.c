@@ -101,6 +101,9 @@ bool amplifier_image_write(device_t *device, const hyst_parameters_t *parameters
         registers[2 * i] = (uint16_t)(words[i] >> 16);
         registers[2 * i + 1] = (uint16_t)words[i];
     }
+    if (!device_unlock(device, CONTROL_PARAMETERS, failure)) {
+        return false;
+    }
     if (!device_write_block(device, ADDRESS_staging, 0, REGISTERS_PER_WORD * count, registers, failure)) {
         return false;
     }

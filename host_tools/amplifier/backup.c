@@ -117,5 +117,6 @@ bool backup_write(device_t *device, const json_t *backup, const char *where, bac
     }
     return (!done->image ||
             (image_from_json(list, where, &image, failure) && amplifier_image_write(device, &image, failure))) &&
+           device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
            settings_write(device, settings, where, done, failure);
 }

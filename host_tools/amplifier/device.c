@@ -33,7 +33,8 @@ struct device {
     const volatile sig_atomic_t *stop; /* or NULL */
     device_turn_t *turn;               /* or NULL; also while it runs */
     void *turn_context;
-    int64_t identity[REGISTER_COUNT]; /* magic to waveform_capacity are filled */
+    int64_t identity[REGISTER_COUNT]; /* magic to serial_low are filled */
+    unsigned unlocked;                /* by device_unlock */
 };
 
 /* One request, so that every kind of it is repeated and reported by the same code. Reads fill `read`. */
@@ -106,11 +107,23 @@ static bool is_exception(int error) {
     return error >= EMBXILFUN && error < EMBBADCRC;
 }
 
+/* What the amplifier says of a write that it has just refused, where that is a lock. */
+static const char *lock_text(device_t *device, const request_t *request, int error) {
+    uint16_t why = 0;
+    if (request->write == NULL || error != EMBXSFAIL ||
+        modbus_read_registers(device->modbus, register_table[INDEX_write_refused].address, 1, &why) != 1) {
+        return "";
+    }
+    return why == WRITE_PARAMETERS_LOCKED ? "; its parameters are locked"
+           : why == WRITE_OUTPUT_LOCKED   ? "; its output is locked"
+                                          : "";
+}
+
 static bool report(device_t *device, const request_t *request, int error, int tries, failure_t *failure) {
     const char *verb = request->write != NULL ? "writing" : "reading";
     if (is_exception(error)) {
-        return fail(failure, "%s: the amplifier refuses %s %s: %s (exception %d)", device->port, verb, request->what,
-                    modbus_strerror(error), error - MODBUS_ENOBASE);
+        return fail(failure, "%s: the amplifier refuses %s %s: %s (exception %d)%s", device->port, verb, request->what,
+                    modbus_strerror(error), error - MODBUS_ENOBASE, lock_text(device, request, error));
     }
     if (error == ETIMEDOUT) {
         return fail(failure, "no answer from %s (slave %lu) after %d tries, %s %s", device->port, device->slave, tries,
@@ -227,7 +240,7 @@ static bool check_identity(device_t *device, failure_t *failure) {
         return fail(failure, "%s: register map version %u is unknown here (known: %d): upgrade %s", device->port,
                     (unsigned)abi, REGISTERS_ABI, abi > REGISTERS_ABI ? "hyst" : "the amplifier's firmware");
     }
-    return device_read_span(device, INDEX_magic, INDEX_waveform_capacity, device->identity, failure);
+    return device_read_span(device, INDEX_magic, INDEX_serial_low, device->identity, failure);
 }
 
 bool device_options_check(const device_options_t *options, failure_t *failure) {
@@ -251,14 +264,26 @@ bool device_options_check(const device_options_t *options, failure_t *failure) {
     return true;
 }
 
-/* For what results say of their origin. Amplifiers have no serial number; port and address tell them apart. */
+void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]) {
+    const int64_t *identity = device->identity;
+    const bool known = (identity[INDEX_serial_high] | identity[INDEX_serial_middle] | identity[INDEX_serial_low]) != 0;
+    text[0] = '\0';
+    if (known) {
+        (void)snprintf(text, DEVICE_SERIAL_TEXT, "%08" PRIX32 "%08" PRIX32 "%08" PRIX32,
+                       (uint32_t)identity[INDEX_serial_high], (uint32_t)identity[INDEX_serial_middle],
+                       (uint32_t)identity[INDEX_serial_low]);
+    }
+}
+
+/* For what results say of their origin. */
 static void note_device(const device_t *device) {
     const int64_t version = device->identity[INDEX_firmware_version];
     const char *board = board_name(device->identity[INDEX_board]);
-    char text[400];
-    (void)snprintf(text, sizeof text, "board %s, firmware %d.%d.%d, at %s, address %lu",
-                   board != NULL ? board : "unknown", (int)(version >> 12), (int)(version >> 6 & 63),
-                   (int)(version & 63), device->port, device->slave);
+    char text[400], serial[DEVICE_SERIAL_TEXT];
+    device_serial(device, serial);
+    (void)snprintf(text, sizeof text, "board %s%s%s, firmware %d.%d.%d, at %s, address %lu",
+                   board != NULL ? board : "unknown", serial[0] != '\0' ? ", serial number " : "", serial,
+                   (int)(version >> 12), (int)(version >> 6 & 63), (int)(version & 63), device->port, device->slave);
     provenance_set_device(text);
 }
 
@@ -276,11 +301,25 @@ device_t *device_open(const device_options_t *options, failure_t *failure) {
     return device;
 }
 
+static outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure);
+
+void device_lock(device_t *device) {
+    failure_t ignored;
+    const volatile sig_atomic_t *const stop = device->stop;
+    if (device->unlocked != 0) {
+        device->stop = NULL;
+        (void)write_register(device, INDEX_unlock, 0, 1, &ignored);
+        device->stop = stop;
+        device->unlocked = 0;
+    }
+}
+
 void device_close(device_t *device) {
     if (device == NULL) {
         return;
     }
     if (device->modbus != NULL) {
+        device_lock(device);
         modbus_close(device->modbus);
         modbus_free(device->modbus);
     }
@@ -351,7 +390,7 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
 
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure) {
     int64_t values[REGISTER_COUNT];
-    const bool telemetry = which >= INDEX_sequence && which <= INDEX_current_average;
+    const bool telemetry = which >= INDEX_sequence && which <= INDEX_high_voltage;
     if (!device_read_span(device, telemetry ? INDEX_sequence : which, which, values, failure)) {
         return false;
     }
@@ -377,6 +416,22 @@ bool device_write(device_t *device, int which, int64_t value, failure_t *failure
     return write_register(device, which, value, TRIES, failure) == OUTCOME_DONE;
 }
 
+bool device_unlock(device_t *device, unsigned what, failure_t *failure) {
+    static const struct {
+        unsigned what;
+        int64_t key;
+    } keys[] = {{CONTROL_PARAMETERS, CONTROL_KEY_PARAMETERS}, {CONTROL_OUTPUT, CONTROL_KEY_OUTPUT}};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        if ((what & keys[i].what) != 0) {
+            if (!device_write(device, INDEX_unlock, keys[i].key, failure)) {
+                return false;
+            }
+            device->unlocked |= keys[i].what;
+        }
+    }
+    return true;
+}
+
 bool device_command(device_t *device, control_command_t command, failure_t *failure) {
     return device_write(device, INDEX_command, (int64_t)command, failure);
 }
@@ -384,6 +439,7 @@ bool device_command(device_t *device, control_command_t command, failure_t *fail
 bool device_arm(device_t *device, failure_t *failure) {
     int64_t now[REGISTER_COUNT];
     if (!device_command(device, COMMAND_STOP, failure) ||
+        !device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
         !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
         return false;
     }

@@ -48,8 +48,11 @@ typedef bool device_turn_t(void *context, failure_t *failure);
 /** For a program that must get a word in while an experiment has the line. turn NULL ends this. */
 void device_take_turns(device_t *device, device_turn_t *turn, void *context);
 
-/** Value of an identity register (`magic` to `waveform_capacity`), as read when the device was opened. */
+/** Value of an identity register (`magic` to `serial_low`), as read when the device was opened. */
 int64_t device_identity(const device_t *device, int which);
+/** The serial number in hexadecimal, or "" where there is none. */
+#define DEVICE_SERIAL_TEXT 25
+void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]);
 /** Samples per second of the loop. */
 double device_sample_rate_hz(const device_t *device);
 /** Registers per second that can be read on a good line. A conservative value: full requests occupy 40 % of the line.
@@ -71,12 +74,20 @@ bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], fail
 
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure);
 
+/** Makes these writable (CONTROL_PARAMETERS, CONTROL_OUTPUT; register `unlock`): for what the user's command means to
+ * change. */
+bool device_unlock(device_t *device, unsigned what, failure_t *failure);
+
+/** Locks it again, if device_unlock was called; device_close does, too. As far as it can be done: a line that is gone
+ * has no locks. */
+void device_lock(device_t *device);
+
 /** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
 
 /**
- * Makes the amplifier ready to move: out of a fault if there is one, communication timeout long enough for the
- * repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started.
+ * Makes the amplifier ready to move: out of a fault if there is one, unlocked, communication timeout long enough for
+ * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started.
  */
 bool device_arm(device_t *device, failure_t *failure);
 

@@ -10,7 +10,8 @@ bool driving_begin(driving_t *driving, device_t *device, const volatile sig_atom
                            .stop = stop != NULL ? stop : stop_on_signal(),
                            .timeout_ms = device_communication_timeout_ms(device)};
     device_stop_when(device, driving->stop);
-    return device_read(device, INDEX_watchdog, &driving->timeout_before_ms, failure) &&
+    return device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
+           device_read(device, INDEX_watchdog, &driving->timeout_before_ms, failure) &&
            device_write(device, INDEX_watchdog, driving->timeout_ms, failure);
 }
 
@@ -39,6 +40,7 @@ bool driving_end(driving_t *driving, bool good, failure_t *failure) {
     if (!good) {
         park(driving, failure);
     }
+    device_lock(driving->device);
     return good;
 }
 

@@ -2,9 +2,10 @@
 /**
  * Guards everything that a command plays, so that no error leaves the actuator driven.
  *
- * Between driving_begin and driving_end SIGINT, SIGTERM and SIGHUP make the next request fail, and a failure of any
- * kind ends with the source stopped and the amplifier parked. Meanwhile the amplifier's communication timeout (register
- * `watchdog`) is armed, so that it parks by itself when this process is killed or the line is cut.
+ * Between driving_begin and driving_end the amplifier is unlocked, and SIGINT, SIGTERM and SIGHUP make the next request
+ * fail, and a failure of any kind ends with the source stopped and the amplifier parked. Meanwhile the amplifier's
+ * communication timeout (register `watchdog`) is armed, so that it parks by itself when this process is killed or the
+ * line is cut.
  */
 #ifndef DRIVING_H
 #define DRIVING_H

@@ -107,20 +107,55 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     return ok;
 }
 
+/* Phase step of this frequency. */
+static bool increment_of(const device_t *device, double frequency_hz, int64_t *increment, failure_t *failure) {
+    const double turns = round(frequency_hz / device_sample_rate_hz(device) * 4294967296.0);
+    *increment = (int64_t)turns;
+    return (turns >= 1.0 && turns <= 2147483648.0) ||
+           fail(failure, "a sine of %g Hz cannot be played at %g samples per second", frequency_hz,
+                device_sample_rate_hz(device));
+}
+
+/* What sines, sweeps and multisines have in common. */
 static bool load_sine(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, const waveform_t *w,
-                      failure_t *failure) {
+                      source_kind_t kind, unsigned long passes, failure_t *failure) {
     const int64_t offset = full_scale(image, mode, w->offset);
     const int64_t top = full_scale(image, mode, w->offset + w->amplitude);
-    const double increment = round(w->frequency_hz / device_sample_rate_hz(device) * 4294967296.0);
-    if (increment < 1.0 || increment > 2147483648.0) {
-        return fail(failure, "a sine of %g Hz cannot be played at %g samples per second", w->frequency_hz,
-                    device_sample_rate_hz(device));
-    }
-    return device_write(device, INDEX_source, SOURCE_SINE, failure) &&
+    int64_t increment;
+    return increment_of(device, w->frequency_hz, &increment, failure) &&
+           device_write(device, INDEX_source, kind, failure) &&
            device_write(device, INDEX_source_offset, offset, failure) &&
            device_write(device, INDEX_source_amplitude, top - offset, failure) &&
-           device_write(device, INDEX_source_increment, (int64_t)increment, failure) &&
-           device_write(device, INDEX_source_cycles, (int64_t)w->cycles, failure);
+           device_write(device, INDEX_source_increment, increment, failure) &&
+           device_write(device, INDEX_source_cycles, (int64_t)passes, failure);
+}
+
+static bool load_sweep(device_t *device, const waveform_t *w, failure_t *failure) {
+    int64_t end;
+    return increment_of(device, w->end_frequency_hz, &end, failure) &&
+           device_write(device, INDEX_sweep_increment, end, failure) &&
+           device_write(device, INDEX_sweep_samples,
+                        (int64_t)fmax(1.0, round(w->sweep_s * device_sample_rate_hz(device))), failure) &&
+           device_write(device, INDEX_sweep_spacing, w->linear ? SWEEP_LINEAR : SWEEP_LOGARITHMIC, failure);
+}
+
+enum { TONE_REGISTERS = 6 };
+
+static bool load_tones(device_t *device, const waveform_t *w, failure_t *failure) {
+    uint16_t registers[TONE_REGISTERS * SOURCE_TONES_MAX];
+    int64_t increment;
+    if (!increment_of(device, w->frequency_hz * w->tone[w->tones - 1].harmonic, &increment, failure)) {
+        return false;
+    }
+    for (size_t i = 0; i < w->tones; i++) {
+        const uint32_t words[] = {w->tone[i].harmonic, (uint32_t)lround(w->tone[i].amplitude * HYST_Q31_MAX),
+                                  (uint32_t)(uint64_t)round(w->tone[i].phase_turns * 4294967296.0)};
+        for (size_t k = 0; k < TONE_REGISTERS; k++) {
+            registers[TONE_REGISTERS * i + k] = (uint16_t)(k % 2 == 0 ? words[k / 2] >> 16 : words[k / 2]);
+        }
+    }
+    return device_write_block(device, ADDRESS_tones, 0, TONE_REGISTERS * w->tones, registers, failure) &&
+           device_write(device, INDEX_source_tones, (int64_t)w->tones, failure);
 }
 
 /* The corners as the amplifier holds them, four registers each; to be freed. */
@@ -153,16 +188,28 @@ static bool load_breakpoints(device_t *device, const hyst_parameters_t *image, h
     return ok;
 }
 
+/* passes 0: without end. */
 static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, const waveform_t *w,
-                          failure_t *failure) {
-    if (w->kind == WAVEFORM_SINE) {
-        return load_sine(device, image, mode, w, failure);
+                          unsigned long passes, failure_t *failure) {
+    switch (w->kind) {
+    case WAVEFORM_SINE:
+        return load_sine(device, image, mode, w, SOURCE_SINE, passes, failure);
+    case WAVEFORM_SWEEP:
+        return load_sine(device, image, mode, w, SOURCE_SWEEP, passes, failure) && load_sweep(device, w, failure);
+    case WAVEFORM_MULTISINE:
+        return load_tones(device, w, failure) && load_sine(device, image, mode, w, SOURCE_MULTISINE, passes, failure);
+    case WAVEFORM_TRIANGLE:
+    case WAVEFORM_STAIRCASE:
+        break;
     }
     breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
     const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
-    /* A triangle has all its cycles in the table. */
-    return load_breakpoints(device, image, mode, corner, corners, w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles,
-                            failure);
+    return load_breakpoints(device, image, mode, corner, corners, passes, failure);
+}
+
+/* A triangle has all its cycles in the table. */
+static unsigned long passes_of(const waveform_t *w) {
+    return w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles;
 }
 
 static bool fit_into_buffer(device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
@@ -252,6 +299,10 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
         (void)snprintf(text, sizeof text, "%g", run->rest_s);
         recording_set_key(recording, "rested_s", text);
     }
+    device_serial(device, text);
+    if (text[0] != '\0') {
+        recording_set_key(recording, "amplifier_serial", text);
+    }
     (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
     recording_set_key(recording, "model_id", text);
     (void)snprintf(text, sizeof text, "%.6f:%.6f", drive_to_volts(image, HYST_Q31_MIN),
@@ -283,10 +334,11 @@ bool experiment_run(device_t *device, const hyst_parameters_t *image, const expe
                     recording_t *recording, experiment_events_t *events, failure_t *failure) {
     const waveform_t *w = &experiment->waveform;
     run_t run = {.mode = experiment->mode, .condition = experiment->condition, .start = waveform_start(w)};
-    (void)snprintf(run.text, sizeof run.text, "%s, %lu cycles at %g Hz", waveform_name(w->kind), w->cycles,
-                   w->frequency_hz);
+    char text[120];
+    waveform_describe(w, text);
+    (void)snprintf(run.text, sizeof run.text, "%s, %s", waveform_name(w->kind), text);
     return fit_into_buffer(device, experiment, &run, failure) && go_to_start(device, image, &run, failure) &&
-           load_waveform(device, image, run.mode, w, failure) &&
+           load_waveform(device, image, run.mode, w, passes_of(w), failure) &&
            play_and_read(device, image, &run, recording, events, failure);
 }
 
@@ -339,15 +391,29 @@ static bool check_table(device_t *device, const hyst_parameters_t *image, const 
     return ok;
 }
 
+/* A capture tells whether the start was heard (device_start). */
+static bool start_and_leave(device_t *device, const run_t *run, double silence_s, failure_t *failure) {
+    return arm(device, run, failure) && device_start(device, failure) &&
+           device_write(device, INDEX_watchdog, (int64_t)lround(1000.0 * silence_s), failure);
+}
+
 bool experiment_start_table(device_t *device, const hyst_parameters_t *image, const experiment_table_t *table,
                             failure_t *failure) {
-    const run_t run = {.mode = table->mode,
-                       .condition = table->condition,
-                       .start = table->start,
-                       .decimation = 1,
-                       .frames = 2}; /* a capture tells whether the start was heard (device_start) */
+    const run_t run = {
+        .mode = table->mode, .condition = table->condition, .start = table->start, .decimation = 1, .frames = 2};
     return go_to_start(device, image, &run, failure) &&
            load_breakpoints(device, image, run.mode, table->corner, table->corners, table->passes, failure) &&
-           check_table(device, image, table, failure) && arm(device, &run, failure) && device_start(device, failure) &&
-           device_write(device, INDEX_watchdog, (int64_t)lround(1000.0 * table->silence_s), failure);
+           check_table(device, image, table, failure) && start_and_leave(device, &run, table->silence_s, failure);
+}
+
+bool experiment_start(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
+                      unsigned long passes, double silence_s, failure_t *failure) {
+    const run_t run = {.mode = experiment->mode,
+                       .condition = experiment->condition,
+                       .start = waveform_start(&experiment->waveform),
+                       .decimation = 1,
+                       .frames = 2};
+    return go_to_start(device, image, &run, failure) &&
+           load_waveform(device, image, run.mode, &experiment->waveform, passes, failure) &&
+           start_and_leave(device, &run, silence_s, failure);
 }

@@ -67,4 +67,9 @@ typedef struct {
 bool experiment_start_table(device_t *device, const hyst_parameters_t *image, const experiment_table_t *table,
                             failure_t *failure);
 
+/** Starts the waveform, so many passes of it (0: until somebody stops it; of a triangle a pass is all its cycles), and
+ * leaves the amplifier playing, with this communication timeout. experiment->frames does not matter. */
+bool experiment_start(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
+                      unsigned long passes, double silence_s, failure_t *failure);
+
 #endif

@@ -129,7 +129,8 @@ bool guard_begin(guard_t *guard, device_t *device, const hyst_parameters_t *imag
     }
     guard->ring = (size_t)words / FRAME_VALUES;
     guard->begun = (uint32_t)guard->now[INDEX_sequence];
-    return device_write(device, INDEX_model_error_limit, 0, failure) && begin(guard, pause, context, failure);
+    return device_unlock(device, CONTROL_PARAMETERS, failure) &&
+           device_write(device, INDEX_model_error_limit, 0, failure) && begin(guard, pause, context, failure);
 }
 
 bool guard_again(guard_t *guard, guard_pause_t *pause, void *context, failure_t *failure) {

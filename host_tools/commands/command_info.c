@@ -47,8 +47,9 @@ static double reference(const info_t *info, const char **unit) {
 }
 
 static void print_faults(int64_t faults, const char *none) {
-    static const char *const names[] = {"overrun",  "converter timeout", "communication timeout",   "clock fallback",
-                                        "overload", "supply too low",    "average current too high"};
+    static const char *const names[] = {
+        "overrun",        "converter timeout",        "communication timeout", "clock fallback",     "overload",
+        "supply too low", "average current too high", "temperature",           "supply of the stage"};
     bool any = false;
     for (unsigned bit = 0; bit < sizeof names / sizeof names[0]; bit++) {
         if ((faults >> bit & 1) != 0) {
@@ -80,8 +81,11 @@ static void print(const info_t *info) {
     const int64_t *now = info->now;
     char version[24];
     version_text(device_identity(info->device, INDEX_firmware_version), version);
-    printf("amplifier   %s, firmware %s, register map %" PRId64 "\n",
-           board_text(device_identity(info->device, INDEX_board)), version, device_identity(info->device, INDEX_abi));
+    char serial[DEVICE_SERIAL_TEXT];
+    device_serial(info->device, serial);
+    printf("amplifier   %s, firmware %s, register map %" PRId64 "%s%s\n",
+           board_text(device_identity(info->device, INDEX_board)), version, device_identity(info->device, INDEX_abi),
+           serial[0] != '\0' ? ", serial number " : "", serial);
     printf("loop        %g Hz, latency %" PRId64 " samples, converters: position %" PRId64 " bit, drive %" PRId64
            " bit\n",
            device_sample_rate_hz(info->device), device_identity(info->device, INDEX_latency),
@@ -134,6 +138,9 @@ static json_t *to_json(const info_t *info) {
                   "position_bits", (json_int_t)device_identity(device, INDEX_position_bits), "drive_bits",
                   (json_int_t)device_identity(device, INDEX_drive_bits), "capture_frames",
                   (json_int_t)device_identity(device, INDEX_capture_capacity));
+    char serial[DEVICE_SERIAL_TEXT];
+    device_serial(device, serial);
+    json_object_set_new(identity, "serial", serial[0] != '\0' ? json_string(serial) : json_null());
     json_t *in_force = json_pack(
         "{s:I, s:i, s:I, s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:[ff], s:[ff], s:f, s:[ff]}", "model_id",
         (json_int_t)image->model_id, "format", (int)HYST_IMAGE_VERSION, "lookahead_samples",

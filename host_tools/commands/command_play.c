@@ -5,6 +5,7 @@
 #include "amplifier/mode_names.h"
 #include "commands/command.h"
 #include "commands/device_options.h"
+#include "commands/waveform_options.h"
 #include "compile/compile.h"
 #include "recording/table.h"
 #include <math.h>
@@ -18,6 +19,7 @@
 typedef struct {
     device_options_t line;
     const char *path, *mode;
+    waveform_options_t waveform; /* without a path */
     unsigned long passes;
     double silence_s;
     bool no_condition;
@@ -56,26 +58,28 @@ static breakpoint_t *corners_of(const table_t *table, double sample_rate_hz) {
     return corner;
 }
 
+/* What may be played, and its unit. */
+static const char *range_of(const hyst_parameters_t *image, hyst_mode_t mode, double range[2]) {
+    const bool direct = mode == HYST_MODE_DIRECT;
+    range[0] = direct ? drive_to_volts(image, image->drive_low) : position_to_micrometres(image, HYST_Q31_MIN);
+    range[1] = direct ? drive_to_volts(image, image->drive_high) : position_to_micrometres(image, HYST_Q31_MAX);
+    return direct ? "V" : "um";
+}
+
 static bool check_levels(const hyst_parameters_t *image, const settings_t *s, failure_t *failure) {
-    const bool direct = s->played == HYST_MODE_DIRECT;
-    const double low = direct ? drive_to_volts(image, image->drive_low) : position_to_micrometres(image, HYST_Q31_MIN);
-    const double high =
-        direct ? drive_to_volts(image, image->drive_high) : position_to_micrometres(image, HYST_Q31_MAX);
+    double range[2];
+    const char *unit = range_of(image, s->played, range);
     for (size_t i = 0; i < s->table.rows; i++) {
         const double level = s->table.column[1].value[i];
-        if (level < low || level > high) {
-            return fail(failure, "%s: row %zu: %g is outside of %g to %g %s", s->table.source, i + 1, level, low, high,
-                        direct ? "V" : "um");
+        if (level < range[0] || level > range[1]) {
+            return fail(failure, "%s: row %zu: %g is outside of %g to %g %s", s->table.source, i + 1, level, range[0],
+                        range[1], unit);
         }
     }
     return true;
 }
 
-static bool play(device_t *device, const settings_t *s, failure_t *failure) {
-    hyst_parameters_t image;
-    if (!amplifier_image_read(device, &image, failure) || !check_levels(&image, s, failure)) {
-        return false;
-    }
+static bool start_table(device_t *device, const hyst_parameters_t *image, const settings_t *s, failure_t *failure) {
     breakpoint_t *corner = corners_of(&s->table, device_sample_rate_hz(device));
     const experiment_table_t table = {.mode = s->played,
                                       .condition = !s->no_condition,
@@ -84,25 +88,57 @@ static bool play(device_t *device, const settings_t *s, failure_t *failure) {
                                       .corners = s->table.rows - 1,
                                       .passes = s->passes,
                                       .silence_s = s->silence_s};
-    driving_t driving;
-    bool good = driving_begin(&driving, device, NULL, failure);
-    if (good) {
-        good = experiment_start_table(device, &image, &table, failure);
-        driving.timeout_before_ms = (int64_t)lround(1000.0 * s->silence_s);
-        good = driving_end(&driving, good, failure);
-    }
-    if (good && s->json) {
-        good = json_print(json_pack("{s:s, s:s, s:I, s:s, s:f}", "format", "hyst-play-1", "table", s->table.source,
-                                    "points", (json_int_t)table.corners, "mode", mode_name(s->played), "silence_s",
-                                    s->silence_s),
-                          JSON_INDENT(2), failure);
-    }
-    if (good && text_wanted(s->json)) {
-        printf("%s plays: %zu points, read back the same, mode %s; it parks after %g s without a request\n",
-               s->table.source, table.corners, mode_name(s->played), s->silence_s);
-    }
+    const bool good = experiment_start_table(device, image, &table, failure);
     free(corner);
     return good;
+}
+
+static bool report(const settings_t *s, const waveform_t *waveform, failure_t *failure) {
+    const bool table = s->path != NULL;
+    if (s->json) {
+        json_t *object = json_pack("{s:s, s:s, s:f}", "format", "hyst-play-1", "mode", mode_name(s->played),
+                                   "silence_s", s->silence_s);
+        json_object_set_new(object, table ? "table" : "waveform",
+                            json_string(table ? s->table.source : waveform_name(waveform->kind)));
+        if (table) {
+            json_object_set_new(object, "points", json_integer((json_int_t)s->table.rows - 1));
+        }
+        if (!json_print(object, JSON_INDENT(2), failure)) {
+            return false;
+        }
+    }
+    if (!text_wanted(s->json)) {
+        return true;
+    }
+    if (table) {
+        printf("%s plays: %zu points, read back the same", s->table.source, s->table.rows - 1);
+    } else {
+        printf("%s plays at %g Hz", waveform_name(waveform->kind), waveform->frequency_hz);
+    }
+    printf(", mode %s; it parks after %g s without a request\n", mode_name(s->played), s->silence_s);
+    return true;
+}
+
+static bool play(device_t *device, const settings_t *s, failure_t *failure) {
+    hyst_parameters_t image;
+    double range[2];
+    experiment_t experiment = {.mode = s->played, .condition = !s->no_condition};
+    if (!amplifier_image_read(device, &image, failure)) {
+        return false;
+    }
+    const char *unit = range_of(&image, s->played, range);
+    if (s->path != NULL ? !check_levels(&image, s, failure)
+                        : !waveform_make(&s->waveform, range, unit, &experiment.waveform, failure)) {
+        return false;
+    }
+    driving_t driving;
+    if (!driving_begin(&driving, device, NULL, failure)) {
+        return false;
+    }
+    const bool good = s->path != NULL ? start_table(device, &image, s, failure)
+                                      : experiment_start(device, &image, &experiment, s->passes, s->silence_s, failure);
+    driving.timeout_before_ms = (int64_t)lround(1000.0 * s->silence_s);
+    return driving_end(&driving, good, failure) && report(s, &experiment.waveform, failure);
 }
 
 static int work(device_t *device, void *settings) {
@@ -122,19 +158,25 @@ static int check(void *context) {
     if (!(s->silence_s >= 0.1 && s->silence_s <= MOST_SILENCE_S)) {
         return usage_error(&command_play, "--silence %g: outside 0.1..%g s", s->silence_s, MOST_SILENCE_S);
     }
-    return s->path != NULL ? OPTIONS_RUN : usage_error(&command_play, "--table FILE is missing");
+    if ((s->path != NULL) == (s->waveform.name != NULL)) {
+        return usage_error(&command_play, "either --table FILE or --waveform NAME");
+    }
+    return s->path != NULL ? OPTIONS_RUN : waveform_check(&command_play, &s->waveform);
 }
 
 static bool prepare(void *context, failure_t *failure) {
     settings_t *s = context;
-    return table_read(&s->table, s->path, failure) && check_table(&s->table, failure);
+    return s->path == NULL || (table_read(&s->table, s->path, failure) && check_table(&s->table, failure));
 }
 
 static int run(int argc, char **argv) {
-    settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .mode = "compensate", .silence_s = 5.0};
+    settings_t s = {
+        .line = DEVICE_OPTIONS_DEFAULT, .mode = "compensate", .waveform = WAVEFORM_OPTIONS_DEFAULT, .silence_s = 5.0};
+    s.waveform.cycles = 1; /* a pass */
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--table", NULL, OPTION_INPUT, "FILE", "times in s and levels, two columns", &s.path},
+        WAVEFORM_SHAPE_OPTIONS(s.waveform, "LEVEL"),
         {"--mode", "-m", OPTION_TEXT, "direct|linear|compensate", "levels in V (direct) or um (compensate)", &s.mode},
         {"--passes", "-n", OPTION_COUNT, "N", "times to play it; 0, the default: until it is stopped", &s.passes},
         {"--silence", NULL, OPTION_NUMBER, "S", "it parks when no request comes for so long (5 s)", &s.silence_s},
@@ -151,12 +193,13 @@ static int run(int argc, char **argv) {
 const command_t command_play = {
     .name = "play",
     .order = 112,
-    .arguments = "--port DEV --table FILE",
-    .summary = "Let the amplifier play a table, and leave it playing",
+    .arguments = "--port DEV --table FILE|--waveform NAME",
+    .summary = "Let the amplifier play a table or a waveform, and leave it playing",
     .details = "Sweeps the whole drive range once, goes to the first level, uploads the table and reads it back, and "
                "starts it. "
                "Between\n"
-               "two points the reference is a straight line. The amplifier goes on when this command has ended, as "
+               "two points the reference is a straight line. The waveforms are those of `hyst record`. The amplifier "
+               "goes on when this command has ended, as "
                "long as some "
                "master\n"
                "asks it something at least every --silence seconds: `hyst watch` does, or `hyst monitor`. `hyst stop` "
@@ -165,4 +208,6 @@ const command_t command_play = {
     .files = "FILE: any table of two columns, time in s and level; the first row is where it starts.\n",
     .examples = "# A pattern without end, watched over\n"
                 "hyst play --port /dev/ttyUSB0 --table pattern.csv\n"
-                "hyst watch --port /dev/ttyUSB0 --model model.json --report warnings\n"};
+                "hyst watch --port /dev/ttyUSB0 --model model.json --report warnings\n"
+                "# The same with sixteen tones up to 200 Hz\n"
+                "hyst play --port /dev/ttyUSB0 --waveform multisine --frequency 2 --end-frequency 200\n"};

@@ -102,6 +102,8 @@ const command_t command_record = {
         "  triangle   the first cycle has the full amplitude, each further one is smaller: a major loop and minor "
         "loops\n"
         "  staircase  up in steps and down again, once a cycle; a step rises for a fifth of its time\n"
+        "  sweep      a sine whose frequency goes from --frequency to --end-frequency, once a cycle\n"
+        "  multisine  tones at odd multiples of --frequency up to --end-frequency, all at once\n"
         "A probe is a recording for `hyst diagnose`: a sweep and loops, then the silence, holds, triangles, chirps, "
         "bursts and\n"
         "small loops that the block needs, over the whole drive range of the image. It is one recording without a gap, "
@@ -112,5 +114,8 @@ const command_t command_record = {
     .examples = "# A major loop with minor loops, for `hyst fit`; the first time with the ranges of the converters\n"
                 "hyst record --port /dev/ttyUSB0 --waveform triangle --cycles 6 --drive-range 0:120 --position-range "
                 "-2:40 -o recording.csv\n"
+                "# How the gain and the delay go with the frequency\n"
+                "hyst record --port /dev/ttyUSB0 --waveform sweep --frequency 1 --end-frequency 500 --amplitude 5 -o "
+                "sweep.csv\n"
                 "# Everything that `hyst diagnose` can look for\n"
                 "hyst record --port /dev/ttyUSB0 --probe all -o probe.csv\n"};

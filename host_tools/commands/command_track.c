@@ -23,8 +23,10 @@ static void print_track(const track_t *track, const waveform_t *w) {
     const recording_t *r = &track->recording;
     const error_measure_t *e = &track->error;
     const error_budget_t *b = &track->budget;
-    printf("%s, %s: %lu cycles at %g Hz, %.4g um peak to peak, %zu frames at %g Hz\n", waveform_name(w->kind),
-           mode_name(track->mode), w->cycles, w->frequency_hz, track->peak_to_peak_um, r->samples, r->sample_rate_hz);
+    char text[120];
+    waveform_describe(w, text);
+    printf("%s, %s: %s, %.4g um peak to peak, %zu frames at %g Hz\n", waveform_name(w->kind), mode_name(track->mode),
+           text, track->peak_to_peak_um, r->samples, r->sample_rate_hz);
     printf("  worst  %10.4f um at %.4f s (%.3f %%)\n", e->max_um, (double)e->max_sample / r->sample_rate_hz,
            100.0 * e->max_um / track->peak_to_peak_um);
     printf("  RMS    %10.4f um, NRMSE %.4f %%\n", e->rms_um, e->nrmse_percent);

@@ -153,15 +153,16 @@ HYST_HOST void hyst_host_device_close(hyst_host_device_t *device);
 HYST_HOST void hyst_host_device_cancel(hyst_host_device_t *device, int cancel);
 
 /**
- * `hyst record`. options: "waveform", "frequency_hz", "amplitude_v", "offset_v", "cycles", "steps"; or "probe" and
- * "slew_rate_v_per_s"; "drive_range_v": [low, high], "position_range_um", "condition" (boolean). Progress as of long
- * work.
+ * `hyst record`. options: "waveform", "frequency_hz", "amplitude_v", "offset_v", "cycles", "steps", "end_frequency_hz",
+ * "sweep_s", "linear", "tones"; or "probe" and "slew_rate_v_per_s"; "drive_range_v": [low, high], "position_range_um",
+ * "condition" (boolean). Progress as of long work.
  */
 HYST_HOST hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const char *options);
 /**
- * `hyst track`. options: "waveform", "frequency_hz", "amplitude_um", "offset_um", "cycles", "steps", "frames",
- * "condition", and "mode": "linear", "compensate" or "both". Answers as the command with --json; recording[0], and with
- * both recording[1], receive the recordings, NULL on failure.
+ * `hyst track`. options: "waveform", "frequency_hz", "amplitude_um", "offset_um", "cycles", "steps",
+ * "end_frequency_hz", "sweep_s", "linear", "tones", "frames", "condition", and "mode": "linear", "compensate" or
+ * "both". Answers as the command with --json; recording[0], and with both recording[1], receive the recordings, NULL on
+ * failure.
  */
 HYST_HOST char *hyst_host_device_track(hyst_host_device_t *device, const char *options,
                                        hyst_host_recording_t *recording[2]);

@@ -50,28 +50,43 @@ void hyst_host_device_cancel(hyst_host_device_t *device, int cancel) {
 }
 
 /* Counts of a waveform, as JSON has them. */
-static void set_counts(waveform_options_t *waveform, json_int_t cycles, json_int_t steps) {
-    waveform->cycles = cycles > 0 ? (unsigned long)cycles : 0;
-    waveform->steps = steps > 0 ? (unsigned long)steps : 0;
+typedef struct {
+    json_int_t cycles, steps, tones;
+    int linear;
+} counts_t;
+
+static counts_t counts_of(const waveform_options_t *waveform) {
+    return (counts_t){.cycles = (json_int_t)waveform->cycles,
+                      .steps = (json_int_t)waveform->steps,
+                      .tones = (json_int_t)waveform->tones};
+}
+
+static void set_counts(waveform_options_t *waveform, const counts_t *counts) {
+    waveform->cycles = counts->cycles > 0 ? (unsigned long)counts->cycles : 0;
+    waveform->steps = counts->steps > 0 ? (unsigned long)counts->steps : 0;
+    waveform->tones = counts->tones > 0 ? (unsigned long)counts->tones : 0;
+    waveform->linear = counts->linear != 0;
 }
 
 hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const char *options) {
     record_options_t settings = RECORD_OPTIONS_DEFAULT;
     const record_listener_t listener = {.stop = &device->stop};
-    json_int_t cycles = (json_int_t)settings.waveform.cycles, steps = (json_int_t)settings.waveform.steps;
+    counts_t counts = counts_of(&settings.waveform);
     recording_t recording;
     bool usage;
     int condition = 1;
     json_t *json = interface_options(
-        options, "{s?s, s?F, s?F, s?F, s?I, s?I, s?s, s?F, s?[FF!], s?[FF!], s?b}", "waveform", &settings.waveform.name,
-        "frequency_hz", &settings.waveform.frequency_hz, "amplitude_v", &settings.waveform.amplitude, "offset_v",
-        &settings.waveform.offset, "cycles", &cycles, "steps", &steps, "probe", &settings.probe, "slew_rate_v_per_s",
+        options, "{s?s, s?F, s?F, s?F, s?F, s?F, s?I, s?I, s?I, s?b, s?s, s?F, s?[FF!], s?[FF!], s?b}", "waveform",
+        &settings.waveform.name, "frequency_hz", &settings.waveform.frequency_hz, "end_frequency_hz",
+        &settings.waveform.end_frequency_hz, "sweep_s", &settings.waveform.sweep_s, "amplitude_v",
+        &settings.waveform.amplitude, "offset_v", &settings.waveform.offset, "cycles", &counts.cycles, "steps",
+        &counts.steps, "tones", &counts.tones, "linear", &counts.linear, "probe", &settings.probe, "slew_rate_v_per_s",
         &settings.slew_v_per_s, "drive_range_v", &settings.drive_range_v[0], &settings.drive_range_v[1],
         "position_range_um", &settings.position_range_um[0], &settings.position_range_um[1], "condition", &condition);
     if (json == NULL) {
         return NULL;
     }
-    set_counts(&settings.waveform, cycles, steps);
+    set_counts(&settings.waveform, &counts);
     settings.no_condition = condition == 0;
     interface_listen(&device->stop);
     const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
@@ -90,22 +105,25 @@ static bool take_modes(const char *name, track_options_t *settings) {
 
 char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hyst_host_recording_t *recording[2]) {
     track_options_t settings = {.waveform = WAVEFORM_OPTIONS_DEFAULT, .stop = &device->stop};
-    json_int_t cycles = (json_int_t)settings.waveform.cycles, steps = (json_int_t)settings.waveform.steps, frames = 0;
+    counts_t counts = counts_of(&settings.waveform);
+    json_int_t frames = 0;
     waveform_t waveform;
     track_t track[TRACK_MOST];
     const char *mode = "compensate";
     bool usage;
     int condition = 1;
     json_t *json =
-        interface_options(options, "{s?s, s?F, s?F, s?F, s?I, s?I, s?I, s?b, s?s}", "waveform", &settings.waveform.name,
-                          "frequency_hz", &settings.waveform.frequency_hz, "amplitude_um", &settings.waveform.amplitude,
-                          "offset_um", &settings.waveform.offset, "cycles", &cycles, "steps", &steps, "frames", &frames,
-                          "condition", &condition, "mode", &mode);
+        interface_options(options, "{s?s, s?F, s?F, s?F, s?F, s?F, s?I, s?I, s?I, s?b, s?I, s?b, s?s}", "waveform",
+                          &settings.waveform.name, "frequency_hz", &settings.waveform.frequency_hz, "end_frequency_hz",
+                          &settings.waveform.end_frequency_hz, "sweep_s", &settings.waveform.sweep_s, "amplitude_um",
+                          &settings.waveform.amplitude, "offset_um", &settings.waveform.offset, "cycles",
+                          &counts.cycles, "steps", &counts.steps, "tones", &counts.tones, "linear", &counts.linear,
+                          "frames", &frames, "condition", &condition, "mode", &mode);
     recording[0] = recording[1] = NULL;
     if (json == NULL) {
         return NULL;
     }
-    set_counts(&settings.waveform, cycles, steps);
+    set_counts(&settings.waveform, &counts);
     settings.frames = frames > 0 ? (unsigned long)frames : 0;
     settings.no_condition = condition == 0;
     interface_listen(&device->stop);

@@ -75,6 +75,12 @@ json_t *tracks_to_json(const track_t *track, size_t count, const waveform_t *w) 
     json_t *object = json_pack("{s:s, s:{s:s, s:f, s:f, s:f, s:I}, s:o}", "format", "hyst-track-1", "waveform", "name",
                                waveform_name(w->kind), "frequency_hz", w->frequency_hz, "amplitude_um", w->amplitude,
                                "offset_um", w->offset, "cycles", (json_int_t)w->cycles, "tracks", list);
+    if (w->kind == WAVEFORM_SWEEP || w->kind == WAVEFORM_MULTISINE) {
+        json_object_set_new(json_object_get(object, "waveform"), "end_frequency_hz", json_real(w->end_frequency_hz));
+    }
+    if (w->kind == WAVEFORM_SWEEP) {
+        json_object_set_new(json_object_get(object, "waveform"), "sweep_s", json_real(w->sweep_s));
+    }
     if (count == 2) {
         json_object_set_new(object, "ratio", json_number_or_null(track_ratio(&track[0], &track[1])));
     }

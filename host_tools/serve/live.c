@@ -10,8 +10,9 @@
 #include <stdio.h>
 
 /* By bit; registers.def explains them. */
-static const char *const fault_texts[] = {"overrun",  "converter timeout", "communication timeout", "clock fallback",
-                                          "overload", "supply too low",    "average current"};
+static const char *const fault_texts[] = {"overrun",         "converter timeout", "communication timeout",
+                                          "clock fallback",  "overload",          "supply too low",
+                                          "average current", "temperature",       "supply of the stage"};
 static const char *const limit_texts[] = {"drive range", "reference unreachable", "filter saturated",
                                           "largest step of the board", "memory of the model lost"};
 

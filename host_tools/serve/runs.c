@@ -127,7 +127,8 @@ static bool push(line_keeper_t *keeper, device_t *device, run_request_t *request
 
 /* The command stop is the only way out of a fault. */
 static bool clear(device_t *device, failure_t *failure) {
-    return device_command(device, COMMAND_STOP, failure) && device_command(device, COMMAND_CLEAR, failure);
+    return device_command(device, COMMAND_STOP, failure) && device_unlock(device, CONTROL_PARAMETERS, failure) &&
+           device_command(device, COMMAND_CLEAR, failure);
 }
 
 bool run_request_carry_out(line_keeper_t *keeper, device_t *device, void *context, failure_t *failure) {

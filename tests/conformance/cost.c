@@ -50,6 +50,7 @@ int main(void) {
     const board_start_t start = {0};
     cost_board_init();
     amplifier_init(&start);
+    cost_unlock();
     for (unsigned i = FIRST_CASE; i < LAST_CASE; i++) {
         measure(&cost_cases[i], &generator);
     }

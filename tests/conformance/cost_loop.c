@@ -63,6 +63,11 @@ static void cost_sample(cost_t *cost) {
     cost_add(cost, cost_counter() - before - cost_of_looking());
 }
 
+void cost_unlock(void) {
+    write_one(ADDRESS_unlock, CONTROL_KEY_PARAMETERS);
+    write_one(ADDRESS_unlock, CONTROL_KEY_OUTPUT);
+}
+
 /* On. All images here are parked where the loop starts. */
 static void arm(void) {
     cost_t ignored = {0};

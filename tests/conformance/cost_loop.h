@@ -13,6 +13,9 @@ typedef hyst_q31_t (*cost_setpoint_t)(uint32_t sample);
 /** The board's clock, as if it ran. Before amplifier_init. */
 void cost_board_init(void);
 
+/** Lets the registers be written. After amplifier_init. */
+void cost_unlock(void);
+
 /**
  * Commits the parameters through the registers, as a master would, and runs the loop until it has adopted them: the
  * cost of these samples goes to `adopting`. Without `setpoint`, whatever the call before left goes on playing. Returns

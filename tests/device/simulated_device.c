@@ -192,7 +192,9 @@ static void serve(int file) {
     size_t count = 0;
     double done_s = monotonic_s();
     double request_s = done_s; /* when the last one came that was served */
+    const uint16_t locked = 0;
     fake_board_power_on(0);
+    (void)registers_write(ADDRESS_unlock, 1, &locked);
     for (;;) {
         struct pollfd wait = {.fd = file, .events = POLLIN};
         const int ready = poll(&wait, 1, 1);

@@ -23,6 +23,7 @@ static void start_device(void) {
     options.port = simulated_device_start(NULL);
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), failure.text);
 }
 
 static void stop_device(void) {

@@ -37,6 +37,7 @@ void tearDown(void) {
 static void open_device(void) {
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), failure.text);
 }
 
 static void expect_line(const char *part) {
@@ -214,7 +215,7 @@ static void test_a_line_that_echoes_is_named(void) {
 
 static void test_a_register_map_of_the_future_is_refused(void) {
     simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more */
-    refuses_to_open("register map version 3 is unknown here (known: 2): upgrade hyst");
+    refuses_to_open("register map version 4 is unknown here (known: 3): upgrade hyst");
 }
 
 static void test_something_else_is_not_taken_for_an_amplifier(void) {
@@ -245,6 +246,25 @@ static void test_ports_that_are_none(void) {
     refuses_to_open("cannot open /dev/no-such-port: No such file or directory");
     options.port = "/dev/null";
     refuses_to_open("cannot open /dev/null: not a serial port");
+}
+
+/* Unlocked is what was unlocked here, until the device is closed; a locked write says so in one line. */
+static void test_locks(void) {
+    int64_t unlocked = 0;
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_FALSE(device_write(device, INDEX_watchdog, 500, &failure));
+    expect_line("to register watchdog: Slave device or server failure (exception 4); its parameters are locked");
+    TEST_ASSERT_FALSE(device_write(device, INDEX_setpoint, 500, &failure));
+    expect_line("(exception 4); its output is locked");
+    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_OUTPUT, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(device_write(device, INDEX_setpoint, 500, &failure), failure.text);
+    TEST_ASSERT_FALSE(device_write(device, INDEX_watchdog, 500, &failure));
+    device_close(device);
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE(device_read(device, INDEX_unlocked, &unlocked, &failure));
+    TEST_ASSERT_EQUAL_INT64(0, unlocked);
 }
 
 static void test_a_port_in_use_is_left_alone(void) {
@@ -294,6 +314,7 @@ int main(void) {
     RUN_TEST(test_refusals_name_register_value_and_exception);
     RUN_TEST(test_an_unplugged_device);
     RUN_TEST(test_ports_that_are_none);
+    RUN_TEST(test_locks);
     RUN_TEST(test_a_port_in_use_is_left_alone);
     RUN_TEST(test_start_is_never_executed_twice);
     return UNITY_END();

@@ -41,6 +41,7 @@ static void must(bool done) {
 static void take_line(void) {
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), failure.text);
 }
 
 static void leave_line(void) {

@@ -34,6 +34,7 @@ void setUp(void) {
     failure.text[0] = '\0';
     device = device_open(&options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), failure.text);
     make_parameters();
 }
 
@@ -104,9 +105,9 @@ static void test_image_for_another_rate_is_explained(void) {
     expect_in_force(0);
 }
 
-/* One register of the read-back differs: requests are staging (1), commit, result, length, then the image. */
+/* One register of the read-back differs: requests are key, staging (1), commit, result, length, then the image. */
 static void test_a_read_back_that_differs_is_noticed(void) {
-    simulated_device_fault(LINE_LIES, 4, 1);
+    simulated_device_fault(LINE_LIES, 5, 1);
     TEST_ASSERT_FALSE(amplifier_image_write(device, &parameters, &failure));
     expect_line("the image in force is not the one that was sent: word ");
 }
@@ -119,12 +120,34 @@ static experiment_t experiment_of(hyst_mode_t mode, waveform_kind_t kind, double
             .kind = kind, .frequency_hz = 4.0, .amplitude = amplitude, .offset = offset, .cycles = 3, .steps = 5}};
 }
 
+/* Turns of a sweep after so many samples: what its frequency adds up to. */
+static double turns_of(const waveform_t *w, double samples, double rate_hz) {
+    const double whole = w->sweep_s * rate_hz;
+    const double start = w->frequency_hz / rate_hz, end = w->end_frequency_hz / rate_hz;
+    return w->linear ? start * samples + (end - start) * samples * (samples - 1.0) / 2.0 / whole
+                     : start * (pow(end / start, samples / whole) - 1.0) / (pow(end / start, 1.0 / whole) - 1.0);
+}
+
+static double level_of_tones(const waveform_t *w, double turns) {
+    double sum = 0.0;
+    for (size_t i = 0; i < w->tones; i++) {
+        sum += w->tone[i].amplitude * sin(2.0 * acos(-1.0) * (w->tone[i].harmonic * turns + w->tone[i].phase_turns));
+    }
+    return w->offset + w->amplitude * sum;
+}
+
 /* Level of row `row`, by definition: the sine starts at phase 0, a polygon with the first sample on its way. */
 static double level_at(const waveform_t *w, size_t row) {
     const double pi = acos(-1.0);
     const double rate_hz = 10000.0;
     if (w->kind == WAVEFORM_SINE) {
         return w->offset + w->amplitude * sin(2.0 * pi * w->frequency_hz * (double)row / rate_hz);
+    }
+    if (w->kind == WAVEFORM_SWEEP) {
+        return w->offset + w->amplitude * sin(2.0 * pi * turns_of(w, (double)row, rate_hz));
+    }
+    if (w->kind == WAVEFORM_MULTISINE) {
+        return level_of_tones(w, w->frequency_hz * (double)row / rate_hz);
     }
     breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS];
     const size_t corners = waveform_breakpoints(w, rate_hz, corner);
@@ -151,6 +174,7 @@ static void test_record_pairs_drive_and_position(void) {
         TEST_ASSERT_EQUAL_UINT(7500, r.samples);
         TEST_ASSERT_TRUE(r.sample_rate_hz == 10000.0);
         TEST_ASSERT_NULL(r.column[COLUMN_REFERENCE]);
+        TEST_ASSERT_EQUAL_STRING("004400553332470F20313937", recording_key(&r, "amplifier_serial"));
         for (size_t i = 0; i < r.samples; i++) {
             const double drive = r.column[COLUMN_DRIVE][i];
             TEST_ASSERT_DOUBLE_WITHIN(1e-9, drive - 40.0, r.column[COLUMN_DISPLACEMENT][i]);
@@ -161,6 +185,47 @@ static void test_record_pairs_drive_and_position(void) {
         TEST_ASSERT_EQUAL_INT64(0, events.drive_limited + events.overruns + events.unreachable);
         recording_free(&r);
     }
+}
+
+/* As above. A frequency is wrong by 1.2e-6 Hz at most, that of a tone by 25 times that at most: 30 V * 2 pi * 0.75 *
+ * 29e-6 = 4 mV if all tones were the highest. */
+static void record_and_compare(const waveform_options_t *options) {
+    const double range[2] = {0.0, 80.0};
+    experiment_t experiment = {.mode = HYST_MODE_DIRECT, .condition = true};
+    TEST_ASSERT_TRUE_MESSAGE(waveform_make(options, range, "V", &experiment.waveform, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT(7500, r.samples);
+    for (size_t i = 0; i < r.samples; i++) {
+        const double drive = r.column[COLUMN_DRIVE][i];
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, drive - 40.0, r.column[COLUMN_DISPLACEMENT][i]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.005, level_at(&experiment.waveform, i), drive);
+    }
+    recording_free(&r);
+}
+
+static void test_sweeps_and_multisines_are_what_was_asked_for(void) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    upload();
+    options.offset = 45.0;
+    options.amplitude = 30.0;
+    options.name = "sweep";
+    options.frequency_hz = 2.0;
+    options.end_frequency_hz = 100.0;
+    options.sweep_s = 0.75;
+    options.cycles = 1;
+    record_and_compare(&options);
+    options.linear = true;
+    record_and_compare(&options);
+    options.frequency_hz = 100.0;
+    options.end_frequency_hz = 2.0;
+    record_and_compare(&options);
+    options.linear = false;
+    record_and_compare(&options);
+    options.name = "multisine";
+    options.frequency_hz = 4.0;
+    options.end_frequency_hz = 100.0;
+    options.cycles = 3;
+    record_and_compare(&options);
 }
 
 /* With gain 1 and no delay left the reference is the position, within the rounding of both to 16 bits. */
@@ -229,6 +294,7 @@ int main(void) {
     RUN_TEST(test_image_for_another_rate_is_explained);
     RUN_TEST(test_a_read_back_that_differs_is_noticed);
     RUN_TEST(test_record_pairs_drive_and_position);
+    RUN_TEST(test_sweeps_and_multisines_are_what_was_asked_for);
     RUN_TEST(test_track_pairs_reference_and_position);
     RUN_TEST(test_long_waveforms_are_thinned_to_fit);
     RUN_TEST(test_events_are_counted);

@@ -74,7 +74,13 @@ static void test_staircase_goes_up_and_down_and_closes(void) {
 
 static void refuse(const char *name, double frequency, double amplitude, double offset, unsigned long cycles,
                    unsigned long steps) {
-    const waveform_options_t options = {name, frequency, amplitude, offset, cycles, steps};
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = name;
+    options.frequency_hz = frequency;
+    options.amplitude = amplitude;
+    options.offset = offset;
+    options.cycles = cycles;
+    options.steps = steps;
     waveform_t w;
     failure_t failure;
     TEST_ASSERT_FALSE(waveform_make(&options, range, "V", &w, &failure));
@@ -96,8 +102,76 @@ static void test_what_cannot_be_played_is_wrong_usage(void) {
     refuse("staircase", 1.0, 5.0, 10.0, 1, 33);
 }
 
+/* Looked at where no peak was looked for. */
+static void expect_tones(double frequency_hz, double end_hz, unsigned long tones, size_t expected) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = "multisine";
+    options.frequency_hz = frequency_hz;
+    options.end_frequency_hz = end_hz;
+    options.tones = tones;
+    const waveform_t w = choose(&options);
+    TEST_ASSERT_EQUAL_UINT(expected, w.tones);
+    uint32_t last = 0;
+    for (size_t i = 0; i < w.tones; i++) {
+        TEST_ASSERT_EQUAL_UINT32(1, w.tone[i].harmonic % 2U);
+        TEST_ASSERT_GREATER_THAN_UINT32(last, w.tone[i].harmonic);
+        TEST_ASSERT_TRUE(w.tone[i].phase_turns >= 0.0 && w.tone[i].phase_turns < 1.0);
+        last = w.tone[i].harmonic;
+    }
+    TEST_ASSERT_TRUE(last * frequency_hz <= end_hz * (1.0 + 1e-9));
+    double peak = 0.0;
+    const uint32_t instants = 1000 * last;
+    double start = 0.0;
+    for (uint32_t k = 0; k < instants; k++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < w.tones; i++) {
+            sum += w.tone[i].amplitude *
+                   sin(2.0 * acos(-1.0) * (w.tone[i].harmonic * (double)k / instants + w.tone[i].phase_turns));
+        }
+        peak = fmax(peak, fabs(sum));
+        start = k > 0 ? start : sum;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.999, peak); /* no more than the amplitude, and hardly less */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, w.offset + w.amplitude * start, waveform_start(&w));
+}
+
+static void test_the_tones_of_a_multisine(void) {
+    expect_tones(1.0, 100.0, 16, 16);
+    expect_tones(2.0, 200.0, 5, 5);
+    expect_tones(1.0, 7.5, 16, 4); /* 1 3 5 7 */
+    expect_tones(10.0, 10.0, 3, 1);
+    expect_tones(0.7, 9.8, 2, 2);
+}
+
+static void refuse_tones(const char *name, double end_hz, double sweep_s, unsigned long tones) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    waveform_t w;
+    failure_t failure;
+    options.name = name;
+    options.end_frequency_hz = end_hz;
+    options.sweep_s = sweep_s;
+    options.tones = tones;
+    TEST_ASSERT_FALSE(waveform_make(&options, range, "V", &w, &failure));
+}
+
+static void test_what_cannot_be_swept_or_sounded_is_wrong_usage(void) {
+    refuse_tones("sweep", 0.0, 1.0, 16);
+    refuse_tones("sweep", -1.0, 1.0, 16);
+    refuse_tones("sweep", 10.0, 0.0, 16);
+    refuse_tones("sweep", 10.0, 1e9, 16);
+    refuse_tones("sweep", (double)NAN, 1.0, 16);
+    refuse_tones("multisine", 0.9, 1.0, 16);
+    refuse_tones("multisine", 1e9, 1.0, 16);
+    refuse_tones("multisine", (double)NAN, 1.0, 16);
+    refuse_tones("multisine", 10.0, 1.0, 0);
+    refuse_tones("multisine", 10.0, 1.0, 17);
+}
+
 static void test_the_whole_range_as_printed_is_accepted(void) {
-    const waveform_options_t options = {"sine", 1.0, 20.0 + 1e-6, 10.0, 1, 10};
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = "sine";
+    options.amplitude = 20.0 + 1e-6;
+    options.offset = 10.0;
     (void)choose(&options);
 }
 
@@ -107,6 +181,8 @@ int main(void) {
     RUN_TEST(test_rounding_to_samples_does_not_add_up);
     RUN_TEST(test_staircase_goes_up_and_down_and_closes);
     RUN_TEST(test_what_cannot_be_played_is_wrong_usage);
+    RUN_TEST(test_the_tones_of_a_multisine);
+    RUN_TEST(test_what_cannot_be_swept_or_sounded_is_wrong_usage);
     RUN_TEST(test_the_whole_range_as_printed_is_accepted);
     return UNITY_END();
 }

@@ -21,7 +21,8 @@ const board_info_t board_info = {.id = 0,
                                  .drive_slew_max = FAKE_DRIVE_SLEW_MAX,
                                  .image_limits = {.transition_slew_min = FAKE_TRANSITION_SLEW_MIN,
                                                   .transition_slew_max = FAKE_TRANSITION_SLEW_MAX,
-                                                  .filter_gain_max = FAKE_FILTER_GAIN_MAX}};
+                                                  .filter_gain_max = FAKE_FILTER_GAIN_MAX},
+                                 .health = FAKE_HEALTH};
 
 uint32_t board_cost_counter(void) {
     fake_board.cost += fake_board.cost_per_look;
@@ -52,13 +53,28 @@ void board_stage_enable(bool on) {
     fake_board.stage_enabled = on;
 }
 
+int32_t board_health(health_channel_t channel) {
+    return fake_board.health[channel];
+}
+
 void board_watchdog_feed(void) {
     fake_board.watchdog_fed++;
 }
 
-void fake_board_start(const board_start_t *start) {
+void fake_board_start_locked(const board_start_t *start) {
     memset(&fake_board, 0, sizeof fake_board);
+    fake_board.health[HEALTH_TEMPERATURE] = FAKE_TEMPERATURE;
+    fake_board.health[HEALTH_SUPPLY] = FAKE_SUPPLY;
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = FAKE_HIGH_VOLTAGE;
     amplifier_init(start);
+}
+
+void fake_board_start(const board_start_t *start) {
+    static const uint16_t keys[] = {CONTROL_KEY_PARAMETERS, CONTROL_KEY_OUTPUT};
+    fake_board_start_locked(start);
+    for (unsigned i = 0; i < 2; i++) {
+        TEST_ASSERT_EQUAL(MODBUS_OK, registers_write(ADDRESS_unlock, 1, &keys[i]));
+    }
 }
 
 static void command(uint16_t command) {
@@ -67,7 +83,7 @@ static void command(uint16_t command) {
 
 void fake_board_power_on(uint16_t faults) {
     static const uint16_t no_timeout = 0;
-    const board_start_t start = {.faults = faults, .reset_cause = RESET_POWER, .starts = 1};
+    const board_start_t start = {.faults = faults, .reset_cause = RESET_POWER, .starts = 1, .serial = FAKE_SERIAL};
     hyst_parameters_t parameters;
     fake_store_clear();
     fake_board_start(&start);

@@ -17,6 +17,10 @@ enum { FAKE_LATENCY = 2, FAKE_SAMPLE_US = 100, FAKE_SILENCE_US = 1750 };
 #define FAKE_FILTER_GAIN_MAX     64
 #define FAKE_SAFE_CODE           0U
 
+/** After fake_board_power_on. */
+#define FAKE_SERIAL                                                                                                    \
+    { 0x00440055, 0x3332470F, 0x20313937 }
+
 typedef struct {
     uint32_t microseconds;
     uint32_t cost;          /**< what board_cost_counter says */
@@ -27,7 +31,13 @@ typedef struct {
     unsigned frames_sent;
     bool stage_enabled;
     unsigned watchdog_fed; /**< how often */
+    int32_t health[HEALTH_CHANNELS];
 } fake_board_t;
+
+/** Readings after fake_board_start, within FAKE_HEALTH. */
+enum { FAKE_TEMPERATURE = 35000, FAKE_SUPPLY = 3300, FAKE_HIGH_VOLTAGE = 160000 };
+#define FAKE_HEALTH                                                                                                    \
+    { 70000, 80000, 3000, 3600, 150000, 170000 }
 
 extern fake_board_t fake_board;
 
@@ -55,7 +65,10 @@ void fake_store_cut_after(unsigned steps, uint32_t (*random)(void));
 /** The supply comes back. Returns whether it was gone. */
 bool fake_store_power_on(void);
 
-/** Power-on: everything zero, then amplifier_init. Off, without an image. */
+/** Power-on: everything zero, then amplifier_init. Off, without an image, locked. */
+void fake_board_start_locked(const board_start_t *start);
+
+/** The same, and unlocked. */
 void fake_board_start(const board_start_t *start);
 
 /** The same, and what a master does before it works: commits the default image, which is parked in the middle, takes

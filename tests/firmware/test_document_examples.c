@@ -59,7 +59,7 @@ static void test_every_example_does_what_it_says(void) {
         TEST_ASSERT_EQUAL_INT(examples == 1 ? (long)REGISTERS_MAGIC : -1L, magic);
     }
     TEST_ASSERT_EQUAL_INT(0, fclose(page));
-    TEST_ASSERT_EQUAL_UINT_MESSAGE(13, examples, "examples on the page");
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(15, examples, "examples on the page");
 
     TEST_ASSERT_EQUAL_INT(HYST_MODE_LINEAR, read_register(ADDRESS_mode));
     TEST_ASSERT_EQUAL_INT(SOURCE_SINE, read_register(ADDRESS_source));

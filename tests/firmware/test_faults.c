@@ -8,6 +8,7 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
+#include "health_watch.h"
 #include "image_store.h"
 #include "loop.h"
 #include "master.h"
@@ -245,6 +246,58 @@ static bool reading_stands_still(void) {
     return warned(4, 3000, true, (uint16_t)random_between(&rng, 1, 65534));
 }
 
+/* One look under the debounce count, then for good. Arming is refused while it lasts. */
+static bool reading_trips(health_channel_t channel, int32_t bad, uint32_t fault) {
+    enum { LOOK = HEALTH_CHANNELS * HEALTH_WATCH_EVERY };
+    const int32_t good = fake_board.health[channel];
+    fake_board.health[channel] = bad;
+    loop_master_heard();
+    run((HEALTH_WATCH_LOOKS - 1U) * LOOK);
+    fake_board.health[channel] = good;
+    run(LOOK);
+    const bool early = state() == AMPLIFIER_FAULT;
+    fake_board.health[channel] = bad;
+    run((HEALTH_WATCH_LOOKS + 1U) * LOOK);
+    return !early && state() == AMPLIFIER_FAULT && parked_by(fault);
+}
+
+static bool too_hot(void) {
+    return reading_trips(HEALTH_TEMPERATURE, 80001, FAULT_TEMPERATURE);
+}
+
+static bool supply_implausible(void) {
+    return reading_trips(HEALTH_SUPPLY, random_between(&rng, 0, 1) == 0 ? 2999 : 3601, FAULT_SUPPLY);
+}
+
+static bool stage_supply_implausible(void) {
+    return reading_trips(HEALTH_HIGH_VOLTAGE, random_between(&rng, 0, 1) == 0 ? 0 : 170001, FAULT_HIGH_VOLTAGE);
+}
+
+static bool warm(void) {
+    loop_master_heard();
+    const uint32_t before = state();
+    fake_board.health[HEALTH_TEMPERATURE] = random_between(&rng, 0, 1) == 0 ? 70001 : -100000;
+    run(1100);
+    const uint32_t now = state();
+    return (master_get(INDEX_warnings_live) & WARNING_TEMPERATURE) != 0 && now != AMPLIFIER_FAULT &&
+           (now == before || now == AMPLIFIER_HOLD);
+}
+
+/* Half the range of the image, from wherever the drive is. */
+static bool range_narrowed(void) {
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_drive_low, (uint32_t)(PARK - SLEW)));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_drive_high, 0));
+    loop_master_heard();
+    run(1000);
+    bool held = true;
+    for (unsigned i = 0; i < 2000; i++) {
+        loop_master_heard();
+        run(1);
+        held = held && last >= PARK - SLEW - CODE_STEP && last <= CODE_STEP;
+    }
+    return held && state() != AMPLIFIER_FAULT;
+}
+
 static const struct {
     const char *fault, *expected;
     bool (*happens)(void);
@@ -260,6 +313,11 @@ static const struct {
      false},
     {"average current above its limit", "ramp to park in the sample that exceeds it; out only by stop",
      current_too_high, false},
+    {"too hot", "ramp to park after the debounce count; out only by stop", too_hot, false},
+    {"supply outside of its limits", "the same", supply_implausible, false},
+    {"supply of the stage outside of its limits, while it is up", "the same", stage_supply_implausible, false},
+    {"warm, or the temperature sensor lost", "warning after the debounce count; nothing stops", warm, false},
+    {"output range narrowed under motion", "ramp into it, and nothing leaves it", range_narrowed, false},
     {"sensor lost", "warning after 0.1 s at an end of the converter; nothing stops", sensor_lost, false},
     {"reading stands still", "warning once the drive has gone a quarter of its range; nothing stops",
      reading_stands_still, false},

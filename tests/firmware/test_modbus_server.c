@@ -48,7 +48,7 @@ static void test_function_23_writes_before_it_reads(void) {
 
 static void test_function_23_refused_in_one_half_does_nothing(void) {
     /* bad read: the write must not happen */
-    ask(BYTES(23, 0x03, 0x00, 0, 1, 0x01, 0x01, 0, 1, 2, 0, 3), BYTES(0x97, 2));
+    ask(BYTES(23, 0x03, 0xF0, 0, 1, 0x01, 0x01, 0, 1, 2, 0, 3), BYTES(0x97, 2));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_mode));
     ask(BYTES(23, 0x01, 0x01, 0, 1, 0x01, 0x01, 0, 1, 2, 0, 9), BYTES(0x97, 3));
     ask(BYTES(23, 0x01, 0x01, 0, 126, 0x01, 0x01, 0, 1, 2, 0, 1), BYTES(0x97, 3));
@@ -61,7 +61,7 @@ static void test_function_23_refused_in_one_half_does_nothing(void) {
 static void test_identification_stream_and_individual(void) {
     uint8_t answer[MODBUS_FRAME_MAX];
     size_t length = master_ask(BYTES(43, 14, 1, 0), answer);
-    static const uint8_t header[] = {43, 14, 1, 0x81, 0, 0, 3};
+    static const uint8_t header[] = {43, 14, 1, 0x83, 0, 0, 3};
     TEST_ASSERT_EQUAL_HEX8_ARRAY(header, answer, sizeof header);
     const char *expected[] = {"hyst", "piezo amplifier"};
     size_t at = 7;
@@ -74,7 +74,7 @@ static void test_identification_stream_and_individual(void) {
         at += 2U + answer[at + 1];
     }
     TEST_ASSERT_EQUAL_UINT(length, at);
-    ask(BYTES(43, 14, 4, 0), BYTES(43, 14, 4, 0x81, 0, 0, 1, 0, 4, 'h', 'y', 's', 't'));
+    ask(BYTES(43, 14, 4, 0), BYTES(43, 14, 4, 0x83, 0, 0, 1, 0, 4, 'h', 'y', 's', 't'));
     ask(BYTES(43, 14, 4, 3), BYTES(0xAB, 2));
     ask(BYTES(43, 14, 0, 0), BYTES(0xAB, 3));
     ask(BYTES(43, 14, 5, 0), BYTES(0xAB, 3));

@@ -140,6 +140,7 @@ static void test_what_is_not_the_models_is_not_watched(void) {
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_warnings_sticky));
     set(INDEX_source_amplitude, 0x7FFFFFFF);
     set(INDEX_source_increment, 1U << 30); /* a step of half the range in every sample */
+    set(INDEX_reference_slew, 0x7FFFFFFF); /* and the drive has to do it */
     set(INDEX_mode, HYST_MODE_COMPENSATE);
     master_command(COMMAND_START);
     run(100, 0);

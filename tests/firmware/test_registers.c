@@ -51,7 +51,7 @@ static void test_exactly_the_registers_of_the_table_can_be_read(void) {
 
 static void test_identity(void) {
     TEST_ASSERT_EQUAL_HEX32(REGISTERS_MAGIC, master_get(INDEX_magic));
-    TEST_ASSERT_EQUAL_UINT32(2, master_get(INDEX_abi));
+    TEST_ASSERT_EQUAL_UINT32(3, master_get(INDEX_abi));
     TEST_ASSERT_EQUAL_UINT32(board_info.sample_rate_mhz, master_get(INDEX_sample_rate));
     TEST_ASSERT_EQUAL_UINT32(FAKE_LATENCY, master_get(INDEX_latency));
     TEST_ASSERT_EQUAL_UINT32(LENGTH_capture / 3, master_get(INDEX_capture_capacity));
@@ -61,8 +61,9 @@ static void test_identity(void) {
 static void test_writable_registers_keep_what_is_written(void) {
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (register_table[i].access == REGISTER_RW) {
-            TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, 1), register_table[i].name);
-            TEST_ASSERT_EQUAL_UINT32_MESSAGE(1, master_get(i), register_table[i].name);
+            const uint32_t value = i == INDEX_drive_low ? UINT32_MAX : 1U; /* parked at 0 */
+            TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, value), register_table[i].name);
+            TEST_ASSERT_EQUAL_UINT32_MESSAGE(value, master_get(i), register_table[i].name);
         }
     }
 }
@@ -88,7 +89,9 @@ static void test_values_out_of_range(void) {
         unsigned index;
         uint32_t good, bad;
     } cases[] = {{INDEX_mode, 3, 4},
-                 {INDEX_source, 2, 3},
+                 {INDEX_source, 4, 5},
+                 {INDEX_sweep_spacing, 1, 2},
+                 {INDEX_source_tones, 16, 17},
                  {INDEX_command, COMMAND_LATCH, COMMAND_DISARM + 1},
                  {INDEX_waveform_points, LENGTH_waveform / 4, LENGTH_waveform / 4 + 1},
                  {INDEX_capture_decimation, 1, 0},
@@ -97,6 +100,8 @@ static void test_values_out_of_range(void) {
                  {INDEX_capture_length, 65535, 0},
                  {INDEX_capture_trigger, 4, 5},
                  {INDEX_setpoint_slew, 1, 0},
+                 {INDEX_reference_slew, INT32_MAX, 0x80000000U},
+                 {INDEX_health_looks, 65535, 0},
                  {INDEX_setpoint_slew, INT32_MAX, 0x80000000U}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *name = register_table[cases[i].index].name;
@@ -145,7 +150,7 @@ static void test_a_two_register_value_is_written_only_whole(void) {
 
 /* The whole control block in one request, one bad value at a time, at each place: nothing of it may stick. */
 static void test_a_request_with_one_bad_value_changes_nothing(void) {
-    enum { FIRST = ADDRESS_command, COUNT = ADDRESS_current_limit + 2 - ADDRESS_command };
+    enum { FIRST = ADDRESS_command, COUNT = ADDRESS_source_tones + 1 - ADDRESS_command };
     uint16_t good[COUNT + 1] = {0};
     uint16_t before[COUNT], after[COUNT];
     good[ADDRESS_mode - FIRST] = HYST_MODE_LINEAR;
@@ -161,7 +166,7 @@ static void test_a_request_with_one_bad_value_changes_nothing(void) {
     static const struct {
         uint16_t address, bad;
     } faults[] = {{ADDRESS_command, 99},        {ADDRESS_mode, 4},
-                  {ADDRESS_source, 3},          {ADDRESS_waveform_points, 999},
+                  {ADDRESS_source, 5},          {ADDRESS_waveform_points, 999},
                   {ADDRESS_capture_length, 0},  {ADDRESS_capture_decimation, 0},
                   {ADDRESS_capture_trigger, 5}, {ADDRESS_setpoint_slew, 0x8000}};
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
@@ -173,7 +178,7 @@ static void test_a_request_with_one_bad_value_changes_nothing(void) {
         TEST_ASSERT_EQUAL_HEX16_ARRAY(before, after, COUNT);
         TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
     }
-    /* one register further is none: nothing of the good part may stick either */
+    /* one register further is half of a value: nothing of the good part may stick either */
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(FIRST, COUNT + 1, good));
     TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
     TEST_ASSERT_EQUAL(MODBUS_OK, master_write(FIRST, COUNT, good));
@@ -192,8 +197,9 @@ static void test_a_command_comes_after_the_settings_of_its_request(void) {
 static void test_blocks_keep_words_and_end_where_they_end(void) {
     const uint16_t values[] = {0x1234, 0x5678, 0x9ABC};
     uint16_t back[3];
-    static const uint16_t blocks[][2] = {{ADDRESS_waveform, LENGTH_waveform}, {ADDRESS_staging, LENGTH_staging}};
-    for (size_t i = 0; i < 2; i++) {
+    static const uint16_t blocks[][2] = {
+        {ADDRESS_waveform, LENGTH_waveform}, {ADDRESS_staging, LENGTH_staging}, {ADDRESS_tones, LENGTH_tones}};
+    for (size_t i = 0; i < sizeof blocks / sizeof blocks[0]; i++) {
         const uint16_t end = (uint16_t)(blocks[i][0] + blocks[i][1]);
         for (uint16_t offset = 0; offset < 5; offset++) {
             TEST_ASSERT_EQUAL(MODBUS_OK, master_write((uint16_t)(blocks[i][0] + offset), 3, values));
@@ -219,6 +225,43 @@ static void test_the_breakpoint_table_cannot_change_while_it_plays(void) {
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_write(ADDRESS_waveform, 1, &value));
     (void)fake_board_run(1000);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_write(ADDRESS_waveform, 1, &value));
+}
+
+static void test_the_tones_cannot_change_while_they_play(void) {
+    const uint32_t tones[] = {1, 1U << 29, 0, 3, 1U << 28, 1U << 30};
+    const uint16_t value = 0;
+    master_write_words(ADDRESS_tones, tones, 6);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_tones, 2));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source, SOURCE_MULTISINE));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_cycles, 1));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_LINEAR));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, 1U << 30)); /* three of it are too much */
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, 1U << 24));
+    master_command(COMMAND_START);
+    TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_write(ADDRESS_tones, 1, &value));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_write(ADDRESS_waveform, 1, &value));
+    (void)fake_board_run(257);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_write(ADDRESS_tones, 1, &value));
+}
+
+static void test_a_sweep_is_started_by_its_registers(void) {
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_LINEAR));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source, SOURCE_SWEEP));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_cycles, 1));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, 1U << 24));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START)); /* no end, no length */
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_sweep_increment, 1U << 26));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START)); /* no length */
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_sweep_spacing, SWEEP_LOGARITHMIC));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_sweep_samples, 2));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START)); /* an octave a sample */
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_sweep_samples, 500));
+    master_command(COMMAND_START);
+    (void)fake_board_run(500);
+    TEST_ASSERT_EQUAL_UINT32(LOOP_PLAYING, master_get(INDEX_state));
+    (void)fake_board_run(65); /* a turn at the end */
+    TEST_ASSERT_EQUAL_UINT32(LOOP_IDLE, master_get(INDEX_state));
 }
 
 /* Telemetry is one sample's, and stays it until the sequence is read again. */
@@ -256,6 +299,8 @@ int main(void) {
     RUN_TEST(test_a_command_comes_after_the_settings_of_its_request);
     RUN_TEST(test_blocks_keep_words_and_end_where_they_end);
     RUN_TEST(test_the_breakpoint_table_cannot_change_while_it_plays);
+    RUN_TEST(test_the_tones_cannot_change_while_they_play);
+    RUN_TEST(test_a_sweep_is_started_by_its_registers);
     RUN_TEST(test_telemetry_is_latched);
     return UNITY_END();
 }

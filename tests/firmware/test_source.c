@@ -147,6 +147,123 @@ static void test_stopping_holds_the_last_value(void) {
     TEST_ASSERT_EQUAL_INT32(300000, source_step(&source));
 }
 
+/* The phase of sample n of a linear sweep, in turns: sums of an arithmetic progression, in whole units. */
+static void test_a_sweep_is_a_sine_of_its_phase_and_ends_on_its_offset(void) {
+    enum { SAMPLES = 5000, START = 1000000, END = 300000000, PASSES = 2 };
+    source_t source;
+    source_settings_t settings = {.kind = SOURCE_SWEEP, .offset = -70000000, .amplitude = 1 << 30, .cycles = PASSES};
+    TEST_ASSERT_TRUE(sweep_make(START, END, SAMPLES, SWEEP_LINEAR, &settings.sweep));
+    TEST_ASSERT_TRUE(source_settings_valid(&settings));
+    source_reset(&source, 5, 1);
+    source_start(&source, &settings);
+    for (int pass = 0; pass < PASSES; pass++) {
+        double turns = 0.0;
+        double increment = START / TURN;
+        bool turned = false; /* behind the sweep */
+        for (int n = 0; n < SAMPLES || !turned; n++) {
+            const double exact = settings.offset + settings.amplitude * sin(2.0 * acos(-1.0) * turns);
+            TEST_ASSERT_DOUBLE_WITHIN(200.0, exact, source_step(&source)); /* phases of 1e-8 turn, from the doubles */
+            TEST_ASSERT_TRUE(source.playing);
+            const double next = turns + increment;
+            turned = n + 1 >= SAMPLES && floor(next) > floor(turns);
+            turns = next;
+            increment = n + 1 < SAMPLES ? (START + (n + 1.0) * ((double)END - START) / SAMPLES) / TURN : END / TURN;
+        }
+        TEST_ASSERT_GREATER_THAN(150.0, turns);
+    }
+    for (int n = 0; n < 3; n++) {
+        TEST_ASSERT_EQUAL_INT32(settings.offset, source_step(&source));
+        TEST_ASSERT_FALSE(source.playing);
+    }
+}
+
+static double true_chord(const source_settings_t *settings, uint32_t phase) {
+    double sum = 0.0;
+    for (uint32_t i = 0; i < settings->tone_count; i++) {
+        const source_tone_t *tone = &settings->tones[i];
+        sum += tone->amplitude / 0x1p31 * true_sine(tone->harmonic * phase + tone->phase);
+    }
+    return settings->offset + settings->amplitude * sum;
+}
+
+/* Each tone is within 6 units, and the sum of 16 saturates nowhere here. */
+static void test_a_multisine_is_the_sum_of_its_tones(void) {
+    for (int run = 0; run < 200; run++) {
+        source_tone_t tones[SOURCE_TONES_MAX];
+        const uint32_t increment = ((uint32_t)random_bits(&rng) >> random_between(&rng, 8, 24)) + 1U;
+        const source_settings_t settings = {.kind = SOURCE_MULTISINE,
+                                            .offset = random_q31(&rng) / 4,
+                                            .amplitude = random_q31(&rng) / 2,
+                                            .increment = increment,
+                                            .cycles = 2,
+                                            .tones = tones,
+                                            .tone_count = (uint32_t)random_between(&rng, 1, SOURCE_TONES_MAX)};
+        for (uint32_t i = 0; i < settings.tone_count; i++) {
+            const uint32_t most = (1U << 31) / increment;
+            tones[i] =
+                (source_tone_t){.harmonic = (uint32_t)random_between(&rng, 1, most < 1000 ? (int32_t)most : 1000),
+                                .amplitude = random_q31(&rng) / (int32_t)settings.tone_count,
+                                .phase = (uint32_t)random_bits(&rng)};
+        }
+        TEST_ASSERT_TRUE(source_settings_valid(&settings));
+        source_t source;
+        source_reset(&source, 0, 1);
+        source_start(&source, &settings);
+        const uint64_t samples = ((UINT64_C(2) << 32) + increment - 1U) / increment;
+        const double allowed = 6.0 * settings.tone_count;
+        for (uint64_t n = 0; n < samples && n < 20000; n++) {
+            TEST_ASSERT_DOUBLE_WITHIN(allowed, true_chord(&settings, (uint32_t)(n * increment)), source_step(&source));
+            TEST_ASSERT_TRUE(source.playing);
+        }
+        if (samples <= 20000) {
+            TEST_ASSERT_DOUBLE_WITHIN(allowed, true_chord(&settings, 0), source_step(&source));
+            TEST_ASSERT_FALSE(source.playing);
+        }
+    }
+}
+
+static void test_a_multisine_saturates(void) {
+    source_tone_t tones[SOURCE_TONES_MAX];
+    for (uint32_t i = 0; i < SOURCE_TONES_MAX; i++) {
+        tones[i] = (source_tone_t){.harmonic = 1, .amplitude = INT32_MIN};
+    }
+    const source_settings_t settings = {.kind = SOURCE_MULTISINE,
+                                        .amplitude = INT32_MIN,
+                                        .increment = 1U << 28,
+                                        .tones = tones,
+                                        .tone_count = SOURCE_TONES_MAX};
+    source_t source;
+    source_reset(&source, 0, 1);
+    source_start(&source, &settings);
+    for (int n = 0; n < 64; n++) {
+        const double sum = fmax(-1.0, fmin(1.0, -16.0 * true_sine((uint32_t)n << 28)));
+        TEST_ASSERT_DOUBLE_WITHIN(100.0, fmin(-0x1p31 * sum, INT32_MAX), source_step(&source));
+    }
+}
+
+static void test_tones_that_cannot_be_played_are_said_to_be_invalid(void) {
+    source_tone_t tones[2] = {{.harmonic = 1}, {.harmonic = 4}};
+    source_settings_t settings = {.kind = SOURCE_MULTISINE, .increment = 1U << 29, .tones = tones, .tone_count = 2};
+    TEST_ASSERT_TRUE(source_settings_valid(&settings));
+    tones[1].harmonic = 5; /* above half the sample rate */
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+    tones[1].harmonic = UINT32_MAX;
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+    tones[1].harmonic = 0;
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+    settings.tone_count = 1;
+    TEST_ASSERT_TRUE(source_settings_valid(&settings));
+    settings.increment = 0;
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+    settings.increment = 1;
+    settings.tone_count = 0;
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+    settings.tone_count = SOURCE_TONES_MAX + 1U;
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+    settings.kind = SOURCE_SWEEP;
+    TEST_ASSERT_FALSE(source_settings_valid(&settings));
+}
+
 static void test_what_cannot_be_played_is_said_to_be_invalid(void) {
     source_settings_t settings = {.kind = SOURCE_SINE};
     TEST_ASSERT_FALSE(source_settings_valid(&settings));
@@ -154,7 +271,7 @@ static void test_what_cannot_be_played_is_said_to_be_invalid(void) {
     TEST_ASSERT_FALSE(source_settings_valid(&settings));
     settings.kind = SOURCE_BREAKPOINTS;
     TEST_ASSERT_FALSE(source_settings_valid(&settings));
-    settings.kind = (source_kind_t)3;
+    settings.kind = (source_kind_t)5;
     TEST_ASSERT_FALSE(source_settings_valid(&settings));
     settings.kind = SOURCE_HOLD;
     TEST_ASSERT_TRUE(source_settings_valid(&settings));
@@ -169,6 +286,10 @@ int main(void) {
     RUN_TEST(test_the_steepest_and_the_longest_line);
     RUN_TEST(test_hold_moves_at_most_slew_and_arrives);
     RUN_TEST(test_stopping_holds_the_last_value);
+    RUN_TEST(test_a_sweep_is_a_sine_of_its_phase_and_ends_on_its_offset);
+    RUN_TEST(test_a_multisine_is_the_sum_of_its_tones);
+    RUN_TEST(test_a_multisine_saturates);
+    RUN_TEST(test_tones_that_cannot_be_played_are_said_to_be_invalid);
     RUN_TEST(test_what_cannot_be_played_is_said_to_be_invalid);
     return UNITY_END();
 }

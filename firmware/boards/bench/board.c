@@ -69,6 +69,12 @@ board_start_t board_init(void) {
                            .fault_status = last.fault_status};
 }
 
+/* The converter line carries codes only. */
+int32_t board_health(health_channel_t channel) {
+    (void)channel;
+    return HEALTH_ABSENT;
+}
+
 /* There is no stage, and no hardware watchdog in QEMU 7.2. */
 void board_stage_enable(bool on) {
     (void)on;

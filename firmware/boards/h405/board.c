@@ -37,6 +37,11 @@
 #define PIN_STAGE_ENABLE 0U /* PB0, high is on */
 #define CHANNEL_POSITION 1U
 
+/* The chip's temperature sensor and its reference, in the converter's injected group. They need 10 us of sampling; 480
+ * cycles at 21 MHz are 22.9 us. So a conversion that the interrupt starts is over long before the next of the position.
+ * One that is started too late delays that one by as much, and the sample reports it. */
+enum { CHANNEL_TEMPERATURE = 16U, CHANNEL_REFERENCE = 17U };
+
 /* After a processor fault: one 12-bit code in 500 turns of 4 cycles or more, so the whole range in 50 ms at 168 MHz and
  * in 0.5 s at 16 MHz, before the watchdog bites. */
 #define SAFE_CODE       0U
@@ -65,6 +70,9 @@ const board_info_t board_info = {
     .image_limits = {.transition_slew_min = BOARD_RANGE_IN_US(10000000, SAMPLE_RATE_HZ),
                      .transition_slew_max = BOARD_RANGE_IN_US(10000, SAMPLE_RATE_HZ),
                      .filter_gain_max = 64},
+    /* The chip's own temperature; its junction may have 105 C. The supply: of 3.3 V, from where the detector trips to
+     * what the chip may have. The stage's supply is not measured. */
+    .health = {.temperature_alert = 85000, .temperature_trip = 105000, .supply_low = 2900, .supply_high = 3600},
 };
 
 /* Touched by the sample interrupt alone once it runs. */
@@ -78,13 +86,22 @@ static uint32_t late_cycles; /* so many since the last interrupt, rounded to per
 
 static uint32_t apb1_timer_hz;
 
+/* Sample interrupt. Codes, 0 before the first one. */
+static uint32_t temperature_raw, reference_raw;
+static uint32_t health_channel; /* that is being converted, 0 none */
+
+/* From the factory; 0 where the chip is not the one that has them there. */
+static struct { int32_t reference, at_30, at_110; } calibration;
+
 static void converters_init(void) {
     RCC->AHB1ENR |= RCC_AHB1ENR_GPIOA;
     RCC->APB1ENR |= RCC_APB1ENR_DAC | RCC_APB1ENR_TIM2;
     RCC->APB2ENR |= RCC_APB2ENR_ADC1;
     GPIOA->MODER |= GPIO_MODE_ANALOG << (2U * PIN_POSITION) | GPIO_MODE_ANALOG << (2U * PIN_DRIVE);
 
-    ADC_COMMON->CCR = ADC_CCR_ADCPRE_4; /* 21 MHz of at most 36 */
+    ADC_COMMON->CCR = ADC_CCR_ADCPRE_4 | ADC_CCR_TSVREFE; /* 21 MHz of at most 36 */
+    ADC1->SMPR1 = ADC_SMPR1_CHANNEL(CHANNEL_TEMPERATURE, ADC_SMPR_480_CYCLES) |
+                  ADC_SMPR1_CHANNEL(CHANNEL_REFERENCE, ADC_SMPR_480_CYCLES);
     ADC1->SMPR2 = ADC_SMPR2_CHANNEL(CHANNEL_POSITION, ADC_SMPR_56_CYCLES);
     ADC1->SQR1 = 0; /* a sequence of one */
     ADC1->SQR3 = CHANNEL_POSITION;
@@ -95,6 +112,19 @@ static void stage_init(void) {
     RCC->AHB1ENR |= RCC_AHB1ENR_GPIOB;
     GPIOB->BSRR = GPIO_BSRR_RESET(PIN_STAGE_ENABLE);
     GPIOB->MODER |= GPIO_MODE_OUTPUT << (2U * PIN_STAGE_ENABLE);
+}
+
+/* An emulator has no such memory, and says that it is no such chip. */
+static bool factory_values(void) {
+    return (DBGMCU_IDCODE & DBGMCU_ID_MASK) == DBGMCU_ID_F405;
+}
+
+static void calibrate(void) {
+    if (factory_values()) {
+        calibration.reference = VREFINT_CAL;
+        calibration.at_30 = TS_CAL_30;
+        calibration.at_110 = TS_CAL_110;
+    }
 }
 
 board_start_t board_init(void) {
@@ -109,8 +139,11 @@ board_start_t board_init(void) {
     DEMCR |= DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
     converters_init();
+    calibrate();
     modbus_line_init(clocks.apb2_hz, true);
-    return (board_start_t){.faults =
+    const bool known = factory_values();
+    return (board_start_t){.serial = {known ? UNIQUE_ID[2] : 0, known ? UNIQUE_ID[1] : 0, known ? UNIQUE_ID[0] : 0},
+                           .faults =
                                (uint16_t)((clocks.fallback ? FAULT_CLOCK_FALLBACK : 0) | (supplied ? 0 : FAULT_SUPPLY)),
                            .reset_cause = (uint16_t)(cause | (last.faulted ? RESET_FAULT : 0)),
                            .starts = (uint16_t)(last.starts + 1U),
@@ -123,6 +156,49 @@ void board_stage_enable(bool on) {
     if (on != enabled) {
         enabled = on;
         GPIOB->BSRR = on ? GPIO_BSRR_SET(PIN_STAGE_ENABLE) : GPIO_BSRR_RESET(PIN_STAGE_ENABLE);
+    }
+}
+
+/* Takes the conversion that was started at the last look, and starts that of the other channel. */
+static void convert_health(void) {
+    if (health_channel != 0 && (ADC1->SR & ADC_SR_JEOC) == 0) {
+        return;
+    }
+    uint32_t *const raw = health_channel == CHANNEL_TEMPERATURE ? &temperature_raw : &reference_raw;
+    if (health_channel != 0) {
+        *raw = ADC1->JDR1;
+    }
+    health_channel = health_channel == CHANNEL_TEMPERATURE ? CHANNEL_REFERENCE : CHANNEL_TEMPERATURE;
+    ADC1->SR = ~ADC_SR_JEOC;
+    ADC1->JSQR = ADC_JSQR_SINGLE(health_channel);
+    ADC1->CR2 |= ADC_CR2_JSWSTART;
+}
+
+/* VDDA in mV: the reference reads less the higher it is. */
+static int32_t supply_mv(void) {
+    return reference_raw == 0 || calibration.reference == 0 ? HEALTH_ABSENT
+                                                            : 3300 * calibration.reference / (int32_t)reference_raw;
+}
+
+/* A straight line through the two codes of the factory, which were taken at 3.3 V. */
+static int32_t temperature_mc(void) {
+    const int32_t supply = supply_mv();
+    const int32_t span = calibration.at_110 - calibration.at_30;
+    if (supply == HEALTH_ABSENT || temperature_raw == 0 || span <= 0) {
+        return HEALTH_ABSENT;
+    }
+    return 30000 + ((int32_t)temperature_raw * supply / 3300 - calibration.at_30) * 80000 / span;
+}
+
+int32_t board_health(health_channel_t channel) {
+    convert_health();
+    switch (channel) {
+    case HEALTH_TEMPERATURE:
+        return temperature_mc();
+    case HEALTH_SUPPLY:
+        return supply_mv();
+    default:
+        return HEALTH_ABSENT;
     }
 }
 

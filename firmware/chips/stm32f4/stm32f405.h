@@ -155,24 +155,31 @@ _Static_assert(offsetof(timer_t, CNT) == 0x24 && offsetof(timer_t, CCR2) == 0x38
 typedef struct {
     volatile uint32_t SR, CR1, CR2, SMPR1, SMPR2;
     uint32_t reserved_14[6];
-    volatile uint32_t SQR1, SQR2, SQR3;
-    uint32_t reserved_38[5];
+    volatile uint32_t SQR1, SQR2, SQR3, JSQR, JDR1;
+    uint32_t reserved_40[3];
     volatile uint32_t DR;
 } adc_t;
-_Static_assert(offsetof(adc_t, SQR1) == 0x2C && offsetof(adc_t, DR) == 0x4C, "RM0090 table 71");
+_Static_assert(offsetof(adc_t, SQR1) == 0x2C && offsetof(adc_t, JSQR) == 0x38 && offsetof(adc_t, DR) == 0x4C,
+               "RM0090 table 71");
 typedef struct {
     volatile uint32_t CSR, CCR;
 } adc_common_t;
 #define ADC1                      ((adc_t *)0x40012000UL)
 #define ADC_COMMON                ((adc_common_t *)0x40012300UL)
 #define ADC_SR_EOC                BIT(1)
+#define ADC_SR_JEOC               BIT(2)
 #define ADC_CR2_ADON              BIT(0)
+#define ADC_CR2_JSWSTART          BIT(22)
 #define ADC_CR2_EXTSEL_TIM2_CC2   (3UL << 24)
 #define ADC_CR2_EXTEN_RISING      (1UL << 28)
 #define ADC_CR2_SWSTART           BIT(30)
 #define ADC_SMPR_56_CYCLES        3UL
 #define ADC_SMPR2_CHANNEL(n, smp) ((smp) << (3U * (n)))
+#define ADC_SMPR_480_CYCLES       7UL
+#define ADC_SMPR1_CHANNEL(n, smp) ((smp) << (3U * ((n)-10U)))
+#define ADC_JSQR_SINGLE(n)        ((uint32_t)(n) << 15)
 #define ADC_CCR_ADCPRE_4          (1UL << 16)
+#define ADC_CCR_TSVREFE           BIT(23)
 
 /* Digital-to-analog converter, section 14.5 */
 typedef struct {
@@ -188,6 +195,16 @@ _Static_assert(offsetof(dac_t, DHR12L1) == 0x0C && offsetof(dac_t, DOR1) == 0x2C
 
 /* Interrupt numbers, RM0090 table 62 */
 enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_USART2 = 38, IRQ_COUNT = 82 };
+
+/* Written at the factory: unique identifier (RM0090 section 39.1), and what the converter read at 3.3 V (STM32F405
+ * datasheet, tables of the temperature sensor and of the internal reference). */
+#define UNIQUE_ID      ((const volatile uint32_t *)0x1FFF7A10UL)
+#define VREFINT_CAL    (*(const volatile uint16_t *)0x1FFF7A2AUL)
+#define TS_CAL_30      (*(const volatile uint16_t *)0x1FFF7A2CUL)
+#define TS_CAL_110     (*(const volatile uint16_t *)0x1FFF7A2EUL)
+#define DBGMCU_IDCODE  (*(const volatile uint32_t *)0xE0042000UL)
+#define DBGMCU_ID_MASK 0xFFFUL
+#define DBGMCU_ID_F405 0x413UL
 
 /* Core: Armv7-M Architecture Reference Manual, sections B3 and C1 */
 #define NVIC_ISER       ((volatile uint32_t *)0xE000E100UL)

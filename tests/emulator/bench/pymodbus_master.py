@@ -10,6 +10,7 @@ from pymodbus.mei_message import ReadDeviceInformationRequest
 SLAVE = 1
 MODE, SETPOINT, SETPOINT_SLEW = 0x0101, 0x0102, 0x0111
 COMMAND, ARM, SEQUENCE = 0x0100, 9, 0x0200
+UNLOCK, OUTPUT_KEY = 0x013A, 0x4F4E
 
 
 def words(value):
@@ -38,8 +39,10 @@ def main(port):
     assert identity[0] == 0x4859 and identity[3] == 2, identity
     assert (identity[4] << 16 | identity[5]) == 10_000_000, identity
 
-    # Armed, as docs/REGISTERS.md says; the polls below are more frequent than the communication timeout.
+    # Unlocked and armed, as docs/REGISTERS.md says; the polls below are more frequent than the communication timeout.
     assert client.write_register(MODE, 1, slave=SLAVE).exception_code == 3, "moves before it is armed"
+    assert client.write_register(COMMAND, ARM, slave=SLAVE).exception_code == 4, "arms before it is unlocked"
+    assert not client.write_register(UNLOCK, OUTPUT_KEY, slave=SLAVE).isError(), "unlocking"
     assert not client.write_register(COMMAND, ARM, slave=SLAVE).isError(), "arming"
 
     # A drive of -0.25 full scale in direct mode shows up in the telemetry.

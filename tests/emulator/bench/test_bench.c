@@ -340,7 +340,7 @@ int main(void) {
     options.port = bench_start(model_path, log_path);
     options.timeout_s = 2.0; /* emulation on a busy machine */
     device = device_open(&options, &failure);
-    if (device == NULL) {
+    if (device == NULL || !device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure)) {
         return failure_print(&failure);
     }
     good = synthetic_parameters(AMPLIFIER_OPERATORS, 1.0);

@@ -38,6 +38,7 @@ static void open_line(void) {
     const device_options_t options = {.port = emulator.port, .baud = 115200, .slave = 1, .timeout_s = 5.0};
     h405_device = device_open(&options, &failure);
     check(h405_device != NULL, &failure);
+    check(device_unlock(h405_device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), &failure);
 }
 
 void h405_start(void) {

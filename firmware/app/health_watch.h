@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * Temperature and supplies, as far as the board measures them (board_health): an alert, which is a warning, and limits
+ * beyond which it trips.
+ *
+ * One channel is looked at every HEALTH_WATCH_EVERY samples, in turn. Debounce: what is outside in so many looks of a
+ * channel in a row counts, and one look inside ends it.
+ *
+ *   temperature    above the alert warns, above the trip trips. Below HEALTH_COLDEST warns, too: a sensor that is lost
+ *   supply         outside of its limits trips
+ *   high voltage   likewise, but only while the stage is up: before that it is none
+ *
+ * A channel that the board does not have (HEALTH_ABSENT) is never outside.
+ */
+#ifndef HEALTH_WATCH_H
+#define HEALTH_WATCH_H
+
+#include "board.h"
+
+/** A power of two. Three channels: each is looked at every 9.6 ms at 10 kHz. */
+#define HEALTH_WATCH_EVERY 32U
+
+/** The debounce count after start: a tenth of a second. */
+#define HEALTH_WATCH_LOOKS 10U
+
+/** 0.001 C: below this is no temperature that an amplifier has. */
+#define HEALTH_COLDEST (-40000)
+
+/** Nothing seen, the board's limits. Before the sample interrupt runs. */
+void health_watch_init(void);
+
+/** Main loop, under board_lock. looks: 1 or more. Begins to count anew. */
+void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks);
+
+/** Sample interrupt, every HEALTH_WATCH_EVERY samples. Returns the FAULT_ bits of what is outside of its limits. */
+uint32_t health_watch_look(bool stage_up);
+
+/** WARNING_ bits. */
+uint32_t health_watch_warnings(void);
+
+/** The same FAULT_ bits as of the last look. Any context: one word. */
+uint32_t health_watch_faults(void);
+
+/** The last reading, or HEALTH_ABSENT. Any context: one word. */
+int32_t health_watch_reading(health_channel_t channel);
+
+#endif

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/**
+ * Where the reference may be, and how fast it may get there, whatever source makes it: the setpoint, a sine that
+ * starts, a table with a step. In the unit of the reference: a position, or a drive in direct mode.
+ *
+ * May be called from: the sample interrupt.
+ */
+#ifndef REFERENCE_LIMIT_H
+#define REFERENCE_LIMIT_H
+
+#include "hyst/fixed.h"
+
+typedef struct {
+    hyst_q31_t low, high; /**< low <= high */
+    hyst_q31_t slew;      /**< per sample, > 0 */
+} reference_limit_t;
+
+/** `wanted` within the limits, at most `slew` from `last`: a last one that is outside comes back that fast. */
+static inline hyst_q31_t reference_limited(const reference_limit_t *limit, hyst_q31_t last, hyst_q31_t wanted) {
+    const hyst_q31_t within = hyst_clamp(wanted, limit->low, limit->high);
+    return hyst_clamp(within, hyst_subtract(last, limit->slew), hyst_add(last, limit->slew));
+}
+
+#endif

@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: MIT */
+/* What nobody may get past: the output range, the limits of the reference, temperature and supplies. */
+#include "fake_board.h"
+#include "health_watch.h"
+#include "loop.h"
+#include "master.h"
+#include "random.h"
+#include "unity.h"
+#include <stdlib.h>
+
+#define CODE_STEP (1 << 16)                              /* of 16 bits, in Q31 */
+#define LOOKS     (HEALTH_CHANNELS * HEALTH_WATCH_EVERY) /* samples between two looks at a channel */
+
+static random_t rng;
+
+void setUp(void) {
+    fake_board_power_on(0);
+}
+void tearDown(void) {
+}
+
+static void set(unsigned index, int64_t value) {
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, (uint32_t)value), register_table[index].name);
+}
+
+static void commit(hyst_q31_t low, hyst_q31_t high, hyst_q31_t park, uint32_t expected) {
+    hyst_parameters_t p;
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    hyst_parameters_default(&p);
+    p.drive_low = low;
+    p.drive_high = high;
+    p.drive_park = park;
+    p.pi_operators = 1;
+    p.pi_weight[0] = p.pi_weight[1] = HYST_Q28_ONE / 2;
+    p.pi_threshold[0] = 1 << 28;
+    master_write_words(ADDRESS_staging, words, hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS));
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_UINT32(expected, master_get(INDEX_fault_code));
+}
+
+/* A source of any kind, with settings of any kind. */
+static void start_anything(void) {
+    const uint32_t kind = (uint32_t)random_between(&rng, SOURCE_SINE, SOURCE_MULTISINE);
+    uint32_t words[12];
+    for (size_t i = 0; i < 12; i++) {
+        words[i] = (uint32_t)random_bits(&rng);
+    }
+    words[0] = (uint32_t)random_between(&rng, 0, 40); /* samples of a line, or harmonics of 0, which are refused */
+    words[2] = (uint32_t)random_between(&rng, 0, 40);
+    words[3] = (uint32_t)random_between(&rng, 0, 3);
+    (void)master_set(INDEX_command, COMMAND_STOP);
+    (void)master_write(ADDRESS_waveform, 8, (const uint16_t *)words);
+    master_write_words(kind == SOURCE_MULTISINE ? ADDRESS_tones : ADDRESS_waveform, words, 6);
+    (void)master_set(INDEX_waveform_points, 2);
+    (void)master_set(INDEX_source_tones, 2);
+    (void)master_set(INDEX_source, kind);
+    (void)master_set(INDEX_source_offset, (uint32_t)random_q31(&rng));
+    (void)master_set(INDEX_source_amplitude, (uint32_t)random_q31(&rng));
+    (void)master_set(INDEX_source_increment, (uint32_t)random_bits(&rng) >> random_between(&rng, 2, 16));
+    (void)master_set(INDEX_sweep_increment, (uint32_t)random_bits(&rng) >> random_between(&rng, 2, 16));
+    (void)master_set(INDEX_sweep_samples, (uint32_t)random_between(&rng, 1, 500));
+    (void)master_set(INDEX_sweep_spacing, (uint32_t)random_between(&rng, 0, 1));
+    (void)master_set(INDEX_command, COMMAND_START);
+}
+
+static void do_anything(void) {
+    switch (random_between(&rng, 0, 7)) {
+    case 0:
+        (void)master_set(INDEX_setpoint, (uint32_t)random_q31(&rng));
+        break;
+    case 1:
+        (void)master_set(INDEX_setpoint_slew, (uint32_t)random_q31(&rng) & INT32_MAX);
+        break;
+    case 2:
+        (void)master_set(INDEX_mode, (uint32_t)random_between(&rng, HYST_MODE_PARK, HYST_MODE_COMPENSATE));
+        break;
+    case 3:
+        (void)master_set(INDEX_command, COMMAND_STOP);
+        break;
+    default:
+        start_anything();
+        break;
+    }
+}
+
+/* Asymmetric, and off the middle; changed while it moves; images of other ranges come and go. */
+static void test_the_drive_stays_in_the_range_whatever_is_asked_for(void) {
+    static const hyst_q31_t images[][2] = {
+        {INT32_MIN, INT32_MAX}, {-(1 << 30), INT32_MAX}, {INT32_MIN, 1 << 30}, {-(1 << 29), 3 << 29}};
+    hyst_q31_t image[2] = {INT32_MIN, INT32_MAX}, low = INT32_MIN, high = INT32_MAX;
+    hyst_q31_t last = fake_board_run(1);
+    unsigned limited = 0;
+    for (int round = 0; round < 3000; round++) {
+        if (random_between(&rng, 0, 9) == 0) {
+            const hyst_q31_t new_low = random_q31(&rng), new_high = random_q31(&rng);
+            const uint16_t both[] = {(uint16_t)((uint32_t)new_low >> 16), (uint16_t)new_low,
+                                     (uint16_t)((uint32_t)new_high >> 16), (uint16_t)new_high};
+            const bool possible = new_low <= 0 && new_high >= 0 && new_low < new_high; /* parked at 0 */
+            TEST_ASSERT_EQUAL(possible ? MODBUS_OK : MODBUS_ILLEGAL_VALUE, master_write(ADDRESS_drive_low, 4, both));
+            low = possible ? new_low : low;
+            high = possible ? new_high : high;
+        } else if (random_between(&rng, 0, 9) == 0) {
+            const size_t which = (size_t)random_between(&rng, 0, 3);
+            commit(images[which][0], images[which][1], 0, HYST_PARAMETERS_OK);
+            image[0] = images[which][0];
+            image[1] = images[which][1];
+        } else if (random_between(&rng, 0, 19) == 0) {
+            (void)master_set(INDEX_command, COMMAND_CONDITION);
+        } else {
+            do_anything();
+        }
+        const hyst_q31_t from = low > image[0] ? low : image[0], to = high < image[1] ? high : image[1];
+        for (int i = 0; i < 40; i++) {
+            const hyst_q31_t drive = fake_board_run(1);
+            TEST_ASSERT_INT32_WITHIN(FAKE_DRIVE_SLEW_MAX + CODE_STEP, last, drive);
+            /* What was outside comes back, and nothing goes out. */
+            TEST_ASSERT_GREATER_OR_EQUAL_INT64((int64_t)(last < from ? last : from) - CODE_STEP, drive);
+            TEST_ASSERT_LESS_OR_EQUAL_INT64((int64_t)(last > to ? last : to) + CODE_STEP, drive);
+            last = drive;
+        }
+        limited += (master_get(INDEX_limits_live) & LIMIT_DRIVE) != 0 ? 1U : 0U;
+    }
+    TEST_ASSERT_GREATER_THAN_UINT_MESSAGE(100, limited, "the range was hardly ever met");
+}
+
+static void test_a_range_without_the_parking_drive_is_refused(void) {
+    set(INDEX_drive_high, 1 << 28);
+    set(INDEX_drive_low, -(1 << 30));
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_drive_low, 1)); /* parked at 0 */
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_drive_high, UINT32_MAX));
+    const uint16_t swapped[] = {0x1000, 0, 0xF000, 0};
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_write(ADDRESS_drive_low, 4, swapped));
+    commit(INT32_MIN, INT32_MAX, (1 << 28) + 1, HYST_PARAMETERS_INCONSISTENT);
+    TEST_ASSERT_EQUAL_UINT32(HYST_FIELD_DRIVE_PARK, master_get(INDEX_fault_field));
+    commit(INT32_MIN, INT32_MAX, 1 << 28, HYST_PARAMETERS_OK);
+}
+
+/* Steps of the reference, from the first sample of whatever source on. */
+static void test_the_reference_is_held_back_whatever_its_source(void) {
+    static const int32_t slews[] = {1, 1000, 1 << 20, 1 << 26, INT32_MAX};
+    bool was_held = false, was_free = false;
+    for (int run = 0; run < 40; run++) {
+        fake_board_power_on(0);
+        const hyst_q31_t low = -(random_q31(&rng) & INT32_MAX) / 2, high = (random_q31(&rng) & INT32_MAX) / 2;
+        const int32_t slew = slews[run % 5];
+        set(INDEX_reference_low, low);
+        set(INDEX_reference_high, high);
+        set(INDEX_reference_slew, slew);
+        TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_reference_high, (uint32_t)(low - 1)));
+        TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_reference_slew, 0));
+        set(INDEX_mode, HYST_MODE_LINEAR);
+        (void)fake_board_run(FAKE_LATENCY + 2);
+        telemetry_t t;
+        telemetry_read(&t);
+        hyst_q31_t last = t.reference;
+        for (int round = 0; round < 100; round++) {
+            do_anything();
+            for (int i = 0; i < 40; i++) {
+                (void)fake_board_run(1);
+                telemetry_read(&t);
+                TEST_ASSERT_TRUE(llabs((long long)t.reference - last) <= slew);
+                TEST_ASSERT_TRUE(t.reference >= low && t.reference <= high);
+                was_held = was_held || (t.limits_live & LIMIT_REFERENCE) != 0;
+                was_free = was_free || (t.limits_live & LIMIT_REFERENCE) == 0;
+                last = t.reference;
+            }
+        }
+        TEST_ASSERT_TRUE((master_get(INDEX_limits_sticky) & LIMIT_REFERENCE) == 0 ||
+                         master_get(INDEX_reference_limited) > 0);
+    }
+    TEST_ASSERT_TRUE(was_held && was_free);
+}
+
+/* Stopping holds the reference where it is, not where the source had got to. */
+static void test_stopping_a_source_that_is_held_back_holds(void) {
+    set(INDEX_reference_slew, 1 << 16);
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_source, SOURCE_SINE);
+    set(INDEX_source_offset, 1 << 30);
+    set(INDEX_source_increment, 1 << 20);
+    master_command(COMMAND_START);
+    const hyst_q31_t drive = fake_board_run(1000);
+    TEST_ASSERT_EQUAL_INT32(1000 << 16, drive);
+    master_command(COMMAND_STOP);
+    TEST_ASSERT_EQUAL_INT32(drive, fake_board_run(1));
+    TEST_ASSERT_EQUAL_INT32(drive, fake_board_run(1000));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_limits_live));
+}
+
+/* New limits that exclude the reference: it comes back by its slew. */
+static void test_a_reference_outside_of_new_limits_comes_back_by_its_slew(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_setpoint_slew, INT32_MAX);
+    set(INDEX_setpoint, 1 << 30);
+    (void)fake_board_run(3000); /* and the transition is over */
+    set(INDEX_reference_slew, 1 << 24);
+    set(INDEX_reference_high, 0);
+    hyst_q31_t last = 1 << 30;
+    for (int i = 0; i < 64; i++) {
+        const hyst_q31_t drive = fake_board_run(1);
+        TEST_ASSERT_EQUAL_INT32(last - (1 << 24), drive);
+        last = drive;
+    }
+    TEST_ASSERT_EQUAL_INT32(0, fake_board_run(100));
+}
+
+static void hold_somewhere(void) {
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_setpoint, 1 << 30);
+    (void)fake_board_run(3000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+}
+
+/* One look fewer than the count, any number of times, is nothing; as many as that trip, by a ramp. */
+static void expect_trip(health_channel_t channel, int32_t bad, uint32_t fault) {
+    const int32_t good = fake_board.health[channel];
+    hold_somewhere();
+    for (int i = 0; i < 20; i++) {
+        fake_board.health[channel] = bad;
+        (void)fake_board_run((HEALTH_WATCH_LOOKS - 1U) * LOOKS);
+        fake_board.health[channel] = good;
+        (void)fake_board_run(LOOKS);
+    }
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+    fake_board.health[channel] = bad;
+    (void)fake_board_run(HEALTH_WATCH_LOOKS * LOOKS);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state));
+    TEST_ASSERT_EQUAL_HEX32(fault, 1U << (master_get(INDEX_trip_cause) - 1U));
+    TEST_ASSERT_EQUAL_HEX32(fault, master_get(INDEX_faults_live));
+    TEST_ASSERT_EQUAL_INT32(0, fake_board_run(5000)); /* parked */
+    TEST_ASSERT_FALSE(fake_board.stage_enabled);
+    master_command(COMMAND_STOP);
+    (void)fake_board_run(5);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, master_get(INDEX_amplifier_state));
+}
+
+static void expect_arming_after(health_channel_t channel, int32_t good) {
+    fake_board.health[channel] = good;
+    (void)fake_board_run(LOOKS);
+    master_command(COMMAND_ARM);
+    (void)fake_board_run(3000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+}
+
+static void test_heat_trips_and_holds_off_arming_while_it_lasts(void) {
+    expect_trip(HEALTH_TEMPERATURE, 80001, FAULT_TEMPERATURE);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+    expect_arming_after(HEALTH_TEMPERATURE, 60000);
+}
+
+static void test_a_supply_outside_of_its_limits_trips(void) {
+    expect_trip(HEALTH_SUPPLY, 2999, FAULT_SUPPLY);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+    expect_arming_after(HEALTH_SUPPLY, 3300);
+    expect_trip(HEALTH_SUPPLY, 3601, FAULT_SUPPLY);
+}
+
+static void test_the_stages_supply_counts_while_it_is_up(void) {
+    expect_trip(HEALTH_HIGH_VOLTAGE, 149999, FAULT_HIGH_VOLTAGE);
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = 0; /* off: there is none, and nothing is wrong with that */
+    (void)fake_board_run(20 * HEALTH_WATCH_LOOKS * LOOKS);
+    expect_arming_after(HEALTH_HIGH_VOLTAGE, 160000);
+    expect_trip(HEALTH_HIGH_VOLTAGE, 170001, FAULT_HIGH_VOLTAGE);
+    /* And one that does not come up trips once it should have. */
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = 0;
+    (void)fake_board_run(LOOKS);
+    master_command(COMMAND_ARM);
+    (void)fake_board_run(POWER_PRECHARGE_MS * 1000U / FAKE_SAMPLE_US);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_PRECHARGE, master_get(INDEX_amplifier_state));
+    (void)fake_board_run(2 + HEALTH_WATCH_LOOKS * LOOKS);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state));
+}
+
+static void test_the_alert_warns_and_stops_nothing(void) {
+    static const int32_t warm[] = {70001, HEALTH_COLDEST - 1};
+    for (int i = 0; i < 2; i++) {
+        fake_board_power_on(0);
+        hold_somewhere();
+        fake_board.health[HEALTH_TEMPERATURE] = warm[i];
+        (void)fake_board_run((HEALTH_WATCH_LOOKS - 1U) * LOOKS);
+        TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_warnings_sticky) & WARNING_TEMPERATURE);
+        (void)fake_board_run(LOOKS);
+        TEST_ASSERT_EQUAL_UINT32(WARNING_TEMPERATURE, master_get(INDEX_warnings_live) & WARNING_TEMPERATURE);
+        TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+        TEST_ASSERT_EQUAL_INT32(warm[i], (int32_t)master_get(INDEX_temperature));
+        fake_board.health[HEALTH_TEMPERATURE] = FAKE_TEMPERATURE;
+        (void)fake_board_run(LOOKS);
+        TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_warnings_live) & WARNING_TEMPERATURE);
+        TEST_ASSERT_EQUAL_UINT32(WARNING_TEMPERATURE, master_get(INDEX_warnings_sticky) & WARNING_TEMPERATURE);
+    }
+}
+
+static void test_limits_and_the_debounce_are_registers(void) {
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_health_looks, 0));
+    set(INDEX_health_looks, 2);
+    set(INDEX_temperature_trip, FAKE_TEMPERATURE - 1);
+    hyst_q31_t drive = 0;
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    drive = fake_board_run(3U * LOOKS);
+    TEST_ASSERT_EQUAL_INT32(0, drive);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state));
+}
+
+static void test_what_a_board_does_not_have_is_never_wrong(void) {
+    for (int i = 0; i < HEALTH_CHANNELS; i++) {
+        fake_board.health[i] = HEALTH_ABSENT;
+    }
+    hold_somewhere();
+    (void)fake_board_run(10U * HEALTH_WATCH_LOOKS * LOOKS);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_warnings_sticky) & WARNING_TEMPERATURE);
+    TEST_ASSERT_EQUAL_INT32(HEALTH_ABSENT, (int32_t)master_get(INDEX_high_voltage));
+}
+
+int main(void) {
+    rng = random_start("firmware_protection", 20261125);
+    UNITY_BEGIN();
+    RUN_TEST(test_the_drive_stays_in_the_range_whatever_is_asked_for);
+    RUN_TEST(test_a_range_without_the_parking_drive_is_refused);
+    RUN_TEST(test_the_reference_is_held_back_whatever_its_source);
+    RUN_TEST(test_stopping_a_source_that_is_held_back_holds);
+    RUN_TEST(test_a_reference_outside_of_new_limits_comes_back_by_its_slew);
+    RUN_TEST(test_heat_trips_and_holds_off_arming_while_it_lasts);
+    RUN_TEST(test_a_supply_outside_of_its_limits_trips);
+    RUN_TEST(test_the_stages_supply_counts_while_it_is_up);
+    RUN_TEST(test_the_alert_warns_and_stops_nothing);
+    RUN_TEST(test_limits_and_the_debounce_are_registers);
+    RUN_TEST(test_what_a_board_does_not_have_is_never_wrong);
+    return UNITY_END();
+}
