@@ -348,6 +348,5 @@ bool experiment_start_table(device_t *device, const hyst_parameters_t *image, co
                        .frames = 2}; /* a capture tells whether the start was heard (device_start) */
     return go_to_start(device, image, &run, failure) &&
            load_breakpoints(device, image, run.mode, table->corner, table->corners, table->passes, failure) &&
-           check_table(device, image, table, failure) && arm(device, &run, failure) && device_start(device, failure) &&
-           device_write(device, INDEX_watchdog, (int64_t)lround(1000.0 * table->silence_s), failure);
+           check_table(device, image, table, failure) && arm(device, &run, failure) && device_start(device, failure);
 }

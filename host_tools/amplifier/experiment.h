@@ -60,7 +60,6 @@ typedef struct {
     const breakpoint_t *corner;
     size_t corners;
     unsigned long passes; /**< 0: until somebody stops it */
-    double silence_s;     /**< communication timeout from then on: so long it plays without a request */
 } experiment_table_t;
 
 /** Uploads the corners, reads them back and compares, starts them, and leaves the amplifier playing. */

@@ -71,6 +71,16 @@ static bool check_levels(const hyst_parameters_t *image, const settings_t *s, fa
     return true;
 }
 
+typedef struct {
+    const hyst_parameters_t *image;
+    const experiment_table_t *table;
+} started_t;
+
+static bool start_table(device_t *device, void *context, failure_t *failure) {
+    const started_t *started = context;
+    return experiment_start_table(device, started->image, started->table, failure);
+}
+
 static bool play(device_t *device, const settings_t *s, failure_t *failure) {
     hyst_parameters_t image;
     if (!amplifier_image_read(device, &image, failure) || !check_levels(&image, s, failure)) {
@@ -82,15 +92,10 @@ static bool play(device_t *device, const settings_t *s, failure_t *failure) {
                                       .start = s->table.column[1].value[0],
                                       .corner = corner,
                                       .corners = s->table.rows - 1,
-                                      .passes = s->passes,
-                                      .silence_s = s->silence_s};
-    driving_t driving;
-    bool good = driving_begin(&driving, device, NULL, failure);
-    if (good) {
-        good = experiment_start_table(device, &image, &table, failure);
-        driving.timeout_before_ms = (int64_t)lround(1000.0 * s->silence_s);
-        good = driving_end(&driving, good, failure);
-    }
+                                      .passes = s->passes};
+    started_t started = {&image, &table};
+    const driving_t driving = {.play = start_table, .context = &started, .silence_s = s->silence_s};
+    bool good = driving_run(device, &driving, failure);
     if (good && s->json) {
         good = json_print(json_pack("{s:s, s:s, s:I, s:s, s:f}", "format", "hyst-play-1", "table", s->table.source,
                                     "points", (json_int_t)table.corners, "mode", mode_name(s->played), "silence_s",
