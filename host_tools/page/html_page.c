@@ -2,7 +2,7 @@
 #include "page/html_page.h"
 #include "base/provenance.h"
 #include "page/svg_plot.h"
-#include "plot_script.h" /* generated from plot.js */
+#include "page_scripts.h" /* generated: plot.js */
 
 /* Colours are plot_style's. */
 static const char style[] =
@@ -75,6 +75,10 @@ static void write_origin(FILE *file) {
 
 bool page_close(output_file_t *page, bool good, failure_t *failure) {
     write_origin(page->file);
-    fprintf(page->file, "</main>\n<script id=\"pictures\">\n%s</script>\n</body>\n</html>\n", plot_script);
+    fprintf(page->file, "</main>\n<script id=\"pictures\">\n");
+    for (size_t i = 0; i < page_scripts_count; i++) {
+        (void)fwrite(page_scripts[i].data, 1, page_scripts[i].length, page->file);
+    }
+    fprintf(page->file, "</script>\n</body>\n</html>\n");
     return output_file_close(page, good, failure);
 }
