@@ -6,12 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-hyst_host_recording_t *interface_recording(const recording_t *recording) {
-    hyst_host_recording_t *handle = allocate(1, sizeof *handle);
-    handle->recording = *recording;
-    return handle;
-}
-
 recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count) {
     recording_t *copies = allocate(count, sizeof *copies);
     for (size_t i = 0; i < count; i++) {
@@ -75,7 +69,7 @@ hyst_host_recording_t *hyst_host_recording_read(const char *path, const char *op
                                       : take_wishes(&wishes, options) &&
                                             import_file(&recording, path, &wishes.said, interface_failure());
     json_decref(wishes.json);
-    return good ? interface_recording(&recording) : NULL;
+    return good ? interface_recording(&recording, interface_note(NULL, 0, NULL, path)) : NULL;
 }
 
 hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t samples, size_t columns,
@@ -97,7 +91,7 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
         table_free(&table);
     }
     json_decref(wishes.json);
-    return good ? interface_recording(&recording) : NULL;
+    return good ? interface_recording(&recording, provenance_note()) : NULL;
 }
 
 hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
@@ -111,7 +105,7 @@ hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_
         return NULL;
     }
     recording_create(&recording, name, sample_rate_hz, samples);
-    return interface_recording(&recording);
+    return interface_recording(&recording, provenance_note());
 }
 
 int hyst_host_recording_set_column(hyst_host_recording_t *handle, const char *name, const double *values) {
@@ -181,12 +175,16 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
 }
 
 int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path) {
-    return recording_write(&recording->recording, path, interface_failure());
+    provenance_note_t *before = provenance_enter(recording->note);
+    const bool good = recording_write(&recording->recording, path, interface_failure());
+    (void)provenance_enter(before);
+    return good;
 }
 
 void hyst_host_recording_free(hyst_host_recording_t *recording) {
     if (recording != NULL) {
         recording_free(&recording->recording);
+        provenance_note_free(recording->note);
         free(recording);
     }
 }
