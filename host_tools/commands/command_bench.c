@@ -31,7 +31,7 @@ static void announce(void *context) {
     (void)fflush(stdout);
 }
 
-/* In a thread of its own: what stands at the other end of stdin has ended, however that came. */
+/* A separate thread: what stands at the other end of stdin has ended, however that came. */
 static void *end_with_input(void *bench_thread) {
     char ignored[256];
     ssize_t count;
