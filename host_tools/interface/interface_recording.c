@@ -37,6 +37,7 @@ static bool take_column(const json_t *said, char text[24], const char **column) 
 /* The options of an import, and what holds their texts. */
 typedef struct {
     import_options_t said;
+    const char *file; /* that arrays were read from, or NULL */
     json_t *json;
     char number[COLUMN_COUNT][24];
 } wishes_t;
@@ -46,8 +47,9 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
     const char *key;
     column_t column;
     wishes->said = import_nothing_said();
-    wishes->json = interface_options(options, "{s?s, s?F, s?o, s?o}", "time", &wishes->said.time, "sample_rate_hz",
-                                     &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales);
+    wishes->json =
+        interface_options(options, "{s?s, s?F, s?o, s?o, s?s}", "time", &wishes->said.time, "sample_rate_hz",
+                          &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales, "file", &wishes->file);
     bool good = wishes->json != NULL;
     json_object_foreach(columns, key, said) {
         good = good && find_column(key, &column) &&
@@ -75,9 +77,11 @@ hyst_host_recording_t *hyst_host_recording_read(const char *path, const char *op
 hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t samples, size_t columns,
                                                   const char *const *column, const char *const *unit,
                                                   const double *const *values, const char *options) {
-    wishes_t wishes;
+    wishes_t wishes = {.json = NULL};
     table_t table;
     recording_t recording;
+    import_account_t account = {0};
+    provenance_note_t *note = provenance_note();
     bool good = false;
     if (take_wishes(&wishes, options)) {
         table_open(&table, name, "arrays");
@@ -87,11 +91,20 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
             memcpy(copy, values[i], samples * sizeof(double));
             table_add(&table, column[i], unit[i], copy);
         }
-        good = import_table(&recording, &table, &wishes.said, NULL, interface_failure());
+        good = import_table(&recording, &table, &wishes.said, &account, interface_failure());
         table_free(&table);
+        if (good && wishes.file != NULL) {
+            recording.understood = import_account_text(&account);
+            provenance_note_add_file(note, wishes.file);
+        }
+        import_account_free(&account);
     }
     json_decref(wishes.json);
-    return good ? interface_recording(&recording, provenance_note()) : NULL;
+    if (!good) {
+        provenance_note_free(note);
+        return NULL;
+    }
+    return interface_recording(&recording, note);
 }
 
 hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
