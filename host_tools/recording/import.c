@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/import.h"
-#include "recording/import_several.h"
+#include "recording/column_pattern.h"
 #include "recording/time_axis.h"
 #include "recording/units.h"
 #include <ctype.h>
@@ -305,13 +305,13 @@ static void convert_column(import_job_t *job, int role, double *into) {
 /* Of several actuators the first was taken, without a choice of the user. */
 static void tell_siblings(const import_job_t *job) {
     const int drive = job->column[COLUMN_DRIVE], displacement = job->column[COLUMN_DISPLACEMENT];
-    char pattern[2][100];
+    char pattern[2][COLUMN_PATTERN];
     if (drive == NO_COLUMN || displacement == NO_COLUMN || job->options->column[COLUMN_DRIVE] != NULL ||
         job->options->column[COLUMN_DISPLACEMENT] != NULL) {
         return;
     }
-    const size_t pairs =
-        import_siblings(job->table, job->table->column[drive].name, job->table->column[displacement].name, pattern);
+    const size_t pairs = column_pattern_siblings(job->table, job->table->column[drive].name,
+                                                 job->table->column[displacement].name, pattern);
     if (pairs > 1) {
         import_account_add(job->account,
                            "  %zu pairs of such columns: one recording of each by `hyst import --drive '%s' "

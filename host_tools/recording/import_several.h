@@ -23,8 +23,4 @@ bool import_actuators(const table_t *table, const import_options_t *options, imp
                       failure_t *failure);
 void import_actuators_free(import_actuator_t *list, size_t count);
 
-/** Where columns of this drive and displacement are not the only ones of their kind: the names with a '*' for the
- * number, or the group, in which others differ, and the number of pairs. 0: there are no others. */
-size_t import_siblings(const table_t *table, const char *drive, const char *displacement, char pattern[2][100]);
-
 #endif
