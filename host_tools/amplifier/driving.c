@@ -4,43 +4,44 @@
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "telemetry.h"
-
-bool driving_begin(driving_t *driving, device_t *device, const volatile sig_atomic_t *stop, failure_t *failure) {
-    *driving = (driving_t){.device = device,
-                           .stop = stop != NULL ? stop : stop_on_signal(),
-                           .timeout_ms = device_communication_timeout_ms(device)};
-    device_stop_when(device, driving->stop);
-    return device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
-           device_read(device, INDEX_watchdog, &driving->timeout_before_ms, failure) &&
-           device_write(device, INDEX_watchdog, driving->timeout_ms, failure);
-}
+#include <math.h>
 
 /* The first failure remains the one that is reported. */
-static void park(const driving_t *driving, failure_t *failure) {
+static void park(device_t *device, int64_t timeout_before_ms, failure_t *failure) {
     failure_t ignored;
     const failure_t first = *failure;
     const int part = (int)(sizeof first.text - 200);
-    if (device_command(driving->device, COMMAND_PARK, &ignored)) {
-        (void)device_write(driving->device, INDEX_watchdog, driving->timeout_before_ms, &ignored);
+    if (device_command(device, COMMAND_PARK, &ignored)) {
+        (void)device_write(device, INDEX_watchdog, timeout_before_ms, &ignored);
         (void)fail(failure, "%.*s; the drive is stopped and parked", part, first.text);
     } else {
         (void)fail(
             failure,
             "%.*s; the amplifier did not take the command to park: without requests it parks by itself after %g s",
-            part, first.text, (double)driving->timeout_ms / 1000.0);
+            part, first.text, (double)device_communication_timeout_ms(device) / 1000.0);
     }
 }
 
-bool driving_end(driving_t *driving, bool good, failure_t *failure) {
-    good = good && device_write(driving->device, INDEX_watchdog, driving->timeout_before_ms, failure);
-    device_stop_when(driving->device, NULL);
-    if (*driving->stop != 0) {
-        good = fail(failure, "interrupted (%s)", stop_signal_name(*driving->stop));
+bool driving_run(device_t *device, const driving_t *driving, failure_t *failure) {
+    const volatile sig_atomic_t *stop = driving->stop != NULL ? driving->stop : stop_on_signal();
+    int64_t before_ms = 0; /* 0: off */
+    device_stop_when(device, stop);
+    if (!device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
+        !device_read(device, INDEX_watchdog, &before_ms, failure) ||
+        !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
+        return false;
+    }
+    const int64_t after_ms = driving->silence_s > 0.0 ? (int64_t)lround(1000.0 * driving->silence_s) : before_ms;
+    bool good =
+        driving->play(device, driving->context, failure) && device_write(device, INDEX_watchdog, after_ms, failure);
+    device_stop_when(device, NULL);
+    if (*stop != 0) {
+        good = fail(failure, "interrupted (%s)", stop_signal_name(*stop));
     }
     if (!good) {
-        park(driving, failure);
+        park(device, before_ms, failure);
     }
-    device_lock(driving->device);
+    device_lock(device);
     return good;
 }
 

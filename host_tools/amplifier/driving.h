@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Guards everything that a command plays, so that no error leaves the actuator driven.
+ * Guards everything that is played, so that no error leaves the actuator driven.
  *
- * Between driving_begin and driving_end the amplifier is unlocked, and SIGINT, SIGTERM and SIGHUP make the next request
- * fail, and a failure of any kind ends with the source stopped and the amplifier parked. Meanwhile the amplifier's
- * communication timeout (register `watchdog`) is armed, so that it parks by itself when this process is killed or the
- * line is cut.
+ * While it plays the amplifier is unlocked, SIGINT, SIGTERM and SIGHUP make the next request fail, and a failure of any
+ * kind ends with the source stopped and the amplifier parked. Meanwhile the amplifier's communication timeout (register
+ * `watchdog`) is armed, so that it parks by itself when this process is killed or the line is cut.
  */
 #ifndef DRIVING_H
 #define DRIVING_H
@@ -13,24 +12,18 @@
 #include "amplifier/device.h"
 
 typedef struct {
-    device_t *device;
-    const volatile sig_atomic_t *stop;
-    int64_t timeout_before_ms; /**< register `watchdog` as it was found; 0: off */
-    int64_t timeout_ms;        /**< its value while driving */
+    bool (*play)(device_t *device, void *context, failure_t *failure);
+    void *context;
+    const volatile sig_atomic_t *stop; /**< of a program that takes its signals itself: set to the number of one; NULL:
+                                            they are caught here */
+    double silence_s;                  /**< communication timeout after success; 0: the one that was found */
 } driving_t;
 
 /**
- * Catches the signals and sets the communication timeout (device_communication_timeout_ms). Call it before any command.
- * stop: for a program that takes its signals itself, a flag that it sets to the number of one; NULL: catch them.
+ * Sets the communication timeout (device_communication_timeout_ms) and plays. After success the amplifier stays as it
+ * is. Otherwise, or after a signal, stops and parks it, and appends that to *failure. Returns whether all is well.
  */
-bool driving_begin(driving_t *driving, device_t *device, const volatile sig_atomic_t *stop, failure_t *failure);
-
-/**
- * Must follow every successful driving_begin. `good`: success, so the amplifier stays as it is and gets back its
- * previous communication timeout. Otherwise, or after a signal, stops and parks it, and appends that to *failure.
- * Returns whether all is well.
- */
-bool driving_end(driving_t *driving, bool good, failure_t *failure);
+bool driving_run(device_t *device, const driving_t *driving, failure_t *failure);
 
 /**
  * COMMAND_STOP or COMMAND_PARK for an amplifier that was left driven. Waits until its loop no longer plays, or is

@@ -392,9 +392,8 @@ static bool check_table(device_t *device, const hyst_parameters_t *image, const 
 }
 
 /* A capture tells whether the start was heard (device_start). */
-static bool start_and_leave(device_t *device, const run_t *run, double silence_s, failure_t *failure) {
-    return arm(device, run, failure) && device_start(device, failure) &&
-           device_write(device, INDEX_watchdog, (int64_t)lround(1000.0 * silence_s), failure);
+static bool arm_and_start(device_t *device, const run_t *run, failure_t *failure) {
+    return arm(device, run, failure) && device_start(device, failure);
 }
 
 bool experiment_start_table(device_t *device, const hyst_parameters_t *image, const experiment_table_t *table,
@@ -403,11 +402,11 @@ bool experiment_start_table(device_t *device, const hyst_parameters_t *image, co
         .mode = table->mode, .condition = table->condition, .start = table->start, .decimation = 1, .frames = 2};
     return go_to_start(device, image, &run, failure) &&
            load_breakpoints(device, image, run.mode, table->corner, table->corners, table->passes, failure) &&
-           check_table(device, image, table, failure) && start_and_leave(device, &run, table->silence_s, failure);
+           check_table(device, image, table, failure) && arm_and_start(device, &run, failure);
 }
 
 bool experiment_start(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
-                      unsigned long passes, double silence_s, failure_t *failure) {
+                      unsigned long passes, failure_t *failure) {
     const run_t run = {.mode = experiment->mode,
                        .condition = experiment->condition,
                        .start = waveform_start(&experiment->waveform),
@@ -415,5 +414,5 @@ bool experiment_start(device_t *device, const hyst_parameters_t *image, const ex
                        .frames = 2};
     return go_to_start(device, image, &run, failure) &&
            load_waveform(device, image, run.mode, &experiment->waveform, passes, failure) &&
-           start_and_leave(device, &run, silence_s, failure);
+           arm_and_start(device, &run, failure);
 }

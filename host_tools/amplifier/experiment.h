@@ -60,7 +60,6 @@ typedef struct {
     const breakpoint_t *corner;
     size_t corners;
     unsigned long passes; /**< 0: until somebody stops it */
-    double silence_s;     /**< communication timeout from then on: so long it plays without a request */
 } experiment_table_t;
 
 /** Uploads the corners, reads them back and compares, starts them, and leaves the amplifier playing. */
@@ -68,8 +67,8 @@ bool experiment_start_table(device_t *device, const hyst_parameters_t *image, co
                             failure_t *failure);
 
 /** Starts the waveform, so many passes of it (0: until somebody stops it; of a triangle a pass is all its cycles), and
- * leaves the amplifier playing, with this communication timeout. experiment->frames does not matter. */
+ * leaves the amplifier playing. experiment->frames does not matter. */
 bool experiment_start(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
-                      unsigned long passes, double silence_s, failure_t *failure);
+                      unsigned long passes, failure_t *failure);
 
 #endif

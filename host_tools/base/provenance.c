@@ -7,11 +7,39 @@
 #include <string.h>
 #include <time.h>
 
-static struct {
+struct provenance_note {
     char *command, *device;
     char **path;
     size_t paths;
-} noted;
+};
+
+static _Thread_local provenance_note_t *entered;
+
+provenance_note_t *provenance_note(void) {
+    return allocate(1, sizeof(provenance_note_t));
+}
+
+void provenance_note_free(provenance_note_t *note) {
+    if (note != NULL) {
+        free(note->command);
+        free(note->device);
+        for (size_t i = 0; i < note->paths; i++) {
+            free(note->path[i]);
+        }
+        free(note->path);
+        free(note);
+    }
+}
+
+const provenance_note_t *provenance_entered(void) {
+    return entered;
+}
+
+provenance_note_t *provenance_enter(provenance_note_t *note) {
+    provenance_note_t *before = entered;
+    entered = note;
+    return before;
+}
 
 /* What a shell takes as it stands. */
 static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=.,:/@%";
@@ -34,20 +62,17 @@ static char *quote(const char *word, char *text) {
     return text;
 }
 
-void provenance_begin(int argc, char *const *argv) {
+void provenance_set_command(int argc, char *const *argv) {
     size_t room = 1;
+    if (entered == NULL) {
+        return;
+    }
     for (int i = 0; i < argc; i++) {
         room += 4 * strlen(argv[i]) + 3;
     }
-    free(noted.command);
-    free(noted.device);
-    for (size_t i = 0; i < noted.paths; i++) {
-        free(noted.path[i]);
-    }
-    free(noted.path);
-    memset(&noted, 0, sizeof noted);
-    noted.command = allocate(room, 1);
-    char *end = noted.command;
+    free(entered->command);
+    entered->command = allocate(room, 1);
+    char *end = entered->command;
     for (int i = 0; i < argc; i++) {
         const char *slash = i == 0 ? strrchr(argv[0], '/') : NULL; /* where the program lies is of no interest */
         end = quote(slash != NULL ? slash + 1 : argv[i], end);
@@ -55,19 +80,43 @@ void provenance_begin(int argc, char *const *argv) {
     }
 }
 
-void provenance_add_file(const char *path) {
-    for (size_t i = 0; i < noted.paths; i++) {
-        if (strcmp(noted.path[i], path) == 0) {
+void provenance_note_add_file(provenance_note_t *note, const char *path) {
+    for (size_t i = 0; i < note->paths; i++) {
+        if (strcmp(note->path[i], path) == 0) {
             return;
         }
     }
-    noted.path = reallocate(noted.path, noted.paths + 1, sizeof *noted.path);
-    noted.path[noted.paths++] = copy_text(path);
+    note->path = reallocate(note->path, note->paths + 1, sizeof *note->path);
+    note->path[note->paths++] = copy_text(path);
+}
+
+void provenance_add_file(const char *path) {
+    if (entered != NULL) {
+        provenance_note_add_file(entered, path);
+    }
 }
 
 void provenance_set_device(const char *device) {
-    free(noted.device);
-    noted.device = copy_text(device);
+    if (entered != NULL) {
+        free(entered->device);
+        entered->device = copy_text(device);
+    }
+}
+
+static void take_text(char **text, const char *other) {
+    if (*text == NULL && other != NULL) {
+        *text = copy_text(other);
+    }
+}
+
+void provenance_note_add(provenance_note_t *note, const provenance_note_t *other) {
+    if (other != NULL) {
+        take_text(&note->command, other->command);
+        take_text(&note->device, other->device);
+        for (size_t i = 0; i < other->paths; i++) {
+            provenance_note_add_file(note, other->path[i]);
+        }
+    }
 }
 
 static void write_date(char *date, size_t size) {
@@ -81,13 +130,15 @@ static void write_date(char *date, size_t size) {
 }
 
 void provenance_now(provenance_t *provenance) {
+    static const provenance_note_t none;
+    const provenance_note_t *note = entered != NULL ? entered : &none;
     *provenance = (provenance_t){
-        .command = noted.command, .device = noted.device, .file = allocate(noted.paths, sizeof *provenance->file)};
+        .command = note->command, .device = note->device, .file = allocate(note->paths, sizeof *provenance->file)};
     write_date(provenance->date, sizeof provenance->date);
-    for (size_t i = 0; i < noted.paths; i++) {
+    for (size_t i = 0; i < note->paths; i++) {
         provenance_file_t *file = &provenance->file[provenance->files];
-        if (file_sha256(noted.path[i], file->sha256)) {
-            file->path = noted.path[i];
+        if (file_sha256(note->path[i], file->sha256)) {
+            file->path = note->path[i];
             provenance->files++;
         }
     }

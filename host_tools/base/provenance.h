@@ -2,17 +2,34 @@
 /**
  * Where a result comes from: what a lab book wants beside it, and what a file that is found in a year is worth.
  *
- * A program notes once what it was called with, which files it reads and which device it talks to; pages, recordings
- * and other outputs write that down. One note per process, as of progress. Nothing noted, as in a program that uses the
- * library: only date and version are known. Not for use beside a thread that writes results.
+ * A run notes what it was called with, which files it reads and which device it talks to; pages, recordings and other
+ * outputs write that down. The note belongs to the run: a command has one, and in a program with many runs each has
+ * another. A thread works for one run at a time (provenance_enter). Without a note, only date and version are known.
  */
 #ifndef PROVENANCE_H
 #define PROVENANCE_H
 
 #include <stddef.h>
 
-/** Notes the command line, quoted as a shell takes it. Forgets what was noted before. */
-void provenance_begin(int argc, char *const *argv);
+typedef struct provenance_note provenance_note_t;
+
+/** An empty one, of one thread at a time. Freed with provenance_note_free, which takes NULL. */
+provenance_note_t *provenance_note(void);
+/** As provenance_add_file, in a note that need not be this thread's. */
+void provenance_note_add_file(provenance_note_t *note, const char *path);
+void provenance_note_free(provenance_note_t *note);
+/** Adds the files of another note (NULL: none), and its device and command line where this one has none. */
+void provenance_note_add(provenance_note_t *note, const provenance_note_t *other);
+/** From now on this thread works for the run with this note, which must outlive that; NULL, as at the start: for none.
+ * Returns the one before, to go back to. */
+provenance_note_t *provenance_enter(provenance_note_t *note);
+/** The note of this thread, or NULL. */
+const provenance_note_t *provenance_entered(void);
+
+/* In the note of this thread, if it has one: */
+
+/** Notes the command line, quoted as a shell takes it. */
+void provenance_set_command(int argc, char *const *argv);
 /** Notes a file that is read. What is no regular file when the result is written is left out. A file counts once. */
 void provenance_add_file(const char *path);
 /** Notes the device: name, serial, firmware, port. */
@@ -31,7 +48,7 @@ typedef struct {
     provenance_file_t *file;
 } provenance_t;
 
-/** What is known now. Reads the files, for their checksums. To be freed; valid until the next note. */
+/** What the note of this thread knows. Reads the files, for their checksums. To be freed; valid until the next note. */
 void provenance_now(provenance_t *provenance);
 void provenance_free(provenance_t *provenance);
 

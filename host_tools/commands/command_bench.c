@@ -5,7 +5,11 @@
 #include "bench/twin_file.h"
 #include "commands/command.h"
 #include "commands/twin_options.h"
+#include <errno.h>
+#include <pthread.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
 typedef struct {
     const emulator_t *emulator;
@@ -27,9 +31,35 @@ static void announce(void *context) {
     (void)fflush(stdout);
 }
 
-static bool bench(const char *program, const char *image, const char *model, const twin_settings_t *settings, bool json,
-                  failure_t *failure) {
+/* A separate thread: what stands at the other end of stdin has ended, however that came. */
+static void *end_with_input(void *bench_thread) {
+    char ignored[256];
+    ssize_t count;
+    do {
+        count = read(STDIN_FILENO, ignored, sizeof ignored);
+    } while (count > 0 || (count < 0 && errno == EINTR));
+    (void)pthread_kill(*(const pthread_t *)bench_thread, SIGTERM);
+    return NULL;
+}
+
+static bool attach(failure_t *failure) {
+    static pthread_t bench_thread;
+    pthread_t thread;
+    bench_thread = pthread_self();
+    const int error = pthread_create(&thread, NULL, end_with_input, &bench_thread);
+    if (error != 0) {
+        return fail(failure, "cannot start a thread: %s", strerror(error));
+    }
+    (void)pthread_detach(thread);
+    return true;
+}
+
+static bool bench(const char *program, const char *image, const char *model, const twin_settings_t *settings,
+                  bool attached, bool json, failure_t *failure) {
     const volatile sig_atomic_t *stop = stop_on_signal();
+    if (attached && !attach(failure)) {
+        return false;
+    }
     twin_t *twin = twin_from_file(model, &settings->twin, failure);
     if (twin == NULL) {
         return false;
@@ -58,12 +88,14 @@ static int run(int argc, char **argv) {
     const char *program = "qemu-system-arm";
     const char *image = NULL;
     const char *model = NULL;
-    bool json = false;
+    bool json = false, attached = false;
     const option_t options[] = {
         {"--image", NULL, OPTION_INPUT, "ELF", "firmware of the board `bench`", &image},
         {"--model", NULL, OPTION_INPUT, "MODEL", "the actuator", &model},
         TWIN_OPTIONS(settings),
         {"--qemu", NULL, OPTION_TEXT, "PROGRAM", "emulator (qemu-system-arm)", &program},
+        {"--attached", NULL, OPTION_FLAG, NULL, "end when standard input does, as a pipe of a program that has ended",
+         &attached},
         JSON_OPTION(&json),
     };
     size_t arguments = 0;
@@ -79,7 +111,7 @@ static int run(int argc, char **argv) {
         return status;
     }
     failure_t failure;
-    return bench(program, image, model, &settings, json, &failure) ? STATUS_DONE : failure_print(&failure);
+    return bench(program, image, model, &settings, attached, json, &failure) ? STATUS_DONE : failure_print(&failure);
 }
 
 const command_t command_bench = {

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/json_output.h"
+#include "base/output_file.h"
 #include "commands/command.h"
-#include "recording/import.h"
+#include "recording/import_several.h"
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int import(int argc, char **argv);
@@ -22,13 +24,17 @@ const command_t command_import = {
         "--displacement-scale\n"
         "5 where a sensor gives 1 V for 5 um. fit, simulate and diagnose read the same files where nothing needs to "
         "be\n"
-        "said about them.",
+        "said about them. Of several actuators in a file, --drive 'V*' --displacement 'X*' takes those of V1 and X1, "
+        "V2\n"
+        "and X2 ..: OUT.csv is then OUT-1.csv, OUT-2.csv ..",
     .run = import,
     .files = FILE_RECORDING "FILE: text, MATLAB, NumPy, HDF5, or gzip of a text.\n",
     .examples = "# What is understood of an export? Nothing is written\n"
                 "hyst import scope.csv\n"
                 "# Name the columns, and write a recording\n"
-                "hyst import scope.csv --drive CH1 --displacement CH2 -o recording.csv\n"};
+                "hyst import scope.csv --drive CH1 --displacement CH2 -o recording.csv\n"
+                "# Several actuators in one file: one recording of each\n"
+                "hyst import stages.csv --drive 'V*' --displacement 'X*' -o stage.csv\n"};
 
 static void print_columns(const table_t *table) {
     printf("columns:\n");
@@ -67,38 +73,92 @@ static json_t *to_json(const char *path, const table_t *table, const import_acco
     return json;
 }
 
-static bool run(const char *path, const import_options_t *wishes, const char *output, bool list, bool as_json,
-                failure_t *failure) {
-    table_t table;
+/* One recording. *json: what --json prints of it, a new reference; NULL: not wanted. */
+static bool import_one(const char *path, const table_t *table, const import_options_t *wishes, const char *output,
+                       bool as_json, json_t **json, failure_t *failure) {
     recording_t recording;
     import_account_t account = {0};
-    bool good;
-    if (!table_read(&table, path, failure)) {
-        return false;
-    }
-    if (list) {
-        good = !as_json || json_print(to_json(path, &table, &account, NULL, NULL), JSON_INDENT(1), failure);
-        if (good && text_wanted(as_json)) {
-            print_columns(&table);
-        }
-        table_free(&table);
-        return good;
-    }
-    good = import_table(&recording, &table, wishes, &account, failure);
+    bool good = import_table(&recording, table, wishes, &account, failure);
     for (size_t i = 0; text_wanted(as_json) && i < account.lines; i++) {
         puts(account.line[i]);
     }
     if (good) {
         recording_set_key(&recording, "imported_from", path);
         good = output == NULL || recording_write(&recording, output, failure);
-        good = good &&
-               (!as_json || json_print(to_json(path, &table, &account, &recording, output), JSON_INDENT(1), failure));
+        *json = good && as_json ? to_json(path, table, &account, &recording, output) : NULL;
         if (good && output != NULL && text_wanted(as_json)) {
             printf("%s: %zu samples at %.9g Hz\n", output, recording.samples, recording.sample_rate_hz);
         }
         recording_free(&recording);
     }
     import_account_free(&account);
+    return good;
+}
+
+/* "OUT-WHICH.csv". To be freed. */
+static char *output_of(const char *output, const char *which) {
+    const char *dot = strrchr(output, '.'), *slash = strrchr(output, '/');
+    const size_t stem = dot != NULL && (slash == NULL || dot > slash) ? (size_t)(dot - output) : strlen(output);
+    const size_t room = strlen(output) + strlen(which) + 2;
+    char *name = allocate(room, 1);
+    (void)snprintf(name, room, "%.*s-%s%s", (int)stem, output, which, output + stem);
+    for (size_t i = stem; i < stem + 1 + strlen(which); i++) {
+        name[i] = name[i] == '/' ? '-' : name[i];
+    }
+    return name;
+}
+
+/* One recording of each actuator. */
+static bool import_each(const char *path, const table_t *table, const import_options_t *wishes, const char *output,
+                        bool as_json, json_t **json, failure_t *failure) {
+    import_actuator_t *actuator;
+    size_t count;
+    if (!import_actuators(table, wishes, &actuator, &count, failure)) {
+        return false;
+    }
+    char **name = allocate(count, sizeof *name);
+    json_t *each = json_array();
+    for (size_t i = 0; i < count && output != NULL; i++) {
+        name[i] = output_of(output, actuator[i].which);
+    }
+    bool good = output_files_check((const char *const *)name, count, &path, 1, failure);
+    for (size_t i = 0; good && i < count; i++) {
+        json_t *one = NULL;
+        good = import_one(path, table, &actuator[i].options, name[i], as_json, &one, failure);
+        if (one != NULL) {
+            json_array_append_new(each, one);
+        }
+    }
+    *json = json_pack("{s:s, s:s, s:o}", "format", "hyst-imports-1", "file", path, "recordings", each);
+    for (size_t i = 0; i < count; i++) {
+        free(name[i]);
+    }
+    free(name);
+    import_actuators_free(actuator, count);
+    return good;
+}
+
+static bool run(const char *path, const import_options_t *wishes, const char *output, bool list, bool as_json,
+                failure_t *failure) {
+    table_t table;
+    json_t *json = NULL;
+    bool good;
+    if (!table_read(&table, path, failure)) {
+        return false;
+    }
+    if (list) {
+        const import_account_t nothing = {0};
+        good = !as_json || json_print(to_json(path, &table, &nothing, NULL, NULL), JSON_INDENT(1), failure);
+        if (good && text_wanted(as_json)) {
+            print_columns(&table);
+        }
+        table_free(&table);
+        return good;
+    }
+    good =
+        (import_is_several(wishes) ? import_each : import_one)(path, &table, wishes, output, as_json, &json, failure);
+    good = good && (!as_json || json_print(json_incref(json), JSON_INDENT(1), failure));
+    json_decref(json);
     table_free(&table);
     return good;
 }
@@ -186,6 +246,7 @@ static int import(int argc, char **argv) {
          .help = "degC per unit of the column",
          .target = &wishes.scale[COLUMN_TEMPERATURE]},
         JSON_OPTION(&as_json)};
+    static const char streams[] = "/dev/fd/"; /* what "-" has become */
     size_t positionals;
     failure_t failure;
     const int status =
@@ -195,6 +256,9 @@ static int import(int argc, char **argv) {
     }
     if (wishes.sample_rate_hz < 0.0) {
         return usage_error(&command_import, "--sample-rate has to be above 0");
+    }
+    if (import_is_several(&wishes) && output != NULL && strncmp(output, streams, strlen(streams)) == 0) {
+        return usage_error(&command_import, "-o -: several recordings need names");
     }
     return run(argv[1], &wishes, output, list, as_json, &failure) ? STATUS_DONE : failure_print(&failure);
 }

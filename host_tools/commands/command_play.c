@@ -86,8 +86,7 @@ static bool start_table(device_t *device, const hyst_parameters_t *image, const 
                                       .start = s->table.column[1].value[0],
                                       .corner = corner,
                                       .corners = s->table.rows - 1,
-                                      .passes = s->passes,
-                                      .silence_s = s->silence_s};
+                                      .passes = s->passes};
     const bool good = experiment_start_table(device, image, &table, failure);
     free(corner);
     return good;
@@ -119,6 +118,19 @@ static bool report(const settings_t *s, const waveform_t *waveform, failure_t *f
     return true;
 }
 
+typedef struct {
+    const settings_t *settings;
+    const hyst_parameters_t *image;
+    const experiment_t *experiment; /* without a table */
+} started_t;
+
+static bool start(device_t *device, void *context, failure_t *failure) {
+    const started_t *started = context;
+    const settings_t *s = started->settings;
+    return s->path != NULL ? start_table(device, started->image, s, failure)
+                           : experiment_start(device, started->image, started->experiment, s->passes, failure);
+}
+
 static bool play(device_t *device, const settings_t *s, failure_t *failure) {
     hyst_parameters_t image;
     double range[2];
@@ -131,14 +143,9 @@ static bool play(device_t *device, const settings_t *s, failure_t *failure) {
                         : !waveform_make(&s->waveform, range, unit, &experiment.waveform, failure)) {
         return false;
     }
-    driving_t driving;
-    if (!driving_begin(&driving, device, NULL, failure)) {
-        return false;
-    }
-    const bool good = s->path != NULL ? start_table(device, &image, s, failure)
-                                      : experiment_start(device, &image, &experiment, s->passes, s->silence_s, failure);
-    driving.timeout_before_ms = (int64_t)lround(1000.0 * s->silence_s);
-    return driving_end(&driving, good, failure) && report(s, &experiment.waveform, failure);
+    started_t started = {s, &image, &experiment};
+    const driving_t driving = {.play = start, .context = &started, .silence_s = s->silence_s};
+    return driving_run(device, &driving, failure) && report(s, &experiment.waveform, failure);
 }
 
 static int work(device_t *device, void *settings) {

@@ -6,7 +6,7 @@
 #include "commands/command.h"
 #include "commands/device_options.h"
 #include "compile/compile.h"
-#include "report/diagnosis_report.h"
+#include "interface/diagnosis_run.h"
 #include "report/event_page.h"
 #include <errno.h>
 #include <math.h>
@@ -85,13 +85,12 @@ static bool can_compile(const model_t *model, failure_t *why) {
     return done;
 }
 
-static bool write_files(warning_t *warning, diagnosis_t *diagnosis, const recording_t *part, failure_t *failure) {
+static bool write_files(warning_t *warning, const diagnosis_run_t *run, const recording_t *part, failure_t *failure) {
+    const diagnosis_t *diagnosis = &run->diagnosis;
     char page[PATH_LENGTH], json[PATH_LENGTH], whole[PATH_LENGTH], better[PATH_LENGTH];
-    account_t account;
     failure_t why = {{0}};
     if (!path_of(warning, ".html", page, failure) || !path_of(warning, ".json", json, failure) ||
-        !path_of(warning, "/diagnosis.html", whole, failure) || !path_of(warning, "/better.json", better, failure) ||
-        !account_for(diagnosis, part, 1, &account, failure)) {
+        !path_of(warning, "/diagnosis.html", whole, failure) || !path_of(warning, "/better.json", better, failure)) {
         return false;
     }
     event_t *event = &warning->event;
@@ -99,12 +98,9 @@ static bool write_files(warning_t *warning, diagnosis_t *diagnosis, const record
     event->not_better = event->better                           ? NULL
                         : diagnosis->verdict == UNKNOWN_PHYSICS ? "What changed is in no catalogue."
                                                                 : why.text;
-    const bool good = model_write(&diagnosis->model, better, failure) &&
-                      diagnosis_write_report(diagnosis, &account, part, 1, NULL, whole, failure) &&
-                      event_write_json(event, diagnosis, &account, part, 1, json, failure) &&
-                      event_write_page(event, diagnosis, &account, page, failure); /* last: it says that all is there */
-    account_free(&account);
-    return good;
+    return model_write(&diagnosis->model, better, failure) && diagnosis_run_report(run, part, 1, whole, failure) &&
+           event_write_json(event, diagnosis, &run->account, part, 1, json, failure) &&
+           event_write_page(event, diagnosis, &run->account, page, failure); /* last: it says that all is there */
 }
 
 static bool diagnose_warning(warning_t *warning, failure_t *failure) {
@@ -117,12 +113,12 @@ static bool diagnose_warning(warning_t *warning, failure_t *failure) {
     const double changed_s = warning->event.since_s + EVENT_SINCE_S; /* by then it has surely changed */
     const double from_s = isnan(changed_s) ? 0.0 : fmax(0.0, fmin(changed_s, most_s));
     recording_t part;
-    diagnosis_t diagnosis;
+    diagnosis_run_t run;
     cut(record, (size_t)(from_s * record->sample_rate_hz), &part);
-    bool good = diagnose(&model, &part, 1, &diagnosis, failure);
+    bool good = diagnosis_run(&model, &part, 1, &run, failure);
     if (good) {
-        good = write_files(warning, &diagnosis, &part, failure);
-        diagnosis_free(&diagnosis);
+        good = write_files(warning, &run, &part, failure);
+        diagnosis_run_free(&run);
     }
     recording_free(&part);
     model_free(&model);

@@ -71,6 +71,9 @@ int main(int argc, char **argv) {
         return finish(STATUS_DONE);
     }
     const command_t *command = find_command(argv[1]);
-    provenance_begin(argc, argv);
+    static provenance_note_t *note; /* of the process: a command is one run */
+    note = provenance_note();
+    (void)provenance_enter(note);
+    provenance_set_command(argc, argv);
     return command != NULL ? finish(command->run(argc - 1, argv + 1)) : STATUS_USAGE;
 }

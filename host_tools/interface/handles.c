@@ -54,3 +54,28 @@ char *interface_text(json_t *json) {
     }
     return text;
 }
+
+provenance_note_t *interface_note(const hyst_host_recording_t *const *recordings, size_t count,
+                                  const hyst_host_model_t *model, const char *path) {
+    provenance_note_t *note = provenance_note();
+    for (size_t i = 0; i < count; i++) {
+        provenance_note_add(note, recordings[i]->note);
+    }
+    provenance_note_add(note, model != NULL ? model->note : NULL);
+    if (path != NULL) {
+        provenance_note_add_file(note, path);
+    }
+    return note;
+}
+
+hyst_host_recording_t *interface_recording(const recording_t *recording, provenance_note_t *note) {
+    hyst_host_recording_t *handle = allocate(1, sizeof *handle);
+    *handle = (hyst_host_recording_t){*recording, note};
+    return handle;
+}
+
+hyst_host_model_t *interface_model(const model_t *model, provenance_note_t *note) {
+    hyst_host_model_t *handle = allocate(1, sizeof *handle);
+    *handle = (hyst_host_model_t){*model, note};
+    return handle;
+}

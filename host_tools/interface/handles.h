@@ -3,16 +3,20 @@
 #ifndef HANDLES_H
 #define HANDLES_H
 
+#include "base/provenance.h"
 #include "chain/model.h"
 #include "interface/hyst_interface.h"
 #include "recording/recording.h"
 
+/* note: the files and the device that it was made from. */
 struct hyst_host_recording {
     recording_t recording;
+    provenance_note_t *note;
 };
 
 struct hyst_host_model {
     model_t model;
+    provenance_note_t *note;
 };
 
 /** The line of this thread, for functions that fill one. */
@@ -30,7 +34,13 @@ char *interface_text(json_t *json);
 /** Shallow copies of the recordings, for functions that want an array; to be freed. */
 recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count);
 
-/** A handle for a recording, which it takes over. */
-hyst_host_recording_t *interface_recording(const recording_t *recording);
+/** A note of what these (model may be NULL) were made from, and of a file (NULL: none). */
+provenance_note_t *interface_note(const hyst_host_recording_t *const *recordings, size_t count,
+                                  const hyst_host_model_t *model, const char *path);
+
+/** A handle for a recording and a note, which it takes over. */
+hyst_host_recording_t *interface_recording(const recording_t *recording, provenance_note_t *note);
+/** The same of a model. */
+hyst_host_model_t *interface_model(const model_t *model, provenance_note_t *note);
 
 #endif

@@ -63,7 +63,7 @@ HYST_HOST hyst_host_recording_t *hyst_host_recording_read(const char *path, cons
 HYST_HOST hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples);
 /** One of arrays with names and units ("s", "V", "nm", ..; "": unknown), `samples` values each, understood as a file
  * with these columns would be: time stamps that jitter are resampled, gaps refused. options as of
- * hyst_host_recording_read.
+ * hyst_host_recording_read; and "file", which the arrays were read from: pages name it.
  */
 HYST_HOST hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t samples, size_t columns,
                                                             const char *const *column, const char *const *unit,

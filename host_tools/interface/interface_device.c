@@ -14,6 +14,7 @@
 
 struct hyst_host_device {
     device_t *device;
+    provenance_note_t *note;
     volatile sig_atomic_t stop; /* the number of a signal, as the commands have it; 0: go on */
 };
 
@@ -28,12 +29,17 @@ hyst_host_device_t *hyst_host_device_open(const char *options) {
     }
     line.baud = baud > 0 ? (unsigned long)baud : 0;
     line.slave = slave > 0 ? (unsigned long)slave : 0;
+    provenance_note_t *note = provenance_note();
+    provenance_note_t *before = provenance_enter(note);
     device_t *device =
         device_options_check(&line, interface_failure()) ? device_open(&line, interface_failure()) : NULL;
+    (void)provenance_enter(before);
     json_decref(json);
     if (device != NULL) {
         handle = allocate(1, sizeof *handle);
-        handle->device = device;
+        *handle = (hyst_host_device_t){device, note, 0};
+    } else {
+        provenance_note_free(note);
     }
     return handle;
 }
@@ -41,12 +47,19 @@ hyst_host_device_t *hyst_host_device_open(const char *options) {
 void hyst_host_device_close(hyst_host_device_t *device) {
     if (device != NULL) {
         device_close(device->device);
+        provenance_note_free(device->note);
         free(device);
     }
 }
 
 void hyst_host_device_cancel(hyst_host_device_t *device, int cancel) {
     device->stop = cancel != 0 ? SIGINT : 0;
+}
+
+static hyst_host_recording_t *recorded(const hyst_host_device_t *device, const recording_t *recording) {
+    provenance_note_t *note = provenance_note();
+    provenance_note_add(note, device->note);
+    return interface_recording(recording, note);
 }
 
 /* Counts of a waveform, as JSON has them. */
@@ -91,7 +104,7 @@ hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const
     interface_listen(&device->stop);
     const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
     json_decref(json);
-    return good ? interface_recording(&recording) : NULL;
+    return good ? recorded(device, &recording) : NULL;
 }
 
 static bool take_modes(const char *name, track_options_t *settings) {
@@ -135,7 +148,7 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
     }
     char *answer = interface_text(tracks_to_json(track, settings.count, &waveform));
     for (size_t i = 0; i < settings.count; i++) {
-        recording[i] = interface_recording(&track[i].recording);
+        recording[i] = recorded(device, &track[i].recording);
     }
     return answer;
 }

@@ -10,6 +10,7 @@ struct hyst_host_diagnosis {
     size_t count;
     recording_t *recordings; /* copies: faults mask samples, and the caller may free his */
     diagnosis_run_t run;
+    provenance_note_t *note;
 };
 
 static void free_recordings(hyst_host_diagnosis_t *diagnosis) {
@@ -17,6 +18,7 @@ static void free_recordings(hyst_host_diagnosis_t *diagnosis) {
         recording_free(&diagnosis->recordings[i]);
     }
     free(diagnosis->recordings);
+    provenance_note_free(diagnosis->note);
     free(diagnosis);
 }
 
@@ -28,6 +30,7 @@ hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *re
     }
     hyst_host_diagnosis_t *diagnosis = allocate(1, sizeof *diagnosis);
     diagnosis->count = count;
+    diagnosis->note = interface_note(recordings, count, model, NULL);
     diagnosis->recordings = allocate(count, sizeof *diagnosis->recordings);
     for (size_t i = 0; i < count; i++) {
         recording_copy(&diagnosis->recordings[i], &recordings[i]->recording);
@@ -60,13 +63,19 @@ char *hyst_host_diagnosis_text(const hyst_host_diagnosis_t *diagnosis) {
 }
 
 int hyst_host_diagnosis_report(const hyst_host_diagnosis_t *diagnosis, const char *path) {
-    return diagnosis_run_report(&diagnosis->run, diagnosis->recordings, diagnosis->count, path, interface_failure());
+    provenance_note_t *before = provenance_enter(diagnosis->note);
+    const bool good =
+        diagnosis_run_report(&diagnosis->run, diagnosis->recordings, diagnosis->count, path, interface_failure());
+    (void)provenance_enter(before);
+    return good;
 }
 
 hyst_host_model_t *hyst_host_diagnosis_model(const hyst_host_diagnosis_t *diagnosis) {
-    hyst_host_model_t *model = allocate(1, sizeof *model);
-    model_copy(&model->model, &diagnosis->run.diagnosis.model);
-    return model;
+    model_t model;
+    provenance_note_t *note = provenance_note();
+    model_copy(&model, &diagnosis->run.diagnosis.model);
+    provenance_note_add(note, diagnosis->note);
+    return interface_model(&model, note);
 }
 
 const double *hyst_host_diagnosis_column(const hyst_host_diagnosis_t *diagnosis, size_t index, const char *column) {

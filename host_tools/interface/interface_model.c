@@ -9,15 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static hyst_host_model_t *handle_of(const model_t *model) {
-    hyst_host_model_t *handle = allocate(1, sizeof *handle);
-    handle->model = *model;
-    return handle;
-}
-
 hyst_host_model_t *hyst_host_model_read(const char *path) {
     model_t model;
-    return model_read(&model, path, interface_failure()) ? handle_of(&model) : NULL;
+    return model_read(&model, path, interface_failure()) ? interface_model(&model, interface_note(NULL, 0, NULL, path))
+                                                         : NULL;
 }
 
 hyst_host_model_t *hyst_host_model_from_json(const char *text) {
@@ -30,7 +25,7 @@ hyst_host_model_t *hyst_host_model_from_json(const char *text) {
     }
     const bool good = model_from_json(&model, json, "model", interface_failure());
     json_decref(json);
-    return good ? handle_of(&model) : NULL;
+    return good ? interface_model(&model, provenance_note()) : NULL;
 }
 
 char *hyst_host_model_to_json(const hyst_host_model_t *model) {
@@ -44,6 +39,7 @@ int hyst_host_model_write(const hyst_host_model_t *model, const char *path) {
 void hyst_host_model_free(hyst_host_model_t *model) {
     if (model != NULL) {
         model_free(&model->model);
+        provenance_note_free(model->note);
         free(model);
     }
 }
@@ -69,7 +65,7 @@ static hyst_host_model_t *fit_family(const family_t *family, const hyst_host_rec
         return NULL;
     }
     fit_report_free(&report);
-    return handle_of(&model);
+    return interface_model(&model, interface_note(recordings, count, NULL, NULL));
 }
 
 hyst_host_model_t *hyst_host_fit(const hyst_host_recording_t *const *recordings, size_t count, const char *options) {

@@ -6,12 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-hyst_host_recording_t *interface_recording(const recording_t *recording) {
-    hyst_host_recording_t *handle = allocate(1, sizeof *handle);
-    handle->recording = *recording;
-    return handle;
-}
-
 recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count) {
     recording_t *copies = allocate(count, sizeof *copies);
     for (size_t i = 0; i < count; i++) {
@@ -43,6 +37,7 @@ static bool take_column(const json_t *said, char text[24], const char **column) 
 /* The options of an import, and what holds their texts. */
 typedef struct {
     import_options_t said;
+    const char *file; /* that arrays were read from, or NULL */
     json_t *json;
     char number[COLUMN_COUNT][24];
 } wishes_t;
@@ -52,8 +47,9 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
     const char *key;
     column_t column;
     wishes->said = import_nothing_said();
-    wishes->json = interface_options(options, "{s?s, s?F, s?o, s?o}", "time", &wishes->said.time, "sample_rate_hz",
-                                     &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales);
+    wishes->json =
+        interface_options(options, "{s?s, s?F, s?o, s?o, s?s}", "time", &wishes->said.time, "sample_rate_hz",
+                          &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales, "file", &wishes->file);
     bool good = wishes->json != NULL;
     json_object_foreach(columns, key, said) {
         good = good && find_column(key, &column) &&
@@ -75,15 +71,17 @@ hyst_host_recording_t *hyst_host_recording_read(const char *path, const char *op
                                       : take_wishes(&wishes, options) &&
                                             import_file(&recording, path, &wishes.said, interface_failure());
     json_decref(wishes.json);
-    return good ? interface_recording(&recording) : NULL;
+    return good ? interface_recording(&recording, interface_note(NULL, 0, NULL, path)) : NULL;
 }
 
 hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t samples, size_t columns,
                                                   const char *const *column, const char *const *unit,
                                                   const double *const *values, const char *options) {
-    wishes_t wishes;
+    wishes_t wishes = {.json = NULL};
     table_t table;
     recording_t recording;
+    import_account_t account = {0};
+    provenance_note_t *note = provenance_note();
     bool good = false;
     if (take_wishes(&wishes, options)) {
         table_open(&table, name, "arrays");
@@ -93,11 +91,20 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
             memcpy(copy, values[i], samples * sizeof(double));
             table_add(&table, column[i], unit[i], copy);
         }
-        good = import_table(&recording, &table, &wishes.said, NULL, interface_failure());
+        good = import_table(&recording, &table, &wishes.said, &account, interface_failure());
         table_free(&table);
+        if (good && wishes.file != NULL) {
+            recording.understood = import_account_text(&account);
+            provenance_note_add_file(note, wishes.file);
+        }
+        import_account_free(&account);
     }
     json_decref(wishes.json);
-    return good ? interface_recording(&recording) : NULL;
+    if (!good) {
+        provenance_note_free(note);
+        return NULL;
+    }
+    return interface_recording(&recording, note);
 }
 
 hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
@@ -111,7 +118,7 @@ hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_
         return NULL;
     }
     recording_create(&recording, name, sample_rate_hz, samples);
-    return interface_recording(&recording);
+    return interface_recording(&recording, provenance_note());
 }
 
 int hyst_host_recording_set_column(hyst_host_recording_t *handle, const char *name, const double *values) {
@@ -181,12 +188,16 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
 }
 
 int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path) {
-    return recording_write(&recording->recording, path, interface_failure());
+    provenance_note_t *before = provenance_enter(recording->note);
+    const bool good = recording_write(&recording->recording, path, interface_failure());
+    (void)provenance_enter(before);
+    return good;
 }
 
 void hyst_host_recording_free(hyst_host_recording_t *recording) {
     if (recording != NULL) {
         recording_free(&recording->recording);
+        provenance_note_free(recording->note);
         free(recording);
     }
 }

@@ -74,37 +74,48 @@ bool record_check(const record_options_t *options, failure_t *failure) {
     return probe_parts(options->probe, &of_probe) != 0 || fail(failure, "--probe %s", of_probe.text);
 }
 
-static bool run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
-                const experiment_probe_t *probe, recording_t *recording, experiment_events_t *events,
-                failure_t *failure) {
-    return probe->parts != 0 ? experiment_run_probe(device, image, probe, recording, events, failure)
-                             : experiment_run(device, image, experiment, recording, events, failure);
+typedef struct {
+    hyst_parameters_t image;
+    experiment_t experiment;
+    experiment_probe_t probe; /* without parts: the experiment */
+    const record_listener_t *listener;
+    recording_t *recording;
+    experiment_events_t events;
+} run_t;
+
+static bool play(device_t *device, void *context, failure_t *failure) {
+    run_t *run = context;
+    const record_listener_t *listener = run->listener;
+    return (run->probe.parts != 0
+                ? experiment_run_probe(device, &run->image, &run->probe, run->recording, &run->events, failure)
+                : experiment_run(device, &run->image, &run->experiment, run->recording, &run->events, failure)) &&
+           (listener->take == NULL || listener->take(listener->context, run->recording, &run->events, failure));
 }
 
 bool record_run(device_t *device, const record_options_t *options, const record_listener_t *listener,
                 recording_t *recording, bool *usage, failure_t *failure) {
-    hyst_parameters_t image;
-    driving_t driving;
-    experiment_events_t events;
-    experiment_t experiment = {
-        .mode = HYST_MODE_DIRECT, .condition = !options->no_condition, .frames = options->frames};
-    experiment_probe_t probe = {.condition = !options->no_condition, .rest_s = probe_rest_s};
+    run_t run = {
+        .experiment = {.mode = HYST_MODE_DIRECT, .condition = !options->no_condition, .frames = options->frames},
+        .probe = {.condition = !options->no_condition, .rest_s = probe_rest_s},
+        .listener = listener,
+        .recording = recording};
+    hyst_parameters_t *image = &run.image;
+    const driving_t driving = {.play = play, .context = &run, .stop = listener->stop};
     *usage = !record_check(options, failure);
-    if (*usage || !amplifier_image_read(device, &image, failure) || !check_scales(&image, options, failure) ||
-        !give_ranges(device, &image, options, failure)) {
+    if (*usage || !amplifier_image_read(device, image, failure) || !check_scales(image, options, failure) ||
+        !give_ranges(device, image, options, failure)) {
         return false;
     }
-    const double range_v[2] = {drive_to_volts(&image, image.drive_low), drive_to_volts(&image, image.drive_high)};
-    probe.parts = options->probe != NULL ? probe_parts(options->probe, failure) : 0;
-    *usage = !(options->probe != NULL ? choose_slew_rate(options, range_v, &probe.slew_v_per_s, failure)
-                                      : waveform_make(&options->waveform, range_v, "V", &experiment.waveform, failure));
-    if (*usage || !driving_begin(&driving, device, listener->stop, failure)) {
+    const double range_v[2] = {drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high)};
+    run.probe.parts = options->probe != NULL ? probe_parts(options->probe, failure) : 0;
+    *usage =
+        !(options->probe != NULL ? choose_slew_rate(options, range_v, &run.probe.slew_v_per_s, failure)
+                                 : waveform_make(&options->waveform, range_v, "V", &run.experiment.waveform, failure));
+    if (*usage) {
         return false;
     }
     *recording = (recording_t){0};
-    bool good = run(device, &image, &experiment, &probe, recording, &events, failure) &&
-                (listener->take == NULL || listener->take(listener->context, recording, &events, failure));
-    good = driving_end(&driving, good, failure);
+    const bool good = driving_run(device, &driving, failure);
     if (!good) {
         recording_free(recording);
     }

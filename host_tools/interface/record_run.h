@@ -24,7 +24,7 @@ typedef bool record_take_t(void *context, const recording_t *recording, const ex
                            failure_t *failure);
 
 typedef struct {
-    const volatile sig_atomic_t *stop; /**< as of driving_begin; NULL: signals */
+    const volatile sig_atomic_t *stop; /**< as of driving_run; NULL: signals */
     record_take_t *take;               /**< NULL: none */
     void *context;
 } record_listener_t;

@@ -108,26 +108,42 @@ static bool run_one(device_t *device, const hyst_parameters_t *image, const wave
     return options->take == NULL || options->take(options->context, track, failure);
 }
 
+typedef struct {
+    const hyst_parameters_t *image;
+    const waveform_t *waveform;
+    const track_options_t *options;
+    track_t *track;
+} run_t;
+
+static bool play(device_t *device, void *context, failure_t *failure) {
+    const run_t *run = context;
+    const track_options_t *options = run->options;
+    bool good = true;
+    for (size_t i = 0; i < options->count; i++) {
+        good = good && run_one(device, run->image, run->waveform, options, &run->track[i], failure);
+    }
+    return good;
+}
+
 bool track_run(device_t *device, const track_options_t *options, waveform_t *waveform, track_t track[TRACK_MOST],
                bool *usage, failure_t *failure) {
     hyst_parameters_t image;
     double range_um[2];
-    driving_t driving;
+    run_t run = {.image = &image, .waveform = waveform, .options = options, .track = track};
+    const driving_t driving = {.play = play, .context = &run, .stop = options->stop};
     *usage = false;
     if (!amplifier_image_read(device, &image, failure) || !check_scales(&image, failure) ||
         !reach(&image, range_um, failure)) {
         return false;
     }
     *usage = !waveform_make(&options->waveform, range_um, "um", waveform, failure);
-    if (*usage || !driving_begin(&driving, device, options->stop, failure)) {
+    if (*usage) {
         return false;
     }
-    bool good = true;
     for (size_t i = 0; i < options->count; i++) {
         track[i] = (track_t){.mode = options->mode[i]};
-        good = good && run_one(device, &image, waveform, options, &track[i], failure);
     }
-    good = driving_end(&driving, good, failure);
+    const bool good = driving_run(device, &driving, failure);
     if (!good) {
         tracks_free(track, options->count);
     }

@@ -28,7 +28,7 @@ typedef struct {
     hyst_mode_t mode[TRACK_MOST];
     bool no_condition;
     unsigned long frames;              /**< rows at most; 0: as many as the amplifier holds */
-    const volatile sig_atomic_t *stop; /**< as of driving_begin; NULL: signals */
+    const volatile sig_atomic_t *stop; /**< as of driving_run; NULL: signals */
     track_take_t *take;                /**< NULL: none */
     void *context;
 } track_options_t;

@@ -21,8 +21,7 @@ static void print_unit(FILE *file, const char *unit) {
 
 static void print_drive(FILE *file, const look_t *look) {
     static const char *const between[] = {
-        ("What it does between samples does not show in the column: header key drive_between_samples (held, line, "
-         "smooth) says it."),
+        "What it does between samples does not show: header key drive_between_samples (held, line, smooth) says it.",
         "held between samples", "a straight line between samples", "so smooth that between samples nothing matters"};
     const drive_look_t *d = &look->drive;
     const double rate_hz = look->recording->sample_rate_hz;
@@ -111,8 +110,8 @@ static void print_response(FILE *file, const look_t *look) {
         fprintf(file, "; most, %.3g um/V, at %.4g Hz", peak->gain_um_per_v, peak->frequency_hz);
     }
     if (last != NULL && last != lowest) {
-        fprintf(file, "; %.3g um/V at %.3g Hz, lag %.2g s (coherence %.2f)", last->gain_um_per_v, last->frequency_hz,
-                last->lag_s, last->coherence);
+        fprintf(file, ";\n             %.3g um/V at %.3g Hz, lag %.2g s (coherence %.2f)", last->gain_um_per_v,
+                last->frequency_hz, last->lag_s, last->coherence);
     }
     fprintf(file, "\n");
 }

@@ -2,7 +2,7 @@
 #include "page/html_page.h"
 #include "base/provenance.h"
 #include "page/svg_plot.h"
-#include "plot_script.h" /* generated from plot.js */
+#include "page_scripts.h" /* generated: plot.js */
 
 /* Colours are plot_style's. */
 static const char style[] =
@@ -12,7 +12,13 @@ static const char style[] =
     "h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin:2.2rem 0 .5rem}"
     "h3{font-size:1rem;margin:1.4rem 0 .3rem}p{max-width:46rem;margin:.5rem 0}.verdict{font-size:1.1rem}\n"
     ".note{color:var(--soft)}.simulated{border-left:.25rem solid var(--soft);padding-left:.75rem}\n"
-    ".wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.8rem 0}\n"
+    /* A shadow at the side at which a table goes on; the two covers go with the table. */
+    ".wide{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 40%,transparent) left/1.5rem 100%,"
+    "linear-gradient(-90deg,var(--paper) 40%,transparent) right/1.5rem 100%,"
+    "linear-gradient(90deg,var(--soft),transparent) left/.4rem 100%,"
+    "linear-gradient(-90deg,var(--soft),transparent) right/.4rem 100%;"
+    "background-repeat:no-repeat;background-attachment:local,local,scroll,scroll}\n"
+    "table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.8rem 0}\n"
     "th,td{padding:.3rem .8rem .3rem 0;text-align:right;border-bottom:1px solid var(--grid);vertical-align:bottom}"
     "th:first-child,td:first-child{text-align:left;min-width:8rem}th{font-weight:600;color:var(--soft)}td.gain{font-"
     "weight:600}\n"
@@ -30,7 +36,9 @@ static const char style[] =
     ".origin{margin-top:2.2rem;border-top:1px solid var(--grid);padding-top:.6rem;font-size:.85rem}"
     ".origin code{overflow-wrap:anywhere}.origin dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1rem;"
     "margin:.3rem 0}.origin dt{color:var(--soft)}.origin dd{margin:0;min-width:0}"
-    "@media(max-width:40rem){.origin dl{grid-template-columns:1fr}}\n"
+    "@media(max-width:40rem){.origin dl{grid-template-columns:1fr}.wide table{font-size:.8rem;line-height:1.3}"
+    ".wide th,.wide td{padding:.25rem .5rem .25rem 0;min-width:0}.wide th:first-child,.wide td:first-child"
+    "{min-width:0}}\n"
     "@media print{.tools,.numbers{display:none}body{font-size:10pt}figcaption{font-size:8pt}.plot "
     "text{font-size:15px}.plot .tick{font-size:14px}main{max-width:none;padding:0}figure,table{break-inside:avoid}"
     "h2,h3,.with-next{break-after:avoid}p,dd{orphans:3;widows:3}.row{grid-template-columns:repeat(3,1fr)}}\n";
@@ -75,6 +83,10 @@ static void write_origin(FILE *file) {
 
 bool page_close(output_file_t *page, bool good, failure_t *failure) {
     write_origin(page->file);
-    fprintf(page->file, "</main>\n<script id=\"pictures\">\n%s</script>\n</body>\n</html>\n", plot_script);
+    fprintf(page->file, "</main>\n<script id=\"pictures\">\n");
+    for (size_t i = 0; i < page_scripts_count; i++) {
+        (void)fwrite(page_scripts[i].data, 1, page_scripts[i].length, page->file);
+    }
+    fprintf(page->file, "</script>\n</body>\n</html>\n");
     return output_file_close(page, good, failure);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/import.h"
+#include "recording/column_pattern.h"
 #include "recording/time_axis.h"
 #include "recording/units.h"
 #include <ctype.h>
@@ -106,10 +107,15 @@ static bool is_taken(const import_job_t *job, int column) {
     return false;
 }
 
-/* By name, then by number. */
+/* By name, as it is written before any other case, then by number. */
 static int find_said(import_job_t *job, const char *said, int role) {
     char *end;
     const unsigned long number = strtoul(said, &end, 10);
+    for (size_t i = 0; i < job->table->columns; i++) {
+        if (strcmp(job->table->column[i].name, said) == 0) {
+            return (int)i;
+        }
+    }
     for (size_t i = 0; i < job->table->columns; i++) {
         if (strcasecmp(job->table->column[i].name, said) == 0) {
             return (int)i;
@@ -296,6 +302,24 @@ static void convert_column(import_job_t *job, int role, double *into) {
     }
 }
 
+/* Of several actuators the first was taken, without a choice of the user. */
+static void tell_siblings(const import_job_t *job) {
+    const int drive = job->column[COLUMN_DRIVE], displacement = job->column[COLUMN_DISPLACEMENT];
+    char pattern[2][COLUMN_PATTERN];
+    if (drive == NO_COLUMN || displacement == NO_COLUMN || job->options->column[COLUMN_DRIVE] != NULL ||
+        job->options->column[COLUMN_DISPLACEMENT] != NULL) {
+        return;
+    }
+    const size_t pairs = column_pattern_siblings(job->table, job->table->column[drive].name,
+                                                 job->table->column[displacement].name, pattern);
+    if (pairs > 1) {
+        import_account_add(job->account,
+                           "  %zu pairs of such columns: one recording of each by `hyst import --drive '%s' "
+                           "--displacement '%s' -o OUT.csv`",
+                           pairs, pattern[0], pattern[1]);
+    }
+}
+
 bool import_table(recording_t *recording, const table_t *table, const import_options_t *options,
                   import_account_t *account, failure_t *failure) {
     import_job_t job = {.table = table, .options = options, .account = account};
@@ -311,6 +335,7 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
         import_account_add(account, "  left out: %s", table->note[i]);
     }
     find_columns(&job);
+    tell_siblings(&job);
     if (job.problems.lines == 0) {
         const int time = job.column[ROLE_TIME];
         if (!time_axis_find(&axis, table, time, options->sample_rate_hz, &of_time)) {

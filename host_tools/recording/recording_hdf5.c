@@ -12,8 +12,7 @@
 
 #define FORMAT "hyst-recording-1"
 
-/* A megabyte: reading a stretch does not read all, and there are few of them. */
-enum { CHUNK = 131072, MOST_KEY = 1000 };
+enum { MOST_KEY = 1000 };
 
 /* Attributes of / that are no header keys. */
 static const char *const reserved[] = {"format",       "sample_rate_hz", "start_s",      "Conventions",   "history",
@@ -67,9 +66,9 @@ static bool put_number(hid_t object, const char *name, double number) {
 
 /* A data set of / with one value a sample; to be closed. Negative: failed. */
 static hid_t put_column(hid_t file, const char *name, const char *unit, const double *value, size_t samples) {
-    const hsize_t length = samples, chunk = samples < CHUNK ? samples : CHUNK;
+    const hsize_t length = samples;
     const hid_t space = H5Screate_simple(1, &length, NULL), plan = H5Pcreate(H5P_DATASET_CREATE);
-    H5Pset_chunk(plan, 1, &chunk);
+    H5Pset_fill_time(plan, H5D_FILL_TIME_NEVER);
     hid_t set = H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, plan, H5P_DEFAULT);
     if (set >= 0 &&
         (H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) < 0 || !put_text(set, "units", unit))) {

@@ -10,7 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+/* Numbers behind the name of a file, until there is a free one. */
+#define MOST_NUMBER 10000
 /* A model says what it is near its beginning. */
 #define BEGINNING 4096
 
@@ -160,4 +163,28 @@ json_t *folder_recording(const char *folder, const char *name, size_t most, fail
     }
     recording_free(&r);
     return json;
+}
+
+static bool is_free(const char *folder, const char *name, char path[FOLDER_PATH], failure_t *failure) {
+    return folder_path(folder, name, path, failure) && (access(path, F_OK) != 0 || fail(failure, "%s exists", name));
+}
+
+bool folder_free_names(const char *folder, const char *stem, const char *const suffix[], size_t count,
+                       char name[][FOLDER_NAME], failure_t *failure) {
+    char path[FOLDER_PATH];
+    if (strlen(stem) > 100 || !folder_path(folder, stem, path, failure)) {
+        return fail(failure, "'%.100s': a name has at most 100 letters, digits, '-', '_' and '.'", stem);
+    }
+    for (int number = 1; number < MOST_NUMBER; number++) {
+        bool all = true;
+        for (size_t i = 0; all && i < count; i++) {
+            (void)(number == 1 ? snprintf(name[i], FOLDER_NAME, "%s%s", stem, suffix[i])
+                               : snprintf(name[i], FOLDER_NAME, "%s-%d%s", stem, number, suffix[i]));
+            all = is_free(folder, name[i], path, failure);
+        }
+        if (all) {
+            return true;
+        }
+    }
+    return fail(failure, "%s: all numbers behind this name are taken", stem);
 }

@@ -8,6 +8,8 @@
 
 /** Length of a path in bytes, with its end. */
 #define FOLDER_PATH 4096
+/** And of a name in the folder. */
+#define FOLDER_NAME 256
 
 typedef enum { FILE_OTHER, FILE_RECORDING_KIND, FILE_MODEL_KIND, FILE_IMAGE_KIND, FILE_REPORT_KIND } file_kind_t;
 
@@ -20,6 +22,10 @@ file_kind_t folder_kind(const char *folder, const char *name);
 
 /** Of an existing file that has this kind. */
 bool folder_file(const char *folder, const char *name, file_kind_t kind, char path[FOLDER_PATH], failure_t *failure);
+
+/** "STEM.csv", or "STEM-2.csv" and so on: the first with which the names with all `count` suffixes are free. */
+bool folder_free_names(const char *folder, const char *stem, const char *const suffix[], size_t count,
+                       char name[][FOLDER_NAME], failure_t *failure);
 
 /** [{"name":, "kind": "recording"|"model"|"image"|"report", "bytes":, "changed":}], newest first. */
 json_t *folder_list(const char *folder, failure_t *failure);

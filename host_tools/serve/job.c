@@ -90,8 +90,13 @@ static bool spawn(job_t *job, const char *const argument[JOB_ARGUMENTS], int out
     (void)posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
     (void)posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
     (void)posix_spawnattr_init(&attributes);
-    /* Ctrl-C at the server's terminal is the server's. */
-    (void)posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    /* Ctrl-C at the server's terminal is the server's. A job whose server was killed ends with its next line, by the
+     * signal that the server ignores. */
+    sigset_t defaults;
+    (void)sigemptyset(&defaults);
+    (void)sigaddset(&defaults, SIGPIPE);
+    (void)posix_spawnattr_setsigdefault(&attributes, &defaults);
+    (void)posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
     char program[] = "hyst";
     char *arguments[JOB_ARGUMENTS + 1] = {program};
     for (size_t i = 0; i < JOB_ARGUMENTS && argument[i] != NULL; i++) {

@@ -2,6 +2,7 @@
 #include "serve/line_keeper.h"
 #include "amplifier/amplifier_image.h"
 #include "base/monotonic_clock.h"
+#include "base/provenance.h"
 #include "telemetry.h"
 #include <pthread.h>
 #include <stdlib.h>
@@ -28,6 +29,7 @@ struct line_keeper {
     line_work_t work;    /* while working */
     /* The thread's own. */
     device_t *device; /* NULL: the line is cut */
+    provenance_note_t *note;
     hyst_parameters_t image;
     bool interrupted; /* the work that runs has been told */
     double snapshot_due_s;
@@ -190,6 +192,7 @@ static void refuse_work(line_keeper_t *keeper, const line_work_t *work) {
 
 static void *keep(void *context) {
     line_keeper_t *const keeper = context;
+    (void)provenance_enter(keeper->note);
     for (;;) {
         pthread_mutex_lock(&keeper->lock);
         const bool ending = keeper->ending;
@@ -222,6 +225,8 @@ line_keeper_t *line_keeper_start(const device_options_t *options, const line_lis
     line_keeper_t *keeper = allocate(1, sizeof *keeper);
     keeper->options = options;
     keeper->listener = listener;
+    keeper->note = provenance_note();
+    provenance_note_add(keeper->note, provenance_entered());
     pthread_condattr_t clock;
     (void)pthread_condattr_init(&clock);
     (void)pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
@@ -231,6 +236,7 @@ line_keeper_t *line_keeper_start(const device_options_t *options, const line_lis
     const int error = pthread_create(&keeper->thread, NULL, keep, keeper);
     if (error != 0) {
         (void)fail(failure, "cannot start a thread: %s", strerror(error));
+        provenance_note_free(keeper->note);
         free(keeper);
         return NULL;
     }
@@ -248,6 +254,7 @@ void line_keeper_end(line_keeper_t *keeper) {
     (void)pthread_join(keeper->thread, NULL);
     (void)pthread_cond_destroy(&keeper->wake);
     (void)pthread_mutex_destroy(&keeper->lock);
+    provenance_note_free(keeper->note);
     free(keeper);
 }
 

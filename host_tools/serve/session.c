@@ -3,32 +3,20 @@
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
 #include "serve/folder.h"
-#include "serve/job.h"
+#include "serve/job_line.h"
 #include "serve/line_keeper.h"
 #include "serve/live.h"
 #include "serve/message.h"
+#include "serve/reader.h"
 #include "serve/runs.h"
 #include "serve/web_server.h"
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-/* Samples of a recording that a page gets. */
-#define SHOWN_SAMPLES 4000
 /* What is kept of the text of a job, for pages that come later. */
 #define KEPT_TEXT ((size_t)1 << 17)
-/* Numbers behind the name of a file, until there is a free one. */
-#define MOST_NUMBER 10000
-
-/* A recording that a page wants to see; reading it takes time. */
-typedef struct wish wish_t;
-struct wish {
-    wish_t *next;
-    unsigned long client;
-    char name[FOLDER_PATH];
-};
 
 typedef struct {
     json_t *status; /* the event that a page which comes later gets; or NULL */
@@ -53,13 +41,10 @@ struct session {
     activity_t run, job_activity;
     bool job_running;
     double sample_rate_hz;
-    run_request_t request; /* of the run, while one runs */
-    char made[2][256];     /* names of the files that the job, if it succeeds, has made */
-    /* The reader. */
-    pthread_t reader;
-    pthread_cond_t wished;
-    wish_t *wishes;
-    bool ending;
+    run_request_t request;                 /* of the run, while one runs */
+    char made[JOB_LINE_MADE][FOLDER_NAME]; /* by the job, if it succeeds */
+    reader_t *reader;
+    reader_listener_t reader_listener;
 };
 
 /* ---- To the pages ---- */
@@ -167,34 +152,6 @@ static void on_run_ended(void *context, bool good, const failure_t *failure) {
     tell(session, 0, files_event(session), WEB_MUST);
 }
 
-/* ---- Names of files ---- */
-
-static bool is_free(const session_t *session, const char *name, char path[FOLDER_PATH], failure_t *failure) {
-    return folder_path(session->options->folder, name, path, failure) &&
-           (access(path, F_OK) != 0 || fail(failure, "%s exists", name));
-}
-
-/* "STEM.csv", or "STEM-2.csv" and so on: the first with which all suffixes are free. */
-static bool free_names(const session_t *session, const char *stem, const char *const suffix[], size_t count,
-                       char name[][256], failure_t *failure) {
-    char path[FOLDER_PATH];
-    if (strlen(stem) > 100 || !folder_path(session->options->folder, stem, path, failure)) {
-        return fail(failure, "'%.100s': a name has at most 100 letters, digits, '-', '_' and '.'", stem);
-    }
-    for (int number = 1; number < MOST_NUMBER; number++) {
-        bool all = true;
-        for (size_t i = 0; all && i < count; i++) {
-            (void)(number == 1 ? snprintf(name[i], 256, "%s%s", stem, suffix[i])
-                               : snprintf(name[i], 256, "%s-%d%s", stem, number, suffix[i]));
-            all = is_free(session, name[i], path, failure);
-        }
-        if (all) {
-            return true;
-        }
-    }
-    return fail(failure, "%s: all numbers behind this name are taken", stem);
-}
-
 /* ---- Runs of the amplifier ---- */
 
 /* Fills request->path. */
@@ -217,7 +174,7 @@ static bool run_files(const session_t *session, json_t *message, run_request_t *
     const bool track = request->kind == RUN_TRACK;
     const char *const *const suffix = !track ? one : request->before ? two : two + 1;
     const size_t count = track ? (size_t)request->before + (size_t)request->after : 1;
-    bool ok = free_names(session, text, suffix, count, name, failure);
+    bool ok = folder_free_names(session->options->folder, text, suffix, count, name, failure);
     for (size_t i = 0; ok && i < count; i++) {
         ok = folder_path(session->options->folder, name[i], request->path[i], failure);
     }
@@ -259,157 +216,6 @@ static bool begin_run(session_t *session, run_kind_t kind, json_t *message, fail
 
 /* ---- Jobs ---- */
 
-typedef struct {
-    const char *argument[JOB_ARGUMENTS];
-    char text[JOB_ARGUMENTS][FOLDER_PATH]; /* what the arguments point to, where they are no constants */
-    size_t count;
-} job_line_t;
-
-static void argue(job_line_t *line, const char *constant) {
-    if (line->count + 1 < JOB_ARGUMENTS) {
-        line->argument[line->count++] = constant;
-    }
-}
-
-static char *room(job_line_t *line) {
-    char *const text = line->text[line->count];
-    argue(line, text);
-    return text;
-}
-
-/* The member `key` names an existing file. */
-static bool argue_file(const session_t *session, job_line_t *line, json_t *message, const char *key, file_kind_t kind,
-                       failure_t *failure) {
-    char name[256] = "";
-    return message_text(message, key, name, sizeof name, failure) &&
-           folder_file(session->options->folder, name, kind, room(line), failure);
-}
-
-/* The member "recordings" names one or several. */
-static bool argue_recordings(const session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    static const size_t most = 8;
-    json_t *const list = json_object_get(message, "recordings");
-    const size_t count = json_array_size(list);
-    if (count < 1 || count > most) {
-        return fail(failure, "recordings: from one to %zu names", most);
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *const name = json_string_value(json_array_get(list, i));
-        if (name == NULL) {
-            return fail(failure, "recordings: not names");
-        }
-        if (!folder_file(session->options->folder, name, FILE_RECORDING_KIND, room(line), failure)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool argue_output(session_t *session, job_line_t *line, const char *option, size_t which, failure_t *failure) {
-    argue(line, option);
-    return folder_path(session->options->folder, session->made[which], room(line), failure);
-}
-
-static bool fit_line(session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    static const char *const suffix[] = {".json"};
-    char family[64] = "";
-    bool creep = false;
-    argue(line, "fit");
-    if (!argue_recordings(session, line, message, failure) ||
-        !message_text(message, "family", family, sizeof family, failure) ||
-        !message_flag(message, "creep", &creep, failure) ||
-        !free_names(session, "model", suffix, 1, session->made, failure) ||
-        !argue_output(session, line, "-o", 0, failure)) {
-        return false;
-    }
-    if (family[0] != '\0') {
-        argue(line, "--family");
-        (void)snprintf(room(line), FOLDER_PATH, "%s", family);
-    }
-    if (creep) {
-        argue(line, "--creep");
-    }
-    return true;
-}
-
-static bool diagnose_line(session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    static const char *const suffix[] = {".html", ".json"};
-    argue(line, "diagnose");
-    if (!argue_recordings(session, line, message, failure) ||
-        !free_names(session, "diagnosis", suffix, 2, session->made, failure) ||
-        !argue_output(session, line, "--report", 0, failure) || !argue_output(session, line, "-o", 1, failure)) {
-        return false;
-    }
-    if (json_object_get(message, "model") == NULL) {
-        return true;
-    }
-    argue(line, "--model");
-    return argue_file(session, line, message, "model", FILE_MODEL_KIND, failure);
-}
-
-static bool compile_line(session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    static const char *const suffix[] = {".image"};
-    char model[256] = "";
-    char stem[256];
-    argue(line, "compile");
-    if (!argue_file(session, line, message, "model", FILE_MODEL_KIND, failure) ||
-        !message_text(message, "model", model, sizeof model, failure)) {
-        return false;
-    }
-    (void)snprintf(stem, sizeof stem, "%.*s", (int)(strlen(model) - strlen(".json")), model);
-    if (!free_names(session, stem, suffix, 1, session->made, failure) ||
-        !argue_output(session, line, "-o", 0, failure)) {
-        return false;
-    }
-    pthread_mutex_lock(&session->lock);
-    const double rate_hz = session->sample_rate_hz;
-    pthread_mutex_unlock(&session->lock);
-    if (rate_hz > 0.0) {
-        argue(line, "--sample-rate");
-        (void)snprintf(room(line), FOLDER_PATH, "%.9g", rate_hz);
-    }
-    return true;
-}
-
-static bool look_line(session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    argue(line, "look");
-    return argue_recordings(session, line, message, failure);
-}
-
-static bool simulate_line(session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    static const char *const suffix[] = {".csv"};
-    argue(line, "simulate");
-    return argue_file(session, line, message, "model", FILE_MODEL_KIND, failure) &&
-           argue_file(session, line, message, "recording", FILE_RECORDING_KIND, failure) &&
-           free_names(session, "simulated", suffix, 1, session->made, failure) &&
-           argue_output(session, line, "-o", 0, failure);
-}
-
-static bool report_line(session_t *session, job_line_t *line, json_t *message, failure_t *failure) {
-    static const char *const suffix[] = {".html"};
-    char name[2][256] = {"", ""};
-    char path[2][FOLDER_PATH];
-    argue(line, "report");
-    if (!argue_file(session, line, message, "model", FILE_MODEL_KIND, failure) ||
-        !argue_file(session, line, message, "recording", FILE_RECORDING_KIND, failure) ||
-        !message_text(message, "before", name[0], sizeof name[0], failure) ||
-        !message_text(message, "after", name[1], sizeof name[1], failure) ||
-        !folder_file(session->options->folder, name[0], FILE_RECORDING_KIND, path[0], failure) ||
-        !folder_file(session->options->folder, name[1], FILE_RECORDING_KIND, path[1], failure)) {
-        return false;
-    }
-    const int length = snprintf(room(line), FOLDER_PATH, "track=%s,%s", path[0], path[1]);
-    return (length < FOLDER_PATH || fail(failure, "%s: name too long", name[0])) &&
-           free_names(session, "report", suffix, 1, session->made, failure) &&
-           argue_output(session, line, "-o", 0, failure);
-}
-
-static const struct {
-    const char *name;
-    bool (*line)(session_t *session, job_line_t *line, json_t *message, failure_t *failure);
-} job_kinds[] = {{"fit", fit_line},   {"diagnose", diagnose_line}, {"compile", compile_line},
-                 {"look", look_line}, {"simulate", simulate_line}, {"report", report_line}};
-
 /* In the job's thread. */
 static void on_job_line(void *context, const char *line) {
     session_t *const session = context;
@@ -435,7 +241,7 @@ static void on_job_ended(void *context, int status) {
     session_t *const session = context;
     json_t *const made = json_array();
     pthread_mutex_lock(&session->lock);
-    for (size_t i = 0; status == 0 && i < 2 && session->made[i][0] != '\0'; i++) {
+    for (size_t i = 0; status == 0 && i < JOB_LINE_MADE && session->made[i][0] != '\0'; i++) {
         json_array_append_new(made, json_string(session->made[i]));
     }
     json_t *const kept = session->job_activity.status;
@@ -450,21 +256,22 @@ static void on_job_ended(void *context, int status) {
     tell(session, 0, files_event(session), WEB_MUST);
 }
 
-static bool begin_job(session_t *session, size_t kind, json_t *message, failure_t *failure) {
+static bool begin_job(session_t *session, const char *name, json_t *message, failure_t *failure) {
     pthread_mutex_lock(&session->lock);
     const bool busy = session->job_running;
+    const double sample_rate_hz = session->sample_rate_hz;
     pthread_mutex_unlock(&session->lock);
     if (busy) {
         return fail(failure, "another computation runs: wait for it, or cancel it");
     }
     job_end(session->job); /* the one before, which has ended */
     session->job = NULL;
-    session->made[0][0] = session->made[1][0] = '\0';
-    job_line_t *const line = allocate(1, sizeof *line);
-    bool ok = job_kinds[kind].line(session, line, message, failure);
+    job_line_t *const line = job_line_read(name, message, session->options->folder, sample_rate_hz, failure);
+    bool ok = line != NULL;
     if (ok) {
-        json_t *const status = json_pack("{s:s, s:s, s:b, s:s}", "event", "job", "name", job_kinds[kind].name,
-                                         "running", true, "text", "");
+        memcpy(session->made, line->made, sizeof session->made);
+        json_t *const status =
+            json_pack("{s:s, s:s, s:b, s:s}", "event", "job", "name", name, "running", true, "text", "");
         pthread_mutex_lock(&session->lock);
         session->job_running = true;
         pthread_mutex_unlock(&session->lock);
@@ -480,61 +287,21 @@ static bool begin_job(session_t *session, size_t kind, json_t *message, failure_
     return ok;
 }
 
-/* ---- Recordings to look at ---- */
+/* ---- Recordings to look at (in the reader's thread) ---- */
 
-static void *read_wishes(void *context) {
-    session_t *const session = context;
-    pthread_mutex_lock(&session->lock);
-    while (!session->ending) {
-        wish_t *const wish = session->wishes;
-        if (wish == NULL) {
-            pthread_cond_wait(&session->wished, &session->lock);
-            continue;
-        }
-        session->wishes = wish->next;
-        pthread_mutex_unlock(&session->lock);
-        failure_t failure;
-        json_t *const recording = folder_recording(session->options->folder, wish->name, SHOWN_SAMPLES, &failure);
-        if (recording == NULL) {
-            refuse(session, wish->client, "show", &failure);
-        } else {
-            json_object_set_new(recording, "event", json_string("recording"));
-            tell(session, wish->client, recording, WEB_MUST);
-        }
-        free(wish);
-        pthread_mutex_lock(&session->lock);
+static void on_read(void *context, unsigned long client, json_t *recording, const failure_t *why) {
+    if (recording == NULL) {
+        refuse(context, client, "show", why);
+    } else {
+        json_object_set_new(recording, "event", json_string("recording"));
+        tell(context, client, recording, WEB_MUST);
     }
-    pthread_mutex_unlock(&session->lock);
-    return NULL;
 }
 
 static bool show(session_t *session, unsigned long client, json_t *message, failure_t *failure) {
-    static const size_t most = 32; /* waiting */
-    char path[FOLDER_PATH];
-    wish_t *wish = allocate(1, sizeof *wish);
-    wish->client = client;
-    if (!message_text(message, "name", wish->name, sizeof wish->name, failure) ||
-        !folder_file(session->options->folder, wish->name, FILE_RECORDING_KIND, path, failure)) {
-        free(wish);
-        return false;
-    }
-    size_t waiting = 0;
-    pthread_mutex_lock(&session->lock);
-    wish_t **end = &session->wishes;
-    for (; *end != NULL; end = &(*end)->next) {
-        waiting++;
-    }
-    const bool room = waiting < most;
-    if (room) {
-        *end = wish;
-        pthread_cond_signal(&session->wished);
-    }
-    pthread_mutex_unlock(&session->lock);
-    if (!room) {
-        free(wish);
-        return fail(failure, "too many recordings at once");
-    }
-    return true;
+    char name[FOLDER_NAME] = "";
+    return message_text(message, "name", name, sizeof name, failure) &&
+           reader_want(session->reader, client, name, failure);
 }
 
 /* ---- From the pages (in the server's thread) ---- */
@@ -595,10 +362,8 @@ static bool control(session_t *session, const char *what, json_t *message, failu
             return begin_run(session, (run_kind_t)i, message, failure);
         }
     }
-    for (size_t i = 0; i < sizeof job_kinds / sizeof job_kinds[0]; i++) {
-        if (strcmp(what, job_kinds[i].name) == 0) {
-            return begin_job(session, i, message, failure);
-        }
+    if (job_line_knows(what)) {
+        return begin_job(session, what, message, failure);
     }
     if (strcmp(what, "cancel") == 0) {
         if (session->job != NULL) {
@@ -659,7 +424,6 @@ session_t *session_open(const session_options_t *options, failure_t *failure) {
     session_t *session = allocate(1, sizeof *session);
     session->options = options;
     (void)pthread_mutex_init(&session->lock, NULL);
-    (void)pthread_cond_init(&session->wished, NULL);
     json_t *const list = folder_list(options->folder, failure);
     if (list == NULL) {
         free(session);
@@ -675,8 +439,9 @@ session_t *session_open(const session_options_t *options, failure_t *failure) {
         return NULL;
     }
     progress_listen(&session->progress);
-    if (pthread_create(&session->reader, NULL, read_wishes, session) != 0) {
-        (void)fail(failure, "cannot start a thread");
+    session->reader_listener = (reader_listener_t){on_read, session};
+    session->reader = reader_start(options->folder, &session->reader_listener, failure);
+    if (session->reader == NULL) {
         web_server_close(session->server);
         free(session);
         return NULL;
@@ -698,22 +463,13 @@ void session_close(session_t *session) {
         job_cancel(session->job);
         job_end(session->job);
     }
-    pthread_mutex_lock(&session->lock);
-    session->ending = true;
-    pthread_cond_signal(&session->wished);
-    pthread_mutex_unlock(&session->lock);
-    (void)pthread_join(session->reader, NULL);
+    reader_end(session->reader);
     progress_listen(NULL);
     /* Its last callbacks use the rest. */
     web_server_close(session->server);
-    for (wish_t *wish; (wish = session->wishes) != NULL;) {
-        session->wishes = wish->next;
-        free(wish);
-    }
     json_decref(session->line);
     json_decref(session->run.status);
     json_decref(session->job_activity.status);
-    (void)pthread_cond_destroy(&session->wished);
     (void)pthread_mutex_destroy(&session->lock);
     free(session);
 }

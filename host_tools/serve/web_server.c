@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "serve/web_server.h"
-#include "serve_page.h" /* generated: serve_page_files */
+#include "serve_page_files.h" /* generated */
 #include <libwebsockets.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -165,7 +165,7 @@ static bool add(struct lws *wsi, const char *name, const char *value, unsigned c
                                        (int)strlen(value), p, end) == 0;
 }
 
-static int begin_page_file(struct lws *wsi, transfer_t *transfer, const serve_page_file_t *file) {
+static int begin_page_file(struct lws *wsi, transfer_t *transfer, const embedded_file_t *file) {
     unsigned char buffer[LWS_PRE + 2048];
     unsigned char *const start = buffer + LWS_PRE;
     unsigned char *p = start;
@@ -233,8 +233,9 @@ static int serve(const web_server_t *server, struct lws *wsi, transfer_t *transf
     if (strncmp(rest, files, strlen(files)) == 0) {
         return serve_file(server, wsi, rest + strlen(files));
     }
+    const char *const name = rest[0] == '\0' ? "page.html" : rest;
     for (size_t i = 0; i < serve_page_files_count; i++) {
-        if (strcmp(rest, serve_page_files[i].name) == 0) {
+        if (strcmp(name, serve_page_files[i].name) == 0) {
             return begin_page_file(wsi, transfer, &serve_page_files[i]);
         }
     }

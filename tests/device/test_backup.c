@@ -2,6 +2,7 @@
 /* What is kept of an amplifier, put back, and told of a difference; and a table that plays on. */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/backup.h"
+#include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "amplifier/image_difference.h"
 #include "simulated_device.h"
@@ -132,12 +133,17 @@ static void test_differences_are_in_units(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 25.0, difference_of(list, count, "pi_threshold")->after);
 }
 
+static bool start_table(device_t *d, void *table, failure_t *f) {
+    return experiment_start_table(d, &image, table, f);
+}
+
 static void test_a_table_is_read_back_and_plays_on(void) {
     const breakpoint_t corner[] = {{500, 60.0}, {500, 20.0}, {500, 40.0}};
     experiment_table_t table = {
-        .mode = HYST_MODE_COMPENSATE, .start = 40.0, .corner = corner, .corners = 3, .passes = 0, .silence_s = 30.0};
+        .mode = HYST_MODE_COMPENSATE, .start = 40.0, .corner = corner, .corners = 3, .passes = 0};
     must(amplifier_image_write(device, &image, &failure));
-    must(experiment_start_table(device, &image, &table, &failure));
+    const driving_t driving = {.play = start_table, .context = &table, .silence_s = 30.0};
+    must(driving_run(device, &driving, &failure));
     TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
     TEST_ASSERT_EQUAL_INT64(SOURCE_BREAKPOINTS, value_of(INDEX_source));
     TEST_ASSERT_EQUAL_INT64(30000, value_of(INDEX_watchdog));

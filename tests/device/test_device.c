@@ -69,12 +69,16 @@ static void test_identity(void) {
 /* Pages and recordings say which amplifier it was. */
 static void test_results_name_the_device(void) {
     provenance_t from;
+    provenance_note_t *note = provenance_note();
+    (void)provenance_enter(note);
     open_device();
     provenance_now(&from);
     TEST_ASSERT_NOT_NULL(from.device);
     TEST_ASSERT_NOT_NULL(strstr(from.device, "board "));
     TEST_ASSERT_NOT_NULL(strstr(from.device, options.port));
     provenance_free(&from);
+    (void)provenance_enter(NULL);
+    provenance_note_free(note);
 }
 
 static void test_values_of_every_width_and_sign_come_back(void) {

@@ -42,6 +42,11 @@ The same measurement in the ways in which laboratories export it, and what becom
 files; `hyst import` says what it takes the columns for, and has options for what a file does not say. The libraries
 that write these formats wrote the files. Those of instruments are in the layout that their manuals print.
 
+LabVIEW's TDMS is read by the Python package alone: `hyst.read("x.tdms")`, and `.write("x.csv")` for the commands. The
+one well-kept reader of that format is npTDMS, a Python library, and there is none in C. A command that started Python
+in silence would depend on what is installed there. So the command says what to do. The test `python_tdms` has files by
+npTDMS: waveforms with units, time stamps, groups, and what is refused.
+
 | file | `hyst import` |
 |---|---|
 """

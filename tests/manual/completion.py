@@ -31,22 +31,7 @@ def candidates(typed):
     return set(run.stdout.split())
 
 
-for typed, wanted in (
-        ("hyst sim", ["simulate"]),
-        ("hyst --ver", ["--version"]),
-        ("hyst help comp", ["help", "compile"]),
-        ("hyst fit --fam", ["fit", "--family"]),
-        ("hyst fit --family bou", ["fit", "--family", "bouc_wen"]),
-        ("hyst fit --family=bou", ["fit", "--family=bouc_wen"]),
-        ("hyst fit rec", ["fit", "recording-one.csv"]),
-        ("hyst fit recording-one.csv -o oth", ["fit", "recording-one.csv", "-o", "other.csv"]),
-        ("hyst record --probe reso", ["record", "--probe", "resonance"]),
-        ("hyst record -w tri", ["record", "-w", "triangle"]),
-        ("hyst track --mode comp", ["track", "--mode", "compensate"]),
-        ("hyst compile m.json --follow pos", ["compile", "m.json", "--follow", "position"]),
-        ("hyst twin --spe", ["twin", "--speed"]),
-        ("hyst track --no", ["track", "--no-condition"])):
-    cases.expect(typed, shell.complete(typed), wanted)
+cases.expect_typed(shell)
 
 # Every command, and every option of each.
 cases.expect("commands", candidates("hyst "), {*cases.commands, "help", "--help", "--version"})

@@ -27,20 +27,9 @@ def complete(lines):
     return [{line.split("\t")[0] for line in answer.split("\n") if line} for answer in run.stdout.split("=\n")[1:]]
 
 
-typed_lines = (("hyst sim", {"simulate"}),
-               ("hyst --ver", {"--version"}),
-               ("hyst help comp", {"compile"}),
-               ("hyst fit --fam", {"--family"}),
-               ("hyst fit --family bou", {"bouc_wen"}),
-               ("hyst fit rec", {"recording-one.csv"}),
-               ("hyst fit recording-one.csv -o oth", {"other.csv"}),
-               ("hyst record --probe reso", {"resonance"}),
-               ("hyst record -w tri", {"triangle"}),
-               ("hyst track --mode comp", {"compensate"}),
-               ("hyst compile m.json --follow pos", {"position"}),
-               ("hyst record --offset oth", set()))
-for (typed, wanted), got in zip(typed_lines, complete([typed for typed, _ in typed_lines]), strict=True):
-    cases.expect(typed, {word.rstrip("=") for word in got}, wanted)
+for (typed, wanted), got in zip(cases.TYPED.items(), complete(cases.TYPED), strict=True):
+    completed = {wanted[-1]} - {typed.split()[-1]}  # it lists completions of the last word only
+    cases.expect(typed, {word.rstrip("=") for word in got}, completed)
 
 # Every command, and every option of each.
 cases.expect("commands", complete(["hyst "])[0], {*cases.commands, "help"})

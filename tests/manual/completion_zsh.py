@@ -30,20 +30,7 @@ for number, line in enumerate((f"PATH={os.path.dirname(os.path.abspath(hyst))}:$
                                f"autoload -Uz compinit; compinit -u -d {folder.name}/dump; LISTMAX=1000")):
     shell.run(line, number)
 
-for typed, wanted in (
-        ("hyst sim", ["simulate"]),
-        ("hyst --ver", ["--version"]),
-        ("hyst help comp", ["help", "compile"]),
-        ("hyst fit --family bou", ["fit", "--family", "bouc_wen"]),
-        ("hyst fit --family=bou", ["fit", "--family=bouc_wen"]),
-        ("hyst fit rec", ["fit", "recording-one.csv"]),
-        ("hyst fit recording-one.csv -o oth", ["fit", "recording-one.csv", "-o", "other.csv"]),
-        ("hyst record --probe reso", ["record", "--probe", "resonance"]),
-        ("hyst record -w tri", ["record", "-w", "triangle"]),
-        ("hyst track --mode comp", ["track", "--mode", "compensate"]),
-        ("hyst compile m.json --follow pos", ["compile", "m.json", "--follow", "position"]),
-        ("hyst record --offset oth", ["record", "--offset", "oth"])):
-    cases.expect(typed, shell.complete(typed), wanted)
+cases.expect_typed(shell)
 
 # Every option of every command: of its name without the last letter, where that can be no other's.
 checked = 0

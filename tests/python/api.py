@@ -2,6 +2,7 @@
 """The package against the command: the same numbers, and the same line where an input is wrong."""
 import ctypes
 import dataclasses
+import hashlib
 import json
 import os
 import re
@@ -40,6 +41,11 @@ def line_of(function, *arguments, **options):
     except hyst.Error as failure:
         return str(failure)
     return "no failure"
+
+
+def sha256(name):
+    with open(name, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()
 
 
 def document(name):
@@ -214,6 +220,22 @@ class Diagnoses(unittest.TestCase):
         self.answer.report("own.html")
         with open("own.html", encoding="utf-8") as own, open("diagnosis.html", encoding="utf-8") as other:
             self.assertEqual(without_origin(own.read()), without_origin(other.read()))
+
+    def test_its_page_names_the_files_that_it_was_made_of_and_no_others(self):
+        other = hyst.read(RECORDING)
+        other.write("other.csv")
+        hyst.read("other.csv").write("other.h5")
+        self.answer.report("own.html")
+        self.answer.model.save("other.json")
+        hyst.Model.load("other.json")
+        self.answer.report("own.html")
+        with open("own.html", encoding="utf-8") as page:
+            named = re.findall("<dd>([^<]*)<br><code>SHA-256 ([0-9a-f]+)</code>", page.read())
+        self.assertEqual(named, [(name, sha256(name)) for name in (RECORDING, "model.json")])
+        with open("other.h5", "rb") as file:
+            written = file.read()
+        self.assertIn(f"{sha256('other.csv')}  other.csv".encode(), written)
+        self.assertNotIn(RECORDING.encode(), written)
 
     def test_its_parts(self):
         found = self.answer.findings[0]

@@ -4,6 +4,7 @@
 Without a browser, against the simulated amplifier of tests/device. Exits with 77 without python3-websockets.
 """
 import asyncio
+import glob
 import http.client
 import json
 import os
@@ -272,6 +273,49 @@ async def crowd(server):
     sys.exit("FAIL: a ninth page is let in")
 
 
+def children(process):
+    """The numbers of a process's children, in any of its threads."""
+    found = []
+    for path in glob.glob(f"/proc/{process}/task/*/children"):
+        with open(path, encoding="ascii") as file:
+            found += [int(number) for number in file.read().split()]
+    return found
+
+
+def processor_s(process):
+    """Processor time that a process has used so far; None when it has ended."""
+    try:
+        with open(f"/proc/{process}/stat", encoding="ascii") as file:
+            fields = file.read().rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return None
+    return None if fields[0] == "Z" else (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+async def no_orphans(server):
+    """A server that is killed in the middle of a job leaves no process behind: the job ends before its time."""
+    page = await server.connect()
+    await page.until("hello")
+    for killed in (False, True):
+        await page.do("diagnose", recordings=["recording.csv"])
+        await page.until("job_progress")
+        jobs = children(server.process.pid)
+        check(len(jobs) == 1, f"processes of a diagnosis: {jobs}")
+        begun = processor_s(jobs[0])
+        if killed:
+            server.process.kill()
+            server.process.wait()
+        used = begun
+        while (now := processor_s(jobs[0])) is not None:
+            used = now
+            time.sleep(0.02)
+        if killed:
+            check(used - begun < 0.5 * whole, f"a job outlives its server by {used - begun:.2f} s of {whole:.2f} s")
+        else:
+            whole = used - begun
+            await page.job_ended()
+
+
 async def day(server, folder):
     http_is_guarded(server)
     only_loopback(server)
@@ -305,11 +349,14 @@ def main():
     device = subprocess.Popen([amplifier], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     server = None
     try:
-        server = Server(hyst, device.stdout.readline().split()[1], folder)
+        port = device.stdout.readline().split()[1]
+        server = Server(hyst, port, folder)
         asyncio.run(day(server, folder))
         server.process.send_signal(signal.SIGINT)
         status = server.process.wait(PATIENCE_S)
         check(status == 0, f"the server ended with {status}")
+        server = Server(hyst, port, folder)
+        asyncio.run(no_orphans(server))
     finally:
         if server:
             server.process.kill()

@@ -106,6 +106,18 @@ static void on_ended(void *context, bool good, const failure_t *failure) {
     atomic_fetch_add(&heard.ended, 1);
 }
 
+typedef struct {
+    const hyst_parameters_t *image;
+    experiment_t experiment;
+} long_play_t;
+
+static bool play(device_t *device, void *context, failure_t *failure) {
+    const long_play_t *p = context;
+    recording_t recording;
+    experiment_events_t events;
+    return experiment_run(device, p->image, &p->experiment, &recording, &events, failure);
+}
+
 /* A recording that would take more than an hour. */
 static bool long_run(line_keeper_t *k, device_t *device, void *context, failure_t *failure) {
     hyst_parameters_t image;
@@ -113,20 +125,15 @@ static bool long_run(line_keeper_t *k, device_t *device, void *context, failure_
     const waveform_options_t waveform = {
         .name = "sine", .frequency_hz = 0.2, .amplitude = (double)NAN, .offset = (double)NAN, .cycles = 1000};
     const double range_v[2] = {0.0, 100.0};
-    experiment_t experiment = {.mode = HYST_MODE_DIRECT};
-    recording_t recording;
-    experiment_events_t events;
-    driving_t driving;
+    long_play_t played = {.image = &image, .experiment = {.mode = HYST_MODE_DIRECT}};
+    const driving_t driving = {.play = play, .context = &played};
     (void)context;
     if (!amplifier_image_write(device, &image, failure)) {
         return false;
     }
     line_keeper_new_image(k, &image);
-    if (!waveform_make(&waveform, range_v, "V", &experiment.waveform, failure) ||
-        !driving_begin(&driving, device, NULL, failure)) {
-        return false;
-    }
-    return driving_end(&driving, experiment_run(device, &image, &experiment, &recording, &events, failure), failure);
+    return waveform_make(&waveform, range_v, "V", &played.experiment.waveform, failure) &&
+           driving_run(device, &driving, failure);
 }
 
 static void begin(bool (*run)(line_keeper_t *, device_t *, void *, failure_t *)) {

@@ -6,6 +6,7 @@
 #ifndef BANK_JOB_H
 #define BANK_JOB_H
 
+#include "identify/creep_search.h"
 #include "identify/family.h"
 #include "identify/linear_fit.h"
 
@@ -47,9 +48,9 @@ typedef struct {
  * recordings the displacement falls with the drive. */
 bool bank_prepare(bank_job_t *job);
 
-/** Goes on with the displacement without the creep of job->gamma_per_decade (job->recordings, job->elastic), if the
- * data determine it. */
-void bank_take_creep_out(bank_job_t *job, bool found);
+/** Finds job->gamma_per_decade around the fit (creep_search). If the data determine it, job->creep is set, and the job
+ * goes on with the displacement without creep (job->recordings, job->elastic). */
+bool bank_find_creep(bank_job_t *job, creep_fit_t *fit, void *context);
 
 /** Appends the block creep that was found. */
 void bank_append_creep(const bank_job_t *job, model_t *model);

@@ -143,17 +143,16 @@ static bool find_creep(bank_job_t *job) {
     enum { OPERATORS = 32 };
     play_basis_t basis = bank_basis(job, OPERATORS);
     creep_bank_t bank = {.job = job, .basis = &basis};
-    bool good;
     bank_skip_undetermined(job, &basis);
-    good = creep_search(job->job->recordings, job->job->count, fit_without_creep, &bank, &job->gamma_per_decade,
-                        &job->gamma_sigma, job->job->progress);
+    const bool good = bank_find_creep(job, fit_without_creep, &bank);
     free(basis.threshold_v);
-    bank_take_creep_out(job, good && isfinite(job->gamma_sigma));
     return good;
 }
 
-void bank_take_creep_out(bank_job_t *job, bool found) {
-    job->creep = found;
+bool bank_find_creep(bank_job_t *job, creep_fit_t *fit, void *context) {
+    const bool good = creep_search(job->job->recordings, job->job->count, fit, context, &job->gamma_per_decade,
+                                   &job->gamma_sigma, job->job->progress);
+    job->creep = good && isfinite(job->gamma_sigma);
     if (job->creep) {
         job->elastic = creep_recordings(job->job->recordings, job->job->count, job->gamma_per_decade);
         job->recordings = job->elastic;
@@ -161,6 +160,7 @@ void bank_take_creep_out(bank_job_t *job, bool found) {
             job->train[i].recording = &job->recordings[i];
         }
     }
+    return good;
 }
 
 static bool fit_bank(bank_job_t *job, play_basis_t *basis, linear_fit_t *fit) {

@@ -346,10 +346,8 @@ static bool find_creep(preisach_job_t *job) {
     const size_t count = job->job->count;
     preisach_grid_t grid = make_grid(job, CREEP_INTERVALS);
     creep_table_t table = {.job = job, .grid = &grid};
-    const bool good = creep_search(job->job->recordings, count, fit_without_creep, &table, &job->bank.gamma_per_decade,
-                                   &job->bank.gamma_sigma, job->job->progress);
+    const bool good = bank_find_creep(&job->bank, fit_without_creep, &table);
     free_grid(&grid);
-    bank_take_creep_out(&job->bank, good && isfinite(job->bank.gamma_sigma));
     for (size_t s = 0; s < count; s++) {
         job->train[s].recording = &job->bank.recordings[s];
     }

@@ -199,17 +199,19 @@ class EmulatedAmplifier:
         with hyst.EmulatedAmplifier("bench.elf", "actuator.json") as port, hyst.Amplifier(port, timeout=5) as amplifier:
             ...
 
-    Needs the command hyst and qemu-system-arm in the PATH. arguments: more options of the command.
+    Needs the command hyst and qemu-system-arm in the PATH. arguments: more options of the command. It ends with this
+    process, however that ends.
     """
 
     def __init__(self, image: str | os.PathLike[str], model: str | os.PathLike[str], *arguments: str,
                  command: str = "hyst") -> None:
-        self._arguments = [command, "bench", "--json", "--image", os.fspath(image), "--model", os.fspath(model),
+        self._arguments = [command, "bench", "--attached", "--json", "--image", os.fspath(image), "--model", os.fspath(model),
                            *arguments]
         self._process: subprocess.Popen[str] | None = None
 
     def __enter__(self) -> str:
-        self._process = subprocess.Popen(self._arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        self._process = subprocess.Popen(self._arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         stderr=subprocess.PIPE, text=True,
                                          start_new_session=True)  # Ctrl-C is for the run, and not for the emulator
         assert self._process.stdout is not None and self._process.stderr is not None
         line = self._process.stdout.readline()

@@ -6,12 +6,13 @@ from __future__ import annotations
 import ctypes
 import json
 import os
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ._library import Error, as_path, checked, column_in, column_out, lib, options, text
+from ._tdms import read_table
 
 UNITS = {
     "drive": "V",
@@ -60,7 +61,8 @@ class Recording:
             raise Error("columns of different lengths: " + ", ".join(f"{n} of {c}" for c, n in lengths.items()))
         samples = lengths["drive"]
         if time is not None:
-            self._handle = checked(_import(name, samples, arrays))
+            units = [UNITS.get(column, "s") for column in arrays]
+            self._handle = checked(_import(name, list(arrays), units, list(arrays.values()), None))
         else:
             self._handle = checked(lib.recording_make(name.encode(), float(sample_rate), samples))  # type: ignore
             for column, (pointer, _) in arrays.items():
@@ -167,18 +169,34 @@ class Recording:
         return axes
 
 
-def _import(name: str, samples: int, arrays: Mapping[str, tuple[Any, np.ndarray]]) -> Any:
-    count = len(arrays)
+def _import(name: str, columns: Sequence[str], units: Sequence[str], arrays: Sequence[tuple[Any, np.ndarray]],
+            said: bytes | None) -> Any:
+    """arrays: of column_in, all of one length."""
+    count = len(columns)
     doubles = ctypes.POINTER(ctypes.c_double)
     return lib.recording_import(
         name.encode(),
-        samples,
+        len(arrays[0][1]),
         count,
-        (ctypes.c_char_p * count)(*[column.encode() for column in arrays]),
-        (ctypes.c_char_p * count)(*[UNITS.get(column, "s").encode() for column in arrays]),
-        (doubles * count)(*[pointer for pointer, _ in arrays.values()]),
-        None,
+        (ctypes.c_char_p * count)(*[column.encode() for column in columns]),
+        (ctypes.c_char_p * count)(*[unit.encode() for unit in units]),
+        (doubles * count)(*[pointer for pointer, _ in arrays]),
+        said,
     )
+
+
+def _read_tdms(path: str | os.PathLike[str], group: str | None, said: dict[str, Any]) -> Recording:
+    table = read_table(path, group)
+    by_waveform = table.interval is not None and said["time"] is None and said["sample_rate_hz"] is None
+    if by_waveform:
+        said = {**said, "time": "none", "sample_rate_hz": 1.0 / table.interval}  # type: ignore[operator]
+    recording = Recording._of(_import(os.fspath(path), [column.name for column in table.columns],
+                                      [column.unit for column in table.columns],
+                                      [column_in(column.values) for column in table.columns],
+                                      options(file=os.fspath(path), **said)))
+    if by_waveform:
+        lib.recording_set_start_s(recording._handle, table.start)
+    return recording
 
 
 def read(
@@ -188,15 +206,19 @@ def read(
     sample_rate: float | None = None,
     columns: Mapping[str, str | int] | None = None,
     scales: Mapping[str, float] | None = None,
+    group: str | None = None,
 ) -> Recording:
-    """Reads a recording: the project's CSV, or any file that `hyst import` takes.
+    """Reads a recording: the project's CSV, any file that `hyst import` takes, or LabVIEW TDMS (needs npTDMS).
 
     What a foreign file does not say, the keywords say, as the options of that command do: columns={"drive": "CH1"}
     (name or number of a column), scales={"drive": 20.0} (V or um per unit), time="t" or "none", sample_rate in Hz.
-    Recording.understood tells what the columns were taken for.
+    Recording.understood tells what the columns were taken for. group: of a TDMS file with several.
     """
-    said = None
-    if any(value is not None for value in (time, sample_rate, columns, scales)):
-        said = options(time=None if time is None else str(time), sample_rate_hz=sample_rate,
-                       column=columns, scale=scales)
-    return Recording._of(lib.recording_read(as_path(path), said))
+    said = {"time": None if time is None else str(time), "sample_rate_hz": sample_rate, "column": columns,
+            "scale": scales}
+    if os.fspath(path).lower().endswith(".tdms"):
+        return _read_tdms(path, group, said)
+    if group is not None:
+        raise Error("group= belongs to a TDMS file")
+    nothing = all(value is None for value in said.values())
+    return Recording._of(lib.recording_read(as_path(path), None if nothing else options(**said)))
