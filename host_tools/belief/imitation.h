@@ -2,8 +2,8 @@
 /**
  * A chain of blocks in which the universal operator stands in the place of the hysteresis.
  *
- * What a block changes of the position is then known without a model of the hysteresis: the drive goes through the
- * blocks before it, the operator with its weights as they are through that, and the blocks behind it through the rest.
+ * What a block changes of the position is then known without a model of the hysteresis. The drive passes through the
+ * blocks before the operator, the operator with its weights as they are, and the blocks behind it.
  */
 #ifndef BELIEF_IMITATION_H
 #define BELIEF_IMITATION_H

@@ -3,8 +3,8 @@
  * Is what a model leaves only another shape of the hysteresis?
  *
  * The universal operator (operator/columns.h) takes the place of a chain's hysteresis. What separates hysteresis from
- * everything else is that its output depends on the path of the drive and not on how fast or when it was travelled; so
- * what the operator explains, on samples that no fit saw, is the shape of the loops, and what it leaves is not.
+ * everything else is that its output depends on the path of the drive and not on how fast or when it was travelled.
+ * What the operator explains, on held-out samples, is therefore the shape of the loops, and what it leaves is not.
  */
 #ifndef BELIEF_SHAPE_H
 #define BELIEF_SHAPE_H

@@ -12,9 +12,9 @@
  * Higher: effects below three times the noise are passed over. */
 static const double least_gain = 60.0;
 /** By how much less evidence, in natural units, another block may have to stand in a finding's place: this, or these
- * parts of what the finding is worth; among lags more, because what the drive does between its samples is their size.
- * From a trial with another implementation; not calibrated with this one. Lower: the set of names misses the right one.
- * Higher: it says nothing. */
+ * fractions of the finding's evidence. Among lags more, because they are as small as the drive's motion between
+ * samples. From a trial with another implementation; not calibrated with this one. Lower: the set of names misses the
+ * right one. Higher: it says nothing. */
 static const double least_margin = 10.0, part_margin = 0.03, lag_margin = 0.08;
 /** Part of the largest gain of a scan that a block has to have to be refined. A guess that saves time, not calibrated.
  * Lower: time. Higher: a block whose probes are far from its numbers is not among the rivals. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** What is worked out of a diagnosis once it is made, for all forms in which it is told. */
+/** What is worked out of a diagnosis once it is made, for all forms in which it is reported. */
 #ifndef ACCOUNT_H
 #define ACCOUNT_H
 
@@ -42,7 +42,7 @@ double finding_confidence(const finding_t *finding);
 bool something_remains(const diagnosis_t *diagnosis);
 
 /**
- * Besides filling *account, completes the diagnosis, so that it can be told, and its model written and compiled:
+ * Besides filling *account, completes the diagnosis, so that it can be reported, and its model written and compiled:
  *
  * - findings that the measured columns contradict (measured_columns.h) are no more than detected;
  * - "fit": the ranges and names of these recordings, the errors, and what was found. Of what the baseline's own fit

@@ -21,17 +21,19 @@ typedef struct {
     bool coarse;                   /* the steps' error is larger than the noise */
     fitted_chain_t beside; /* review.h: the operator in the place of the hysteresis, nothing found; may be empty */
     progress_t progress;
-    double left; /* of the work, by a guess: nobody knows how many rounds it takes */
+    double left; /* of the work, by a guess: how many rounds it takes is unknown */
 } attempt_t;
 
 /** Moves the progress on. */
 void attempt_advance(attempt_t *job);
 
 /**
- * Fits the chain's hysteresis and what else of it the recordings determine (refitted.h), then, from there or from
- * job->begin, finds block after block (search_round.h), settles which of them stay (reconsider.h), their names
- * (names.h) and their sides (sides.h), and judges what remains (verdict.h). Fills the job's diagnosis, whose samples
- * and noise are known, and its power.
+ * 1. Fits the chain's hysteresis, and what else of it the recordings determine (refitted.h).
+ * 2. From there, or from job->begin, finds block after block (search_round.h).
+ * 3. Settles which of them stay (reconsider.h), their names (names.h) and their sides (sides.h).
+ * 4. Judges what remains (verdict.h).
+ *
+ * Fills the job's diagnosis, whose samples and noise are known, and its power.
  */
 bool attempt_from(attempt_t *job, const model_t *given);
 
@@ -54,7 +56,7 @@ extern const double attempt_naming_margin, attempt_least_support;
  * of hysteresis could imitate. */
 extern const double attempt_worth_explaining;
 
-/** Steps of the converter whose error is smaller than this part of the noise are nobody's concern. */
+/** Steps of the converter whose error is smaller than this part of the noise do not matter. */
 extern const double attempt_least_steps;
 
 /** Of a fit of all that was found. One that settles ends by itself; one that was stopped before leaves what is then

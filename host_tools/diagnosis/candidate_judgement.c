@@ -93,7 +93,7 @@ static bool explains_much(const attempt_t *job, const candidate_t *candidate) {
            (candidate->joint && candidate->power.fitted < (1.0 - much_of_it) * job->power.fitted);
 }
 
-/* Whether it is large enough to be told. A shape has to explain most of what is left: part of it any shape does. */
+/* Whether it is large enough for a finding. A shape has to explain most of what is left: part of it any shape does. */
 static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const question_t question = evidence_question(evidence);
     bool large = question == ASK_ANYTHING && !job->coarse

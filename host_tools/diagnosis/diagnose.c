@@ -37,7 +37,7 @@ static void describe(attempt_t *job, const recording_t *recordings, size_t count
     }
 }
 
-/* What all that follows has in common: the recordings, the samples that take part, the steps of the converter. */
+/* What all that follows has in common: the recordings, the samples that are included, the steps of the converter. */
 static bool begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count) {
     describe(job, recordings, count);
     job->step_um = lattice_step_um(recordings, count, &job->step_sigma_um);

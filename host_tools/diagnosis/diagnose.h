@@ -4,9 +4,9 @@
  *
  * From the baseline on, the block that explains most of what is left of the residual is taken into the chain, the chain
  * is fitted again, and so on, until nothing is significant any more. A block is a finding only if it is significant
- * after the correction for all signatures that were tried, by two standard errors of which one does not trust the
- * residuals to be white, and if it lowers the error of the samples that were kept from the fit. In the end each finding
- * is taken out again, and stays out if the others make it superfluous.
+ * after the correction for all signatures that were tried, by two standard errors, one of which does not assume white
+ * residuals. And it has to lower the error of the held-out samples. In the end each finding is taken out again, and
+ * stays out if the others make it superfluous.
  */
 #ifndef DIAGNOSE_H
 #define DIAGNOSE_H
@@ -99,17 +99,17 @@ typedef struct {
 
 /**
  * The given chain is fitted again, as far as the recordings determine it (refitted.h). Where that is not the whole
- * answer, the search is made also with hystereses of other shapes in the given one's place, and such an answer stands
- * if it is better by what a name has to win by: a wrong shape of the user's shall not be taken for physics that is
- * missing either. The recordings must outlive the diagnosis, which is to be freed.
+ * answer, the search is made also with hystereses of other shapes in the given one's place. Such an answer stands if it
+ * is better by attempt_naming_margin: a wrong shape of the user's is no missing physics either. The recordings must
+ * outlive the diagnosis, which is to be freed.
  */
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure);
 /**
  * The same without a model: from the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the
- * signatures of all blocks. Where that leaves more than noise, or finds something, also from the others that come near,
- * and the answer that leaves the least error of the held-out samples stands: a wrong shape shall not be taken for
- * physics that is missing, nor physics for a shape.
+ * signatures of all blocks. Where that leaves more than noise, or finds something, also from the others that come near.
+ * The answer that leaves the least error of the held-out samples stands: a wrong shape is no missing physics, and
+ * physics is no shape.
  */
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);

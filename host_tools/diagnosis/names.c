@@ -102,7 +102,7 @@ static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
     job->power = reading->power;
 }
 
-/* Whether any number of the finding is told from nothing, as the model now is. */
+/* Whether any number of the finding differs significantly from none, as the model now is. */
 static bool is_determined(attempt_t *job, const finding_t *finding) {
     failure_t refusal;
     return findings_errors(job->diagnosis, &refusal) && finding_determined(job->diagnosis, finding);
@@ -242,7 +242,7 @@ static void forget_found(const diagnosis_t *d, finding_t *finding) {
 }
 
 /* What came before the recording may look like an effect that is small beside another one (probe_t.doubtful): a creep
- * goes on, for as many decades of time as nobody knows, and that looks like a drift which settles. */
+ * goes on, for an unknown number of decades of time, and that looks like a drift which settles. */
 static void doubt(diagnosis_t *d, finding_t *finding) {
     const probe_t *probe = finding->block->probe;
     if (probe == NULL || probe->doubtful.beside == NULL || finding->rivals == DIAGNOSIS_MOST_RIVALS) {

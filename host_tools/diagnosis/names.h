@@ -14,7 +14,7 @@
  * for; those that are less likely by less than attempt_naming_margin are what it can be confused with. Where more
  * than noise is left, a name changes only if the held-out samples by themselves agree, and is as sure as it was.
  *
- * A small drift beside a creep may be the rest of that: it is told as one of the two.
+ * A small drift beside a creep may be the rest of that: it is reported as one of the two.
  */
 bool names_settle(attempt_t *job);
 

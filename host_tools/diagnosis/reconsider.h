@@ -13,7 +13,8 @@
  * case. spared: bits, those that stay, by index. */
 bool reconsider_superfluous(attempt_t *job, double least_size, unsigned spared);
 
-/** Standard errors; and takes out the findings, the latest first, of which no number is told from nothing. */
+/** Standard errors; and takes out the findings, the latest first, of which no number differs significantly from none.
+ */
 bool reconsider_undetermined(attempt_t *job);
 
 /** Takes a finding out. */

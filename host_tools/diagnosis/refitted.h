@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The numbers of a given chain's own blocks, beside its hysteresis: a delay or a mode that was right on another day is
- * fitted again with every block that is tried, so that its error is not taken for physics that is missing.
+ * The numbers of a given chain's blocks, beside its hysteresis. A delay or a mode that was right on another day is
+ * fitted again with every block that is tried, so that its error is not taken for missing physics.
  */
 #ifndef REFITTED_H
 #define REFITTED_H

@@ -9,13 +9,13 @@
 #include "diagnosis/reconsider.h"
 #include <math.h>
 
-/* Error of the model over the operator's, on held-out samples, from which on the difference is told. Lower: chance.
- * Higher: a model is told to leave noise that leaves half as much again. */
+/* Error of the model over the operator's, on held-out samples, from which on the difference is reported. Lower: chance.
+ * Higher: a model seems to leave noise that leaves half as much again. */
 static const double clearly_more = 1.2;
-/* Natural units of evidence that a block has to be worth with its few numbers beside an operator that imitates it, the
- * operator's weights and their sizes found anew with it and without it: what a name has to win by
- * (attempt_naming_margin is twice that). The search has found it beside one shape; less is asked than of what nobody
- * looked for. Lower: curves stay that are a hysteresis' own bend. Higher: a low pass on a path that is always travelled
+/* Natural units of evidence that a block has to be worth with its few numbers beside an operator that imitates it. The
+ * operator's weights and their sizes are found anew with it and without it. It is what a name has to win by
+ * (attempt_naming_margin is twice that). The search has found the block beside one shape, so less than least_gain is
+ * required. Lower: curves stay that are a hysteresis' own bend. Higher: a low pass on a path that is always travelled
  * at one speed is a shape; of 30 times the noise it had 34. */
 static const double worth_beside_imitation = 10.0;
 

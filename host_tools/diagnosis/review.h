@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Findings that stand beside one shape of hysteresis are asked again beside all of them (belief/shape.h).
+ * Findings that stand beside one shape of hysteresis are tested again beside all of them (belief/shape.h).
  */
 #ifndef REVIEW_H
 #define REVIEW_H

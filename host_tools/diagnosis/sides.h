@@ -2,7 +2,7 @@
 /**
  * On which side of the actuator's voltage a found block is, where voltage or current were measured (electrical.h).
  *
- * The search asks the columns about one block at a time. When all are found and fitted together they are asked again
+ * The search asks the columns about one block at a time. When all are found and fitted together they decide again
  * about the lags (the two low passes and the delay), of which the position alone says hardly more than how long they
  * take together.
  */

@@ -50,7 +50,7 @@ static double cost_of(const diagnosis_t *d, double held) {
            (1.0 + (d->remainder.structured ? incomplete_handicap : 0.0));
 }
 
-/* Keeps the better of two diagnoses of the same samples, and frees what the other one holds of its own. */
+/* Keeps the better of two diagnoses of the same samples, and frees what only the other one holds. */
 static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t *power) {
     diagnosis_t *d = job->diagnosis;
     diagnosis_t worse = *other;
@@ -120,7 +120,7 @@ void trial_without_the_first(attempt_t *job) {
 typedef struct {
     const attempt_t *first; /* the answer from the first shape */
     const baseline_t *baseline;
-    size_t from;    /* of the shapes, the first that is asked */
+    size_t from;    /* of the shapes, the first that may be tried */
     double *least;  /* of each shape */
     model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
 } promises_t;
@@ -231,7 +231,7 @@ void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes)
     promises_t promises = {.first = job, .baseline = baseline, .from = from, .least = least, .begin = begin};
     parallel(shapes - from, find_promise, &promises);
     if (d->model_given && d->remainder.structured) {
-        least[1] = 0.0; /* the one that a search without a model begins with is asked in any case */
+        least[1] = 0.0; /* the one that a search without a model begins with is tried in any case */
     }
     /* A free plane that promises no more than a symmetric one. What it has and the others have not is that it imitates
      * curves. */

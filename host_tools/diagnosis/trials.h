@@ -11,7 +11,7 @@ enum { TRIALS_MOST_SHAPES = 1 + BASELINE_SHAPES };
 /** The search from the first shape, or a given chain. Fills the job's diagnosis, whose samples and noise are known, and
  * its power. */
 bool trial_of_first(attempt_t *job, const baseline_t *first);
-/** Whether that leaves so little that no other shape is asked. */
+/** Whether that leaves so little that no other shape is tried. */
 bool trial_leaves_nothing(const attempt_t *job, const baseline_t *first);
 /** From those of the others that may do better. baseline[0] was the first one. */
 void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes);

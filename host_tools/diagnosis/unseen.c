@@ -9,7 +9,7 @@
 #include <math.h>
 
 /* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise.
- * In two sealed sets 9 of 12 curves of that size were told as curves, and all 24 of 1 and 3 times the noise. */
+ * In two sealed sets 9 of 12 curves of that size were reported as curves, and all 24 of 1 and 3 times the noise. */
 static const double least_curve = 0.3;
 /* A drive that goes back by this part of its range turns round. */
 static const double turns_round = 0.01;

@@ -14,7 +14,7 @@ static const double step_part = 0.01, step_stands_out = 8.0;
 /* Rounding to a step makes 0.29 of it; noise is more than twice that. A drive whose fast part is above the last number,
  * in parts of the range, moves by it: that is no noise. */
 static const double noise_beyond_step = 0.6, noise_least = 1e-9, noise_most = 0.02;
-/* Of a white series, variances of its differences of order 3 and 2 are 20 and 6 of its own. */
+/* Of a white series, variances of its differences of order 3 and 2 are 20 and 6 times its variance. */
 static const double white_ratio[2] = {0.6, 1.67};
 static const double quiet_part = 0.2, median_of_block = 0.93;
 

@@ -2,10 +2,13 @@
 /**
  * What the drive was: where it rests and jumps, whether it repeats itself, its kind, and how it moves between samples.
  *
- * All of it is read off the drive column alone. A rest is a run of equal values of at least 0.02 s and 16 samples, and
- * of four times the time for which a slow converter holds each value; a step is a change between two samples of at
- * least 1 % of the range and eight times the changes around it; a period is one that two or more passes follow within
- * 0.3 % of the range (root of the mean square), or within the noise of a drive column that is itself measured.
+ * All of it is read off the drive column alone.
+ *
+ * - A rest is a run of equal values of at least 0.02 s and 16 samples, and of four times the time for which a slow
+ *   converter holds each value.
+ * - A step is a change between two samples of at least 1 % of the range and eight times the changes around it.
+ * - A period is one that two or more passes follow within 0.3 % of the range (RMS), or within the noise of a drive
+ *   column that is itself measured.
  */
 #ifndef LOOK_DRIVE_H
 #define LOOK_DRIVE_H

@@ -5,9 +5,9 @@
  * Against the reference p, a lag of L samples leaves -L p'. In short windows j the sums A_j = -sum e p' and
  * B_j = sum p'^2 hold all that can be said about L(t); slow changes of offset and gain are taken out of e before. For a
  * course L(t) with free size a beside a constant, a = sum A Lc / sum B Lc^2 (Lc: L less its mean, weighted with B). Its
- * error is that of what it leaves, from sums over whole passes of a repeated drive (over windows of another one),
- * widened by the autocorrelation time of these: an error of the reference that comes and goes with the drive does not
- * count as if it were independent in each window.
+ * error is that of the residual, from sums over whole passes of a repeated drive (over windows of another one), widened
+ * by their autocorrelation time. An error of the reference that comes and goes with the drive then does not count as
+ * independent in each window.
  *
  * Courses: a step, at each window; a saw tooth, of each rate up to one tooth in eight windows and 16 phases; a ramp.
  */

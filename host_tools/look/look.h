@@ -2,7 +2,7 @@
 /**
  * The look: what recordings show before any model is fitted.
  *
- * One look_t a recording. Each part stands in a file of its own, whose header says what it computes. All of it is
+ * One look_t a recording. Each part has one file, whose header says what it computes. All of it is
  * read from drive and displacement alone, so that it holds whatever the actuator is. The faults (look/fault.h) are
  * what the looks at all recordings of a question say about the way they were recorded.
  */

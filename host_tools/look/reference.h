@@ -3,12 +3,18 @@
  * What a position that only depends on the path of the drive would read at each sample: what lags, changes of gain and
  * jumps are seen against.
  *
- * A drive that repeats itself often enough has its mean path (look/repetition.h). Otherwise least squares on: a
- * constant, the drive to the third power, 24 plays with thresholds over half of the range (on the drive drawn four
- * times as finely, by a cubic, unless it is held), a straight line in time, the logarithm of time, the curvature of the
- * drive, and the slope of the same without a lag: its coefficient is a lag of the position behind the drive. Any
- * hysteresis that does not depend on rate is near that; it is a ruler, no model, and nothing it cannot follow is called
- * a fault.
+ * A drive that repeats itself often enough has its mean path (look/repetition.h). Otherwise it is a
+ * least-squares fit of these columns:
+ *
+ * - a constant, and the drive to the third power;
+ * - 24 plays with thresholds over half of the range, on the drive interpolated four times as finely by a cubic (unless
+ *   the drive is held);
+ * - a straight line in time, and the logarithm of time;
+ * - the curvature of the drive, and the slope of the same without a lag. Its coefficient is a lag of the position
+ * behind the drive.
+ *
+ * Any rate-independent hysteresis is near that. It is a ruler and no model: what it cannot follow is not called a
+ * fault.
  */
 #ifndef LOOK_REFERENCE_H
 #define LOOK_REFERENCE_H

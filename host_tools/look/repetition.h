@@ -5,7 +5,7 @@
  *
  * Pass i of the mean path p is y = p - lag p' + offset + gain (p - mean p) + rest; lag in samples (later: positive),
  * offset in um, gain in parts. The passes are fitted by least squares, the mean path is a median over the passes laid
- * on top of each other, smoothed over five samples for p'. No model of the actuator takes part.
+ * on top of each other, smoothed over five samples for p'. No model of the actuator is involved.
  */
 #ifndef LOOK_REPETITION_H
 #define LOOK_REPETITION_H

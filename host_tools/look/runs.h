@@ -11,11 +11,11 @@ typedef struct {
 } equal_run_t;
 
 /**
- * All runs of four equal readings or more. The chance of a pair of equal readings is the larger one of what white noise
- * of the prediction's size makes with the converter's step (or the file's last digit), and the share of equal pairs
- * within 256 samples where the drive does the same (rests, or moves), other long runs counting as one pair. A run of m
- * pairs has the chance p^m, N of them are possible. Without 64 pairs to compare with, or with noise below a third of a
- * step, nothing is said: noise-free readings may well be equal.
+ * All runs of four equal readings or more. The chance p of a pair of equal readings is the larger one of two. One is
+ * what white noise of the prediction's size makes with the converter's step (or the file's last digit). The other is
+ * the share of equal pairs within 256 samples where the drive does the same (rests, or moves), other long runs counting
+ * as one pair. A run of m pairs has the chance p^m, N of them are possible. Without 64 pairs to compare with, or with
+ * noise below a third of a step, nothing is said: noise-free readings may well be equal.
  */
 equal_run_t *equal_runs(const look_t *look, size_t *count);
 

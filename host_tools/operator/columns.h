@@ -33,10 +33,9 @@
 enum {
     OPERATOR_CURVES = 7,
     OPERATOR_PLAYS = 96,
-    OPERATOR_SMALL_PLAYS =
-        24,               /**< of these: thresholds below a tenth of the range or so, with a variance of their own */
-    OPERATOR_DEGREES = 6, /**< of the bends, from 2 on */
-    OPERATOR_NODES = 12,  /**< of the bends, over the thresholds */
+    OPERATOR_SMALL_PLAYS = 24, /**< of these: thresholds below a tenth of the range or so, with a separate variance */
+    OPERATOR_DEGREES = 6,      /**< of the bends, from 2 on */
+    OPERATOR_NODES = 12,       /**< of the bends, over the thresholds */
     OPERATOR_LEAKS = 14,
     OPERATOR_MULTIPLIED = 5, /**< leaks that have products */
     OPERATOR_PRODUCTS = 4,   /**< z^2, z^3, z u, z^2 u */

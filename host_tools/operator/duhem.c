@@ -20,7 +20,7 @@ static double advanced(const duhem_law_t *law, double q, double step) {
 }
 
 void duhem_tabulate(const duhem_law_t *law, duhem_table_t *table) {
-    /* How far it is to the end: no more than the whole range there and back, beyond which nobody drives. */
+    /* How far it is to the end: no more than the whole range there and back, beyond which no drive goes. */
     double way = 0.0, q = -1.0;
     const double step = 0.002;
     while (way < 4.0 && q < nearly_there) {

@@ -2,11 +2,10 @@
 /**
  * Noise that is white and 1/f: its power over frequency is  variance (1 + rho / f),  f in cycles a sample.
  *
- * The filter that makes it white is a ladder of first order sections with two zeros a decade, each with its pole half a
- * step above it: slope 1/2 up to rho, flat beyond (Oustaloup's approximation of a power of s), within a fifth of
- * what it should be. Its first coefficient is
- * 1, so that the variance of what comes out is that of one-step predictions, and the filter that leaves the least of it
- * is the likeliest.
+ * The filter that makes it white is a ladder of first-order sections with two zeros a decade, each with its pole half a
+ * step above it. That is a slope of 1/2 up to rho, flat beyond, within a fifth (Oustaloup's approximation of a power of
+ * s). Its first coefficient is 1, so that the variance of its output is that of one-step predictions, and the filter
+ * with the least variance is the likeliest.
  */
 #ifndef OPERATOR_PINK_H
 #define OPERATOR_PINK_H
@@ -25,7 +24,7 @@ typedef struct {
 void pink_create(pink_t *pink, double rho, size_t samples);
 /** Memory of the filter for rows of `columns` values; NULL for white noise. To be freed. */
 double *pink_memory(const pink_t *pink, size_t columns);
-/** Whitens the next row in place. first: of a recording; as if it had been there for ever. */
+/** Whitens the next row in place. first: of a recording; as if it were in the steady state. */
 void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, int first);
 
 #endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Two clocks: the lag of the position grows steadily and jumps back, over and over (look/lags.h). What the actuator
- * does with the drive's own slow motion could look like that, so a tooth has to be longer than the drive's slowest
- * motion; or the saw tooth takes nine tenths of all that changes in the lag away and jumps by one sample, which no
- * physics does. */
+ * does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's slowest
+ * motion. Or the saw tooth explains nine tenths of the lag's changes and jumps by one sample, which no physics does. */
 #include "look/fault.h"
 #include <math.h>
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The position ahead of the drive. A position that lags may be physics (a delay, a low pass, hysteresis itself), so
- * only a lead is a fault. Its size is that of the plays of the reference; it has to follow the readings to three times
- * the noise, the lead has to be a fifth of a sample or more and four and a half standard errors, and the drive needs
- * more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the lag is not known to half
- * a sample. */
+ * only a lead is a fault. Its size is the lead against the reference's plays. The reference has to follow the
+ * readings to three times the noise, and the lead has to be a fifth of a sample or more and four and a half standard
+ * errors. The drive needs more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the
+ * lag is not known to half a sample. */
 #include "look/fault.h"
 #include <math.h>
 
