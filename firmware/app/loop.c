@@ -441,7 +441,7 @@ static inline void capture_aligned(uint16_t position_code) {
     uint16_t signals;
     uint16_t *to = capture_due(&signals);
     if (to != NULL) {
-        if (signals == CAPTURE_DEFAULT_SIGNALS) { /* as below, in a quarter of the instructions */
+        if (signals == CAPTURE_DEFAULT_SIGNALS) { /* as below, and sooner */
             *to++ = (uint16_t)to_code(t->reference, 16);
             *to++ = (uint16_t)to_code(t->drive, board_info.drive_bits);
             *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);

@@ -61,7 +61,7 @@ def main(lines, json_path, page_path, machine, compiler):
     }
     tables["host"] = table(["what", "ours [million samples/s]", "beside it", "[million samples/s]", "ratio"],
                            [[h["what"], f"{h['ours'] / 1e6:.3g}", h["peer_is"], f"{h['peer'] / 1e6:.3g}",
-                             f"{h['ratio']:.2g}"] for h in host])
+                             f"{h['ratio']:.2g}" if h["ratio"] < 100 else f"{h['ratio']:.0f}"] for h in host])
     with open(json_path, "w", encoding="utf-8") as out:
         json.dump({"machine": machine, "compiler": compiler, "loop": loop, "host": host,
                    "kernels": [{"what": p[0], "size": int(p[1]), "worst_instructions": int(p[2]), "mean_instructions": int(p[3]),

@@ -152,7 +152,7 @@ static inline hyst_q31_t section_step(const hyst_iir_coefficients_t *s, hyst_iir
 /* Written out: a loop over so few sections costs a sixth of them. */
 _Static_assert(HYST_IIR_MAX_SECTIONS == 4, "sections are written out");
 
-hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
+HYST_APART hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
     const uint32_t sections = iir->sections;
     hyst_q31_t x1 = state->section[0].x1;
     hyst_q31_t x2 = state->section[0].x2;
