@@ -119,6 +119,15 @@ function onLive(event) {
   }
 }
 
+// What warns now, else what did; and how far the model is off, once that is watched.
+function warningText(now) {
+  const before = now.warnings_before;
+  const text = now.warnings.length > 0 ? now.warnings.join("; ")
+                                       : before.length > 0 ? `none now; before: ${before.join("; ")}` : "none";
+  return now.model_error === null || !line.has_parameters ? text
+                                                          : `${text} (the model is off by ${number(now.model_error, "um")} rms)`;
+}
+
 function drawLive() {
   stale = false;
   const now = lastLive;
@@ -138,6 +147,8 @@ function drawLive() {
   put("now-faults", now.faults.length > 0 ? now.faults.join(", ")
                                           : before.length > 0 ? `none now; before: ${before.join(", ")}` : "none");
   byId("faults-box").className = now.faults.length > 0 ? "alarm" : "";
+  put("now-warnings", warningText(now));
+  byId("warnings-box").className = now.warnings.length > 0 ? "warned" : "";
   if (paused || live.t.length === 0) { return; }
   const span = Number(byId("window").value), end = live.t[live.t.length - 1];
   let first = live.t.length;
