@@ -399,7 +399,7 @@ bool device_read(device_t *device, int which, int64_t *value, failure_t *failure
 }
 
 bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], failure_t *failure) {
-    return device_read_span(device, INDEX_sequence, INDEX_frames_served, value, failure);
+    return device_read_span(device, INDEX_sequence, INDEX_reference_limited, value, failure);
 }
 
 static outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure) {

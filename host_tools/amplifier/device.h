@@ -69,7 +69,7 @@ bool device_read(device_t *device, int which, int64_t *value, failure_t *failure
  */
 bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure);
 
-/** One telemetry snapshot: the registers `sequence` to `frames_served` of one sample. */
+/** One telemetry snapshot: the registers `sequence` to `reference_limited` of one sample. */
 bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], failure_t *failure);
 
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure);

@@ -61,7 +61,7 @@ static void say_cut(line_keeper_t *keeper, const char *why) {
 
 static bool take_snapshot(line_keeper_t *keeper, failure_t *failure) {
     int64_t now[REGISTER_COUNT] = {0};
-    const bool ok = device_read_span(keeper->device, INDEX_sequence, INDEX_limits_sticky, now, failure);
+    const bool ok = device_read_span(keeper->device, INDEX_sequence, INDEX_reference_limited, now, failure);
     if (ok) {
         const line_listener_t *const l = keeper->listener;
         l->snapshot(l->context, keeper->device, &keeper->image, now);

@@ -13,8 +13,16 @@
 static const char *const fault_texts[] = {"overrun",         "converter timeout", "communication timeout",
                                           "clock fallback",  "overload",          "supply too low",
                                           "average current", "temperature",       "supply of the stage"};
-static const char *const limit_texts[] = {"drive range", "reference unreachable", "filter saturated",
-                                          "largest step of the board", "memory of the model lost"};
+static const char *const limit_texts[] = {"drive range",
+                                          "reference unreachable",
+                                          "filter saturated",
+                                          "largest step of the board",
+                                          "memory of the model lost",
+                                          "reference held back"};
+/* A warning stops nothing, so what it means has to be said. */
+static const char *const warning_texts[] = {
+    "the model is no longer true", "the sensor is lost: its reading stands at an end of the converter",
+    "the reading stands still while the drive moves", "the amplifier is hot, or its temperature sensor is lost"};
 
 /* One that newer firmware has is shown by its value. */
 static json_t *names(int64_t bits, const char *const text[], unsigned count) {
@@ -29,6 +37,17 @@ static json_t *names(int64_t bits, const char *const text[], unsigned count) {
 
 static json_t *faults(int64_t bits) {
     return names(bits, fault_texts, sizeof fault_texts / sizeof fault_texts[0]);
+}
+
+static json_t *warnings(int64_t bits) {
+    return names(bits, warning_texts, sizeof warning_texts / sizeof warning_texts[0]);
+}
+
+/* Root mean square of what the model misses, of the last tenth of a second; null before there is one. */
+static json_t *model_error(const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image) {
+    const double rms = 0x1p-31 * (double)now[INDEX_model_error_rms];
+    return now[INDEX_model_error_blocks] == 0 ? json_null()
+                                              : json_real(round(1e-2 * image->position_half_range_pm * rms) / 1e4);
 }
 
 /* To the tenth of a nanometre and of a millivolt: shorter to send. */
@@ -57,15 +76,16 @@ json_t *live_snapshot(live_clock_t *clock, const int64_t now[REGISTER_COUNT], co
     const bool follows = mode == HYST_MODE_LINEAR || mode == HYST_MODE_COMPENSATE;
     const double position = position_to_micrometres(image, (hyst_q31_t)now[INDEX_position]);
     const double reference = position_to_micrometres(image, (hyst_q31_t)now[INDEX_reference]);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o}", "event", "live", "t",
-                     rounded(advance(clock, (uint32_t)now[INDEX_sequence]) / sample_rate_hz), "reference",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "event",
+                     "live", "t", rounded(advance(clock, (uint32_t)now[INDEX_sequence]) / sample_rate_hz), "reference",
                      follows ? rounded(reference) : json_null(), "drive",
                      rounded(drive_to_volts(image, (hyst_q31_t)now[INDEX_drive])), "position", rounded(position),
                      "error", follows ? rounded(position - reference) : json_null(), "mode", mode_name(mode), "state",
                      state_name(now[INDEX_state]), "power", power_name(now[INDEX_amplifier_state]), "limits",
                      names(now[INDEX_limits_live], limit_texts, sizeof limit_texts / sizeof limit_texts[0]), "faults",
-                     faults(now[INDEX_faults_live]), "faults_before", faults(now[INDEX_faults_sticky]), "counters",
-                     counters(now));
+                     faults(now[INDEX_faults_live]), "faults_before", faults(now[INDEX_faults_sticky]), "warnings",
+                     warnings(now[INDEX_warnings_live]), "warnings_before", warnings(now[INDEX_warnings_sticky]),
+                     "model_error", model_error(now, image), "counters", counters(now));
 }
 
 json_t *live_line(const char *port, const device_t *device, const hyst_parameters_t *image, const char *why) {

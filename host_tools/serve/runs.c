@@ -19,6 +19,9 @@ bool run_request_read(json_t *message, run_request_t *request, failure_t *failur
         !message_number(message, "offset", &w->offset, failure) ||
         !message_count(message, "cycles", &w->cycles, failure) ||
         !message_count(message, "steps", &w->steps, failure) ||
+        !message_number(message, "end_frequency", &w->end_frequency_hz, failure) ||
+        !message_number(message, "sweep_time", &w->sweep_s, failure) ||
+        !message_flag(message, "linear", &w->linear, failure) || !message_count(message, "tones", &w->tones, failure) ||
         !message_count(message, "frames", &request->frames, failure) ||
         !message_flag(message, "condition", &request->condition, failure) ||
         !message_range(message, "drive_range", request->drive_range_v, failure) ||

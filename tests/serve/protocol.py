@@ -148,6 +148,7 @@ async def sockets_are_guarded(server):
 async def bad_messages(page):
     for text in ("", "{", "[]", "7", '"stop"', '{"do": 7}', '{"do": null}', '{"do": "format"}', '{"do": "record", "cycles": -1}',
                  '{"do": "record", "cycles": 1e99}', '{"do": "record", "frequency": "1"}', '{"do": "record", "waveform": "noise"}',
+                 '{"do": "record", "waveform": "sweep", "end_frequency": -1}', '{"do": "record", "linear": 1}',
                  '{"do": "record", "name": "../x"}', '{"do": "record", "name": "-o"}', '{"do": "record", "probe": "nothing"}',
                  '{"do": "record", "drive_range": [1]}', '{"do": "record", "drive_range": [2, 1]}',
                  '{"do": "track", "mode": "fast"}', '{"do": "push"}', '{"do": "push", "image": "../../x.image"}',

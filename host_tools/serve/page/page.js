@@ -119,6 +119,15 @@ function onLive(event) {
   }
 }
 
+// What warns now, else what did; and how far the model is off, once that is watched.
+function warningText(now) {
+  const before = now.warnings_before;
+  const text = now.warnings.length > 0 ? now.warnings.join("; ")
+                                       : before.length > 0 ? `none now; before: ${before.join("; ")}` : "none";
+  return now.model_error === null || !line.has_parameters ? text
+                                                          : `${text} (the model is off by ${number(now.model_error, "um")} rms)`;
+}
+
 function drawLive() {
   stale = false;
   const now = lastLive;
@@ -138,6 +147,8 @@ function drawLive() {
   put("now-faults", now.faults.length > 0 ? now.faults.join(", ")
                                           : before.length > 0 ? `none now; before: ${before.join(", ")}` : "none");
   byId("faults-box").className = now.faults.length > 0 ? "alarm" : "";
+  put("now-warnings", warningText(now));
+  byId("warnings-box").className = now.warnings.length > 0 ? "warned" : "";
   if (paused || live.t.length === 0) { return; }
   const span = Number(byId("window").value), end = live.t[live.t.length - 1];
   let first = live.t.length;
@@ -451,6 +462,15 @@ byId("pause").addEventListener("click", () => {
   put("pause", paused ? "Go on" : "Pause");
 });
 
+// A sweep ends at a frequency, in a time; a multisine reaches up to one.
+for (const form of [byId("record"), byId("track")]) {
+  form.waveform.addEventListener("change", () => {
+    const kind = form.waveform.value;
+    form.end_frequency.parentElement.hidden = kind !== "sweep" && kind !== "multisine";
+    form.sweep_time.parentElement.hidden = kind !== "sweep";
+  });
+}
+
 // Numbers that were filled in, under their names.
 function numbersOf(form, names) {
   const found = {};
@@ -466,7 +486,7 @@ const requests = {
     const object = { do: "record", condition: form.condition.checked, name: form.name.value };
     if (kind === "probe") { object.probe = probe; } else {
       Object.assign(object, { waveform: kind },
-        numbersOf(form, ["frequency", "cycles", "amplitude", "offset", "frames"]));
+        numbersOf(form, ["frequency", "cycles", "amplitude", "offset", "frames", "end_frequency", "sweep_time"]));
     }
     if (!line.has_parameters && form.drive_low.value !== "" && form.position_low.value !== "") {
       object.drive_range = [Number(form.drive_low.value), Number(form.drive_high.value)];
@@ -475,7 +495,7 @@ const requests = {
     return object;
   },
   track: (form) => ({ do: "track", waveform: form.waveform.value, mode: form.mode.value, name: form.name.value,
-    condition: form.condition.checked, ...numbersOf(form, ["frequency", "cycles", "amplitude", "offset", "frames"]) }),
+    condition: form.condition.checked, ...numbersOf(form, ["frequency", "cycles", "amplitude", "offset", "frames", "end_frequency", "sweep_time"]) }),
   clear: () => ({ do: "clear" }),
   push: (form) => ({ do: "push", image: form.image.value }),
   compile: (form) => ({ do: "compile", model: form.model.value }),
