@@ -96,7 +96,8 @@ HYST_HOST char *hyst_host_model_to_json(const hyst_host_model_t *model);
 HYST_HOST int hyst_host_model_write(const hyst_host_model_t *model, const char *path);
 HYST_HOST void hyst_host_model_free(hyst_host_model_t *model);
 
-/** The families that can be fitted: [{"name":, "text":}, ..]. */
+/** The families that can be fitted: [{"name":, "text":, "one_sine": whether it holds for the recorded sine only}, ..].
+ */
 HYST_HOST char *hyst_host_families(void);
 /** `hyst fit`: options "family", "operators" (a number; null: auto), "creep" and "use_all" (booleans). */
 HYST_HOST hyst_host_model_t *hyst_host_fit(const hyst_host_recording_t *const *recordings, size_t count,
@@ -168,11 +169,14 @@ HYST_HOST char *hyst_host_device_track(hyst_host_device_t *device, const char *o
                                        hyst_host_recording_t *recording[2]);
 /** `hyst push`: `length` bytes of an image. Answers {"model_id":, "hysteresis":, "operators":}. */
 HYST_HOST char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length);
+/** `hyst pull`: the image in force, *length bytes; NULL on failure. */
+HYST_HOST unsigned char *hyst_host_device_pull(hyst_host_device_t *device, size_t *length);
 /** `hyst stop` and `hyst park`. Answers {"mode":, "state":}. */
 HYST_HOST char *hyst_host_device_stop(hyst_host_device_t *device);
 HYST_HOST char *hyst_host_device_park(hyst_host_device_t *device);
-/** Mode and state now, and what the last snapshot says: {"mode":, "state":, "drive_v":,
- * "position_um":}. */
+/** Mode and state now, and what the last snapshot says: {"mode":, "state":, "sample":, "time_s":, "reference":,
+ * "reference_unit": "V" or "um", "drive_v":, "position_um":}. sample: number of the loop's sample, which wraps at 2^32;
+ * time_s: the same in s. */
 HYST_HOST char *hyst_host_device_now(hyst_host_device_t *device);
 
 #endif

@@ -15,6 +15,8 @@
 struct hyst_host_device {
     device_t *device;
     provenance_note_t *note;
+    bool known; /* the image in force, as of model_id */
+    hyst_parameters_t image;
     volatile sig_atomic_t stop; /* the number of a signal, as the commands have it; 0: go on */
 };
 
@@ -37,7 +39,8 @@ hyst_host_device_t *hyst_host_device_open(const char *options) {
     json_decref(json);
     if (device != NULL) {
         handle = allocate(1, sizeof *handle);
-        *handle = (hyst_host_device_t){device, note, 0};
+        handle->device = device;
+        handle->note = note;
     } else {
         provenance_note_free(note);
     }
@@ -102,6 +105,7 @@ hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const
     set_counts(&settings.waveform, &counts);
     settings.no_condition = condition == 0;
     interface_listen(&device->stop);
+    device->known = false; /* ranges that are given become an image */
     const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
     json_decref(json);
     return good ? recorded(device, &recording) : NULL;
@@ -155,6 +159,7 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
 
 char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length) {
     hyst_parameters_t parameters;
+    device->known = false;
     if (!image_from_bytes(&parameters, image, length, "image", interface_failure()) ||
         !amplifier_image_write(device->device, &parameters, interface_failure())) {
         return NULL;
@@ -182,15 +187,39 @@ char *hyst_host_device_park(hyst_host_device_t *device) {
 }
 
 char *hyst_host_device_now(hyst_host_device_t *device) {
-    int64_t now[REGISTER_COUNT];
-    hyst_parameters_t image;
+    int64_t now[REGISTER_COUNT], model_id;
+    const hyst_parameters_t *image = &device->image;
     if (!device_read_telemetry(device->device, now, interface_failure()) ||
-        !amplifier_image_read(device->device, &image, interface_failure())) {
+        !device_read(device->device, INDEX_active_model_id, &model_id, interface_failure())) {
         return NULL;
     }
+    if (!device->known || model_id != image->model_id) { /* a thousand registers: not each time */
+        device->known = amplifier_image_read(device->device, &device->image, interface_failure());
+        if (!device->known) {
+            return NULL;
+        }
+    }
+    const bool direct = now[INDEX_active_mode] == HYST_MODE_DIRECT;
+    const hyst_q31_t reference = (hyst_q31_t)now[INDEX_reference];
+    json_t *said =
+        json_pack("{s:I, s:f, s:f, s:s, s:f, s:f}", "sample", (json_int_t)now[INDEX_sequence], "time_s",
+                  (double)now[INDEX_sequence] / device_sample_rate_hz(device->device), "reference",
+                  direct ? drive_to_volts(image, reference) : position_to_micrometres(image, reference),
+                  "reference_unit", direct ? "V" : "um", "drive_v", drive_to_volts(image, (hyst_q31_t)now[INDEX_drive]),
+                  "position_um", position_to_micrometres(image, (hyst_q31_t)now[INDEX_position]));
     json_t *json = state_of(now);
-    json_object_set_new(json, "drive_v", json_real(drive_to_volts(&image, (hyst_q31_t)now[INDEX_drive])));
-    json_object_set_new(json, "position_um",
-                        json_real(position_to_micrometres(&image, (hyst_q31_t)now[INDEX_position])));
+    json_object_update(json, said);
+    json_decref(said);
     return interface_text(json);
+}
+
+unsigned char *hyst_host_device_pull(hyst_host_device_t *device, size_t *length) {
+    hyst_parameters_t parameters;
+    unsigned char bytes[IMAGE_MOST_BYTES], *image = NULL;
+    if (amplifier_image_read(device->device, &parameters, interface_failure()) &&
+        image_to_bytes(&parameters, bytes, length, "image", interface_failure())) {
+        image = allocate(*length, 1);
+        memcpy(image, bytes, *length);
+    }
+    return image;
 }

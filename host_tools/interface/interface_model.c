@@ -47,7 +47,8 @@ void hyst_host_model_free(hyst_host_model_t *model) {
 char *hyst_host_families(void) {
     json_t *list = json_array();
     for (size_t i = 0; i < families_count; i++) {
-        json_array_append_new(list, json_pack("{s:s, s:s}", "name", families[i]->name, "text", families[i]->text));
+        json_array_append_new(list, json_pack("{s:s, s:s, s:b}", "name", families[i]->name, "text", families[i]->text,
+                                              "one_sine", families[i]->one_sine));
     }
     return interface_text(list);
 }

@@ -202,6 +202,23 @@ class Models(unittest.TestCase):
         self.assertIn("not reading or position", line_of(hyst.compile, self.model, follow="nothing"))
 
 
+class Comparing(unittest.TestCase):
+    def test_all_families_are_those_of_the_command(self):
+        with open(RECORDING, encoding="ascii") as whole, open("short.csv", "w", encoding="ascii") as part:
+            lines = whole.readlines()
+            part.writelines(lines[:2500])
+        compared = {}
+        best = hyst.fit(hyst.read("short.csv"), "all", compared=compared)
+        command("fit", "short.csv", "--family", "all", "-o", "best.json")
+        self.assertEqual(best.blocks, hyst.Model.load("best.json").blocks)
+        self.assertEqual(best.nrmse_percent, hyst.Model.load("best.json").nrmse_percent)
+        self.assertEqual(list(compared), list(hyst.families()))
+        self.assertIn(best, compared.values())
+        failed = [family for family, model in compared.items() if isinstance(model, hyst.Error)]
+        self.assertTrue(failed)
+        self.assertEqual(str(compared[failed[0]]), line_of(hyst.fit, hyst.read("short.csv"), failed[0]))
+
+
 class Diagnoses(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -97,6 +97,11 @@ def break_off():
             except hyst.Error as failure:
                 check("has no parameters" in str(failure), str(failure))
             amplifier.push(hyst.compile(hyst.Model.load("better.json"), sample_rate=10000))
+            image = amplifier.pull()
+            check(image == hyst.compile(hyst.Model.load("better.json"), sample_rate=10000), "pulled is not what was pushed")
+            seen = list(amplifier.monitor(0.05, count=5))
+            check(len(seen) == 5 and all(a["time_s"] < b["time_s"] for a, b in zip(seen, seen[1:])), f"monitor: {seen}")
+            check(all(now["state"] == seen[0]["state"] and "position_um" in now for now in seen), f"monitor: {seen}")
             check(amplifier.stop()["state"] in ("idle", "parked"), "stop")
         broken_off(port, "Ctrl-C", interrupt, KeyboardInterrupt)
         broken_off(port, "an exception", wrong, ZeroDivisionError)

@@ -67,6 +67,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "device_record": (c_void_p, [c_void_p, c_char_p]),
     "device_track": (c_void_p, [c_void_p, c_char_p, POINTER(c_void_p)]),
     "device_push": (c_void_p, [c_void_p, POINTER(c_ubyte), c_size_t]),
+    "device_pull": (c_void_p, [c_void_p, POINTER(c_size_t)]),
     "device_stop": (c_void_p, [c_void_p]),
     "device_park": (c_void_p, [c_void_p]),
     "device_now": (c_void_p, [c_void_p]),

@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import json
 import os
 import subprocess
 import threading
+import time
 import warnings
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any, Callable
+from typing import Any, Callable, Iterator
 
 from ._library import Error, Progress, interruptible, lib, options, text
 from .model import Model, compile
@@ -164,6 +166,15 @@ class Amplifier:
         buffer = (ctypes.c_ubyte * len(image)).from_buffer_copy(image)
         return json.loads(text(self._run(lambda handle: lib.device_push(handle, buffer, len(buffer)))))
 
+    def pull(self) -> bytes:
+        """The image in force, as push takes it: what `hyst pull` writes into a file."""
+        length = ctypes.c_size_t()
+        image = self._run(lambda handle: lib.device_pull(handle, ctypes.byref(length)))
+        try:
+            return ctypes.string_at(image, length.value)
+        finally:
+            lib.free(image)
+
     def stop(self) -> dict[str, str]:
         """Ends what plays. The drive stays on, and holds its level."""
         return json.loads(text(self._run(lib.device_stop)))
@@ -173,8 +184,19 @@ class Amplifier:
         return json.loads(text(self._run(lib.device_park)))
 
     def now(self) -> dict[str, Any]:
-        """Mode, state, drive in V and position in um of this moment."""
+        """Mode, state, reference, drive in V and position in um of this moment: of sample number `sample`."""
         return json.loads(text(self._run(lib.device_now)))
+
+    def monitor(self, interval: float = 0.5, count: int | None = None) -> Iterator[dict[str, Any]]:
+        """now() each `interval` seconds, as `hyst monitor` prints it; count: so many times, or until the loop ends.
+
+            for now in amplifier.monitor(0.1, count=50):
+                print(now["time_s"], now["position_um"])
+        """
+        begin = time.monotonic()
+        for number in itertools.count() if count is None else range(count):
+            time.sleep(max(0.0, begin + number * interval - time.monotonic()))
+            yield self.now()
 
     def cancel(self) -> None:
         """From another thread: ends what runs, and parks. It then raises Cancelled."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import os
 from typing import Any, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Error, Progress, as_path, checked, column_in, handles, lib, long_work, options, text
+from ._library import Cancelled, Error, Progress, as_path, checked, column_in, handles, lib, long_work, options, text
 from .recording import Recording
 
 
@@ -103,6 +104,7 @@ def fit(
     operators: int | None = None,
     creep: bool = False,
     use_all: bool = False,
+    compared: dict[str, Model | Error] | None = None,
     progress: Progress | None = None,
 ) -> Model:
     """Identifies a model of one family, as `hyst fit` does. Several recordings make one fit.
@@ -110,10 +112,38 @@ def fit(
     The last third of each is held out, and Model.nrmse_percent is the error there. operators: their number; None: found
     by validation. creep: find creep too. use_all: fit once more to all samples. progress(what, fraction) is called as
     the work comes on; if it returns False, the work ends with hyst.Cancelled.
+
+    family "all": every family, and the model with the least error of those that hold for more than the recorded sine.
+    compared: a dictionary that then receives the model of each family, or the hyst.Error that says why there is none.
     """
     several = listed(recordings)
-    said = options(family=family, operators=operators, creep=creep, use_all=use_all)
-    return Model._of(long_work(lambda: lib.fit(handles(several), len(several), said), progress))
+
+    def fit_one(name: str) -> Model:
+        said = options(family=name, operators=operators, creep=creep, use_all=use_all)
+        return Model._of(long_work(lambda: lib.fit(handles(several), len(several), said), progress))
+
+    if family != "all":
+        return fit_one(family)
+    each: dict[str, Model | Error] = {}
+    for name in families():
+        try:
+            each[name] = fit_one(name)
+        except Cancelled:
+            raise
+        except Error as failure:
+            each[name] = failure
+    if compared is not None:
+        compared.clear()
+        compared.update(each)
+    one_sine = {known["name"] for known in json.loads(text(lib.families())) if known["one_sine"]}
+    fitted = {name: model for name, model in each.items() if isinstance(model, Model)}
+    if not fitted:
+        raise Error(f"no family fits: {next(iter(each.values()))}")
+    if one_sine.issuperset(fitted):
+        raise Error(f"what fits these recordings holds for one sine only; choose it by name if that is enough: "
+                    f"{', '.join(fitted)}")
+    general = {name: model.nrmse_percent for name, model in fitted.items() if name not in one_sine}
+    return fitted[min(general, key=lambda name: (math.isnan(general[name]), general[name]))]
 
 
 def compile(
