@@ -89,12 +89,13 @@ static bool is_rival(const finding_t *finding, const block_t *block) {
     return false;
 }
 
-/* Whether a block in the finding's place, fitted together with the hysteresis, leaves about as little. Only a strong
- * finding can tell. */
+/* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
+ * little. Only a strong finding can tell. Within a group a block may fail only because its form is too narrow: creep
+ * that is free below 10 ms is nearer to a dielectric loss than to the catalogue's creep. */
 static bool can_be(const attempt_t *job, const finding_t *finding, const model_t *left_out, const block_t *block) {
     const diagnosis_t *d = job->diagnosis;
     const bool strong = finding->held_out_after_percent < sqrt(contest_worth) * finding->held_out_before_percent;
-    return !strong || model_find(left_out, block->name) != NULL ||
+    return !strong || block_same_group(block, finding->block) || model_find(left_out, block->name) != NULL ||
            contest_stands(&d->samples, &job->setting, &d->model, left_out, block);
 }
 
