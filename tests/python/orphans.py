@@ -28,9 +28,13 @@ def descendants(process):
     """Numbers of the processes below this one."""
     found = []
     for path in glob.glob(f"/proc/{process}/task/*/children"):
-        with open(path, encoding="ascii") as file:
-            for child in map(int, file.read().split()):
-                found += [child, *descendants(child)]
+        try:
+            with open(path, encoding="ascii") as file:
+                numbers = file.read().split()
+        except (FileNotFoundError, ProcessLookupError):
+            continue  # this thread has ended meanwhile
+        for child in map(int, numbers):
+            found += [child, *descendants(child)]
     return found
 
 

@@ -278,8 +278,11 @@ def children(process):
     """The numbers of a process's children, in any of its threads."""
     found = []
     for path in glob.glob(f"/proc/{process}/task/*/children"):
-        with open(path, encoding="ascii") as file:
-            found += [int(number) for number in file.read().split()]
+        try:
+            with open(path, encoding="ascii") as file:
+                found += [int(number) for number in file.read().split()]
+        except (FileNotFoundError, ProcessLookupError):
+            pass # this thread has ended meanwhile
     return found
 
 
