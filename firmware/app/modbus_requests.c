@@ -277,7 +277,7 @@ static void serial_text(char text[SERIAL_DIGITS + 1]) {
     uint16_t words[SERIAL_DIGITS / 4U];
     registers_read(ADDRESS_serial_high, SERIAL_DIGITS / 4U, words);
     for (unsigned i = 0; i < SERIAL_DIGITS; i++) {
-        text[i] = "0123456789ABCDEF"[words[i / 4U] >> (12U - 4U * (i % 4U)) & 0xFU];
+        text[i] = "0123456789ABCDEF"[(unsigned)words[i / 4U] >> (12U - 4U * (i % 4U)) & 0xFU];
     }
     text[SERIAL_DIGITS] = '\0';
 }
