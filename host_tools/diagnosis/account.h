@@ -26,10 +26,14 @@ typedef struct {
     location_t remaining;        /**< of the residual above the noise floor; nowhere when it is not structured */
 } account_t;
 
+/** Whether its only doubt is that more than noise remains beside it: isolated, without a rival. */
+bool finding_has_reservation(const finding_t *finding);
+
 /**
  * How sure it is that there is such an effect and that it is this block, 0 to 0.99:
  *
- *     confidence = (1 - exp(-support / 5)) / (1 + exp(-margin / 9.1)),  halved where the finding is only detected
+ *     confidence = (1 - exp(-support / 5)) / (1 + exp(-margin / 9.1)),  halved where the finding is only detected,
+ *                                                                    or has a reservation
  *
  * The first factor is the held-out samples' word (the least that is accepted, 12, gives 0.91), the second the lead over
  * the best other block (none: 0.5; the one that makes a name, 20: 0.9). Both are 2 log likelihood, divided by more than

@@ -27,6 +27,15 @@ static bool comes_near_only(const attempt_t *job, double missing) {
            (is_another_curve(d) || attempt_excess(d, job->power.held) + noise > leaves_too_much * (missing + noise));
 }
 
+/* Where more than noise remains, what that is may be in the place of any finding: no name is without reservation. */
+static void reserve(diagnosis_t *d, certainty_t at_most) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (!d->finding[f].in_readings && d->finding[f].certainty > at_most) {
+            d->finding[f].certainty = at_most;
+        }
+    }
+}
+
 static void judge(attempt_t *job, double missing) {
     diagnosis_t *d = job->diagnosis;
     for (size_t f = 0; f < d->findings; f++) {
@@ -36,13 +45,10 @@ static void judge(attempt_t *job, double missing) {
         d->verdict = d->findings == 0 ? NOTHING_MISSING : EXPLAINED;
     } else if (d->findings > 0 && !comes_near_only(job, missing)) {
         d->verdict = PARTLY_EXPLAINED;
+        reserve(d, ISOLATED);
     } else {
         d->verdict = UNKNOWN_PHYSICS;
-        for (size_t f = 0; f < d->findings; f++) {
-            if (!d->finding[f].in_readings) {
-                d->finding[f].certainty = DETECTED;
-            }
-        }
+        reserve(d, DETECTED);
     }
 }
 

@@ -216,6 +216,9 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
                     finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
     }
     text_append(text, "%s", finding->block->probe->explanation);
+    if (finding_has_reservation(finding)) {
+        text_append(text, " More than noise remains, which may be the reason in its place.");
+    }
 }
 
 /* "12 .. 14 and 30 .. 31 s", at most a few ranges. */
