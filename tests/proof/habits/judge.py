@@ -3,7 +3,7 @@
 
 A finding is a name from the catalogue, a fault of the recording (place "recording") or an empirical term: a block whose
 name begins with `empirical_`, which is no name and never false. It offers a set: its block and `confusable_with`. It is
-*right* if something hidden is in that set, *firm* if the set has one member and the certainty is more than "detected".
+*right* if something hidden is in that set, *firm* if the set has one member and the certainty is "named".
 """
 import json
 import re
@@ -70,7 +70,7 @@ class Case:
 
     @classmethod
     def is_firm(cls, finding):
-        return len(cls.offered(finding)) == 1 and finding.get("certainty") != "detected"
+        return len(cls.offered(finding)) == 1 and finding.get("certainty") == "named"
 
     @staticmethod
     def is_fault(finding):

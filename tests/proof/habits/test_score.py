@@ -103,6 +103,7 @@ class Scores(unittest.TestCase):
         self.assertTrue(beside.right_group())
         self.assertEqual(len(beside.false_names()), 1)
         self.assertFalse(said(6, finding("creep", certainty="detected")).right_firm_name())
+        self.assertFalse(said(6, finding("creep", certainty="isolated")).right_firm_name())  # more than noise remains
         self.assertFalse(said(7).right_group())
 
     def test_a_fault(self):
