@@ -35,6 +35,9 @@ tty.setraw(line)
 failures = 0
 for name, pdu, answer in (
     ("function 3", bytes([3, 0, 0, 0, 1]), 7),
+    ("locked", bytes([6, 1, 4, 0, 1]), 5),
+    ("unlock the parameters", bytes([6, 0x01, 0x3A, 0x50, 0x41]), 8),
+    ("unlock the output", bytes([6, 0x01, 0x3A, 0x4F, 0x4E]), 8),
     ("function 6", bytes([6, 1, 4, 0, 1]), 8),
     ("function 16", bytes([16, 1, 4, 0, 1, 2, 0, 0]), 8),
     ("an exception", bytes([3, 0x30, 0, 0, 1]), 5),
