@@ -2,14 +2,21 @@
 """The score as a page of tables, as a list of failures, and as pictures."""
 import collections
 import math
+import textwrap
 
 import pictures
 from judge import group_of
 from share import text
 
 
+def wrapped(line):
+    """As documents are: at most 120 characters."""
+    return textwrap.wrap(line, 118, subsequent_indent="  " if line.startswith("* ") else "", break_long_words=False,
+                         break_on_hyphens=False)
+
+
 def lines_of(result):
-    out = [result["headline"], "", "Proportions with Wilson's interval, 95 %. Macro: the mean over blocks.", "",
+    out = [*wrapped(result["headline"]), "", "Proportions with Wilson's interval, 95 %. Macro: the mean over blocks.", "",
            "### Aims, worst first", "", "| aim | wanted | measured | macro | reached |", "|---|---|---|---|---|"]
     for row in result["aims"]:
         over = text(row["macro"]) if row["macro"] else ""
@@ -59,11 +66,11 @@ def lines_of(result):
 
 
 def failures_of(result):
-    out = ["# Every failure", "", result["headline"], "",
+    out = ["# Every failure", "", *wrapped(result["headline"]), "",
            "In brackets: strength, and what of it a refit of gain and 24 free plays cannot imitate. A question mark: a",
            "name with a reservation. Behind the last colon: what can be said of the cause from outside of the tool."]
     for title, found in result["failures"].items():
-        out += ["", f"## {title} ({len(found)})", "", *(f"* {line}" for line in found)]
+        out += ["", f"## {title} ({len(found)})", "", *(part for line in found for part in wrapped(f"* {line}"))]
     return out
 
 
