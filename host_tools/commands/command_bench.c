@@ -32,21 +32,23 @@ static void announce(void *context) {
 }
 
 /* A separate thread: what stands at the other end of stdin has ended, however that came. */
-static void *end_with_input(void *bench_thread) {
+static void *end_with_input(void *nothing) {
     char ignored[256];
     ssize_t count;
+    sigset_t ending; /* the other thread's to take: it is what the signal interrupts */
+    sigemptyset(&ending);
+    sigaddset(&ending, SIGTERM);
+    (void)pthread_sigmask(SIG_BLOCK, &ending, NULL);
     do {
         count = read(STDIN_FILENO, ignored, sizeof ignored);
     } while (count > 0 || (count < 0 && errno == EINTR));
-    (void)pthread_kill(*(const pthread_t *)bench_thread, SIGTERM);
-    return NULL;
+    (void)kill(getpid(), SIGTERM);
+    return nothing;
 }
 
 static bool attach(failure_t *failure) {
-    static pthread_t bench_thread;
     pthread_t thread;
-    bench_thread = pthread_self();
-    const int error = pthread_create(&thread, NULL, end_with_input, &bench_thread);
+    const int error = pthread_create(&thread, NULL, end_with_input, NULL);
     if (error != 0) {
         return fail(failure, "cannot start a thread: %s", strerror(error));
     }

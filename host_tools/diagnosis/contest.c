@@ -46,7 +46,9 @@ static int by_left(const void *one, const void *other) {
 
 static void fit_some(const samples_t *samples, size_t iterations, start_t *start, size_t count) {
     parallel(count, fit_start, &(round_t){.samples = samples, .iterations = iterations, .start = start});
-    qsort(start, count, sizeof *start, by_left);
+    if (start != NULL) {
+        qsort(start, count, sizeof *start, by_left);
+    }
 }
 
 /* The block in this chain, from every probe. */

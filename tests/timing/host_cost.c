@@ -256,8 +256,10 @@ static void long_files(const char *path) {
             }
             best[2 + kind] = smaller(best[2 + kind], seconds() - start);
             for (int c = COLUMN_DRIVE; c <= COLUMN_DISPLACEMENT; c++) {
-                if (memcmp(back.column[c], recording.column[c], LONG * sizeof(double)) != 0) {
-                    stop("what was read is not what was written");
+                for (size_t k = 0; k < LONG; k++) {
+                    if (back.column[c][k] != recording.column[c][k]) {
+                        stop("what was read is not what was written");
+                    }
                 }
             }
             recording_free(&back);

@@ -131,7 +131,7 @@ static void share_end(samples_t *samples, size_t i, size_t end, const double ran
     for (size_t k = 0; k < samples->recordings[i].samples; k++) {
         there += part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range) ? 1 : 0;
     }
-    for (size_t k = 0; k < samples->recordings[i].samples; k++) {
+    for (size_t k = 0; there > 0 && k < samples->recordings[i].samples; k++) {
         if (part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range)) {
             part[k] = held_out(there, seen++, USUALLY) ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
         }
