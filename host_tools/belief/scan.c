@@ -132,18 +132,6 @@ void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t 
     free(probing);
 }
 
-/* A parameter that the effect is proportional to takes the amplitude of the linear scan. */
-static void start_from_amplitude(suspect_t *suspect) {
-    const block_t *block = suspect->block;
-    model_block_t *inserted = &suspect->chain.block[suspect->at];
-    for (size_t p = 0; p < block->parameters; p++) {
-        if (candidate_proportional(block, p)) {
-            double *value = inserted->parameter[p].value;
-            *value = fmax(searched_low(block, p), fmin(block->parameter[p].high, *value * suspect->amplitude));
-        }
-    }
-}
-
 /* The search for a suspect's numbers. Products are of what they name, beyond what the operator imitates. */
 typedef struct {
     const scan_t *scan;
@@ -240,7 +228,7 @@ static void refine(const scan_t *scan, suspect_t *suspect) {
     refinement_t job = {.scan = scan,
                         .suspect = suspect,
                         .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
-    start_from_amplitude(suspect);
+    candidate_take_amplitude(&suspect->chain.block[suspect->at], suspect->amplitude);
     searched_open(&job.searched, &suspect->chain, suspect->at);
     const gauss_newton_problem_t problem = {&job, job.searched.count, linearise, solve, move, move_back, keep, ends};
     double cost = cost_of(&job);

@@ -67,22 +67,19 @@ bool candidate_never_negative(const block_t *block) {
     return false;
 }
 
-/* A parameter that the effect is proportional to takes the amplitude that the linear test has found. */
-static void start_from_amplitude(candidate_t *candidate) {
-    const block_t *block = candidate->block;
-    model_block_t *inserted = &candidate->model.block[candidate->at];
+void candidate_take_amplitude(model_block_t *inserted, double amplitude) {
+    const block_t *block = inserted->block;
     for (size_t p = 0; p < block->parameters; p++) {
-        const parameter_info_t *info = &block->parameter[p];
-        double *value = inserted->parameter[p].value;
         if (candidate_proportional(block, p)) {
-            *value = fmax(searched_low(block, p), fmin(info->high, *value * candidate->test.amplitude));
+            double *value = inserted->parameter[p].value;
+            *value = fmax(searched_low(block, p), fmin(block->parameter[p].high, *value * amplitude));
         }
     }
 }
 
 void candidate_refine(const search_problem_t *problem, candidate_t *candidate) {
     const evidence_t *evidence = problem->evidence;
-    start_from_amplitude(candidate);
+    candidate_take_amplitude(&candidate->model.block[candidate->at], candidate->test.amplitude);
     const double left = evidence_refine(evidence, &candidate->model, candidate->at);
     free(candidate->signature);
     candidate->signature = evidence_signature(evidence, &candidate->model, candidate->at);

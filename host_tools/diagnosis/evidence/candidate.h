@@ -80,6 +80,8 @@ bool candidate_proportional(const block_t *block, size_t parameter);
 bool candidate_grows(const block_t *block);
 /** And to one that is never below 0. */
 bool candidate_never_negative(const block_t *block);
+/** The numbers of an inserted block that the effect is proportional to take an amplitude, within their bounds. */
+void candidate_take_amplitude(model_block_t *inserted, double amplitude);
 
 /** Root mean square of what the nuisance subspace leaves of its signature, at its amplitude. */
 double candidate_own_um(const candidate_t *candidate);
