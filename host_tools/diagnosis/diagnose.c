@@ -131,6 +131,18 @@ static size_t other_shapes(attempt_t *job, const model_t *chain, baseline_t shap
     return 1 + shapes;
 }
 
+/* Frees what only the search needs. good: all of it went well. */
+static bool end(attempt_t *job, baseline_t *shape, size_t shapes, bool good) {
+    review_close(job);
+    baseline_free(shape, shapes);
+    progress_end(&job->progress);
+    if (!progress_go_on(job->failure) || !good) {
+        diagnosis_free(job->diagnosis);
+        return false;
+    }
+    return true;
+}
+
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
               failure_t *failure) {
     attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
@@ -160,14 +172,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
         put_given(diagnosis, &as_given);
         good = good && unseen_complete(&job) && review_delivered(&job);
     }
-    review_close(&job);
-    baseline_free(shape, shapes);
-    progress_end(&job.progress);
-    if (!progress_go_on(failure) || !good) {
-        diagnosis_free(diagnosis);
-        return false;
-    }
-    return true;
+    return end(&job, shape, shapes, good);
 }
 
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
@@ -195,15 +200,8 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         trial_of_contest(&job, NULL);
         good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
     }
-    review_close(&job);
-    baseline_free(baseline, shapes);
     baseline_free(&rough, 1);
-    progress_end(&job.progress);
-    if (!progress_go_on(failure) || !good) {
-        diagnosis_free(diagnosis);
-        return false;
-    }
-    return true;
+    return end(&job, baseline, shapes, good);
 }
 
 void diagnosis_free_models(diagnosis_t *diagnosis) {
