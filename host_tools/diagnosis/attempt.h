@@ -14,6 +14,7 @@ typedef struct {
     probe_setting_t setting;
     double line_hz[LINES_MOST];
     const block_t *without;        /* not looked for */
+    const block_t *first;          /* the first finding has to be of its group; NULL: of any */
     const model_t *begin;          /* what the search begins with in place of the fitted chain; NULL: that */
     joint_power_t power;           /* of the model as it is */
     double found_um;               /* what all that was found changes, whitened, beyond the nuisance subspace */

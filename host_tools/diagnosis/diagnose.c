@@ -88,6 +88,28 @@ static bool find_noise(attempt_t *job, const model_t *model) {
     return good;
 }
 
+/* Where the drive never rests, the noise was found beside a model of few numbers, and what that leaves of the loops'
+ * shape counts as noise. Where the universal operator leaves nothing but noise, it says it better. */
+static void find_noise_beside(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    const fitted_chain_t *beside = &job->beside;
+    noise_t noise;
+    if (d->noise.at_rest || !d->shape.whole) {
+        return;
+    }
+    double *left = samples_column(&d->samples);
+    for (size_t k = 0; k < d->samples.all; k++) {
+        left[k] = beside->position_um[k] - beside->imitation.simulated_um[k];
+    }
+    noise_of(&d->samples, NULL, left, &noise);
+    if (noise.rms_um < d->noise.rms_um) {
+        job->coarse = false;
+        count_steps_as_noise(job, &noise);
+        d->noise = noise;
+    }
+    free(left);
+}
+
 /* What stands for itself whatever hysteresis the answer has. */
 typedef struct {
     model_t chain;
@@ -157,6 +179,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
     good = begin(&job, &shape[0].model, recordings, count) && find_noise(&job, &shape[0].model);
     if (good) {
         review_begin(&job, &shape[0].model);
+        find_noise_beside(&job);
         good = trial_of_first(&job, &shape[0]);
     }
     if (good) {
@@ -168,6 +191,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
         }
         trial_without_the_first(&job);
         trial_of_contest(&job, &shape[0].model);
+        trial_of_loudest(&job);
         good = review_end(&job);
         put_given(diagnosis, &as_given);
         good = good && unseen_complete(&job) && review_delivered(&job);
@@ -190,6 +214,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
            (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
     if (good) {
         review_begin(&job, &baseline[0].model);
+        find_noise_beside(&job);
         good = trial_of_first(&job, &baseline[0]);
     }
     if (good) {
@@ -198,6 +223,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         }
         trial_without_the_first(&job);
         trial_of_contest(&job, NULL);
+        trial_of_loudest(&job);
         good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
     }
     baseline_free(&rough, 1);

@@ -89,7 +89,8 @@ typedef struct {
     bool another_shape;
     /** As `hyst simulate` tells them of whole recordings (delivered.h): of both models, a straight line, plays. */
     double baseline_delivered_percent, delivered_percent, line_percent, plays_percent;
-    shape_t shape; /**< the universal operator in the place of the hysteresis, before anything was found */
+    /** The universal operator in the place of the hysteresis: before anything was found, and beside what was. */
+    shape_t shape, shape_after;
     verdict_t verdict;
     size_t rounds, considered; /**< of the search; blocks in them, those that explain most of each */
     considered_t consideration[DIAGNOSIS_MOST_CONSIDERED];

@@ -38,23 +38,48 @@ static bool is_only_shape(const diagnosis_t *d) {
     return d->shape.fitted && d->shape.whole && d->shape.silent;
 }
 
-static bool ask_without(const attempt_t *job, size_t finding, shape_t *shape) {
-    const diagnosis_t *d = job->diagnosis;
-    model_t without;
-    finding_left_out(d, &d->finding[finding], &without);
-    shape_ask(&d->samples, &without, &job->setting, job->step_um, false, shape);
-    model_free(&without);
-    return shape->fitted;
+/* Whether an operator leaves only noise, and the model clearly more. Where the drive never rests the noise was found
+ * beside a model, and what that leaves counts as noise: so their errors are compared, too. */
+static bool leaves_a_shape(const diagnosis_t *d, const shape_t *shape) {
+    return shape->whole && (d->remainder.structured || d->held_out_percent > clearly_more * shape->operator_percent);
+}
+
+/* The operator beside what was found. */
+static void ask_after(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    if (d->findings > 0 && (is_only_shape(d) || d->remainder.structured || leaves_a_shape(d, &d->shape))) {
+        shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &d->shape_after);
+    }
 }
 
 /* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
  * one speed is a function of the path, and a curve is one on any path: the operator imitates both. */
 static bool is_worth_it(const attempt_t *job, size_t finding) {
-    shape_t with, without;
     const diagnosis_t *d = job->diagnosis;
-    shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &with);
-    return with.fitted &&
-           (!ask_without(job, finding, &without) || with.log_evidence > without.log_evidence + worth_beside_imitation);
+    shape_t without;
+    model_t left_out;
+    finding_left_out(d, &d->finding[finding], &left_out);
+    shape_ask(&d->samples, &left_out, &job->setting, job->step_um, false, &without);
+    model_free(&left_out);
+    return d->shape_after.fitted &&
+           (!without.fitted || d->shape_after.log_evidence > without.log_evidence + worth_beside_imitation);
+}
+
+/* Takes out what is not, the latest first. So goes all that only comes near, beside one shape, where no block says
+ * anything beside any. The model's error is not measured again. */
+static bool take_out_imitated(attempt_t *job, bool *dropped) {
+    const diagnosis_t *d = job->diagnosis;
+    const bool nothing_speaks = is_only_shape(d) && d->verdict == UNKNOWN_PHYSICS;
+    for (size_t f = d->findings; f-- > 0;) {
+        if (!d->finding[f].in_readings && (nothing_speaks || !is_worth_it(job, f))) {
+            if (!reconsider_take_out(job, f, SUPERFLUOUS)) {
+                return false;
+            }
+            *dropped = true;
+            shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &job->diagnosis->shape_after);
+        }
+    }
+    return true;
 }
 
 /* Whether what the model leaves goes with a measured voltage, current or temperature: then it is no function of the
@@ -95,7 +120,7 @@ static bool is_rival(const finding_t *finding, const block_t *block) {
 static bool can_be(const attempt_t *job, const finding_t *finding, const model_t *left_out, const block_t *block) {
     const diagnosis_t *d = job->diagnosis;
     const bool strong = finding->held_out_after_percent < sqrt(contest_worth) * finding->held_out_before_percent;
-    return !strong || block_same_group(block, finding->block) || model_find(left_out, block->name) != NULL ||
+    return !strong || leaves_a_shape(d, &d->shape_after) || block_same_group(block, finding->block) || model_find(left_out, block->name) != NULL ||
            contest_stands(&d->samples, &job->setting, &d->model, left_out, block);
 }
 
@@ -148,41 +173,39 @@ static void ask_for_rivals(attempt_t *job) {
 bool review_end(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool goes;
+    d->shape_after = d->shape;
     if (!goes_with_a_column(job, &goes)) {
         return false;
     }
     if (goes) {
         return true;
     }
-    const bool only_shape = is_only_shape(d);
-    bool good = true, dropped = false;
-    shape_t found = d->shape;
     if (!d->shape.fitted) {
         return true;
     }
-    for (size_t f = d->findings; good && only_shape && f-- > 0;) {
-        if (!d->finding[f].in_readings && !is_worth_it(job, f)) {
-            good = reconsider_take_out(job, f, SUPERFLUOUS);
-            dropped = true;
-        }
+    bool good = true, dropped = false;
+    ask_after(job);
+    if (is_only_shape(d) || leaves_a_shape(d, &d->shape_after)) {
+        good = take_out_imitated(job, &dropped);
     }
     if (good && dropped) {
         good = findings_errors(d, job->failure) &&
                attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     }
-    if (good && d->findings > 0 && d->remainder.structured) {
-        shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &found);
-    }
     /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
-     * drift. That stays unknown. */
+     * drift. That stays unknown. So does what no finding is left for, though a block speaks beside the operator. */
     const bool near_only = d->verdict == UNKNOWN_PHYSICS && d->findings > 0;
-    if (good && found.fitted && found.whole && !near_only && (only_shape || d->findings > 0)) {
-        d->another_shape = d->remainder.structured;
+    if (good && d->shape_after.whole && !near_only && (is_only_shape(d) || d->findings > 0)) {
+        d->another_shape = leaves_a_shape(d, &d->shape_after);
         for (size_t f = 0; f < d->findings; f++) {
-            d->finding[f].certainty = d->finding[f].settled;
+            finding_t *finding = &d->finding[f];
+            const bool may_be_bend = finding->shape && d->another_shape;
+            finding->certainty = may_be_bend && finding->settled == NAMED ? ISOLATED : finding->settled;
         }
         d->remainder.structured = false;
         d->verdict = d->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    } else if (good && dropped && d->findings == 0) {
+        d->verdict = UNKNOWN_PHYSICS;
     }
     if (good) {
         ask_for_rivals(job);
@@ -228,8 +251,6 @@ bool review_delivered(attempt_t *job) {
             model_free(&plain[i]);
         }
     }
-    /* Where the drive never rests the noise was found beside a model, and what that leaves counts as noise. */
-    d->another_shape = d->another_shape || (d->shape.whole && !d->remainder.structured &&
-                                            d->held_out_percent > clearly_more * d->shape.operator_percent);
+    d->another_shape = d->another_shape || (!d->remainder.structured && leaves_a_shape(d, &d->shape_after));
     return good;
 }

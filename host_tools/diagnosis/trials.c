@@ -116,6 +116,44 @@ void trial_without_the_first(attempt_t *job) {
     try_another(job, &again);
 }
 
+static bool found_like(const diagnosis_t *d, const block_t *block) {
+    for (size_t f = 0; f < d->findings; f++) {
+        if (block_same_group(d->finding[f].block, block)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Natural units, beside the universal operator. */
+static double log_evidence_of(const attempt_t *job, const diagnosis_t *d) {
+    shape_t shape;
+    shape_ask(&d->samples, &d->model, &job->setting, job->step_um, false, &shape);
+    return shape.fitted ? shape.log_evidence : -HUGE_VAL;
+}
+
+void trial_of_loudest(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    trial_t trial;
+    const block_t *loudest = d->shape.loudest;
+    if (!d->shape.fitted || d->shape.silent || loudest->probe->shape || found_like(d, loudest)) {
+        return;
+    }
+    prepare(&trial, job, &d->given, d->family);
+    trial.attempt.first = loudest;
+    if (!try_shape(job, &trial)) {
+        return;
+    }
+    diagnosis_t worse = trial.diagnosis;
+    if (found_like(&worse, loudest) &&
+        2.0 * (log_evidence_of(job, &worse) - log_evidence_of(job, d)) > attempt_naming_margin) {
+        worse = *d;
+        *d = trial.diagnosis;
+        job->power = trial.attempt.power;
+    }
+    diagnosis_free_models(&worse);
+}
+
 /* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */
 typedef struct {
     const attempt_t *first; /* the answer from the first shape */

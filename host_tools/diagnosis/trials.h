@@ -27,6 +27,12 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
 void trial_without_the_first(attempt_t *job);
 
 /**
+ * Where a block is worth much beside the universal operator, and nothing like it was found, the search is made once
+ * more with it first. That answer stands if the position is more likely beside the operator with what it found.
+ */
+void trial_of_loudest(attempt_t *job);
+
+/**
  * Where much more than noise is left, and no shape of hysteresis explains it, the search is made once more from the
  * bank that is best beside one strong effect (contest.h), in this chain (NULL: alone). That answer stands if it leaves
  * less than contest_worth of the power, held out.

@@ -159,7 +159,7 @@ static void append_shape(const diagnosis_t *d, char *text) {
     text_append(text,
                 "the shape of its loops: an operator that imitates a hysteresis of any shape leaves %.3g %% of samples "
                 "that no fit saw, the model %.3g %%.",
-                d->shape.operator_percent, d->held_out_percent);
+                d->shape_after.operator_percent, d->held_out_percent);
 }
 
 void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
