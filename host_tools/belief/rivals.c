@@ -36,16 +36,37 @@ static void choose(const suspect_t *suspect, size_t count, const block_t *block,
     }
 }
 
-void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
-    suspect_t *suspect;
-    size_t count, refined = 0;
+/* All that could be simulated; the first ones are refined. Returns how many. To be freed. */
+static size_t refined_suspects(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t **suspect,
+                               size_t *count) {
+    size_t refined = 0;
     const scan_t scan = fitted_chain_scan(fitted, setting);
-    *rivals = (rivals_t){0};
-    scan_blocks(&scan, &suspect, &count, NULL);
-    while (refined < count && refined < REFINED && suspect[refined].gain >= least_promise * suspect[0].gain) {
+    scan_blocks(&scan, suspect, count, NULL);
+    while (refined < *count && refined < REFINED && (*suspect)[refined].gain >= least_promise * (*suspect)[0].gain) {
         refined++;
     }
-    scan_refine(&scan, suspect, refined);
+    scan_refine(&scan, *suspect, refined);
+    return refined;
+}
+
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
+    suspect_t *suspect;
+    size_t count;
+    const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
+    *rivals = (rivals_t){0};
     choose(suspect, refined, block, rivals);
     suspects_free(suspect, count);
+}
+
+bool loudest_of(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *loudest) {
+    suspect_t *suspect;
+    size_t count;
+    const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
+    const bool loud = refined > 0 && suspect[0].gain >= least_gain;
+    if (loud) {
+        *loudest = suspect[0];
+        suspect[0].chain = (model_t){0};
+    }
+    suspects_free(suspect, count);
+    return loud;
 }

@@ -2,6 +2,7 @@
 #include "diagnosis/attempt.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/candidate.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/names.h"
 #include "diagnosis/noise/lattice.h"
@@ -147,17 +148,29 @@ static double told_noise(const diagnosis_t *d) {
                : HUGE_VAL;
 }
 
-bool attempt_from(attempt_t *job, const model_t *given) {
+static bool reach_end(attempt_t *job, double missing) {
+    job->diagnosis->noise_percent = told_noise(job->diagnosis);
+    find_steps(job);
+    return verdict_reach(job, missing);
+}
+
+/* missing: beyond the noise, in parts of it, with the chain fitted again. */
+static bool fit_baseline(attempt_t *job, const model_t *given, double *missing) {
     diagnosis_t *d = job->diagnosis;
-    bool found = true, good;
     model_copy(&d->given, given);
     model_copy(&d->model, given);
-    good = fit_again(job);
+    const bool good = fit_again(job);
     model_copy(&d->baseline, &d->model);
-    const double missing = attempt_excess(d, job->power.held);
-    good = good && attempt_measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
+    *missing = attempt_excess(d, job->power.held);
+    return good && attempt_measure(job, &d->given, &d->given_nrmse_percent, &d->given_held_out_percent) &&
            attempt_measure(job, &d->baseline, &d->baseline_nrmse_percent, &d->baseline_held_out_percent);
-    good = good && (job->begin == NULL || begin_elsewhere(job));
+}
+
+bool attempt_from(attempt_t *job, const model_t *given) {
+    diagnosis_t *d = job->diagnosis;
+    bool found = true;
+    double missing;
+    bool good = fit_baseline(job, given, &missing) && (job->begin == NULL || begin_elsewhere(job));
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = search_round(job, &found);
     }
@@ -167,10 +180,32 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     }
     good = good && names_settle(job) && sides_settle(job) && reconsider_undetermined(job) && temperature_settle(job) &&
            attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
-    if (good) {
-        d->noise_percent = told_noise(d);
-        find_steps(job);
-        good = verdict_reach(job, missing);
+    return good && reach_end(job, missing);
+}
+
+bool attempt_with(attempt_t *job, const model_t *given, const suspect_t *heard) {
+    diagnosis_t *d = job->diagnosis;
+    double missing, value[BLOCK_MAX_PARAMETERS];
+    model_t with;
+    if (!fit_baseline(job, given, &missing)) {
+        return false;
     }
-    return good;
+    candidate_value(&heard->chain.block[heard->at], value);
+    candidate_insert(&with, &d->model, heard->block, value);
+    model_free(&d->model);
+    d->model = with;
+    d->finding[d->findings++] = (finding_t){.block = heard->block,
+                                            .t = heard->amplitude / heard->sigma,
+                                            .t_blocks = heard->amplitude / heard->sigma,
+                                            .certainty = ISOLATED,
+                                            .heard = true,
+                                            .margin = HUGE_VAL,
+                                            .support = 2.0 * heard->gain,
+                                            .held_out_before_percent = d->baseline_held_out_percent};
+    const bool good = joint_fit(&d->samples, &d->noise, &d->model, refitted_blocks(d, &d->model), ATTEMPT_ITERATIONS,
+                                &job->power, job->failure) &&
+                      findings_errors(d, job->failure) &&
+                      attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
+    d->finding[0].held_out_after_percent = d->held_out_percent;
+    return good && reach_end(job, missing);
 }

@@ -4,6 +4,7 @@
 #define ATTEMPT_H
 
 #include "base/progress.h"
+#include "belief/rivals.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/evidence/joint_fit.h"
 #include "diagnosis/noise/lines.h"
@@ -14,7 +15,6 @@ typedef struct {
     probe_setting_t setting;
     double line_hz[LINES_MOST];
     const block_t *without;        /* not looked for */
-    const block_t *first;          /* the first finding has to be of its group; NULL: of any */
     const model_t *begin;          /* what the search begins with in place of the fitted chain; NULL: that */
     joint_power_t power;           /* of the model as it is */
     double found_um;               /* what all that was found changes, whitened, beyond the nuisance subspace */
@@ -37,6 +37,10 @@ void attempt_advance(attempt_t *job);
  * Fills the job's diagnosis, whose samples and noise are known, and its power.
  */
 bool attempt_from(attempt_t *job, const model_t *given);
+
+/** The same with one finding, which is not looked for: a block with the numbers that it has beside the universal
+ * operator. Only the hysteresis is fitted to it. */
+bool attempt_with(attempt_t *job, const model_t *given, const suspect_t *heard);
 
 /** NRMSE of a model over the samples that are fitted, and held out; beyond what an unknown past left (past.h). */
 bool attempt_measure(const attempt_t *job, const model_t *model, double *percent, double *held_out_percent);

@@ -191,7 +191,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
         }
         trial_without_the_first(&job);
         trial_of_contest(&job, &shape[0].model);
-        trial_of_loudest(&job);
+        trial_of_heard(&job);
         good = review_end(&job);
         put_given(diagnosis, &as_given);
         good = good && unseen_complete(&job) && review_delivered(&job);
@@ -223,7 +223,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         }
         trial_without_the_first(&job);
         trial_of_contest(&job, NULL);
-        trial_of_loudest(&job);
+        trial_of_heard(&job);
         good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
     }
     baseline_free(&rough, 1);

@@ -120,7 +120,8 @@ static bool is_rival(const finding_t *finding, const block_t *block) {
 static bool can_be(const attempt_t *job, const finding_t *finding, const model_t *left_out, const block_t *block) {
     const diagnosis_t *d = job->diagnosis;
     const bool strong = finding->held_out_after_percent < sqrt(contest_worth) * finding->held_out_before_percent;
-    return !strong || leaves_a_shape(d, &d->shape_after) || block_same_group(block, finding->block) || model_find(left_out, block->name) != NULL ||
+    return !strong || leaves_a_shape(d, &d->shape_after) || block_same_group(block, finding->block) ||
+           model_find(left_out, block->name) != NULL ||
            contest_stands(&d->samples, &job->setting, &d->model, left_out, block);
 }
 
@@ -194,7 +195,7 @@ bool review_end(attempt_t *job) {
     }
     /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
      * drift. That stays unknown. So does what no finding is left for, though a block speaks beside the operator. */
-    const bool near_only = d->verdict == UNKNOWN_PHYSICS && d->findings > 0;
+    const bool near_only = d->verdict == UNKNOWN_PHYSICS && d->findings > 0 && (d->shape.whole || !d->finding[0].heard);
     if (good && d->shape_after.whole && !near_only && (is_only_shape(d) || d->findings > 0)) {
         d->another_shape = leaves_a_shape(d, &d->shape_after);
         for (size_t f = 0; f < d->findings; f++) {

@@ -131,7 +131,6 @@ static bool find_among(attempt_t *job, evidence_t *evidence, question_t question
                                       .baseline = &d->model,
                                       .setting = &job->setting,
                                       .without = job->without,
-                                      .like = d->findings == 0 ? job->first : NULL,
                                       .fitted_along = d->refitted_block,
                                       .fitted_along_count = d->refitted};
     candidates_t found;

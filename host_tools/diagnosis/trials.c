@@ -2,6 +2,7 @@
 #include "diagnosis/trials.h"
 #include "base/parallel.h"
 #include "diagnosis/contest.h"
+#include "diagnosis/evidence/candidate.h"
 #include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include <math.h>
@@ -132,26 +133,27 @@ static double log_evidence_of(const attempt_t *job, const diagnosis_t *d) {
     return shape.fitted ? shape.log_evidence : -HUGE_VAL;
 }
 
-void trial_of_loudest(attempt_t *job) {
+void trial_of_heard(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     trial_t trial;
-    const block_t *loudest = d->shape.loudest;
-    if (!d->shape.fitted || d->shape.silent || loudest->probe->shape || found_like(d, loudest)) {
+    suspect_t heard;
+    if (!d->shape.fitted || d->shape.silent || d->shape.loudest->probe->shape || found_like(d, d->shape.loudest) ||
+        !loudest_of(&job->beside, &job->setting, &heard)) {
         return;
     }
     prepare(&trial, job, &d->given, d->family);
-    trial.attempt.first = loudest;
-    if (!try_shape(job, &trial)) {
-        return;
+    if (!heard.block->probe->shape && !found_like(d, heard.block) && attempt_with(&trial.attempt, trial.from, &heard)) {
+        diagnosis_t worse = trial.diagnosis;
+        if (2.0 * (log_evidence_of(job, &worse) - log_evidence_of(job, d)) > attempt_naming_margin) {
+            worse = *d;
+            *d = trial.diagnosis;
+            job->power = trial.attempt.power;
+        }
+        diagnosis_free_models(&worse);
+    } else {
+        diagnosis_free_models(&trial.diagnosis);
     }
-    diagnosis_t worse = trial.diagnosis;
-    if (found_like(&worse, loudest) &&
-        2.0 * (log_evidence_of(job, &worse) - log_evidence_of(job, d)) > attempt_naming_margin) {
-        worse = *d;
-        *d = trial.diagnosis;
-        job->power = trial.attempt.power;
-    }
-    diagnosis_free_models(&worse);
+    model_free(&heard.chain);
 }
 
 /* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */
@@ -298,10 +300,7 @@ static void begin_from_winner(trial_t *trial, const contest_winner_t *winner, do
     failure_t refusal;
     noise_t noise;
     double *left = samples_column(&d->samples);
-    for (size_t p = 0; p < winner->block->parameters; p++) {
-        const parameter_t *parameter = &winner->model.block[winner->at].parameter[p];
-        known_value[p] = parameter->count > 0 ? parameter->value[0] : 0.0;
-    }
+    candidate_value(&winner->model.block[winner->at], known_value);
     attempt->setting.known = winner->block;
     attempt->setting.known_value = known_value;
     model_copy(begin, &winner->model);

@@ -27,10 +27,10 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
 void trial_without_the_first(attempt_t *job);
 
 /**
- * Where a block is worth much beside the universal operator, and nothing like it was found, the search is made once
- * more with it first. That answer stands if the position is more likely beside the operator with what it found.
+ * Where a block is worth much beside the universal operator, and nothing like it was found, it is the answer if that
+ * makes the position more likely, beside the operator, than what was found.
  */
-void trial_of_loudest(attempt_t *job);
+void trial_of_heard(attempt_t *job);
 
 /**
  * Where much more than noise is left, and no shape of hysteresis explains it, the search is made once more from the

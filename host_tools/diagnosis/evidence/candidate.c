@@ -10,6 +10,12 @@ const double candidate_least_size = 0.08;
 const double candidate_number_price = 10.0;
 enum { FIT_ITERATIONS = 3 };
 
+void candidate_value(const model_block_t *block, double *value) {
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        value[p] = block->parameter[p].count > 0 ? block->parameter[p].value[0] : 0.0;
+    }
+}
+
 size_t candidate_insert(model_t *model, const model_t *baseline, const block_t *block, const double *value) {
     size_t at = 0;
     while (at < baseline->blocks && baseline->block[at].block->place <= block->place) {

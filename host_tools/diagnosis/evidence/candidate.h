@@ -25,7 +25,6 @@ typedef struct {
     const model_t *baseline; /**< the chain; blocks that it has are not tried again */
     const probe_setting_t *setting;
     const block_t *without; /**< not tried either; NULL: none */
-    const block_t *like;    /**< only blocks of its group are tried; NULL: all */
     /** Blocks of the baseline whose numbers are fitted together with those of a block that is tried; NULL: none. */
     const block_t *const *fitted_along;
     size_t fitted_along_count;
@@ -62,6 +61,8 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
                       candidate_t *candidate);
 /** A chain with the block behind the last one of its place or an earlier one. Returns its index. To be freed. */
 size_t candidate_insert(model_t *model, const model_t *baseline, const block_t *block, const double *value);
+/** A block's numbers, one a parameter, for this. Of arrays the first. */
+void candidate_value(const model_block_t *block, double *value);
 /** From where it stands, with the amplitude that its test has found; its test anew. */
 void candidate_refine(const search_problem_t *problem, candidate_t *candidate);
 /** Bits of problem->fitted_along in a model. */

@@ -125,7 +125,6 @@ static void probe(void *context, size_t index) {
 static bool asked(const search_problem_t *problem, const block_t *block) {
     const question_t question = evidence_question(problem->evidence);
     return block != problem->without && block->probe != NULL &&
-           (problem->like == NULL || block_same_group(block, problem->like)) &&
            (question == ASK_ANYTHING || block->probe->shape == (question == ASK_SHAPES)) &&
            model_find(problem->baseline, block->name) == NULL;
 }
