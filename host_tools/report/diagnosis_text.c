@@ -154,12 +154,16 @@ bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     return text[0] != '\0';
 }
 
-/* How much of the error only another shape of hysteresis explains. */
+/* How much of the error only another shape of hysteresis explains. Beside 1/f noise the operator may leave what the
+ * model does: that it is noise is then a matter of its spectrum. */
 static void append_shape(const diagnosis_t *d, char *text) {
-    text_append(text,
-                "the shape of its loops: an operator that imitates a hysteresis of any shape leaves %.3g %% of samples "
-                "that no fit saw, the model %.3g %%.",
-                d->shape_after.operator_percent, d->held_out_percent);
+    text_append(text, "the shape of its loops: an operator that imitates a hysteresis of any shape leaves nothing but "
+                      "noise");
+    if (d->shape_after.operator_percent < d->held_out_percent) {
+        text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%", d->shape_after.operator_percent,
+                    d->held_out_percent);
+    }
+    text_append(text, ".");
 }
 
 void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {

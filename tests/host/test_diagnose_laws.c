@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A hysteresis that no family has, a drive that never rests and repeats nothing: nothing is found where nothing is
- * missing, the noise is told as it is, and a lag is heard though no model of a few numbers comes near it. */
+ * missing, the noise is reported as it is, and a lag is heard though no model of a few numbers comes near it. */
 #include "chain/catalogue.h"
 #include "diagnosis/diagnose.h"
 #include "support.h"
