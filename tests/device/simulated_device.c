@@ -33,6 +33,9 @@ static size_t request_length(const uint8_t *bytes, size_t count) {
     if (count < 2) {
         return 0;
     }
+    if (bytes[1] == 23) {
+        return count < 11 ? 0 : 13U + bytes[10];
+    }
     if (bytes[1] != 16) {
         return 8;
     }
