@@ -3,6 +3,8 @@
  * The stream, against the application itself: whatever the line does it has no gap, and where the line is too slow the
  * gap is reported. A sine is played, so that each frame shows by its value which one it is.
  */
+#include "amplifier/amplifier_image.h"
+#include "amplifier/model_guard.h"
 #include "amplifier/stream_reader.h"
 #include "hyst/compensator.h"
 #include "simulated_device.h"
@@ -147,6 +149,29 @@ static void test_the_sample_of_a_frame(void) {
     TEST_ASSERT_EQUAL_UINT32(sample + 4 * (block.first - first), block.sample);
 }
 
+static bool pause(void *context, failure_t *why) {
+    (void)context;
+    (void)why;
+    return true;
+}
+
+/* A watch over the model has the recorder, and gives it back: nothing waits for a trigger then. */
+static void test_the_recorder_is_free_after_a_watch(void) {
+    const guard_settings_t settings = GUARD_SETTINGS_DEFAULT;
+    hyst_parameters_t image;
+    guard_t guard;
+    int64_t state = 0;
+    simulated_device_line()->samples_per_request = 500;
+    must(device_write(device, INDEX_mode, HYST_MODE_COMPENSATE, &failure));
+    must(amplifier_image_read(device, &image, &failure));
+    must(guard_begin(&guard, device, &image, &settings, pause, NULL, &failure));
+    must(device_read(device, INDEX_capture_state, &state, &failure));
+    TEST_ASSERT_EQUAL_INT64(CAPTURE_ARMED, state);
+    must(guard_end(&guard, &failure));
+    must(device_read(device, INDEX_capture_state, &state, &failure));
+    TEST_ASSERT_EQUAL_INT64(CAPTURE_IDLE, state);
+}
+
 /* What a line carries, and what it does not. */
 static void test_the_decimation_is_what_the_line_carries(void) {
     stream_pace_t pace = {.block_s = 0.001, .samples_per_s = 10000.0};
@@ -171,6 +196,7 @@ int main(void) {
     RUN_TEST(test_a_gap_is_told);
     RUN_TEST(test_a_capture_that_is_armed_anew_is_read_from_its_beginning);
     RUN_TEST(test_the_sample_of_a_frame);
+    RUN_TEST(test_the_recorder_is_free_after_a_watch);
     RUN_TEST(test_the_decimation_is_what_the_line_carries);
     return UNITY_END();
 }
