@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "capture.h"
+#include "board.h"
 
 static uint16_t buffer[CAPTURE_WORDS];
 
@@ -14,9 +15,11 @@ static struct {
     uint32_t most_history;
     bool keeping; /* frames are kept while armed */
     bool triggered;
-    bool below;     /* the last frame's first signal was below the level */
-    uint32_t delay; /* samples to let pass after the trigger */
-    uint32_t left;  /* samples until the next frame */
+    bool below;      /* the last frame's first signal was below the level */
+    uint32_t delay;  /* samples to let pass after the trigger */
+    uint32_t left;   /* samples until the next frame */
+    uint32_t length; /* frames; without end the most that can be counted */
+    uint16_t number;
 } capture;
 
 static uint32_t width_of(uint16_t signals) {
@@ -34,6 +37,9 @@ uint16_t capture_capacity(uint16_t signals) {
 
 bool capture_settings_valid(const capture_settings_t *settings) {
     const bool history = settings->before > 0 || settings->trigger == CAPTURE_AT_LEVEL;
+    if (settings->length == CAPTURE_ENDLESS) {
+        return !history;
+    }
     return settings->before < settings->length && (!history || settings->length <= capture_capacity(settings->signals));
 }
 
@@ -42,11 +48,16 @@ void capture_init(void) {
     capture.frames = 0;
     capture.first = 0;
     capture.width = CAPTURE_FRAME_REGISTERS;
+    capture.next = buffer;
+    capture.end = buffer + CAPTURE_CAPACITY * CAPTURE_FRAME_REGISTERS;
+    capture.number = 0;
+    capture.settings = (capture_settings_t){.decimation = 1, .length = 1, .signals = CAPTURE_DEFAULT_SIGNALS};
 }
 
 void capture_arm(const capture_settings_t *settings) {
     const uint32_t before = settings->before;
     capture.settings = *settings;
+    capture.length = settings->length == CAPTURE_ENDLESS ? UINT32_MAX : settings->length;
     capture.frames = 0;
     capture.width = width_of(settings->signals);
     capture.end = buffer + capture_capacity(settings->signals) * capture.width;
@@ -60,7 +71,16 @@ void capture_arm(const capture_settings_t *settings) {
     capture.triggered = settings->trigger == CAPTURE_AT_ONCE;
     capture.delay = 0;
     capture.left = 1; /* the first sample is a frame */
+    capture.number++;
     capture.state = CAPTURE_ARMED;
+}
+
+void capture_end(void) {
+    if (capture.state == CAPTURE_ARMED) {
+        capture.state = CAPTURE_IDLE;
+    } else if (capture.state == CAPTURE_RUNNING) {
+        capture.state = CAPTURE_DONE;
+    }
 }
 
 void capture_source_started(uint32_t delay) {
@@ -82,7 +102,7 @@ static void begin(void) {
     const uint32_t place = (uint32_t)(capture.next - buffer);
     capture.first = place >= back ? place - back : place + (uint32_t)(capture.end - buffer) - back;
     capture.frames = capture.history;
-    capture.state = capture.history < capture.settings.length ? CAPTURE_RUNNING : CAPTURE_DONE;
+    capture.state = capture.history < capture.length ? CAPTURE_RUNNING : CAPTURE_DONE;
 }
 
 /* Armed: whether this sample may be a frame. */
@@ -134,7 +154,7 @@ void capture_taken(uint16_t *end) {
         return;
     }
     capture.frames++;
-    if (capture.frames == capture.settings.length) {
+    if (capture.frames == capture.length) {
         capture.state = CAPTURE_DONE;
     }
 }
@@ -155,6 +175,49 @@ bool capture_readable(void) {
     const capture_state_t state = capture_state();
     const bool filling = state == CAPTURE_ARMED || state == CAPTURE_RUNNING;
     return !filling || capture.settings.length > capture_capacity(capture.settings.signals);
+}
+
+capture_progress_t capture_progress(void) {
+    return (capture_progress_t){.number = capture.number,
+                                .decimation = capture.settings.decimation,
+                                .signals = capture.settings.signals,
+                                .width = (uint16_t)capture.width,
+                                .written = capture.frames,
+                                .age = capture.settings.decimation - capture.left};
+}
+
+/* Frame `from` is `behind` frames before the next one. */
+static void copy_frames(const uint16_t *next, uint32_t behind, uint16_t count, uint16_t to[]) {
+    const uint32_t length = (uint32_t)(capture.end - buffer);
+    uint32_t at = ((uint32_t)(next - buffer) + length - behind * capture.width) % length;
+    for (uint32_t i = 0; i < count * capture.width; i++) {
+        to[i] = ((const volatile uint16_t *)buffer)[at];
+        at = at + 1U < length ? at + 1U : 0;
+    }
+}
+
+uint16_t capture_read(uint32_t *from, uint16_t most, uint16_t to[]) {
+    const uint32_t capacity = (uint32_t)(capture.end - buffer) / capture.width;
+    for (;;) {
+        const uint32_t key = board_lock();
+        const uint32_t written = capture.frames;
+        const uint16_t *const next = capture.next;
+        board_unlock(key);
+        uint32_t behind = written - *from;
+        if (behind > INT32_MAX) {
+            return 0; /* it is yet to come */
+        }
+        if (behind > capacity) {
+            behind = capacity / 2U;
+            *from = written - behind;
+        }
+        const uint16_t count = (uint16_t)(behind < most ? behind : most);
+        copy_frames(next, behind, count, to);
+        /* Once more at most: while one block is copied, half a buffer is not written. */
+        if (*(volatile uint32_t *)&capture.frames - *from <= capacity) {
+            return count;
+        }
+    }
 }
 
 uint16_t capture_register(size_t index) {

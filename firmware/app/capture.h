@@ -10,6 +10,10 @@
  * n then lies at place (capture_first() + n) % capacity, where capacity is capture_capacity(signals). A capture that is
  * longer than the buffer goes round in it: it begins at place 0 and is read while it runs. Frame n is whole as long as
  * capture_frames() is below n + capacity afterwards.
+ *
+ * A capture without end goes round until capture_end (or, as its frames are counted, until there are 2^32 - 1 of them:
+ * five days at 10 kHz). capture_read reads frames by their numbers, those of any other capture, too, while it runs and
+ * afterwards. Who asks too late, for frames that were overwritten, gets later ones, and sees it by their number.
  */
 #ifndef CAPTURE_H
 #define CAPTURE_H
@@ -20,6 +24,12 @@
 
 /** Values in the buffer: 16,000 frames of two signals. */
 #define CAPTURE_WORDS 32000U
+
+/** Register `capture_length`: no end. */
+#define CAPTURE_ENDLESS 0U
+
+/** Registers of the block `stream` before its frames. */
+#define STREAM_HEADER 10U
 
 /** Bits of the register `capture_signals`. Append only. */
 enum {
@@ -54,7 +64,7 @@ typedef enum {
 
 typedef struct {
     uint16_t decimation; /**< a frame every so many samples, 1 or more */
-    uint16_t length;     /**< frames, 1 or more */
+    uint16_t length;     /**< frames, or CAPTURE_ENDLESS */
     uint16_t before;     /**< at most so many of them before the trigger */
     uint16_t signals;    /**< CAPTURE_ bits, at least one */
     int16_t level;       /**< with CAPTURE_AT_LEVEL, of the first signal */
@@ -64,7 +74,7 @@ typedef struct {
 /** Frames that the buffer holds, of these signals. */
 uint16_t capture_capacity(uint16_t signals);
 
-/** Can it be armed so? What has frames before its trigger has to fit into the buffer. */
+/** Can it be armed so? What has frames before its trigger has an end, and has to fit into the buffer. */
 bool capture_settings_valid(const capture_settings_t *settings);
 
 /** Idle, empty. Before the sample interrupt runs. */
@@ -76,6 +86,9 @@ void capture_arm(const capture_settings_t *settings);
 /** Main loop, under board_lock: a source starts, and `delay` samples from the next one on its first value is what the
  * aligned frame shows: that will be frame 0 (without `before`). */
 void capture_source_started(uint32_t delay);
+
+/** Main loop, under board_lock: no further frames. A capture that still waits for its trigger is idle then. */
+void capture_end(void);
 
 /** Sample interrupt, before this sample's frame: a fault or a warning came, CAPTURE_AT_FAULT or CAPTURE_AT_WARNING. */
 void capture_event(capture_trigger_t event);
@@ -94,6 +107,23 @@ uint16_t capture_first(void);
 
 /** Main loop: may the block be read? Not while a capture that fits into the buffer is armed or running. */
 bool capture_readable(void);
+
+/** How far the newest capture is. */
+typedef struct {
+    uint16_t number;              /**< captures armed since start, wraps */
+    uint16_t decimation, signals; /**< its settings */
+    uint16_t width;               /**< registers of a frame */
+    uint32_t written;             /**< frames */
+    uint32_t age;                 /**< while it runs: samples since the newest frame's */
+} capture_progress_t;
+
+/** Main loop, under board_lock. */
+capture_progress_t capture_progress(void);
+
+/** Main loop: copies frame *from and those that follow it, as far as they are written, at most so many. When frame
+ * *from was overwritten, or is while it is copied, goes on with the newer half of the buffer, and *from becomes the
+ * number of the frame that the copy begins with. Returns how many it copied. */
+uint16_t capture_read(uint32_t *from, uint16_t most, uint16_t to[]);
 
 /** Main loop: register `index` of the block. */
 uint16_t capture_register(size_t index);

@@ -34,6 +34,7 @@ uint32_t control_needs(unsigned index, uint32_t value) {
     case INDEX_command:
         return command_needs(value);
     case INDEX_unlock:
+    case INDEX_stream_from:
         return 0;
     case INDEX_mode:
         return value == HYST_MODE_PARK ? 0 : CONTROL_OUTPUT;
@@ -150,6 +151,7 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     case COMMAND_CLEAR:
     case COMMAND_PARK:
     case COMMAND_LATCH:
+    case COMMAND_END_CAPTURE:
         return true;
     default:
         return false;
@@ -174,7 +176,6 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_waveform_points:
         return x <= WAVEFORM_CAPACITY;
     case INDEX_capture_decimation:
-    case INDEX_capture_length:
         return x > 0;
     case INDEX_capture_trigger:
         return x <= CAPTURE_AT_WARNING;
@@ -254,6 +255,9 @@ void control_apply(unsigned index, uint32_t value[REGISTER_COUNT]) {
     case INDEX_health_looks:
         apply_health(value);
         break;
+    case INDEX_stream_from:
+        register_blocks_stream_from(value[INDEX_stream_from]);
+        break;
     default: /* the others are looked at when a command or the main loop needs them */
         break;
     }
@@ -271,10 +275,16 @@ static void arm_capture(const uint32_t value[REGISTER_COUNT]) {
     board_unlock(key);
 }
 
+static void end_capture(void) {
+    const uint32_t key = board_lock();
+    capture_end();
+    board_unlock(key);
+}
+
 /* Those that change what the amplifier does. */
 static bool noteworthy(control_command_t command) {
     return command != COMMAND_NONE && command != COMMAND_LATCH && command != COMMAND_ARM_CAPTURE &&
-           command != COMMAND_COMMIT;
+           command != COMMAND_END_CAPTURE && command != COMMAND_COMMIT;
 }
 
 void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) {
@@ -318,6 +328,9 @@ void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) 
         break;
     case COMMAND_SAVE:
         parameter_store_save();
+        break;
+    case COMMAND_END_CAPTURE:
+        end_capture();
         break;
     }
 }

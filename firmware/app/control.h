@@ -26,7 +26,8 @@ typedef enum {
     COMMAND_LATCH = 8,
     COMMAND_ARM = 9,
     COMMAND_DISARM = 10,
-    COMMAND_SAVE = 11
+    COMMAND_SAVE = 11,
+    COMMAND_END_CAPTURE = 12
 } control_command_t;
 
 /** Register `write_refused`. Append only. */

@@ -28,7 +28,10 @@ static const struct {
 #include "registers.def"
 };
 
+static uint32_t stream_from;
+
 void register_blocks_init(void) {
+    stream_from = 0;
     memset(waveform, 0, sizeof waveform);
     memset(tones, 0, sizeof tones);
 }
@@ -39,6 +42,10 @@ const source_point_t *register_blocks_waveform(void) {
 
 const source_tone_t *register_blocks_tones(void) {
     return tones;
+}
+
+void register_blocks_stream_from(uint32_t frame) {
+    stream_from = frame;
 }
 
 bool register_blocks_hold(uint16_t address, uint16_t count) {
@@ -62,6 +69,31 @@ static uint16_t block_of(uint16_t address) {
 
 modbus_exception_t register_blocks_check_read(uint16_t address) {
     return block_of(address) == ADDRESS_capture && !capture_readable() ? MODBUS_DEVICE_FAILURE : MODBUS_OK;
+}
+
+/* Registers `index` on. The block has as many frames as fit before the request's end. */
+static void read_stream(size_t index, uint16_t count, uint16_t values[]) {
+    uint16_t all[LENGTH_stream] = {0};
+    uint32_t first = stream_from;
+    const size_t end = index + count;
+    const size_t room = end > STREAM_HEADER ? end - STREAM_HEADER : 0;
+    const uint16_t frames = capture_read(&first, (uint16_t)(room / capture_progress().width), all + STREAM_HEADER);
+    const uint32_t key = board_lock();
+    const capture_progress_t progress = capture_progress();
+    const uint32_t sample = loop_samples() - progress.age;
+    board_unlock(key);
+    const uint16_t header[STREAM_HEADER] = {progress.number,
+                                            progress.decimation,
+                                            progress.signals,
+                                            (uint16_t)(progress.written >> 16),
+                                            (uint16_t)progress.written,
+                                            (uint16_t)(sample >> 16),
+                                            (uint16_t)sample,
+                                            (uint16_t)(first >> 16),
+                                            (uint16_t)first,
+                                            frames};
+    memcpy(all, header, sizeof header);
+    memcpy(values, all + index, count * sizeof values[0]);
 }
 
 static uint32_t waveform_word(size_t word) {
@@ -113,6 +145,10 @@ static uint16_t read_register(uint16_t block, size_t index) {
 
 void register_blocks_read(uint16_t address, uint16_t count, uint16_t values[]) {
     const uint16_t block = block_of(address);
+    if (block == ADDRESS_stream) {
+        read_stream((size_t)(address - block), count, values);
+        return;
+    }
     for (uint16_t i = 0; i < count; i++) {
         values[i] = read_register(block, (size_t)(address - block) + i);
     }

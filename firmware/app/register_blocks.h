@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * The blocks of the register map: breakpoint table, tones, staged and active parameter image, captured frames. A
- * request that starts in a block must end in it.
+ * The blocks of the register map: breakpoint table, tones, staged and active parameter image, captured frames, stream.
+ * A request that starts in a block must end in it.
  *
  * Main loop only.
  */
@@ -19,6 +19,9 @@ const source_point_t *register_blocks_waveform(void);
 
 /** The tones of the multisine, SOURCE_TONES_MAX. */
 const source_tone_t *register_blocks_tones(void);
+
+/** Number of the frame that the block `stream` begins with, unless it was overwritten. */
+void register_blocks_stream_from(uint32_t frame);
 
 /** Do all these registers lie in one block? */
 bool register_blocks_hold(uint16_t address, uint16_t count);

@@ -9,7 +9,8 @@ static const char format_name[] = "hyst-backup-1";
 
 /* A setting: what can be read and written and moves nothing by itself. */
 static bool is_setting(int which) {
-    return register_table[which].access == REGISTER_RW && which != INDEX_mode && which != INDEX_setpoint;
+    return register_table[which].access == REGISTER_RW && which != INDEX_mode && which != INDEX_setpoint &&
+           which != INDEX_stream_from;
 }
 
 static json_t *settings_read(device_t *device, failure_t *failure) {

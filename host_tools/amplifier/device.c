@@ -44,6 +44,7 @@ typedef struct {
     int count;
     uint16_t *read;
     const uint16_t *write;
+    int first_address, first_count; /* with `read` as well as `write`: what is written before it is read, else unused */
 } request_t;
 
 /* Only after NO_ANSWER another way may be tried. */
@@ -120,7 +121,7 @@ static const char *lock_text(device_t *device, const request_t *request, int err
 }
 
 static bool report(device_t *device, const request_t *request, int error, int tries, failure_t *failure) {
-    const char *verb = request->write != NULL ? "writing" : "reading";
+    const char *verb = request->read == NULL ? "writing" : "reading";
     if (is_exception(error)) {
         return fail(failure, "%s: the amplifier refuses %s %s: %s (exception %d)%s", device->port, verb, request->what,
                     modbus_strerror(error), error - MODBUS_ENOBASE, lock_text(device, request, error));
@@ -152,6 +153,17 @@ static bool may_go_on(device_t *device, failure_t *failure) {
     return ok;
 }
 
+static int exchange(device_t *device, const request_t *request) {
+    if (request->write == NULL) {
+        return modbus_read_registers(device->modbus, request->address, request->count, request->read);
+    }
+    if (request->read == NULL) {
+        return modbus_write_registers(device->modbus, request->address, request->count, request->write);
+    }
+    return modbus_write_and_read_registers(device->modbus, request->first_address, request->first_count, request->write,
+                                           request->address, request->count, request->read);
+}
+
 static outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
     int error = 0;
     for (int attempt = 1; attempt <= tries; attempt++) {
@@ -159,10 +171,7 @@ static outcome_t transfer(device_t *device, const request_t *request, int tries,
             return OUTCOME_INTERRUPTED;
         }
         errno = 0;
-        const int result =
-            request->write != NULL
-                ? modbus_write_registers(device->modbus, request->address, request->count, request->write)
-                : modbus_read_registers(device->modbus, request->address, request->count, request->read);
+        const int result = exchange(device, request);
         error = errno;
         if (result == request->count) {
             if (attempt > 1) {
@@ -208,7 +217,7 @@ static bool connect_port(device_t *device, const device_options_t *options, fail
 static outcome_t read_expected(device_t *device, int which, uint16_t expected, uint16_t *value, failure_t *failure) {
     char what[100];
     (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
-    const request_t request = {what, register_table[which].address, 1, value, NULL};
+    const request_t request = {what, register_table[which].address, 1, value, NULL, 0, 0};
     const outcome_t outcome = transfer(device, &request, TRIES, failure);
     if (outcome != OUTCOME_DONE || *value == expected) {
         return outcome;
@@ -378,7 +387,8 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
     (void)snprintf(what, sizeof what, first == last ? "register %s" : "registers %s to %s", register_table[first].name,
                    register_table[last].name);
     const request_t request = {
-        what, start, register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start, words, NULL};
+        what, start, register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start, words, NULL,
+        0,    0};
     if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
         return false;
     }
@@ -408,7 +418,7 @@ static outcome_t write_register(device_t *device, int which, int64_t value, int 
     const int count = (int)REGISTER_SIZE(register_table[which].type);
     char what[100];
     (void)snprintf(what, sizeof what, "%" PRId64 " to register %s", value, register_table[which].name);
-    const request_t request = {what, register_table[which].address, count, NULL, count == 1 ? words + 1 : words};
+    const request_t request = {what, register_table[which].address, count, NULL, count == 1 ? words + 1 : words, 0, 0};
     return transfer(device, &request, tries, failure);
 }
 
@@ -504,13 +514,25 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         char what[100];
         describe(block, offset + done, what);
         uint16_t *const to = value + done;
-        const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL};
+        const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL, 0, 0};
         if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
             return false;
         }
         done += part;
     }
     return true;
+}
+
+bool device_read_stream(device_t *device, uint32_t from, size_t count, uint16_t *value, failure_t *failure) {
+    const uint16_t words[2] = {(uint16_t)(from >> 16), (uint16_t)from};
+    const request_t request = {.what = "block stream",
+                               .address = ADDRESS_stream,
+                               .count = (int)count,
+                               .read = value,
+                               .write = words,
+                               .first_address = ADDRESS_stream_from,
+                               .first_count = 2};
+    return transfer(device, &request, TRIES, failure) == OUTCOME_DONE;
 }
 
 /* After a lost long request come shorter ones: with occasional interference, or an emulator that pauses, they are more
@@ -523,7 +545,7 @@ bool device_write_block(device_t *device, int block, size_t offset, size_t count
         const bool shortest = part <= WRITE_LEAST;
         char what[100];
         describe(block, offset + done, what);
-        const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done};
+        const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done, 0, 0};
         const outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
         if (outcome == OUTCOME_DONE) {
             done += part;

@@ -100,6 +100,9 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
 bool device_write_block(device_t *device, int block, size_t offset, size_t count, const uint16_t *value,
                         failure_t *failure);
 
+/** The block `stream` from this frame on, at most 125 registers of it, in one request (stream_reader.h). */
+bool device_read_stream(device_t *device, uint32_t from, size_t count, uint16_t *value, failure_t *failure);
+
 /** Value of register `watchdog` while the actuator is driven: 1 s, or slightly more than the longest time between two
  * received requests on a barely usable line (lost attempts and the silences around them). */
 int64_t device_communication_timeout_ms(const device_t *device);

@@ -117,6 +117,18 @@ static bool begin(guard_t *guard, guard_pause_t *pause, void *context, failure_t
     return arm_recorder(guard, failure) && set_limit(guard, failure);
 }
 
+bool guard_settings_check(const guard_settings_t *s, failure_t *failure) {
+    if (!(s->times > 1.0)) {
+        return fail(failure, "--times %g: must be above 1", s->times);
+    }
+    return (s->time_s > 0.0 && s->time_s <= 60.0 && s->before_s > s->time_s && s->after_s > 0.0 &&
+            s->before_s + s->after_s <= 600.0) ||
+           fail(failure,
+                "--time %g, --before %g, --after %g: the time is up to 60 s, the record up to 600 s, and begins before "
+                "the time that is judged",
+                s->time_s, s->before_s, s->after_s);
+}
+
 bool guard_begin(guard_t *guard, device_t *device, const hyst_parameters_t *image, const guard_settings_t *settings,
                  guard_pause_t *pause, void *context, failure_t *failure) {
     *guard = (guard_t){.device = device, .image = image, .settings = *settings};
@@ -199,5 +211,6 @@ bool guard_fetch(guard_t *guard, recording_t *recording, size_t *warned, failure
 bool guard_end(guard_t *guard, failure_t *failure) {
     return device_write(guard->device, INDEX_model_error_limit, 0, failure) &&
            device_write(guard->device, INDEX_capture_trigger, CAPTURE_AT_ONCE, failure) &&
-           device_write(guard->device, INDEX_capture_before, 0, failure);
+           device_write(guard->device, INDEX_capture_before, 0, failure) &&
+           device_command(guard->device, COMMAND_END_CAPTURE, failure);
 }

@@ -12,6 +12,7 @@
 #include "amplifier/device.h"
 #include "hyst/parameters.h"
 #include "recording/recording.h"
+#include <math.h>
 
 typedef struct {
     double limit_um; /**< on the root mean square; NAN: `times` what is there when the guard begins */
@@ -19,6 +20,12 @@ typedef struct {
     double time_s;            /**< how long above it */
     double before_s, after_s; /**< what is recorded before and after the warning */
 } guard_settings_t;
+
+#define GUARD_SETTINGS_DEFAULT                                                                                         \
+    { .limit_um = (double)NAN, .times = 2.0, .time_s = 0.5, .before_s = 1.2, .after_s = 1.2 }
+
+/** Whether they can be right. The message calls them by their names on the command line. */
+bool guard_settings_check(const guard_settings_t *settings, failure_t *failure);
 
 /** The error of the model as the amplifier has it. */
 typedef struct {
@@ -56,7 +63,7 @@ guard_answer_t guard_look(guard_t *guard, failure_t *failure);
 /** Reference, drive, displacement, and the warning's place in it: *warned is the frame. To be freed. */
 bool guard_fetch(guard_t *guard, recording_t *recording, size_t *warned, failure_t *failure);
 
-/** Takes the limit away, and the settings of the recorder back. */
+/** Takes the limit away, and the settings of the recorder back, which waits for no warning any more. */
 bool guard_end(guard_t *guard, failure_t *failure);
 
 /** Seconds of the loop since the guard began. */

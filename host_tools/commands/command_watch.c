@@ -313,15 +313,8 @@ static int check(void *context) {
     if (s->model == NULL || s->report == NULL) {
         return usage_error(&command_watch, "--model MODEL.json and --report FOLDER are both needed");
     }
-    if (!(s->guard.times > 1.0)) {
-        return usage_error(&command_watch, "--times %g: must be above 1", s->guard.times);
-    }
-    if (!(s->guard.time_s > 0.0 && s->guard.time_s <= 60.0 && s->guard.before_s > s->guard.time_s &&
-          s->guard.after_s > 0.0 && s->guard.before_s + s->guard.after_s <= 600.0)) {
-        return usage_error(&command_watch,
-                           "--time %g, --before %g, --after %g: the time is up to 60 s, the record up to "
-                           "600 s, and begins before the time that is judged",
-                           s->guard.time_s, s->guard.before_s, s->guard.after_s);
+    if (!guard_settings_check(&s->guard, &failure)) {
+        return usage_error(&command_watch, "%s", failure.text);
     }
     if (!model_read(&model, s->model, &failure) || !make_folder(s->report, &failure)) {
         return failure_print(&failure);
@@ -331,8 +324,7 @@ static int check(void *context) {
 }
 
 static int run(int argc, char **argv) {
-    settings_t s = {.line = DEVICE_OPTIONS_DEFAULT,
-                    .guard = {.limit_um = (double)NAN, .times = 2.0, .time_s = 0.5, .before_s = 1.2, .after_s = 1.2}};
+    settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .guard = GUARD_SETTINGS_DEFAULT};
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force", &s.model},

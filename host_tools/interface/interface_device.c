@@ -3,12 +3,17 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/driving.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/model_guard.h"
+#include "base/monotonic_clock.h"
+#include "base/stop_signal.h"
 #include "compile/compile.h"
 #include "compile/hysteresis_text.h"
 #include "interface/handles.h"
+#include "interface/info_run.h"
 #include "interface/interface_work.h"
 #include "interface/record_run.h"
 #include "interface/track_run.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -211,6 +216,75 @@ char *hyst_host_device_now(hyst_host_device_t *device) {
     json_object_update(json, said);
     json_decref(said);
     return interface_text(json);
+}
+
+/* Between two looks of the guard. */
+#define WATCH_S 0.05
+
+static bool watch_pause(void *context, failure_t *failure) {
+    const hyst_host_device_t *device = context;
+    sleep_until(monotonic_s() + WATCH_S);
+    return device->stop == 0 || fail(failure, "interrupted (%s)", stop_signal_name(device->stop));
+}
+
+/* Until it warns, or for_s have passed (0: never). *recording has samples only if it warned. */
+static bool watch(hyst_host_device_t *device, guard_t *guard, const guard_settings_t *settings, double for_s,
+                  recording_t *recording, size_t *warned, failure_t *failure) {
+    if (!guard_begin(guard, device->device, &device->image, settings, watch_pause, device, failure)) {
+        return false;
+    }
+    for (;;) {
+        const guard_answer_t answer = guard_look(guard, failure);
+        if (answer != GUARD_QUIET) {
+            return answer == GUARD_WARNED && guard_fetch(guard, recording, warned, failure);
+        }
+        if (for_s > 0.0 && guard_clock_s(guard) >= for_s) {
+            return true;
+        }
+        if (!watch_pause(device, failure)) {
+            return false;
+        }
+    }
+}
+
+char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hyst_host_recording_t **recording) {
+    guard_settings_t settings = GUARD_SETTINGS_DEFAULT;
+    double for_s = 0.0;
+    guard_t guard;
+    recording_t record = {0};
+    size_t warned = 0;
+    failure_t ignored;
+    *recording = NULL;
+    json_t *json = interface_options(options, "{s?F, s?F, s?F, s?F, s?F, s?F}", "limit_um", &settings.limit_um, "times",
+                                     &settings.times, "time_s", &settings.time_s, "before_s", &settings.before_s,
+                                     "after_s", &settings.after_s, "for_s", &for_s);
+    json_decref(json);
+    if (json == NULL || !guard_settings_check(&settings, interface_failure()) ||
+        !amplifier_image_read(device->device, &device->image, interface_failure())) {
+        return NULL;
+    }
+    device->known = true;
+    bool good = watch(device, &guard, &settings, for_s, &record, &warned, interface_failure());
+    good = guard_end(&guard, good ? interface_failure() : &ignored) && good;
+    device_lock(device->device);
+    if (!good) {
+        recording_free(&record);
+        return NULL;
+    }
+    const bool any = record.samples > 0;
+    char *answer =
+        interface_text(json_pack("{s:b, s:f, s:f, s:f, s:o}", "warned", any, "limit_um", guard.limit_um, "usual_um",
+                                 guard.usual.rms_um, "seconds", guard_clock_s(&guard), "warned_s",
+                                 any ? json_real((double)warned / record.sample_rate_hz) : json_null()));
+    if (any) {
+        *recording = recorded(device, &record);
+    }
+    return answer;
+}
+
+char *hyst_host_device_info(hyst_host_device_t *device) {
+    info_t info;
+    return info_read(device->device, &info, interface_failure()) ? interface_text(info_to_json(&info)) : NULL;
 }
 
 unsigned char *hyst_host_device_pull(hyst_host_device_t *device, size_t *length) {

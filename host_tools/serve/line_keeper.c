@@ -3,6 +3,7 @@
 #include "amplifier/amplifier_image.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
+#include "serve/live_stream.h"
 #include "telemetry.h"
 #include <pthread.h>
 #include <stdlib.h>
@@ -13,6 +14,11 @@
 #define SNAPSHOT_S 0.05
 /* While work has the line: a streamed capture leaves room for about this many (device_registers_per_s). */
 #define SNAPSHOT_WORKING_S 0.1
+/* Between blocks of the stream that has been read up to its end; and the longest that reading it may keep work waiting,
+ * and a snapshot. */
+#define STREAM_S         0.02
+#define STREAM_WORKING_S 0.06
+#define STREAM_IDLE_S    0.1
 /* Between attempts to open a line that is cut. */
 #define AGAIN_S 0.5
 
@@ -23,7 +29,7 @@ struct line_keeper {
     /* Shared, under the lock. */
     pthread_mutex_t lock;
     pthread_cond_t wake;
-    bool ending, connected, working;
+    bool ending, connected, working, watched;
     bool stop;           /* requested, not yet taken by the amplifier */
     double stop_since_s; /* when it was requested */
     line_work_t work;    /* while working */
@@ -32,6 +38,9 @@ struct line_keeper {
     provenance_note_t *note;
     hyst_parameters_t image;
     bool interrupted; /* the work that runs has been told */
+    bool gave_way;    /* a stop or work has come while the stream was read */
+    live_stream_t stream;
+    int64_t now[REGISTER_COUNT]; /* the last snapshot */
     double snapshot_due_s;
     bool said_cut; /* that the line cannot be opened */
 };
@@ -60,11 +69,10 @@ static void say_cut(line_keeper_t *keeper, const char *why) {
 }
 
 static bool take_snapshot(line_keeper_t *keeper, failure_t *failure) {
-    int64_t now[REGISTER_COUNT] = {0};
-    const bool ok = device_read_span(keeper->device, INDEX_sequence, INDEX_reference_limited, now, failure);
+    const bool ok = device_read_span(keeper->device, INDEX_sequence, INDEX_reference_limited, keeper->now, failure);
     if (ok) {
         const line_listener_t *const l = keeper->listener;
-        l->snapshot(l->context, keeper->device, &keeper->image, now);
+        l->snapshot(l->context, keeper->device, &keeper->image, keeper->now);
     }
     return ok;
 }
@@ -76,25 +84,92 @@ static void wanted(line_keeper_t *keeper, bool *stop, bool *ending) {
     pthread_mutex_unlock(&keeper->lock);
 }
 
+static bool streams(line_keeper_t *keeper) {
+    pthread_mutex_lock(&keeper->lock);
+    const bool watched = keeper->watched;
+    pthread_mutex_unlock(&keeper->lock);
+    return watched && keeper->listener->stream != NULL;
+}
+
+/* Up to the end of the stream, for at most so long. */
+static bool read_stream(line_keeper_t *keeper, double seconds, failure_t *failure) {
+    const line_listener_t *const l = keeper->listener;
+    const double until_s = monotonic_s() + seconds;
+    bool more = true;
+    while (more && monotonic_s() < until_s) {
+        stream_block_t block;
+        bool stop;
+        bool ending;
+        wanted(keeper, &stop, &ending);
+        if (stop || ending) {
+            return true;
+        }
+        if (!live_stream_read(&keeper->stream, &block, &more, failure)) {
+            return false;
+        }
+        if (block.frames > 0) {
+            l->stream(l->context, keeper->device, &keeper->image, &block);
+        }
+    }
+    return true;
+}
+
+/* What others get of the line before a request of the work. */
+static bool look_aside(line_keeper_t *keeper, failure_t *failure) {
+    if (monotonic_s() >= keeper->snapshot_due_s) {
+        if (!take_snapshot(keeper, failure)) {
+            return false;
+        }
+        keeper->snapshot_due_s = monotonic_s() + SNAPSHOT_WORKING_S;
+    }
+    return !streams(keeper) || keeper->now[INDEX_capture_state] != CAPTURE_RUNNING ||
+           read_stream(keeper, STREAM_WORKING_S, failure);
+}
+
 /* Before each request of the work (device_turn_t). */
 static bool turn(void *context, failure_t *failure) {
     line_keeper_t *const keeper = context;
     bool stop;
     bool ending;
-    wanted(keeper, &stop, &ending);
-    if (!keeper->interrupted && (stop || ending)) {
-        keeper->interrupted = true; /* once: the requests that park come after it */
-        return fail(failure, stop ? "stopped" : "the server ends");
-    }
-    if (keeper->interrupted || monotonic_s() < keeper->snapshot_due_s) {
+    if (keeper->interrupted) { /* once: the requests that park come after it */
         return true;
     }
-    keeper->interrupted = !take_snapshot(keeper, failure);
-    if (keeper->interrupted) { /* no need to wait until the work has tried in vain, too */
-        say_cut(keeper, failure->text);
+    wanted(keeper, &stop, &ending);
+    if (!stop && !ending) {
+        if (!look_aside(keeper, failure)) { /* no need to wait until the work has tried in vain, too */
+            keeper->interrupted = true;
+            say_cut(keeper, failure->text);
+            return false;
+        }
+        wanted(keeper, &stop, &ending); /* it may have come meanwhile */
     }
-    keeper->snapshot_due_s = monotonic_s() + SNAPSHOT_WORKING_S;
-    return !keeper->interrupted;
+    if (stop || ending) {
+        keeper->interrupted = true;
+        return fail(failure, stop ? "stopped" : "the server ends");
+    }
+    return true;
+}
+
+/* The same between runs: work goes before it, too. */
+static bool give_way(void *context, failure_t *failure) {
+    line_keeper_t *const keeper = context;
+    pthread_mutex_lock(&keeper->lock);
+    keeper->gave_way = keeper->stop || keeper->ending || keeper->working;
+    pthread_mutex_unlock(&keeper->lock);
+    return !keeper->gave_way || fail(failure, "something else goes before");
+}
+
+static bool keep_stream(line_keeper_t *keeper, failure_t *failure) {
+    bool ready;
+    device_take_turns(keeper->device, give_way, keeper);
+    keeper->gave_way = false;
+    bool ok = live_stream_keep(&keeper->stream, keeper->now, &ready, failure);
+    if (ok && ready) {
+        keeper->now[INDEX_capture_state] = CAPTURE_RUNNING; /* it may have been armed after the snapshot */
+        ok = read_stream(keeper, STREAM_IDLE_S, failure);
+    }
+    device_take_turns(keeper->device, NULL, NULL);
+    return ok || keeper->gave_way;
 }
 
 static void close_line(line_keeper_t *keeper, const char *why) {
@@ -110,6 +185,8 @@ static void open_line(line_keeper_t *keeper) {
         close_line(keeper, failure.text);
         return;
     }
+    live_stream_open(&keeper->stream, keeper->device);
+    keeper->snapshot_due_s = 0.0;
     say_line(keeper);
 }
 
@@ -133,10 +210,12 @@ static void do_stop(line_keeper_t *keeper) {
 static void do_work(line_keeper_t *keeper, const line_work_t *work) {
     failure_t failure = {""};
     keeper->interrupted = false;
+    keeper->stream.taken = true;
     keeper->snapshot_due_s = 0.0;
     device_take_turns(keeper->device, turn, keeper);
     const bool good = work->run(keeper, keeper->device, work->context, &failure);
     device_take_turns(keeper->device, NULL, NULL);
+    keeper->snapshot_due_s = 0.0;
     pthread_mutex_lock(&keeper->lock);
     keeper->working = false;
     pthread_mutex_unlock(&keeper->lock);
@@ -159,14 +238,24 @@ static void wait(line_keeper_t *keeper, double seconds, bool wakes_for_stop) {
 
 static void poll_line(line_keeper_t *keeper) {
     failure_t failure;
-    if (take_snapshot(keeper, &failure)) {
+    const double now_s = monotonic_s();
+    const bool due = now_s >= keeper->snapshot_due_s;
+    const bool watched = streams(keeper);
+    if (due) {
+        if (!take_snapshot(keeper, &failure)) {
+            close_line(keeper, failure.text);
+            return;
+        }
         if (keeper->said_cut) { /* during work, and it has come back */
             say_line(keeper);
         }
-        wait(keeper, SNAPSHOT_S, true);
-    } else {
-        close_line(keeper, failure.text);
+        keeper->snapshot_due_s = now_s + SNAPSHOT_S;
     }
+    if (watched && !keep_stream(keeper, &failure)) {
+        close_line(keeper, failure.text);
+        return;
+    }
+    wait(keeper, watched ? STREAM_S : SNAPSHOT_S, true);
 }
 
 static void leave(line_keeper_t *keeper) {
@@ -175,6 +264,9 @@ static void leave(line_keeper_t *keeper) {
     if (keeper->device != NULL && device_read_telemetry(keeper->device, now, &ignored) &&
         now[INDEX_state] != LOOP_PARKED) {
         (void)device_command(keeper->device, COMMAND_PARK, &ignored);
+    }
+    if (keeper->device != NULL) {
+        live_stream_close(&keeper->stream);
     }
     device_close(keeper->device);
     keeper->device = NULL;
@@ -270,6 +362,12 @@ bool line_keeper_give(line_keeper_t *keeper, const line_work_t *work, failure_t 
     }
     pthread_mutex_unlock(&keeper->lock);
     return ok;
+}
+
+void line_keeper_watch(line_keeper_t *keeper, bool watched) {
+    pthread_mutex_lock(&keeper->lock);
+    keeper->watched = watched;
+    pthread_mutex_unlock(&keeper->lock);
 }
 
 void line_keeper_stop(line_keeper_t *keeper) {

@@ -2,15 +2,15 @@
 /**
  * The owner of the serial line: one thread makes all its requests.
  *
- * In between it reads telemetry. Work (a recording, a track, an upload) runs in its thread, one at a time. A stop
- * passes before all of that: the request on the line is completed, the next one of the work fails, and what follows
- * parks the amplifier. While the line is cut it tries to open it again, and a stop that came meanwhile is the first
- * request after that.
+ * In between it reads telemetry and, when somebody watches, the stream (live_stream.h). Work (a recording, a track, an
+ * upload) runs in its thread, one at a time. A stop passes before all of that: the request on the line is completed,
+ * the next one of the work fails, and what follows parks the amplifier. While the line is cut it tries to open it
+ * again, and a stop that came meanwhile is the first request after that.
  */
 #ifndef LINE_KEEPER_H
 #define LINE_KEEPER_H
 
-#include "amplifier/device.h"
+#include "amplifier/stream_reader.h"
 #include "hyst/parameters.h"
 
 typedef struct line_keeper line_keeper_t;
@@ -22,6 +22,9 @@ typedef struct {
     /** Registers `sequence` to `limits_sticky` of one sample. */
     void (*snapshot)(void *context, const device_t *device, const hyst_parameters_t *image,
                      const int64_t now[REGISTER_COUNT]);
+    /** Frames of the stream, each once and in order; what was lost is reported (stream_reader.h). NULL: none are read.
+     */
+    void (*stream)(void *context, const device_t *device, const hyst_parameters_t *image, const stream_block_t *block);
     /** The amplifier has taken the stop, so many seconds after it was requested; or refused it (why). */
     void (*stopped)(void *context, double seconds, const char *why);
     void *context;
@@ -45,6 +48,9 @@ void line_keeper_end(line_keeper_t *keeper);
 
 /** Any thread. False if other work runs or the line is cut; `ended` is not called then. */
 bool line_keeper_give(line_keeper_t *keeper, const line_work_t *work, failure_t *failure);
+
+/** Any thread: whether somebody looks at the stream. Not from the start. */
+void line_keeper_watch(line_keeper_t *keeper, bool watched);
 
 /** Any thread: what plays ends and the drive goes to rest. Never refused. */
 void line_keeper_stop(line_keeper_t *keeper);

@@ -70,10 +70,36 @@ static double advance(live_clock_t *clock, uint32_t sequence) {
     return clock->samples;
 }
 
+bool live_follows(const int64_t now[REGISTER_COUNT]) {
+    return now[INDEX_active_mode] == HYST_MODE_LINEAR || now[INDEX_active_mode] == HYST_MODE_COMPENSATE;
+}
+
+/* Signal s of each frame. */
+static json_t *values(const stream_block_t *block, size_t s, double (*unit)(const hyst_parameters_t *, hyst_q31_t),
+                      const hyst_parameters_t *image) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < block->frames; i++) {
+        const hyst_q31_t value = (hyst_q31_t)(int16_t)block->value[block->width * i + s] * 65536;
+        json_array_append_new(list, rounded(unit(image, value)));
+    }
+    return list;
+}
+
+json_t *live_stream(const live_clock_t *clock, const stream_block_t *block, bool follows,
+                    const hyst_parameters_t *image, double sample_rate_hz) {
+    const double sample = clock->samples + (double)(int32_t)(block->sample - clock->last);
+    return json_pack("{s:s, s:f, s:f, s:I, s:I, s:b, s:o, s:o, s:o}", "event", "stream", "t", sample / sample_rate_hz,
+                     "step", block->decimation / sample_rate_hz, "first", (json_int_t)block->first, "lost",
+                     (json_int_t)block->lost, "restarted", block->restarted, "drive",
+                     values(block, 1, drive_to_volts, image), "position",
+                     values(block, 2, position_to_micrometres, image), "reference",
+                     follows ? values(block, 0, position_to_micrometres, image) : json_null());
+}
+
 json_t *live_snapshot(live_clock_t *clock, const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image,
                       double sample_rate_hz) {
     const int64_t mode = now[INDEX_active_mode];
-    const bool follows = mode == HYST_MODE_LINEAR || mode == HYST_MODE_COMPENSATE;
+    const bool follows = live_follows(now);
     const double position = position_to_micrometres(image, (hyst_q31_t)now[INDEX_position]);
     const double reference = position_to_micrometres(image, (hyst_q31_t)now[INDEX_reference]);
     return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "event",

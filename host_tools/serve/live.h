@@ -3,7 +3,7 @@
 #ifndef LIVE_H
 #define LIVE_H
 
-#include "amplifier/device.h"
+#include "amplifier/stream_reader.h"
 #include "hyst/parameters.h"
 #include <jansson.h>
 
@@ -19,6 +19,15 @@ typedef struct {
  * position does not follow a reference. */
 json_t *live_snapshot(live_clock_t *clock, const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image,
                       double sample_rate_hz);
+
+/** Frames of the stream: {"event": "stream", "t":, "step":, "first":, "lost":, "restarted":, "drive": [..], "position":
+ * [..], "reference": [..]}. Frame i is at t + i * step on the time of the snapshots, the last of which said whether
+ * there is a reference (else it is null). */
+json_t *live_stream(const live_clock_t *clock, const stream_block_t *block, bool follows,
+                    const hyst_parameters_t *image, double sample_rate_hz);
+
+/** Whether the position follows a reference. */
+bool live_follows(const int64_t now[REGISTER_COUNT]);
 
 /** The line: {"event": "line", "connected":, "why":, "port":, "board":, "sample_rate_hz":, "has_parameters":,
  * "model_id":, "drive_v": [..], "position_um": [..]}. device and image NULL: it is cut. */

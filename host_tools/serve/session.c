@@ -30,7 +30,8 @@ struct session {
     line_listener_t listener;
     progress_listener_t progress;
     line_keeper_t *keeper;
-    live_clock_t clock;    /* the keeper's thread */
+    live_clock_t clock; /* the keeper's thread, and so the next */
+    bool follows;
     unsigned long control; /* the client that has it, 0: none. The server's thread */
     unsigned long client[WEB_MOST_CLIENTS];
     size_t clients;
@@ -93,7 +94,15 @@ static void on_line(void *context, const device_t *device, const hyst_parameters
 static void on_snapshot(void *context, const device_t *device, const hyst_parameters_t *image,
                         const int64_t now[REGISTER_COUNT]) {
     session_t *const session = context;
+    session->follows = live_follows(now);
     tell(session, 0, live_snapshot(&session->clock, now, image, device_sample_rate_hz(device)), WEB_LIVE);
+}
+
+static void on_stream(void *context, const device_t *device, const hyst_parameters_t *image,
+                      const stream_block_t *block) {
+    session_t *const session = context;
+    tell(session, 0, live_stream(&session->clock, block, session->follows, image, device_sample_rate_hz(device)),
+         WEB_STREAM);
 }
 
 static void on_stopped(void *context, double seconds, const char *why) {
@@ -321,6 +330,7 @@ static void on_opened(void *context, unsigned long client) {
     session_t *const session = context;
     const session_options_t *const o = session->options;
     session->client[session->clients++] = client;
+    line_keeper_watch(session->keeper, true);
     if (session->control == 0) {
         session->control = client;
     }
@@ -352,6 +362,9 @@ static void on_closed(void *context, unsigned long client) {
     }
     if (session->control == client) {
         session->control = 0;
+    }
+    if (session->keeper != NULL) { /* which ends before the pages do */
+        line_keeper_watch(session->keeper, session->clients > 0);
     }
     tell_roles(session);
 }
@@ -431,7 +444,7 @@ session_t *session_open(const session_options_t *options, failure_t *failure) {
     }
     json_decref(list);
     session->handler = (web_handler_t){on_opened, on_closed, on_message, on_file, session};
-    session->listener = (line_listener_t){on_line, on_snapshot, on_stopped, session};
+    session->listener = (line_listener_t){on_line, on_snapshot, on_stream, on_stopped, session};
     session->progress = (progress_listener_t){on_progress_begin, on_progress, on_progress_end, session};
     session->server = web_server_open(options->port, &session->handler, failure);
     if (session->server == NULL) {
@@ -459,6 +472,7 @@ void session_close(session_t *session) {
         return;
     }
     line_keeper_end(session->keeper); /* first: it may have to park */
+    session->keeper = NULL;
     if (session->job != NULL) {
         job_cancel(session->job);
         job_end(session->job);

@@ -9,8 +9,9 @@
 #include <string.h>
 
 /* Messages that wait for one client. Live ones are left out from the lower number on. */
-#define MOST_WAITING      256
-#define MOST_LIVE_WAITING 4
+#define MOST_WAITING        256
+#define MOST_LIVE_WAITING   32
+#define MOST_STREAM_WAITING 128
 /* So that a page notices a server that has gone without a word. */
 #define BEAT_S 1
 
@@ -97,7 +98,8 @@ static message_t *message_make(const char *text, size_t length, unsigned long cl
 }
 
 static void give(client_t *client, const message_t *message) {
-    if (message->urgency == WEB_LIVE && client->waiting.count >= MOST_LIVE_WAITING) {
+    if ((message->urgency == WEB_LIVE && client->waiting.count >= MOST_LIVE_WAITING) ||
+        (message->urgency == WEB_STREAM && client->waiting.count >= MOST_STREAM_WAITING)) {
         return;
     }
     if (client->waiting.count >= MOST_WAITING) {

@@ -42,8 +42,9 @@ const char *web_server_address(const web_server_t *server);
 bool web_server_run(web_server_t *server, const volatile sig_atomic_t *stop, failure_t *failure);
 
 typedef enum {
-    WEB_MUST, /**< a client that does not take it is closed */
-    WEB_LIVE  /**< left out for a client that is slow: the next one comes */
+    WEB_MUST,  /**< a client that does not take it is closed */
+    WEB_LIVE,  /**< left out for a client that is slow: the next one comes */
+    WEB_STREAM /**< left out for one that is slow for seconds: it sees that by the numbers of the frames */
 } web_urgency_t;
 
 /** To one client, or to all with 0. Any thread. */

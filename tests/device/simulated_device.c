@@ -33,6 +33,9 @@ static size_t request_length(const uint8_t *bytes, size_t count) {
     if (count < 2) {
         return 0;
     }
+    if (bytes[1] == 23) {
+        return count < 11 ? 0 : 13U + bytes[10];
+    }
     if (bytes[1] != 16) {
         return 8;
     }
@@ -74,7 +77,7 @@ static void sample(void) {
         }
         settled = true;
     }
-    const uint16_t position_code = actuate(on_the_way[0]);
+    const uint16_t position_code = (uint16_t)(actuate(on_the_way[0]) + line->position_offset);
     memmove(on_the_way, on_the_way + 1, sizeof on_the_way - sizeof on_the_way[0]);
     on_the_way[FAKE_LATENCY - 1] = fake_board_sample((hyst_q31_t)((uint32_t)(position_code ^ BOARD_CODE_MIDDLE) << 16));
 }

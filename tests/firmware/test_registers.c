@@ -51,7 +51,7 @@ static void test_exactly_the_registers_of_the_table_can_be_read(void) {
 
 static void test_identity(void) {
     TEST_ASSERT_EQUAL_HEX32(REGISTERS_MAGIC, master_get(INDEX_magic));
-    TEST_ASSERT_EQUAL_UINT32(3, master_get(INDEX_abi));
+    TEST_ASSERT_EQUAL_UINT32(4, master_get(INDEX_abi));
     TEST_ASSERT_EQUAL_UINT32(board_info.sample_rate_mhz, master_get(INDEX_sample_rate));
     TEST_ASSERT_EQUAL_UINT32(FAKE_LATENCY, master_get(INDEX_latency));
     TEST_ASSERT_EQUAL_UINT32(LENGTH_capture / 3, master_get(INDEX_capture_capacity));
@@ -92,12 +92,10 @@ static void test_values_out_of_range(void) {
                  {INDEX_source, 4, 5},
                  {INDEX_sweep_spacing, 1, 2},
                  {INDEX_source_tones, 16, 17},
-                 {INDEX_command, COMMAND_LATCH, COMMAND_DISARM + 1},
+                 {INDEX_command, COMMAND_LATCH, COMMAND_END_CAPTURE + 1},
                  {INDEX_waveform_points, LENGTH_waveform / 4, LENGTH_waveform / 4 + 1},
                  {INDEX_capture_decimation, 1, 0},
                  {INDEX_capture_decimation, 65535, 0},
-                 {INDEX_capture_length, 1, 0},
-                 {INDEX_capture_length, 65535, 0},
                  {INDEX_capture_trigger, 4, 5},
                  {INDEX_setpoint_slew, 1, 0},
                  {INDEX_reference_slew, INT32_MAX, 0x80000000U},
@@ -128,8 +126,8 @@ static void test_why_a_write_was_refused(void) {
     expect_refusal(2, ADDRESS_magic);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_mode, 2, values));
     expect_refusal(3, ADDRESS_setpoint);
-    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_length, 0));
-    expect_refusal(4, ADDRESS_capture_length);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_decimation, 0));
+    expect_refusal(4, ADDRESS_capture_decimation);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, 99));
     expect_refusal(5, ADDRESS_command);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, 1));
@@ -167,7 +165,7 @@ static void test_a_request_with_one_bad_value_changes_nothing(void) {
         uint16_t address, bad;
     } faults[] = {{ADDRESS_command, 99},        {ADDRESS_mode, 4},
                   {ADDRESS_source, 5},          {ADDRESS_waveform_points, 999},
-                  {ADDRESS_capture_length, 0},  {ADDRESS_capture_decimation, 0},
+                  {ADDRESS_capture_signals, 0}, {ADDRESS_capture_decimation, 0},
                   {ADDRESS_capture_trigger, 5}, {ADDRESS_setpoint_slew, 0x8000}};
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
         uint16_t request[COUNT];

@@ -239,6 +239,51 @@ def by_clicks(day):
     day.picture("before-and-after", "#compare")
 
 
+# In each column of a plot, how much of the height between its highest and lowest pixel of this colour is of it; 0 where
+# there is nearly nothing of it. A line from snapshot to snapshot is a few pixels high there.
+FILLED = """
+    const canvas = document.querySelector(arguments[0]), c = canvas.getContext("2d");
+    const ink = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+    ink.fillStyle = getComputedStyle(canvas).getPropertyValue(arguments[1]);
+    ink.fillRect(0, 0, 1, 1);
+    const [r, g, b] = ink.getImageData(0, 0, 1, 1).data;
+    const { data, width, height } = c.getImageData(0, 0, canvas.width, canvas.height);
+    let top = height, bottom = 0;
+    const counts = [];
+    for (let x = 52; x < width - 10; x++) {
+      let count = 0;
+      for (let y = 20; y < height - 22; y++) { // below the legend
+        const i = 4 * (y * width + x);
+        if (Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 60) {
+          count++;
+          top = Math.min(top, y);
+          bottom = Math.max(bottom, y);
+        }
+      }
+      counts.push(count);
+    }
+    return counts.map((count) => bottom > top + 50 ? count / (bottom - top + 1) : 0);
+"""
+
+
+def ripple(day):
+    """A sine of two periods a column: the envelope fills whole columns, which twenty snapshots a second cannot."""
+    day.forget_result()
+    Select(day.browser.find_element(By.ID, "window")).select_by_value("5")
+    day.fill("record", waveform="sine", frequency="237", cycles="700", frames="3000", name="ripple")
+    day.click("#record .go")
+    day.until_page(run="record")
+    day.until("the envelope fills the plot of the drive", lambda: sum(
+        share > 0.6 for share in day.script(FILLED, "#plot-drive", "--drive")) >= 60 or not day.has(run="record"))
+    if not day.has(run="record"):
+        day.fail("no envelope of a sine of 237 Hz was to be seen")
+    day.picture("ripple", "main")
+    day.result("record")
+    if day.script("return Number(document.body.dataset.gaps || 0)") != 0:
+        day.fail(f"the stream had {day.script('return document.body.dataset.gaps')} gaps")
+    Select(day.browser.find_element(By.ID, "window")).select_by_value("15")
+
+
 def second_viewer(day):
     first = day.browser.current_window_handle
     day.browser.switch_to.new_window("tab")
@@ -343,6 +388,7 @@ def main():
             day.until("the form is open", lambda name=field: day.browser.find_element(By.NAME, name).is_displayed())
             day.fill("record", **{field: value})
         by_clicks(day)
+        ripple(day)
         second_viewer(day)
         by_keyboard(day, cable)
         server.terminate()

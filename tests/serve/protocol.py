@@ -160,7 +160,7 @@ async def bad_messages(page):
                  '{"do": "record", "name": "' + 200 * "x" + '"}', "\x00", '{"do": "st\\u0000op"}', 9 * "[" + 9 * "]"):
         await page.connection.send(text)
         message = None
-        while message is None or message["event"] in ("live", "beat", "line", "files", "role"):
+        while message is None or message["event"] in ("live", "stream", "beat", "line", "files", "role"):
             message = json.loads(await asyncio.wait_for(page.connection.recv(), PATIENCE_S))
             # One that only the work itself can refuse.
             if message["event"] == "run" and (message["running"] or message.get("good") is False):

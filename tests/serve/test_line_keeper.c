@@ -29,6 +29,7 @@ static struct {
     atomic_int lines, cuts, snapshots, stops, refusals, ended, good;
     atomic_int state;             /* of the last snapshot */
     atomic_int snapshots_at_stop; /* how many came before it */
+    atomic_uint requests_at_stop; /* that the amplifier had got when it had taken it */
     char why[1024], failure[1024];
 } heard;
 
@@ -50,14 +51,34 @@ static void on_snapshot(void *context, const device_t *device, const hyst_parame
     atomic_fetch_add(&heard.snapshots, 1);
 }
 
+/* The stream is whole: each block begins where the one before has ended. */
+static struct {
+    uint32_t next;
+    atomic_int frames, gaps, captures;
+    atomic_uint decimation;
+} stream;
+
+static void on_stream(void *context, const device_t *device, const hyst_parameters_t *image,
+                      const stream_block_t *block) {
+    (void)context;
+    (void)device;
+    (void)image;
+    atomic_fetch_add(&stream.captures, block->restarted);
+    atomic_fetch_add(&stream.gaps, block->first != (block->restarted ? 0 : stream.next) || block->lost > 0);
+    stream.next = block->first + (uint32_t)block->frames;
+    atomic_store(&stream.decimation, block->decimation);
+    atomic_fetch_add(&stream.frames, (int)block->frames);
+}
+
 static void on_stopped(void *context, double seconds, const char *why) {
     (void)context;
     (void)seconds;
     atomic_store(&heard.snapshots_at_stop, atomic_load(&heard.snapshots));
+    atomic_store(&heard.requests_at_stop, simulated_device_line()->requests);
     atomic_fetch_add(why == NULL ? &heard.stops : &heard.refusals, 1);
 }
 
-static const line_listener_t listener = {on_line, on_snapshot, on_stopped, NULL};
+static const line_listener_t listener = {on_line, on_snapshot, on_stream, on_stopped, NULL};
 
 static void wait_for(atomic_int *count, int least, const char *what) {
     for (const double until_s = monotonic_s() + PATIENCE_S; atomic_load(count) < least;) {
@@ -83,6 +104,7 @@ static void give_image(hyst_parameters_t *image) {
 
 void setUp(void) {
     memset(&heard, 0, sizeof heard);
+    memset(&stream, 0, sizeof stream);
     options.port = PORT;
     options.timeout_s = TIMEOUT_S;
     plug_in();
@@ -118,22 +140,36 @@ static bool play(device_t *device, void *context, failure_t *failure) {
     return experiment_run(device, p->image, &p->experiment, &recording, &events, failure);
 }
 
-/* A recording that would take more than an hour. */
-static bool long_run(line_keeper_t *k, device_t *device, void *context, failure_t *failure) {
+static bool run_sine(line_keeper_t *k, device_t *device, double frequency_hz, unsigned long cycles,
+                     failure_t *failure) {
     hyst_parameters_t image;
     give_image(&image);
-    const waveform_options_t waveform = {
-        .name = "sine", .frequency_hz = 0.2, .amplitude = (double)NAN, .offset = (double)NAN, .cycles = 1000};
+    const waveform_options_t waveform = {.name = "sine",
+                                         .frequency_hz = frequency_hz,
+                                         .amplitude = (double)NAN,
+                                         .offset = (double)NAN,
+                                         .cycles = cycles};
     const double range_v[2] = {0.0, 100.0};
     long_play_t played = {.image = &image, .experiment = {.mode = HYST_MODE_DIRECT}};
     const driving_t driving = {.play = play, .context = &played};
-    (void)context;
     if (!amplifier_image_write(device, &image, failure)) {
         return false;
     }
     line_keeper_new_image(k, &image);
     return waveform_make(&waveform, range_v, "V", &played.experiment.waveform, failure) &&
            driving_run(device, &driving, failure);
+}
+
+/* A recording that would take more than an hour. */
+static bool long_run(line_keeper_t *k, device_t *device, void *context, failure_t *failure) {
+    (void)context;
+    return run_sine(k, device, 0.2, 1000, failure);
+}
+
+/* 20 s of the loop, which this device has in two. */
+static bool short_run(line_keeper_t *k, device_t *device, void *context, failure_t *failure) {
+    (void)context;
+    return run_sine(k, device, 5.0, 100, failure);
 }
 
 static void begin(bool (*run)(line_keeper_t *, device_t *, void *, failure_t *)) {
@@ -163,14 +199,15 @@ static void test_snapshots_come_while_work_has_the_line(void) {
 }
 
 static void test_a_stop_overtakes_work_and_parks(void) {
+    line_keeper_watch(keeper, true);
     begin(long_run);
     wait_until_it_plays();
     const unsigned before = simulated_device_line()->requests;
     line_keeper_stop(keeper);
     wait_for(&heard.stops, 1, "the stop is not taken");
-    /* At most a snapshot and the request that it came before; parking by the work (park, timeout, lock); and by the
-     * keeper. */
-    const unsigned requests = simulated_device_line()->requests - before;
+    /* At most a snapshot or a block, or the request that it came before; parking by the work (park, timeout, lock); and
+     * by the keeper. */
+    const unsigned requests = atomic_load(&heard.requests_at_stop) - before;
     TEST_ASSERT_TRUE_MESSAGE(requests <= 6, "requests before the stop");
     wait_for(&heard.ended, 1, "the work does not end");
     TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.good));
@@ -195,6 +232,90 @@ static void test_only_one_work_at_a_time(void) {
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "busy"), failure.text);
     line_keeper_stop(keeper);
     wait_for(&heard.ended, 1, "the work does not end");
+}
+
+/* Between runs without a gap, in a run the capture of that, and afterwards one's own again. */
+static void test_the_stream_comes_by_itself_and_in_a_run(void) {
+    line_keeper_watch(keeper, true);
+    wait_for(&stream.frames, 2000, "no stream");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&stream.gaps));
+    TEST_ASSERT_EQUAL_INT(1, atomic_load(&stream.captures));
+    begin(short_run);
+    wait_for(&heard.ended, 1, "the work does not end");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, atomic_load(&heard.good), heard.failure);
+    wait_for(&stream.captures, 3, "the capture of the run, or the stream after it, is not read");
+    const int frames = atomic_load(&stream.frames);
+    wait_for(&stream.frames, frames + 1000, "no stream after the run");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&stream.gaps));
+}
+
+static void test_nobody_watches_and_nothing_is_read(void) {
+    wait_for(&heard.snapshots, 10, "no snapshots");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&stream.frames));
+    line_keeper_watch(keeper, true);
+    wait_for(&stream.frames, 100, "no stream");
+    line_keeper_watch(keeper, false);
+    const int snapshots = atomic_load(&heard.snapshots);
+    wait_for(&heard.snapshots, snapshots + 3, "no snapshots");
+    const int frames = atomic_load(&stream.frames);
+    wait_for(&heard.snapshots, snapshots + 10, "no snapshots");
+    TEST_ASSERT_EQUAL_INT(frames, atomic_load(&stream.frames));
+}
+
+/* Somebody has armed the recorder, for a fault: it is his, and his settings stay. */
+static void test_a_capture_that_waits_for_its_trigger_is_left_alone(void) {
+    line_keeper_end(keeper);
+    failure_t failure;
+    device_t *device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE(device_unlock(device, CONTROL_PARAMETERS, &failure) &&
+                     device_write(device, INDEX_capture_trigger, CAPTURE_AT_FAULT, &failure) &&
+                     device_write(device, INDEX_capture_length, 1234, &failure) &&
+                     device_command(device, COMMAND_ARM_CAPTURE, &failure));
+    device_close(device);
+    memset(&heard, 0, sizeof heard);
+    keeper = line_keeper_start(&options, &listener, &failure);
+    line_keeper_watch(keeper, true);
+    wait_for(&heard.snapshots, 20, "no snapshots");
+    TEST_ASSERT_EQUAL_INT(0, atomic_load(&stream.frames));
+    line_keeper_end(keeper);
+    keeper = NULL;
+    int64_t state = 0;
+    int64_t length = 0;
+    device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE(device_read(device, INDEX_capture_state, &state, &failure) &&
+                     device_read(device, INDEX_capture_length, &length, &failure));
+    device_close(device);
+    TEST_ASSERT_EQUAL_INT64(CAPTURE_ARMED, state);
+    TEST_ASSERT_EQUAL_INT64(1234, length);
+}
+
+/* The loop makes more frames than the line carries: the stream is thinned until there is no gap. */
+static void test_a_line_that_becomes_slow_thins_the_stream(void) {
+    line_keeper_watch(keeper, true);
+    wait_for(&stream.frames, 100, "no stream");
+    const unsigned before = atomic_load(&stream.decimation);
+    simulated_device_line()->samples_per_request = (int)(300U * before);
+    for (const double until_s = monotonic_s() + PATIENCE_S; atomic_load(&stream.decimation) < 8 * before;) {
+        TEST_ASSERT_TRUE_MESSAGE(monotonic_s() < until_s, "the stream is not thinned");
+        sleep_until(monotonic_s() + 0.002);
+    }
+    const int frames = atomic_load(&stream.frames);
+    wait_for(&stream.frames, frames + 2000, "no stream");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, atomic_load(&stream.gaps), "it was thinned before there was a gap");
+}
+
+static void test_a_stop_overtakes_the_stream(void) {
+    line_keeper_watch(keeper, true);
+    wait_for(&stream.frames, 1000, "no stream");
+    for (int i = 1; i <= 20; i++) {
+        const unsigned before = simulated_device_line()->requests;
+        line_keeper_stop(keeper);
+        wait_for(&heard.stops, i, "the stop is not taken");
+        /* The request that is on the line, one that was about to be, and the stop. */
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(3, atomic_load(&heard.requests_at_stop) - before);
+    }
 }
 
 static void test_a_stop_right_after_work_was_given_stops_it(void) {
@@ -261,6 +382,11 @@ int main(void) {
     RUN_TEST(test_a_stop_overtakes_work_and_parks);
     RUN_TEST(test_a_stop_without_work_is_taken_at_once);
     RUN_TEST(test_only_one_work_at_a_time);
+    RUN_TEST(test_the_stream_comes_by_itself_and_in_a_run);
+    RUN_TEST(test_nobody_watches_and_nothing_is_read);
+    RUN_TEST(test_a_capture_that_waits_for_its_trigger_is_left_alone);
+    RUN_TEST(test_a_line_that_becomes_slow_thins_the_stream);
+    RUN_TEST(test_a_stop_overtakes_the_stream);
     RUN_TEST(test_a_stop_right_after_work_was_given_stops_it);
     RUN_TEST(test_a_line_that_is_unplugged_comes_back);
     RUN_TEST(test_a_stop_during_a_cut_is_the_first_thing_after_it);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What a snapshot becomes on the page: warnings in words, those of newer firmware by their value. */
+/* What a snapshot, and a block of the stream, become on the page: warnings in words, those of newer firmware by their
+ * value. */
 #include "hyst/parameters.h"
 #include "serve/live.h"
 #include "telemetry.h"
@@ -62,10 +63,44 @@ static void test_the_models_error_is_told_once_it_is_watched(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0391, json_number_value(json_object_get(told, "model_error"))); /* 40 / 1024 */
 }
 
+static double number(const char *key, size_t index) {
+    const json_t *member = json_object_get(told, key);
+    return json_number_value(json_is_array(member) ? json_array_get(member, index) : member);
+}
+
+/* On the time of the snapshots, over the wrap of the sample's number; in units. */
+static void test_frames_of_the_stream(void) {
+    const live_clock_t clock = {.begun = true, .last = 5, .samples = 20000.0};
+    const stream_block_t block = {.lost = 7,
+                                  .first = 1234,
+                                  .frames = 2,
+                                  .sample = 0U - 15U, /* 20 before the snapshot */
+                                  .decimation = 10,
+                                  .signals = CAPTURE_DEFAULT_SIGNALS,
+                                  .width = 3,
+                                  .value = {0x4000, 0xC000, 0, 0x2000, 0, 0x6000}};
+    image.drive_half_range_uv = 100000000; /* 100 V */
+    told = live_stream(&clock, &block, true, &image, 10000.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.998, number("t", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.001, number("step", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1234.0, number("first", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 7.0, number("lost", 0));
+    TEST_ASSERT_EQUAL_UINT(2, json_array_size(json_object_get(told, "drive")));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 20.0, number("reference", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -50.0, number("drive", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, number("position", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 10.0, number("reference", 1));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 30.0, number("position", 1));
+    json_decref(told);
+    told = live_stream(&clock, &block, false, &image, 10000.0);
+    TEST_ASSERT_TRUE(json_is_null(json_object_get(told, "reference")));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_each_warning_has_words_of_its_own);
     RUN_TEST(test_what_warned_before_and_what_nobody_knows);
     RUN_TEST(test_the_models_error_is_told_once_it_is_watched);
+    RUN_TEST(test_frames_of_the_stream);
     return UNITY_END();
 }

@@ -15,7 +15,7 @@ a diagnosis within about a second; so does hyst.cancel() from another thread, wh
 """
 
 from ._library import Cancelled, Error, cancel, version
-from .amplifier import Amplifier, EmulatedAmplifier, Track
+from .amplifier import Amplifier, EmulatedAmplifier, ModelWarning, Track
 from .diagnosis import Diagnosis, Errors, Finding, Parameter, Unseen, Where, diagnose
 from .model import Model, compile, families, fit
 from .recording import Recording, read
@@ -32,6 +32,7 @@ __all__ = [
     "Errors",
     "Finding",
     "Model",
+    "ModelWarning",
     "Parameter",
     "Recording",
     "Track",

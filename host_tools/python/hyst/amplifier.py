@@ -51,6 +51,16 @@ class Track:
         return axes
 
 
+@dataclass(frozen=True)
+class ModelWarning:
+    """The model is no longer true: what the amplifier recorded before and after it noticed."""
+
+    warned_s: float  # when, in the recording
+    limit_um: float  # on the root mean square of position less reference
+    usual_um: float  # what that was when the watch began
+    recording: Recording = field(repr=False)
+
+
 class Amplifier:
     """The amplifier at a serial port. Use it with `with`: however that ends, the drive is stopped and parked.
 
@@ -106,6 +116,10 @@ class Amplifier:
         offset: float | None = None,
         cycles: int | None = None,
         steps: int | None = None,
+        end_frequency: float | None = None,
+        sweep_time: float | None = None,
+        linear: bool | None = None,
+        tones: int | None = None,
         probe: str | None = None,
         slew_rate: float | None = None,
         drive_range: tuple[float, float] | None = None,
@@ -115,12 +129,15 @@ class Amplifier:
     ) -> Recording:
         """Drives the actuator directly and records what it does, as `hyst record` does.
 
-        waveform: "sine", "triangle" or "staircase", in V and Hz; or probe: a block's name or "all", an excitation for
+        waveform: "sine", "triangle", "staircase", "sweep" or "multisine", in V and Hz. A sweep goes from frequency to
+        end_frequency in sweep_time seconds, by equal factors unless linear; a multisine has so many tones from
+        frequency up to end_frequency. Or probe: a block's name or "all", an excitation for
         hyst.diagnose. drive_range, position_range: what the ends of the converters stand for, in V and um; an
         amplifier without an image has to be given them. condition: sweep the whole drive range first.
         """
         said = options(waveform=waveform, frequency_hz=frequency, amplitude_v=amplitude, offset_v=offset,
-                       cycles=cycles, steps=steps, probe=probe, slew_rate_v_per_s=slew_rate,
+                       cycles=cycles, steps=steps, end_frequency_hz=end_frequency, sweep_s=sweep_time, linear=linear,
+                       tones=tones, probe=probe, slew_rate_v_per_s=slew_rate,
                        drive_range_v=None if drive_range is None else list(drive_range),
                        position_range_um=None if position_range is None else list(position_range),
                        condition=condition)
@@ -136,17 +153,22 @@ class Amplifier:
         offset: float | None = None,
         cycles: int | None = None,
         steps: int | None = None,
+        end_frequency: float | None = None,
+        sweep_time: float | None = None,
+        linear: bool | None = None,
+        tones: int | None = None,
         frames: int | None = None,
         condition: bool = True,
         progress: Progress | None = None,
     ) -> Track | tuple[Track, Track]:
         """Lets the amplifier follow a reference in um, and measures the error, as `hyst track` does.
 
-        mode: "linear" (no model), "compensate", or "both": then the answer is (linear, compensate). frames: rows of
+        waveform and its numbers: as of record. mode: "linear" (no model), "compensate", or "both": then the answer is (linear, compensate). frames: rows of
         the recording at most; fewer are read sooner.
         """
         said = options(waveform=waveform, mode=mode, frequency_hz=frequency, amplitude_um=amplitude, offset_um=offset,
-                       cycles=cycles, steps=steps, frames=frames, condition=condition)
+                       cycles=cycles, steps=steps, end_frequency_hz=end_frequency, sweep_s=sweep_time, linear=linear,
+                       tones=tones, frames=frames, condition=condition)
         recordings = (ctypes.c_void_p * 2)()
         answer = self._run(lambda handle: lib.device_track(handle, said, recordings), progress)
         told = json.loads(text(answer))["tracks"]
@@ -186,6 +208,44 @@ class Amplifier:
     def now(self) -> dict[str, Any]:
         """Mode, state, reference, drive in V and position in um of this moment: of sample number `sample`."""
         return json.loads(text(self._run(lib.device_now)))
+
+    def watch(
+        self,
+        *,
+        limit: float | None = None,
+        times: float | None = None,
+        time: float | None = None,
+        before: float | None = None,
+        after: float | None = None,
+        seconds: float | None = None,
+    ) -> ModelWarning | None:
+        """Waits until the model is no longer true, as `hyst watch` does, and returns what was recorded around that.
+
+        Moves nothing: the amplifier works in mode compensate, by `hyst play`. First it is measured what error is usual.
+        limit: in um, else so many `times` that (2); time: how long above it (0.5 s); before, after: what is recorded
+        (1.2 s each). None: no warning came in so many `seconds` of the amplifier's time.
+
+            warning = amplifier.watch(seconds=3600)
+            if warning:
+                print(hyst.diagnose(warning.recording, model))
+
+        Only this call keeps the amplifier's communication timeout (`hyst play --silence`) from passing: a diagnosis
+        that takes longer belongs into another process, as `hyst watch` does it.
+        """
+        said = options(limit_um=limit, times=times, time_s=time, before_s=before, after_s=after, for_s=seconds)
+        record = ctypes.c_void_p()
+        answer = self._run(lambda handle: lib.device_watch(handle, said, ctypes.byref(record)))
+        told = json.loads(text(answer))
+        if not told["warned"]:
+            return None
+        return ModelWarning(told["warned_s"], told["limit_um"], told["usual_um"], Recording._of(record.value))
+
+    def info(self) -> dict[str, Any]:
+        """The amplifier, the image in force, what it does now, and its counters, as `hyst info --json` says it.
+
+            amplifier.info()["image"]["hysteresis"]
+        """
+        return json.loads(text(self._run(lib.device_info)))
 
     def monitor(self, interval: float = 0.5, count: int | None = None) -> Iterator[dict[str, Any]]:
         """now() each `interval` seconds, as `hyst monitor` prints it; count: so many times, or until the loop ends.

@@ -4,8 +4,9 @@
 
 const byId = (id) => document.getElementById(id);
 const page = document.body.dataset; // what the page is in, also for tests: server, line, run, job, control
-const MOST_ROWS = 4000, SILENCE_MS = 4000, AGAIN_MS = 700;
-const live = { t: [], reference: [], drive: [], position: [], error: [] };
+const MOST_ROWS = 1 << 20, SILENCE_MS = 4000, AGAIN_MS = 700, DRAW_MS = 30;
+const STREAM_MS = 300; // without a frame there is no stream
+const stream = { heard: -Infinity, next: null }; // next: number of the frame that comes, once one has come
 const plots = {};
 for (const name of ["position", "loop", "drive", "error"]) { plots[name] = new Plot(byId(`plot-${name}`)); }
 for (const name of ["time", "loop", "error"]) { plots[`compare-${name}`] = new Plot(byId(`compare-${name}`)); }
@@ -98,25 +99,70 @@ function activity(what, fraction) {
 
 // ---- Live ----
 
-function onLive(event) {
-  const last = live.t[live.t.length - 1];
-  if (last !== undefined && event.t < last) {
-    for (const key in live) { live[key].length = 0; }
-  } else if (last !== undefined && event.t - last > 2) { // a gap is not a line
-    live.t.push(last);
-    for (const key of ["reference", "drive", "position", "error"]) { live[key].push(null); }
+// The rows of the traces, in the order of time; a row of NaN is a gap.
+const rows = { count: 0, t: new Float64Array(MOST_ROWS), reference: new Float32Array(MOST_ROWS),
+  drive: new Float32Array(MOST_ROWS), position: new Float32Array(MOST_ROWS) };
+
+function addRow(t, reference, drive, position) {
+  if (rows.count === MOST_ROWS) { // the oldest quarter goes
+    for (const key of ["t", "reference", "drive", "position"]) { rows[key].copyWithin(0, MOST_ROWS / 4); }
+    rows.count -= MOST_ROWS / 4;
   }
-  if (line.has_parameters) { // else the scales are placeholders
-    for (const key in live) { live[key].push(event[key]); }
+  const at = rows.count++;
+  rows.t[at] = t;
+  rows.reference[at] = reference === null ? NaN : reference;
+  rows.drive[at] = drive;
+  rows.position[at] = position;
+}
+
+function addGap() {
+  if (rows.count > 0) { addRow(rows.t[rows.count - 1], null, NaN, NaN); }
+}
+
+// The first row at or after this time.
+function rowAt(t) {
+  let low = 0, high = rows.count;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (rows.t[middle] < t) { low = middle + 1; } else { high = middle; }
   }
-  if (live.t.length > MOST_ROWS) {
-    for (const key in live) { live[key].splice(0, MOST_ROWS / 4); }
-  }
-  lastLive = event;
+  return low;
+}
+
+function drawSoon() {
   if (!stale) {
     stale = true;
-    requestAnimationFrame(drawLive);
+    setTimeout(() => requestAnimationFrame(drawLive), DRAW_MS);
   }
+}
+
+function onLive(event) {
+  if (lastLive !== null && event.t < lastLive.t) { // another server
+    rows.count = 0;
+  }
+  // Snapshots are the trace where no stream is; else the scales are placeholders.
+  if (line.has_parameters && performance.now() - stream.heard > STREAM_MS) {
+    const last = rows.count > 0 ? rows.t[rows.count - 1] : event.t;
+    if (event.t - last > 0.5) { addGap(); } // a gap is not a line
+    if (event.t >= last) { addRow(event.t, event.reference, event.drive, event.position); }
+  }
+  lastLive = event;
+  drawSoon();
+}
+
+// Each frame once: what does not follow on what there is, is a gap.
+function onStream(event) {
+  const lost = event.lost > 0 || (stream.next !== null && !event.restarted && event.first !== stream.next);
+  stream.heard = performance.now();
+  stream.next = event.first + event.drive.length;
+  if (lost) { page.gaps = Number(page.gaps || 0) + 1; }
+  if (!line.has_parameters) { return; }
+  rows.count = rowAt(event.t); // snapshots that came before it
+  if (lost || (event.restarted && rows.count > 0 && event.t - rows.t[rows.count - 1] > 0.2)) { addGap(); }
+  for (let i = 0; i < event.drive.length; i++) {
+    addRow(event.t + i * event.step, event.reference === null ? null : event.reference[i], event.drive[i], event.position[i]);
+  }
+  drawSoon();
 }
 
 // What warns now, else what did; and how far the model is off, once that is watched.
@@ -149,19 +195,19 @@ function drawLive() {
   byId("faults-box").className = now.faults.length > 0 ? "alarm" : "";
   put("now-warnings", warningText(now));
   byId("warnings-box").className = now.warnings.length > 0 ? "warned" : "";
-  if (paused || live.t.length === 0) { return; }
-  const span = Number(byId("window").value), end = live.t[live.t.length - 1];
-  let first = live.t.length;
-  while (first > 0 && live.t[first - 1] >= end - span) { first--; }
-  const part = (key) => live[key].slice(first);
-  const t = part("t").map((value) => value - end), x = [-span, 0];
-  const position = part("position");
-  plots.position.draw([{ x: t, y: part("reference"), colour: "--reference", label: "reference", dash: true },
-    { x: t, y: position, colour: "--position", label: "position" }], { x, least: 0.2, values: true });
-  plots.drive.draw([{ x: t, y: part("drive"), colour: "--drive" }], { x, least: 1, values: true });
-  plots.error.draw([{ x: t, y: part("error"), colour: "--error" }], { x, least: 0.02, values: true, empty: "no reference is followed" });
-  plots.loop.draw([{ x: part("drive").map((v) => v === null ? 0 : v), y: position, colour: "--position" }],
-    { x: rangeOf([{ x: part("drive") }], "x", 1), least: 0.2 });
+  if (paused || rows.count === 0) { return; }
+  const span = Number(byId("window").value), end = rows.t[rows.count - 1], x = [-span, 0];
+  const first = rowAt(end - span), t = rows.t.subarray(first, rows.count);
+  const part = (key) => rows[key].subarray(first, rows.count);
+  const position = part("position"), drive = part("drive"), reference = part("reference");
+  const against = (y, name) => envelope(t, y, end, span, plots[name].columns());
+  plots.position.draw([{ ...against(reference, "position"), colour: "--reference", label: "reference", dash: true },
+    { ...against(position, "position"), colour: "--position", label: "position" }], { x, least: 0.2, values: true });
+  plots.drive.draw([{ ...against(drive, "drive"), colour: "--drive" }], { x, least: 1, values: true });
+  plots.error.draw([{ ...against(position.map((value, i) => value - reference[i]), "error"), colour: "--error" }],
+    { x, least: 0.02, values: true, empty: "no reference is followed" });
+  const loop = { x: drive, y: position, colour: "--position", dots: t.length > 4 * plots.loop.columns() };
+  plots.loop.draw([loop], { x: rangeOf([loop], "x", 1), least: 0.2 });
 }
 
 // ---- Files ----
@@ -391,6 +437,7 @@ const handlers = {
     enter("line", event.connected ? "connected" : "cut");
   },
   live: onLive,
+  stream: onStream,
   run: onRun,
   job: onJob,
   job_line(event) {
@@ -427,6 +474,7 @@ function connect() {
   });
   socket.addEventListener("close", () => {
     page.line = "unknown";
+    stream.next = null;
     page.run = page.job = "idle";
     message("");
     enter("server", "closed");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Line plots on a canvas. A series is {x: [..], y: [..], colour: "--position", label, dash}; null in y is a gap.
+// Line plots on a canvas. A series is {x: [..], y: [..], colour: "--position", label, dash, dots}; null or NaN in y is a
+// gap; with dots each point is one, for more of them than lines can be drawn between.
 "use strict";
 
 // Steps of 1, 2 or 5 times a power of ten, about `most` of them.
@@ -28,6 +29,58 @@ function rangeOf(series, key, least) {
   return [middle - half, middle + half];
 }
 
+// y against time, as it looks in so many columns: with more samples than columns the first, the lowest, the highest and
+// the last of each column, which draw the same as all of them. `x` is the time before `end`, back to `span`.
+function envelope(t, y, end, span, columns) {
+  const made = { x: [], y: [] };
+  const put = (i) => {
+    made.x.push(t[i] - end);
+    made.y.push(Number.isNaN(y[i]) ? null : y[i]);
+  };
+  if (t.length <= 4 * columns) {
+    for (let i = 0; i < t.length; i++) { put(i); }
+    return made;
+  }
+  let first = -1, low = 0, high = 0, last = 0, column = 0;
+  const close = () => {
+    if (first >= 0) { [first, Math.min(low, high), Math.max(low, high), last].forEach(put); }
+    first = -1;
+  };
+  for (let i = 0; i < t.length; i++) {
+    const at = Math.floor((t[i] - end + span) / span * columns);
+    if (at !== column || Number.isNaN(y[i])) {
+      close();
+      column = at;
+    }
+    if (Number.isNaN(y[i])) {
+      if (made.y[made.y.length - 1] !== null) { put(i); }
+    } else if (first < 0) {
+      first = low = high = last = i;
+    } else {
+      last = i;
+      if (y[i] < y[low]) { low = i; }
+      if (y[i] > y[high]) { high = i; }
+    }
+  }
+  close();
+  return made;
+}
+
+// Every point, each pixel once.
+function dots(c, s, colour, px, py, width, height) {
+  const seen = new Uint8Array(width * height);
+  c.fillStyle = colour;
+  for (let i = 0; i < s.x.length; i++) {
+    const x = px(s.x[i]), y = py(s.y[i]);
+    if (x >= 0 && x < width && y >= 0 && y < height && seen[y * width + x] === 0) { // not so for NaN
+      seen[y * width + x] = 1;
+      c.fillRect(x - 0.8, y - 0.8, 1.6, 1.6);
+    }
+  }
+}
+
+const LEFT = 52, RIGHT = 10;
+
 class Plot {
   constructor(canvas) {
     this.canvas = canvas;
@@ -45,6 +98,11 @@ class Plot {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw(this.series, this.options));
   }
 
+  // Pixels that a plot is wide inside.
+  columns() {
+    return Math.max(1, this.canvas.clientWidth - LEFT - RIGHT);
+  }
+
   // options: {x: [low, high], least: smallest extent of y, values: show values at the pointer,
   // empty: what to say without values}
   draw(series, options = {}) {
@@ -60,7 +118,7 @@ class Plot {
     const style = getComputedStyle(canvas), c = canvas.getContext("2d");
     const colour = (name) => style.getPropertyValue(name);
     const x = options.x || rangeOf(series, "x", 1e-9), y = rangeOf(series, "y", options.least || 1e-3);
-    const box = { left: 52, right: width - 10, top: 20, bottom: height - 22 };
+    const box = { left: LEFT, right: width - RIGHT, top: 20, bottom: height - 22 };
     const px = (value) => box.left + (value - x[0]) / (x[1] - x[0]) * (box.right - box.left);
     const py = (value) => box.bottom - (value - y[0]) / (y[1] - y[0]) * (box.bottom - box.top);
     c.setTransform(scale, 0, 0, scale, 0, 0);
@@ -92,13 +150,17 @@ class Plot {
     c.rect(box.left, box.top - 1, box.right - box.left, box.bottom - box.top + 2);
     c.clip();
     for (const s of series) {
+      if (s.dots) {
+        dots(c, s, colour(s.colour), (value) => Math.round(px(value)), (value) => Math.round(py(value)), width, height);
+        continue;
+      }
       c.strokeStyle = colour(s.colour);
       c.lineWidth = 1.6;
       c.setLineDash(s.dash ? [5, 4] : []);
       c.beginPath();
       let open = false;
       for (let i = 0; i < s.x.length; i++) {
-        if (s.y[i] === null) {
+        if (s.y[i] === null || Number.isNaN(s.y[i])) {
           open = false;
         } else if (open) {
           c.lineTo(px(s.x[i]), py(s.y[i]));

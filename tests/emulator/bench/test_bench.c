@@ -6,6 +6,7 @@
  */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/experiment.h"
+#include "amplifier/stream_reader.h"
 #include "base/monotonic_clock.h"
 #include "bench_process.h"
 #include "capture.h"
@@ -287,11 +288,12 @@ static void test_counters_count_and_clear(void) {
     TEST_ASSERT_EQUAL_INT64(0, now[INDEX_faults_sticky]);
 }
 
-/* Where `part` begins in `whole`, compared in drive codes. Returns `samples` if it does not. */
-static size_t find(const double *whole, size_t samples, const double *part, size_t length) {
-    for (size_t start = 0; start + length <= samples; start++) {
+/* Where `part`, every so manyeth of `whole`, begins in it, compared in drive codes. Returns `samples` if it does not.
+ */
+static size_t find(const double *whole, size_t samples, const double *part, size_t length, size_t step) {
+    for (size_t start = 0; start + (length - 1) * step < samples; start++) {
         size_t same = 0;
-        while (same < length && fabs(whole[start + same] - part[same]) < 1e-6) {
+        while (same < length && fabs(whole[start + same * step] - part[same]) < 1e-6) {
             same++;
         }
         if (same == length) {
@@ -299,6 +301,63 @@ static size_t find(const double *whole, size_t samples, const double *part, size
         }
     }
     return samples;
+}
+
+/* What was streamed, for the test that has the truth of it. */
+enum { STREAM_MOST = 60000 };
+static struct {
+    double drive_v[STREAM_MOST], position_um[STREAM_MOST];
+    size_t frames, decimation;
+    uint32_t behind; /* at the end: written, and not read yet */
+} streamed;
+
+static void keep(const stream_block_t *block) {
+    for (size_t i = 0; i < block->frames && streamed.frames < STREAM_MOST; i++) {
+        const uint16_t *frame = block->value + block->width * i;
+        streamed.drive_v[streamed.frames] = drive_to_volts(&good, (hyst_q31_t)(int16_t)frame[0] * 65536);
+        streamed.position_um[streamed.frames++] = position_to_micrometres(&good, (hyst_q31_t)(int16_t)frame[1] * 65536);
+    }
+}
+
+/* Frames a second at this share of the line, for so long; none may be missing. */
+static double stream_for(double seconds, unsigned decimation) {
+    enum { SIGNALS = CAPTURE_DRIVE | CAPTURE_POSITION };
+    stream_reader_t reader = {.device = device};
+    stream_block_t block;
+    streamed.frames = 0;
+    streamed.decimation = decimation;
+    must(stream_arm(device, SIGNALS, decimation, CAPTURE_AT_ONCE, &failure));
+    must(stream_read(&reader, &block, &failure));
+    const double begun_s = monotonic_s();
+    keep(&block);
+    while (monotonic_s() - begun_s < seconds) {
+        must(stream_read(&reader, &block, &failure));
+        TEST_ASSERT_FALSE(block.restarted);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, block.lost, "frames were overwritten before they were read");
+        TEST_ASSERT_EQUAL_UINT(streamed.frames, block.first);
+        keep(&block);
+        streamed.behind = block.behind;
+    }
+    return (double)streamed.frames / (monotonic_s() - begun_s);
+}
+
+/* For docs/LIVE.md: the rate that the emulated line carries, and that of the loop meanwhile. */
+static void test_the_stream_has_no_gap(void) {
+    experiment_t experiment = experiment_of(WAVEFORM_SINE, HYST_MODE_DIRECT, 7.3);
+    experiment.condition = false;
+    must(experiment_start(device, &good, &experiment, 0, &failure));
+    stream_pace_t pace;
+    must(stream_measure(device, &pace, &failure));
+    const unsigned decimation = stream_decimation(&pace, CAPTURE_DRIVE | CAPTURE_POSITION, 0.8);
+    const int64_t before = value_of(INDEX_sequence);
+    const double begun_s = monotonic_s();
+    const double rate = stream_for(5.0, decimation);
+    const double loop = (double)(value_of(INDEX_sequence) - before) / (monotonic_s() - begun_s);
+    printf("stream: a block in %.1f ms at worst, decimation %u, %.0f frames of two signals a second without a gap; "
+           "%u were not read yet; the loop made %.0f samples a second\n",
+           1e3 * pace.block_s, decimation, rate, (unsigned)streamed.behind, loop);
+    TEST_ASSERT_GREATER_THAN_UINT(100, streamed.frames);
+    must(device_command(device, COMMAND_END_CAPTURE, &failure));
 }
 
 /*
@@ -317,7 +376,7 @@ static void test_the_capture_is_what_happened(void) {
     TEST_ASSERT_TRUE_MESSAGE(bench_stop(), "the bench did not end cleanly");
     must(recording_read(&truth, log_path, &failure));
     TEST_ASSERT_EQUAL_UINT(2000, r.samples);
-    const size_t start = find(truth.column[COLUMN_DRIVE], truth.samples, r.column[COLUMN_DRIVE], r.samples);
+    const size_t start = find(truth.column[COLUMN_DRIVE], truth.samples, r.column[COLUMN_DRIVE], r.samples, 1);
     TEST_ASSERT_LESS_THAN_UINT_MESSAGE(truth.samples, start, "the captured drive is not the one the twin was given");
     const double code_um = 2e-6 * good.position_half_range_pm / 65536.0;
     for (size_t i = 0; i < r.samples; i++) {
@@ -325,6 +384,21 @@ static void test_the_capture_is_what_happened(void) {
                                   r.column[COLUMN_DISPLACEMENT][i]);
     }
     recording_free(&r);
+    recording_free(&truth);
+}
+
+/* So with the stream, and every frame of it: of an unnoticed gap the rest would not fit. */
+static void test_the_stream_is_what_happened(void) {
+    recording_t truth;
+    must(recording_read(&truth, log_path, &failure));
+    const size_t start =
+        find(truth.column[COLUMN_DRIVE], truth.samples, streamed.drive_v, streamed.frames, streamed.decimation);
+    TEST_ASSERT_LESS_THAN_UINT_MESSAGE(truth.samples, start, "the streamed drive is not the one the twin was given");
+    const double code_um = 2e-6 * good.position_half_range_pm / 65536.0;
+    for (size_t i = 0; i < streamed.frames; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(0.5001 * code_um, truth.column[COLUMN_DISPLACEMENT][start + i * streamed.decimation],
+                                  streamed.position_um[i]);
+    }
     recording_free(&truth);
 }
 
@@ -351,7 +425,9 @@ int main(void) {
     RUN_TEST(test_images_that_make_no_sense_change_nothing);
     RUN_TEST(test_a_swap_under_motion_makes_no_bump);
     RUN_TEST(test_counters_count_and_clear);
+    RUN_TEST(test_the_stream_has_no_gap);
     RUN_TEST(test_the_capture_is_what_happened);
+    RUN_TEST(test_the_stream_is_what_happened);
     device_close(device);
     (void)unlink(model_path);
     (void)unlink(log_path);

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""amplifier.py AMPLIFIER: hyst.Amplifier against the command, at the simulated amplifier of tests/device."""
+import json
+import os
+import subprocess
+import sys
+import threading
+import unittest
+
+import hyst
+
+HYST, FOLDER = os.environ["HYST"], os.environ["HYST_TEST_FOLDER"]
+AMPLIFIER = sys.argv.pop()
+TIMEOUT_S = 2  # for an answer, on a busy machine
+RANGES = {"drive_range": (0, 100), "position_range": (0, 100)}
+os.makedirs(FOLDER, exist_ok=True)
+os.chdir(FOLDER)
+
+
+class AtTheAmplifier(unittest.TestCase):
+    def setUp(self):
+        self.device = subprocess.Popen([AMPLIFIER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.port = self.device.stdout.readline().split()[1]
+
+    def tearDown(self):
+        self.device.stdin.close()
+        self.device.wait()
+        self.device.stdout.close()
+
+    def amplifier(self):
+        return hyst.Amplifier(self.port, timeout=TIMEOUT_S)
+
+    def command(self, name, *arguments):
+        return subprocess.run([HYST, name, "--port", self.port, "--timeout", str(TIMEOUT_S), *arguments], check=True,
+                              stdout=subprocess.PIPE, text=True).stdout
+
+    def test_info_is_that_of_the_command(self):
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, **RANGES)  # which gives it an image
+            told = amplifier.info()
+        said = json.loads(self.command("info", "--json"))
+        self.assertEqual(told["format"], "hyst-info-1")
+        self.assertEqual(told["image"]["drive_range_v"][0], 0.0)
+        for part in ("format", "amplifier", "image"):
+            self.assertEqual(told[part], said[part])
+        for part in ("now", "counters"):
+            self.assertEqual(told[part].keys(), said[part].keys())
+        self.assertLess(told["counters"]["samples"], said["counters"]["samples"])
+
+    def of_the_command(self, *arguments):
+        self.command("record", "--drive-range", "0:100", "--position-range", "0:100", "--no-condition", *arguments,
+                     "-o", "command.csv")
+        return hyst.read("command.csv")
+
+    def expect_the_same(self, arguments, **options):
+        """The same waveform in as many samples; the drives are those of two runs, to a code."""
+        with self.amplifier() as amplifier:
+            mine = amplifier.record(condition=False, **options, **RANGES)
+        said = self.of_the_command(*arguments)
+        self.assertEqual(mine.keys["waveform"], said.keys["waveform"])
+        self.assertEqual(len(mine.drive), len(said.drive))
+        self.assertLess(abs(mine.drive - said.drive).max(), 0.01)
+        return mine
+
+    def test_a_sweep_is_that_of_the_command(self):
+        arguments = ("--waveform", "sweep", "--frequency", "5", "--end-frequency", "80", "--sweep-time", "0.5")
+        options = {"waveform": "sweep", "frequency": 5, "end_frequency": 80, "sweep_time": 0.5}
+        logarithmic = self.expect_the_same(arguments, **options)
+        linear = self.expect_the_same((*arguments, "--linear"), linear=True, **options)
+        shorter = min(len(logarithmic.drive), len(linear.drive))
+        self.assertGreater(abs(logarithmic.drive[:shorter] - linear.drive[:shorter]).max(), 10)
+
+    def test_a_multisine_is_that_of_the_command(self):
+        arguments = ("--waveform", "multisine", "--frequency", "10", "--end-frequency", "200", "--cycles", "3")
+        options = {"waveform": "multisine", "frequency": 10, "end_frequency": 200, "cycles": 3}
+        many = self.expect_the_same((*arguments, "--tones", "9"), tones=9, **options)
+        few = self.expect_the_same((*arguments, "--tones", "2"), tones=2, **options)
+        self.assertGreater(abs(many.drive - few.drive).max(), 1)
+
+    def test_a_track_of_a_sweep(self):
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            track = amplifier.track("sweep", "linear", frequency=5, end_frequency=40, sweep_time=0.5, amplitude=20,
+                                    offset=50, condition=False)
+        self.assertIn("sweep", track.recording.keys["waveform"])
+        self.assertIn("40", track.recording.keys["waveform"])
+
+    def play(self):
+        """Leaves it playing in mode compensate. Its actuator follows the drive one to one, as a new image has it."""
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+        self.command("play", "--waveform", "sine", "--frequency", "20", "--amplitude", "20", "--offset", "50",
+                     "--no-condition", "--silence", "30")
+
+    def moves_the_sensor_by(self, micrometres):
+        self.device.stdin.write(f"{round(micrometres / 100 * 65536)}\n")
+        self.device.stdin.flush()
+
+    def test_a_watch_without_a_warning(self):
+        self.play()
+        with self.amplifier() as amplifier:
+            self.assertIsNone(amplifier.watch(seconds=3))
+            before = amplifier.now()
+            self.assertEqual((before["mode"], before["state"]), ("compensate", "playing"))
+
+    def test_a_watch_warns(self):
+        self.play()
+        with self.amplifier() as amplifier:
+            later = threading.Timer(1.0, self.moves_the_sensor_by, (5.0,))
+            later.start()
+            warning = amplifier.watch(limit=1.0, time=0.3, before=0.8, after=0.4)
+            later.join()
+            self.assertEqual(amplifier.now()["state"], "playing")
+        self.assertEqual(warning.limit_um, 1.0)
+        self.assertLess(warning.usual_um, 0.1)
+        recording = warning.recording
+        self.assertAlmostEqual(recording.time[-1] - recording.time[0], 1.2, delta=0.01)
+        self.assertAlmostEqual(warning.warned_s, 0.8, delta=0.01)
+        error = recording.displacement - recording.reference
+        # Above the limit for 0.3 s, which are three blocks of 0.102 s; the first of them may have begun before.
+        moved_s = recording.time[abs(error) > 2.5][0] - recording.time[0]
+        self.assertTrue(0.2 <= warning.warned_s - moved_s <= 0.42, moved_s)
+        self.assertAlmostEqual(error[-1], 5.0, delta=0.1)
+        self.assertLess(abs(error[0]), 0.1)
+
+    def test_a_watch_is_cancelled_from_another_thread(self):
+        self.play()
+        with self.amplifier() as amplifier:
+            threading.Timer(1.0, amplifier.cancel).start()
+            with self.assertRaises(hyst.Cancelled):
+                amplifier.watch()
+            self.assertEqual(amplifier.now()["state"], "playing")  # it has moved nothing, and stops nothing
+
+    def test_what_is_wrong_is_said_as_the_command_says_it(self):
+        with self.amplifier() as amplifier:
+            with self.assertRaisesRegex(hyst.Error, "tones"):
+                amplifier.record("multisine", frequency=10, end_frequency=200, tones=17, **RANGES)
+            with self.assertRaisesRegex(hyst.Error, "end-frequency"):
+                amplifier.record("sweep", frequency=10, end_frequency=-1, **RANGES)
+            with self.assertRaisesRegex(hyst.Error, "--times 1: must be above 1"):
+                amplifier.watch(times=1)
+            with self.assertRaisesRegex(hyst.Error, "the record up to 600 s"):
+                amplifier.watch(after=1000)
+
+
+unittest.main()
