@@ -2,6 +2,7 @@
 #include "diagnosis/diagnose.h"
 #include "diagnosis/attempt.h"
 #include "diagnosis/baseline.h"
+#include "diagnosis/empirical.h"
 #include "diagnosis/noise/lattice.h"
 #include "diagnosis/noise/line_clock.h"
 #include "diagnosis/review.h"
@@ -170,7 +171,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
         trial_of_contest(&job, &shape[0].model);
         good = review_end(&job);
         put_given(diagnosis, &as_given);
-        good = good && unseen_complete(&job) && review_delivered(&job);
+        good = good && unseen_complete(&job) && review_delivered(&job) && empirical_describe(&job);
     }
     return end(&job, shape, shapes, good);
 }
@@ -198,7 +199,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         }
         trial_without_the_first(&job);
         trial_of_contest(&job, NULL);
-        good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
+        good = review_end(&job) && unseen_complete(&job) && review_delivered(&job) && empirical_describe(&job);
     }
     baseline_free(&rough, 1);
     return end(&job, baseline, shapes, good);
