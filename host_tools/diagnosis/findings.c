@@ -34,7 +34,8 @@ bool finding_searched(const finding_t *finding, size_t parameter) {
 
 bool finding_tells(const finding_t *finding, size_t parameter) {
     const parameter_info_t *info = &finding->block->parameter[parameter];
-    return finding_searched(finding, parameter) || info->center_of != NULL || info->half_of != NULL;
+    return finding_searched(finding, parameter) || info->center_of != NULL || info->half_of != NULL ||
+           (finding_is_empirical(finding) && info->chosen);
 }
 
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block) {

@@ -13,7 +13,8 @@ size_t findings_named(const diagnosis_t *diagnosis);
 double findings_named_held_out_percent(const diagnosis_t *diagnosis);
 /** Whether a parameter of a finding was searched. */
 bool finding_searched(const finding_t *finding, size_t parameter);
-/** Whether the outputs tell it: searched, or what the searched ones refer to (the middle or half of a range). */
+/** Whether the outputs tell it: searched, or what the searched ones refer to (the middle or half of a range, the
+ * duration of a trend). */
 bool finding_tells(const finding_t *finding, size_t parameter);
 /** The finding that put this block in the chain, or NULL. */
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);

@@ -58,9 +58,9 @@ void tearDown(void) {
 }
 
 /* A drift that comes and goes. */
-static void add_bump(double *x) {
+static void add_bump(double *x, double height_um) {
     for (size_t k = 0; k < SAMPLES; k++) {
-        x[k] += 0.5 * exp(-0.5 * gsl_pow_2(((double)k / SAMPLES - 0.55) / 0.13));
+        x[k] += height_um * exp(-0.5 * gsl_pow_2(((double)k / SAMPLES - 0.55) / 0.13));
     }
 }
 
@@ -77,9 +77,16 @@ static void add_lead(double *x) {
 }
 
 /* A gain that depends on the level, up and down several times. */
-static void add_waves(double *x) {
+static void add_waves(double *x, double height_um) {
     for (size_t k = 0; k < SAMPLES; k++) {
-        x[k] += 0.05 * sin(2.0 * M_PI * x[k] / 6.0);
+        x[k] += height_um * sin(2.0 * M_PI * x[k] / 6.0);
+    }
+}
+
+/* Single readings that are far off, at random. */
+static void add_spikes(double *x) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        x[k] += random_unit(&rng) < 0.005 ? 0.3 * random_normal(&rng) : 0.0;
     }
 }
 
@@ -163,7 +170,7 @@ static void expect_told(const char *block) {
 static void test_a_drift_without_a_name_is_a_trend(void) {
     static const block_t *const expected[] = {&block_empirical_trend};
     compile_report_t report;
-    add_bump(recording.column[COLUMN_DISPLACEMENT]);
+    add_bump(recording.column[COLUMN_DISPLACEMENT], 0.5);
     ask();
     expect_terms(expected, 1, 1.15);
     expect_told("empirical_trend");
@@ -203,8 +210,8 @@ static void test_a_response_without_a_name_is_a_filter(void) {
 static void test_a_second_term_stands_beside_the_first(void) {
     static const block_t *const expected[] = {&block_empirical_trend, &block_empirical_curve};
     compile_report_t report;
-    add_waves(recording.column[COLUMN_DISPLACEMENT]);
-    add_bump(recording.column[COLUMN_DISPLACEMENT]);
+    add_waves(recording.column[COLUMN_DISPLACEMENT], 0.05);
+    add_bump(recording.column[COLUMN_DISPLACEMENT], 0.5);
     ask();
     expect_terms(expected, 2, 3.0);
     expect_written(&report);
@@ -218,9 +225,27 @@ static void expect_no_terms(void) {
     }
 }
 
+/* A drift of a third of the noise, of which a trend would take all: too little to ask for a reason. */
 static void test_where_nothing_is_missing_there_is_no_term(void) {
+    add_bump(recording.column[COLUMN_DISPLACEMENT], 0.0035);
     ask();
     TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
+    expect_no_terms();
+}
+
+/* Its hysteresis has another shape, and leaves ten times the noise: that is no unknown physics. */
+static void test_another_shape_has_no_term(void) {
+    add_waves(recording.column[COLUMN_DISPLACEMENT], 0.2);
+    ask();
+    TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
+    TEST_ASSERT_TRUE(diagnosis.another_shape && diagnosis.held_out_percent > 5.0 * noise_percent());
+    expect_no_terms();
+}
+
+static void test_what_no_term_describes_gets_none(void) {
+    add_spikes(recording.column[COLUMN_DISPLACEMENT]);
+    ask();
+    TEST_ASSERT_EQUAL_INT(UNKNOWN_PHYSICS, diagnosis.verdict);
     expect_no_terms();
 }
 
@@ -243,6 +268,8 @@ int main(void) {
     RUN_TEST(test_a_response_without_a_name_is_a_filter);
     RUN_TEST(test_a_second_term_stands_beside_the_first);
     RUN_TEST(test_where_nothing_is_missing_there_is_no_term);
+    RUN_TEST(test_another_shape_has_no_term);
+    RUN_TEST(test_what_no_term_describes_gets_none);
     RUN_TEST(test_what_is_explained_has_no_term);
     return UNITY_END();
 }
