@@ -150,6 +150,9 @@ typedef struct block {
     const char *uncorrected; /**< the reason, and its effect on the position; a clause without a full stop */
     /** How diagnose searches for it; NULL: it is not a candidate. */
     const probe_t *probe;
+    /** Of a block that is no physical effect but describes what none explains: how it is fitted then
+     * (diagnosis/empirical.h). Such a block has no `probe`: it is no name. NULL: it is a physical effect. */
+    const probe_t *empirical;
 } block_t;
 
 /** Records that the drive was at way_v between two samples, if that is outside both. */
@@ -165,6 +168,11 @@ bool check_operators(const parameter_t bank[3], failure_t *failure);
 /** Whether it is a hysteresis proper, of which a chain has exactly one. */
 static inline bool block_is_hysteresis(const block_t *block) {
     return block->place == PLACE_HYSTERESIS && !block->modifies_hysteresis && !block->follows_hysteresis;
+}
+
+/** How the numbers of a block are searched, whatever it is looked for as. NULL: they are not. */
+static inline const probe_t *block_search(const block_t *block) {
+    return block->probe != NULL ? block->probe : block->empirical;
 }
 
 /** Whether two blocks that diagnose looks for are hard to tell apart from position alone (probe_t.group). */

@@ -16,7 +16,9 @@ const command_t command_blocks = {.name = "blocks",
                                              "order is that of the signal. For each block\n"
                                              "that `hyst diagnose` looks for, it says how the block shows, which "
                                              "others it is hard to distinguish from, and what\n"
-                                             "to record to identify it.",
+                                             "to record to identify it. Blocks that begin with empirical_ are no "
+                                             "physical effects: they describe what\n"
+                                             "no other block explains.",
                                   .run = run,
                                   .files = NULL,
                                   .examples = "# The catalogue for people, and for programs\n"
@@ -106,6 +108,7 @@ static json_t *block_json(const block_t *block) {
     json_t *json = json_pack("{s:s, s:s, s:s, s:o}", "block", block->name, "place", place_name(block->place), "text",
                              block->text, "parameters", parameters);
     json_object_update_new(json, probe_json(block));
+    json_object_set_new(json, "empirical", json_boolean(block->empirical != NULL));
     return json;
 }
 
@@ -133,6 +136,8 @@ static int run(int argc, char **argv) {
         print_block(catalogue[i]);
         if (catalogue[i]->probe != NULL) {
             print_probe(catalogue[i]);
+        } else if (catalogue[i]->empirical != NULL) {
+            printf("  no name: hyst diagnose fits it where no known effect explains the recordings\n");
         }
     }
     return STATUS_DONE;

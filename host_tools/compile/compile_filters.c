@@ -50,6 +50,26 @@ inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double s
     return filter;
 }
 
+bool invert_second_order(const second_order_t *filter, double sample_rate_hz, bool no_filters,
+                         inverse_filter_t *inverse) {
+    static const double most = 8.0; /* of Q28 */
+    *inverse = (inverse_filter_t){.delay_s = no_filters ? filter->delay_s : 0.0};
+    if (!filter->invertible) {
+        return false;
+    }
+    if (!no_filters) {
+        inverse->section = true;
+        inverse->b0 = 1.0 / filter->b0;
+        inverse->b1 = filter->a1 / filter->b0;
+        inverse->b2 = filter->a2 / filter->b0;
+        inverse->a1 = filter->b1 / filter->b0;
+        inverse->a2 = filter->b2 / filter->b0;
+        inverse->rolloff_hz = 0.5 * sample_rate_hz;
+    }
+    return fabs(inverse->b0) < most && fabs(inverse->b1) < most && fabs(inverse->b2) < most &&
+           fabs(inverse->a1) < most && fabs(inverse->a2) < most;
+}
+
 static hyst_q28_t to_q28(double coefficient) {
     return (hyst_q28_t)floor(coefficient * (double)HYST_Q28_ONE + 0.5);
 }

@@ -5,6 +5,7 @@
 #ifndef COMPILE_FILTERS_H
 #define COMPILE_FILTERS_H
 
+#include "elements/second_order.h"
 #include "hyst/iir.h"
 #include <stdbool.h>
 
@@ -21,6 +22,10 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
 
 /** The mode inverted, times a mode of the same frequency and damping 0.7; without a section above fs / 5. */
 inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters);
+
+/** The filter itself inverted, without a roll-off. false: that is not stable, or does not fit the number format. */
+bool invert_second_order(const second_order_t *filter, double sample_rate_hz, bool no_filters,
+                         inverse_filter_t *inverse);
 
 /** Rounds to Q28. Each coefficient must be inside [-8, 8). */
 hyst_iir_section_t quantise_section(const inverse_filter_t *filter);

@@ -19,9 +19,7 @@ static const double wrong_where_it_acts = 0.2;
 /* Of what the held-out samples have beyond the noise, what a block has to explain that another shape of hysteresis
  * could imitate, or to less than this. */
 static const double most_of_it = 0.6, little_left = 0.06;
-/* Where the noise is not known: what a block has to take of the sum of squares that is left, most of which is no noise
- * and may look like anything in part. */
-static const double much_of_it = 0.2;
+const double candidate_much_of_it = 0.2;
 
 /* Significant by both standard errors, corrected for the number of signatures tried. */
 static bool significant(const candidate_t *candidate, size_t tested) {
@@ -90,7 +88,7 @@ static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
 static bool explains_much(const attempt_t *job, const candidate_t *candidate) {
     const diagnosis_t *d = job->diagnosis;
     return remainder_knows_noise(&d->samples, &d->noise) ||
-           (candidate->joint && candidate->power.fitted < (1.0 - much_of_it) * job->power.fitted);
+           (candidate->joint && candidate->power.fitted < (1.0 - candidate_much_of_it) * job->power.fitted);
 }
 
 /* Whether it is large enough for a finding. A shape has to explain most of what is left: part of it any shape does. */

@@ -2,6 +2,7 @@
 #include "diagnosis/diagnose.h"
 #include "diagnosis/attempt.h"
 #include "diagnosis/baseline.h"
+#include "diagnosis/empirical.h"
 #include "diagnosis/noise/lattice.h"
 #include "diagnosis/noise/line_clock.h"
 #include "diagnosis/review.h"
@@ -194,7 +195,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
         trial_of_heard(&job);
         good = review_end(&job);
         put_given(diagnosis, &as_given);
-        good = good && unseen_complete(&job) && review_delivered(&job);
+        good = good && unseen_complete(&job) && review_delivered(&job) && empirical_describe(&job);
     }
     return end(&job, shape, shapes, good);
 }
@@ -224,7 +225,7 @@ bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_
         trial_without_the_first(&job);
         trial_of_contest(&job, NULL);
         trial_of_heard(&job);
-        good = review_end(&job) && unseen_complete(&job) && review_delivered(&job);
+        good = review_end(&job) && unseen_complete(&job) && review_delivered(&job) && empirical_describe(&job);
     }
     baseline_free(&rough, 1);
     return end(&job, baseline, shapes, good);

@@ -10,13 +10,32 @@
  * frequency, a time), in parts of itself. */
 static const double least_deviations = 3.0, least_precision = 1.0 / 3.0;
 
+bool finding_is_empirical(const finding_t *finding) {
+    return finding->block->empirical != NULL;
+}
+
+size_t findings_named(const diagnosis_t *diagnosis) {
+    size_t named = 0;
+    while (named < diagnosis->findings && !finding_is_empirical(&diagnosis->finding[named])) {
+        named++;
+    }
+    return named;
+}
+
+double findings_named_held_out_percent(const diagnosis_t *diagnosis) {
+    const size_t named = findings_named(diagnosis);
+    return named < diagnosis->findings ? diagnosis->finding[named].held_out_before_percent
+                                       : diagnosis->held_out_percent;
+}
+
 bool finding_searched(const finding_t *finding, size_t parameter) {
     return is_searched(finding->block, parameter);
 }
 
 bool finding_tells(const finding_t *finding, size_t parameter) {
     const parameter_info_t *info = &finding->block->parameter[parameter];
-    return finding_searched(finding, parameter) || info->center_of != NULL || info->half_of != NULL;
+    return finding_searched(finding, parameter) || info->center_of != NULL || info->half_of != NULL ||
+           (finding_is_empirical(finding) && info->chosen);
 }
 
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block) {
@@ -94,7 +113,7 @@ static void widen(diagnosis_t *d) {
             const parameter_t *parameter = &block->parameter[p];
             if (finding_searched(&d->finding[f], p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
                 parameter->sigma[0] =
-                    hypot(parameter->sigma[0], accuracy_of(block->block->probe, p) * parameter->value[0]);
+                    hypot(parameter->sigma[0], accuracy_of(block_search(block->block), p) * parameter->value[0]);
             }
         }
     }

@@ -5,9 +5,16 @@
 
 #include "diagnosis/diagnose.h"
 
+/** Whether it only describes what no physical effect explains (empirical.h). */
+bool finding_is_empirical(const finding_t *finding);
+/** How many findings name a physical effect: these come first. */
+size_t findings_named(const diagnosis_t *diagnosis);
+/** Error of the held-out samples with these alone. */
+double findings_named_held_out_percent(const diagnosis_t *diagnosis);
 /** Whether a parameter of a finding was searched. */
 bool finding_searched(const finding_t *finding, size_t parameter);
-/** Whether the outputs tell it: searched, or what the searched ones refer to (the middle or half of a range). */
+/** Whether the outputs tell it: searched, or what the searched ones refer to (the middle or half of a range, the
+ * duration of a trend). */
 bool finding_tells(const finding_t *finding, size_t parameter);
 /** The finding that put this block in the chain, or NULL. */
 const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block);

@@ -52,7 +52,7 @@ static void judge(attempt_t *job, double missing) {
     }
 }
 
-bool verdict_reach(attempt_t *job, double missing) {
+bool verdict_look(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     double *simulated = samples_column(&d->samples);
     model_t smooth;
@@ -62,10 +62,17 @@ bool verdict_reach(attempt_t *job, double missing) {
     const bool good = change != NULL && past_simulate(&d->samples, &d->noise, &smooth, simulated, job->failure);
     if (good) {
         d->remainder = remainder_of(&d->samples, &d->noise, simulated, change, job->step_um / sqrt(12.0));
-        judge(job, missing);
     }
     model_free(&smooth);
     free(simulated);
     free(change);
+    return good;
+}
+
+bool verdict_reach(attempt_t *job, double missing) {
+    const bool good = verdict_look(job);
+    if (good) {
+        judge(job, missing);
+    }
     return good;
 }

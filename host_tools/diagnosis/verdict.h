@@ -5,8 +5,11 @@
 
 #include "diagnosis/attempt.h"
 
+/** Looks for structure in what the model leaves (remainder.h), and writes the remainder into the diagnosis. */
+bool verdict_look(attempt_t *job);
+
 /**
- * Looks for structure in what the model leaves (remainder.h), and writes remainder and verdict into the diagnosis.
+ * verdict_look, and the verdict.
  * missing: what the baseline left (attempt_excess). Blocks that leave too much of it, and structure, are not what is
  * missing but what comes nearest to it: they are detected, not named.
  */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/advice.h"
+#include "diagnosis/findings.h"
 #include <string.h>
 
 const char *advice_on_verdict(const diagnosis_t *d) {
@@ -29,6 +30,10 @@ bool advice_on_recording(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
     text[0] = '\0';
     if (finding->certainty == NAMED) {
         return false;
+    }
+    if (finding_is_empirical(finding)) {
+        text_append(text, "To find the cause of what it describes, record %s:", finding->block->empirical->excitation);
+        return true;
     }
     text_append(text, "Record %s. It would tell ", finding->block->probe->excitation);
     if (finding->rivals > 0) {

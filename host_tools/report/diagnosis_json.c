@@ -68,7 +68,10 @@ static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *ac
                   "held_out_nrmse_percent_before", json_number_or_null(finding->held_out_before_percent),
                   "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
                   location_to_json(&account->where[index], recordings), "explanation", explanation, "confusable_with",
-                  confusable, "separating_excitation", finding->block->probe->excitation);
+                  confusable, "separating_excitation", block_search(finding->block)->excitation);
+    if (finding_is_empirical(finding)) {
+        json_object_set_new(json, "empirical", json_true());
+    }
     json_t *measured = finding_columns_to_json(&account->measured.finding[index]);
     if (measured != NULL) {
         json_object_set_new(json, "measured", measured);

@@ -211,7 +211,7 @@ static void write_advice(const page_t *page) {
         if (advice_on_recording(&d->finding[f], text)) {
             fprintf(page->file, " ");
             write_prose(page->file, text);
-            fprintf(page->file, " <code>hyst record --port DEV --probe %s</code>", d->finding[f].block->name);
+            fprintf(page->file, " <code>hyst record --port DEV --probe %s</code>", finding_probe(&d->finding[f]));
         }
         fprintf(page->file, "</li>\n");
     }
@@ -231,15 +231,19 @@ static void write_finding(const page_t *page, size_t index) {
     write_numbers(page, finding);
     location_text(&page->account->where[index], page->recordings, page->count, text);
     write_row(page->file, "Where", text);
-    fprintf(
-        page->file,
-        "<dt>How sure</dt><dd>confidence %.2f; its size is %.4g standard errors, %.3g by the scatter between blocks "
-        "of time</dd>\n",
-        page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
+    if (finding_is_empirical(finding)) {
+        fprintf(page->file, "<dt>Held-out error</dt><dd>%.4f %% without it, %.4f %% with it</dd>\n",
+                finding->held_out_before_percent, finding->held_out_after_percent);
+    } else {
+        fprintf(page->file,
+                "<dt>How sure</dt><dd>confidence %.2f; its size is %.4g standard errors, %.3g by the scatter between "
+                "blocks of time</dd>\n",
+                page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
+    }
     fprintf(page->file, "<dt>%s</dt><dd>", excitation_heading(finding));
-    write_prose(page->file, finding->block->probe->excitation);
+    write_prose(page->file, block_search(finding->block)->excitation);
     if (finding->certainty != NAMED) {
-        write_probe(page->file, finding->block->name);
+        write_probe(page->file, finding_probe(finding));
     }
     fprintf(page->file, "</dd>\n");
     if (finding_columns_text(finding, &page->account->measured.finding[index], text)) {
@@ -354,7 +358,7 @@ static void write_not_looked_for(const page_t *page) {
     size_t written = 0;
     fprintf(page->file, "<details>\n<summary>What was not looked for</summary>\n<p>");
     for (size_t i = 0; i < catalogue_count; i++) {
-        if (catalogue[i]->probe == NULL && !block_is_hysteresis(catalogue[i])) {
+        if (block_search(catalogue[i]) == NULL && !block_is_hysteresis(catalogue[i])) {
             fprintf(page->file, "%s%s", written++ > 0 ? ", " : "", catalogue[i]->name);
         }
     }

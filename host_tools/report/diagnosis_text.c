@@ -78,18 +78,19 @@ const block_t *diagnosis_other_shape(const diagnosis_t *d) {
 
 /* "creep (or dielectric_loss) and resonance" */
 static void append_names(const diagnosis_t *d, char *text) {
+    const size_t named = findings_named(d);
     if (diagnosis_other_shape(d) != NULL) {
         text_append(text, "%s (%s)%s",
                     model_find(&d->given, diagnosis_other_shape(d)->name) != NULL ? "a hysteresis of other numbers"
                                                                                   : "another shape of hysteresis",
                     diagnosis_other_shape(d)->name,
-                    d->findings > 1    ? ", "
-                    : d->findings == 1 ? " and "
-                                       : "");
+                    named > 1    ? ", "
+                    : named == 1 ? " and "
+                                 : "");
     }
-    for (size_t f = 0; f < d->findings; f++) {
+    for (size_t f = 0; f < named; f++) {
         const finding_t *finding = &d->finding[f];
-        text_append(text, "%s%s", text_between(f, d->findings), finding->block->name);
+        text_append(text, "%s%s", text_between(f, named), finding->block->name);
         for (size_t r = 0; r < finding->rivals; r++) {
             text_append(text, "%s%s", r == 0 ? " (or " : ", ", finding->rival[r]->name);
         }
@@ -98,7 +99,7 @@ static void append_names(const diagnosis_t *d, char *text) {
 }
 
 static bool tells_names(const diagnosis_t *d) {
-    return d->findings > 0 || diagnosis_other_shape(d) != NULL;
+    return findings_named(d) > 0 || diagnosis_other_shape(d) != NULL;
 }
 
 /* "the noise is 0.1 %." */
@@ -124,9 +125,9 @@ static const finding_t *finding_of_steps(const diagnosis_t *d) {
  * and remain in the error. */
 static void append_gain(const diagnosis_t *d, char *text) {
     const finding_t *steps = finding_of_steps(d);
-    const bool other_shape = diagnosis_other_shape(d) != NULL, more = d->findings > 1 || other_shape;
+    const bool other_shape = diagnosis_other_shape(d) != NULL, more = findings_named(d) > 1 || other_shape;
     const double before = other_shape ? d->own_shape_held_out_percent : d->baseline_held_out_percent;
-    const double after = d->held_out_percent;
+    const double after = findings_named_held_out_percent(d);
     if (steps == NULL || more) {
         text_append(text, ": the held-out error %s from %.3g %% to %.3g %%, ", after < before ? "falls" : "goes",
                     before, after);
@@ -166,6 +167,20 @@ static void append_shape(const diagnosis_t *d, char *text) {
     text_append(text, ".");
 }
 
+/* " No known effect fits what is left; without a cause, empirical_curve describes it: ..." */
+static void append_terms(const diagnosis_t *d, char *text) {
+    const size_t named = findings_named(d), terms = d->findings - named;
+    if (terms == 0) {
+        return;
+    }
+    text_append(text, " No known effect fits what is left; ");
+    for (size_t t = 0; t < terms; t++) {
+        text_append(text, "%s%s", text_between(t, terms), d->finding[named + t].block->name);
+    }
+    text_append(text, " describe%s it, without a cause: the held-out error falls from %.3g %% to %.3g %%.",
+                terms > 1 ? "" : "s", findings_named_held_out_percent(d), d->held_out_percent);
+}
+
 void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     text_append(text, "%s", verdict_caveat(d, text) ? " As far as it goes: " : "");
     switch (d->verdict) {
@@ -203,11 +218,12 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
             append_shape(d, text);
         }
     }
+    append_terms(d, text);
 }
 
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
     text[0] = '\0';
-    if (finding->certainty == DETECTED && finding->rivals == 0) {
+    if (finding->certainty == DETECTED && finding->rivals == 0 && !finding_is_empirical(finding)) {
         text_append(text, "It comes nearest to what is missing, and does not explain it. If it were the reason: ");
     }
     if (finding->certainty != NAMED && finding->rivals > 0) {
@@ -219,7 +235,7 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
         text_append(text, "; these recordings cannot tell which%s. The numbers are those of %s: ",
                     finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
     }
-    text_append(text, "%s", finding->block->probe->explanation);
+    text_append(text, "%s", block_search(finding->block)->explanation);
     if (finding_has_reservation(finding)) {
         text_append(text, " More than noise remains, which may be the reason in its place.");
     }
@@ -388,6 +404,9 @@ size_t considered_in_order(const diagnosis_t *d, size_t order[DIAGNOSIS_MOST_CON
 }
 
 const char *finding_standing(const diagnosis_t *d, const finding_t *finding) {
+    if (finding_is_empirical(finding)) {
+        return "describes it, without a cause";
+    }
     if (finding->certainty == DETECTED && (d->verdict == UNKNOWN_PHYSICS || finding->rivals == 0)) {
         return "comes nearest, does not explain it";
     }
@@ -395,9 +414,10 @@ const char *finding_standing(const diagnosis_t *d, const finding_t *finding) {
 }
 
 const char *excitation_heading(const finding_t *finding) {
-    return finding->certainty == NAMED ? "Shows best in"
-           : finding->rivals > 0       ? "To tell them apart, record"
-                                       : "To see more of it, record";
+    return finding_is_empirical(finding) ? "To find the cause, record"
+           : finding->certainty == NAMED ? "Shows best in"
+           : finding->rivals > 0         ? "To tell them apart, record"
+                                         : "To see more of it, record";
 }
 
 size_t unseen_in_order(const diagnosis_t *d, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable) {
@@ -431,10 +451,14 @@ const char *errors_caveat(const diagnosis_t *d) {
                : NULL;
 }
 
+const char *finding_probe(const finding_t *finding) {
+    return finding_is_empirical(finding) ? "all" : finding->block->name;
+}
+
 const char *next_probe(const diagnosis_t *d) {
     for (size_t f = 0; f < d->findings; f++) {
         if (d->finding[f].certainty != NAMED) {
-            return d->finding[f].block->name;
+            return finding_probe(&d->finding[f]);
         }
     }
     return "all";
@@ -497,8 +521,8 @@ static void print_finding(FILE *file, const diagnosis_t *d, const account_t *acc
     }
     if (finding->certainty != NAMED) {
         text[0] = '\0';
-        text_append(text, "%s: hyst record --port DEV --probe %s", finding->block->probe->excitation,
-                    finding->block->name);
+        text_append(text, "%s: hyst record --port DEV --probe %s", block_search(finding->block)->excitation,
+                    finding_probe(finding));
         print_wrapped(file, "   record", text);
     }
 }

@@ -68,6 +68,8 @@ bool unseen_has_limits(const diagnosis_t *diagnosis);
 /** Why errors are smaller than those of a simulation from the first sample on, a sentence; NULL: they are not. */
 const char *errors_caveat(const diagnosis_t *diagnosis);
 
+/** What `hyst record --probe` is to play for a finding: its block, or "all" where that is no physical effect. */
+const char *finding_probe(const finding_t *finding);
 /** What `hyst record --probe` is to play next: the first finding that is not named, or "all". */
 const char *next_probe(const diagnosis_t *diagnosis);
 

@@ -118,25 +118,43 @@ static void check_traits(complaints_t *to, const block_t *block) {
     }
 }
 
-static void check_probe(complaints_t *to, const block_t *block) {
-    const probe_t *probe = block->probe;
-    if (empty(probe->group)) {
-        complain(to, "probe: no group (a name of its own where nothing is confused with it)");
-    }
+/* What a block needs whose numbers are searched, as an effect or as an empirical term. */
+static void check_search(complaints_t *to, const block_t *block) {
+    const probe_t *probe = block_search(block);
     if (empty(probe->explanation)) {
         complain(to, "probe: no explanation");
     }
     if (empty(probe->excitation)) {
         complain(to, "probe: no excitation");
     }
-    if (probe->parts == 0 || (probe->parts & ~(unsigned)PROBE_EVERYTHING) != 0) {
-        complain(to, "probe: no parts of the excitation");
-    }
     if (probe->probe == NULL) {
         complain(to, "probe: no instances");
     }
     if (((probe->searched | probe->positive) >> block->parameters) != 0) {
         complain(to, "probe: searches a parameter that the block has not");
+    }
+}
+
+/* A term is no name, and must not pass for one. */
+static void check_empirical(complaints_t *to, const block_t *block) {
+    if (block->probe != NULL) {
+        complain(to, "empirical: a probe, too, as if it were a physical effect");
+    }
+    if (strncmp(block->name, "empirical_", strlen("empirical_")) != 0) {
+        complain(to, "empirical: its name does not begin with empirical_");
+    }
+    if (block->empirical->searched == 0) {
+        complain(to, "empirical: nothing is searched");
+    }
+}
+
+static void check_probe(complaints_t *to, const block_t *block) {
+    const probe_t *probe = block->probe;
+    if (empty(probe->group)) {
+        complain(to, "probe: no group (a name of its own where nothing is confused with it)");
+    }
+    if (probe->parts == 0 || (probe->parts & ~(unsigned)PROBE_EVERYTHING) != 0) {
+        complain(to, "probe: no parts of the excitation");
     }
     for (size_t i = 0; i < 2 && probe->together[i] != NULL; i++) {
         (void)named(to, "probe: together", probe->together[i]);
@@ -172,8 +190,14 @@ size_t contract_block(const block_t *block, char text[CONTRACT_TEXT]) {
         complain(&to, "either compile, or uncorrected, why there is none");
     }
     check_traits(&to, block);
+    if (block_search(block) != NULL) {
+        check_search(&to, block);
+    }
     if (block->probe != NULL) {
         check_probe(&to, block);
+    }
+    if (block->empirical != NULL) {
+        check_empirical(&to, block);
     }
     return to.count;
 }

@@ -103,6 +103,21 @@ static void test_what_a_block_leaves_out_is_named(void) {
     expect(lines, sizeof lines / sizeof lines[0], contract_block(&block, text));
 }
 
+static void test_what_an_empirical_block_leaves_out_is_named(void) {
+    static const probe_t probe = {.searched = 0};
+    block_t block = *catalogue_find("creep");
+    static const char *const lines[] = {"empirical: a probe, too", "empirical: its name does not begin with empirical_",
+                                        "empirical: nothing is searched"};
+    block.empirical = &probe;
+    expect(lines, 3, contract_block(&block, text));
+    static const char *const searched[] = {"probe: no explanation", "probe: no excitation", "probe: no instances",
+                                           "empirical: nothing is searched"};
+    text[0] = '\0';
+    block.name = "empirical_creep";
+    block.probe = NULL;
+    expect(searched, 4, contract_block(&block, text));
+}
+
 static void test_operators_need_their_parameters(void) {
     block_t block = *catalogue_find("creep");
     static const char *const plays[] = {"no parameter weights", "no parameter thresholds_v",
@@ -138,6 +153,7 @@ int main(void) {
     RUN_TEST(test_faults_are_complete);
     RUN_TEST(test_lists_are_in_the_order_of_their_keys);
     RUN_TEST(test_what_a_block_leaves_out_is_named);
+    RUN_TEST(test_what_an_empirical_block_leaves_out_is_named);
     RUN_TEST(test_operators_need_their_parameters);
     RUN_TEST(test_what_others_leave_out_is_named);
     return UNITY_END();

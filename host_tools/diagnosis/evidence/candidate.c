@@ -47,8 +47,8 @@ bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_
                    : block->parameter[p].optional ? block->parameter[p].default_value
                                                   : 0.0;
     }
-    return known ? index == 0 || block->probe->probe(setting, index - 1, value)
-                 : block->probe->probe(setting, index, value);
+    return known ? index == 0 || block_search(block)->probe(setting, index - 1, value)
+                 : block_search(block)->probe(setting, index, value);
 }
 
 bool candidate_proportional(const block_t *block, size_t parameter) {
@@ -127,7 +127,7 @@ double candidate_own_um(const candidate_t *candidate) {
 
 double candidate_price(const block_t *block) {
     size_t numbers = 0;
-    for (unsigned bits = block->probe->searched; bits != 0; bits >>= 1) {
+    for (unsigned bits = block_search(block)->searched; bits != 0; bits >>= 1) {
         numbers += bits & 1U;
     }
     return candidate_number_price * (double)numbers;

@@ -399,7 +399,7 @@ static double look_around(refinement_t *r, double left) {
 double evidence_refine(const evidence_t *e, model_t *altered, size_t at) {
     enum { MOST_MINIMA = 3 };
     const double settled = 0.1 * e->power / (double)e->rows; /* 0.1 in 2 log likelihood */
-    const bool corners = altered->block[at].block->probe->corners;
+    const bool corners = block_search(altered->block[at].block)->corners;
     refinement_t r;
     open_refinement(&r, e, altered, at);
     r.settled = settled;

@@ -8,7 +8,7 @@ static const double nudge = 1e-5, damping = 1e-6;
 
 double searched_low(const block_t *block, size_t parameter) {
     const double low = block->parameter[parameter].low;
-    return (block->probe->positive >> parameter & 1U) != 0 ? fmax(0.0, low) : low;
+    return (block_search(block)->positive >> parameter & 1U) != 0 ? fmax(0.0, low) : low;
 }
 
 void searched_open(searched_t *searched, model_t *model, size_t at) {
@@ -22,8 +22,8 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
             searched->number[i] = number;
             searched->low[i] = searched_low(block, p);
             searched->high[i] = block->parameter[p].high;
-            if (p < sizeof block->probe->most / sizeof(double) && block->probe->most[p] > 0.0) {
-                searched->high[i] = fmin(searched->high[i], block->probe->most[p]);
+            if (p < sizeof block_search(block)->most / sizeof(double) && block_search(block)->most[p] > 0.0) {
+                searched->high[i] = fmin(searched->high[i], block_search(block)->most[p]);
             }
             searched->logarithmic[i] = block->parameter[p].low >= 0.0 && *number > 0.0;
             searched->scale[i] = *number != 0.0 ? fabs(*number) : 0.01;

@@ -19,7 +19,7 @@ typedef struct {
 
 /** Whether a parameter of a block that diagnose looks for is searched. */
 static inline bool is_searched(const block_t *block, size_t parameter) {
-    return (block->probe->searched >> parameter & 1U) != 0;
+    return (block_search(block)->searched >> parameter & 1U) != 0;
 }
 /** The least value at which a parameter of the block is searched. */
 double searched_low(const block_t *block, size_t parameter);

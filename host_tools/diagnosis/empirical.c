@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/empirical.h"
+#include "base/parallel.h"
+#include "chain/catalogue.h"
+#include "diagnosis/candidate_judgement.h"
+#include "diagnosis/delivered.h"
+#include "diagnosis/evidence/probing.h"
+#include "diagnosis/findings.h"
+#include "diagnosis/verdict.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A chain with a term, or without one, fitted. */
+typedef struct {
+    const block_t *block; /* NULL: the chain as it is, fitted again for comparison */
+    model_t model;
+    joint_power_t power;
+    double percent, held_out_percent, delivered_percent;
+    bool good;
+} term_t;
+
+typedef struct {
+    const attempt_t *job;
+    const search_problem_t *problem; /* from the chain as it is */
+    term_t *term;
+} terms_t;
+
+/* Where its fit begins: the best of its probes, refined beside the hysteresis as it is, or the only one. */
+static bool begin(const terms_t *terms, const block_t *block, model_t *model, size_t *at) {
+    const search_problem_t *problem = terms->problem;
+    double value[BLOCK_MAX_PARAMETERS];
+    candidate_t best;
+    if (!candidate_probe(block, problem->setting, 1, value)) {
+        (void)candidate_probe(block, problem->setting, 0, value);
+        *at = candidate_insert(model, problem->baseline, block, value);
+        return true;
+    }
+    if (!probe_block(problem, block, &best)) {
+        return false;
+    }
+    candidate_refine(problem, &best);
+    model_copy(model, &best.model);
+    *at = best.at;
+    candidate_free(&best);
+    return true;
+}
+
+/* What a fit of this chain moves beside its hysteresis: all that was found, terms as well; not those of a given chain.
+ */
+static unsigned blocks_fitted(const diagnosis_t *d, const model_t *model) {
+    unsigned blocks = attempt_blocks_fitted(d, model);
+    for (size_t b = 0; b < model->blocks; b++) {
+        const block_t *block = model->block[b].block;
+        blocks |= block->empirical != NULL && finding_of(d, block) != NULL ? 1U << b : 0U;
+    }
+    return blocks;
+}
+
+/* First the term and the hysteresis, then what was found as well: numbers that are not those of any effect may hold up
+ * a fit of them all. */
+static bool fit_together(const attempt_t *job, const block_t *block, unsigned blocks, term_t *term) {
+    const diagnosis_t *d = job->diagnosis;
+    failure_t refusal;
+    return (block == NULL ||
+            joint_fit(&d->samples, &d->noise, &term->model, blocks, ATTEMPT_ITERATIONS, &term->power, &refusal)) &&
+           joint_fit(&d->samples, &d->noise, &term->model, blocks | blocks_fitted(d, &term->model), ATTEMPT_ITERATIONS,
+                     &term->power, &refusal);
+}
+
+static void fit(void *context, size_t index) {
+    const terms_t *terms = context;
+    term_t *term = &terms->term[index];
+    attempt_t own = *terms->job;
+    failure_t refusal;
+    size_t at = 0;
+    own.failure = &refusal;
+    if (term->block == NULL) {
+        model_copy(&term->model, terms->problem->baseline);
+    } else if (!begin(terms, term->block, &term->model, &at)) {
+        return;
+    }
+    term->good = fit_together(&own, term->block, term->block != NULL ? 1U << at : 0U, term) &&
+                 attempt_measure(&own, &term->model, &term->percent, &term->held_out_percent);
+    term->delivered_percent = delivered_percent(&own.diagnosis->samples, &term->model);
+}
+
+static void free_terms(term_t *term, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        model_free(&term[i].model);
+    }
+    free(term);
+}
+
+/* All terms that the chain does not have, fitted; before them the chain without one, as it is or fitted again,
+ * whichever leaves less of the held-out samples. */
+static bool fit_terms(attempt_t *job, term_t *term, size_t *count) {
+    const diagnosis_t *d = job->diagnosis;
+    evidence_t *evidence = evidence_open(&d->model, &d->samples, &d->noise, job->failure);
+    const search_problem_t problem = {
+        .evidence = evidence, .noise = &d->noise, .baseline = &d->model, .setting = &job->setting};
+    terms_t terms = {.job = job, .problem = &problem, .term = term};
+    *count = 1;
+    if (evidence == NULL) {
+        return false;
+    }
+    evidence_ask(evidence, ASK_ANYTHING);
+    for (size_t i = 0; i < catalogue_count; i++) {
+        if (catalogue[i]->empirical != NULL && model_find(&d->model, catalogue[i]->name) == NULL) {
+            term[(*count)++].block = catalogue[i];
+        }
+    }
+    parallel(*count, fit, &terms);
+    evidence_close(evidence);
+    attempt_advance(job);
+    joint_power_t as_it_is;
+    if (!joint_power(&d->samples, &d->noise, &d->model, &as_it_is, job->failure)) {
+        return false;
+    }
+    if (!term[0].good || d->held_out_percent < term[0].held_out_percent) {
+        term[0].power = as_it_is;
+        term[0].held_out_percent = d->held_out_percent;
+    }
+    term[0].delivered_percent = d->delivered_percent;
+    return true;
+}
+
+static double noise_square(const diagnosis_t *d) {
+    return isfinite(d->noise_percent) ? d->noise_percent * d->noise_percent : 0.0;
+}
+
+/* Square of the error of the held-out samples beyond the noise; all of it where that is not known. */
+static double missing(const diagnosis_t *d, const term_t *term) {
+    return term->held_out_percent * term->held_out_percent - noise_square(d);
+}
+
+static double support(const diagnosis_t *d, const term_t *without, const term_t *with) {
+    return (double)d->samples.held * log(without->power.held / with->power.held);
+}
+
+static bool is_worth_it(const diagnosis_t *d, const term_t *without, const term_t *with) {
+    const double before = missing(d, without);
+    return with->good && before > attempt_worth_explaining * noise_square(d) &&
+           missing(d, with) < (1.0 - candidate_much_of_it) * before &&
+           support(d, without, with) > attempt_least_support && with->delivered_percent < without->delivered_percent;
+}
+
+/* The term becomes a finding. false: its numbers have no standard errors, and all is as it was. */
+static bool take(attempt_t *job, const term_t *without, term_t *with) {
+    diagnosis_t *d = job->diagnosis;
+    const model_t before = d->model;
+    failure_t refusal;
+    d->model = with->model;
+    d->finding[d->findings++] = (finding_t){.block = with->block,
+                                            .certainty = DETECTED,
+                                            .settled = DETECTED,
+                                            .margin = HUGE_VAL,
+                                            .support = support(d, without, with),
+                                            .held_out_before_percent = without->held_out_percent,
+                                            .held_out_after_percent = with->held_out_percent};
+    if (!findings_errors(d, &refusal)) {
+        d->findings--;
+        with->model = d->model;
+        d->model = before;
+        return false;
+    }
+    with->model = before;
+    d->nrmse_percent = with->percent;
+    d->held_out_percent = with->held_out_percent;
+    d->delivered_percent = with->delivered_percent;
+    return true;
+}
+
+/* One more term, or none. */
+static bool add_term(attempt_t *job, bool *added) {
+    size_t count = 0, best = 0;
+    const diagnosis_t *d = job->diagnosis;
+    term_t *term = allocate(catalogue_count + 1, sizeof *term);
+    const bool good = fit_terms(job, term, &count);
+    for (size_t i = 1; good && i < count; i++) {
+        if (is_worth_it(d, &term[0], &term[i]) &&
+            (best == 0 || term[i].held_out_percent < term[best].held_out_percent)) {
+            best = i;
+        }
+    }
+    *added = best > 0 && take(job, &term[0], &term[best]);
+    free_terms(term, count);
+    return good;
+}
+
+/* What is no response to a drive is taken out of the chain and of the findings, and put back behind those that name an
+ * effect. */
+typedef struct {
+    model_t model; /* its blocks; may be empty */
+    finding_t finding[DIAGNOSIS_MOST_FINDINGS];
+    size_t findings;
+} aside_t;
+
+static void put_aside(diagnosis_t *d, aside_t *aside) {
+    size_t kept = 0;
+    model_t all = d->model;
+    aside->findings = 0;
+    for (size_t f = 0; f < d->findings; f++) {
+        if (d->finding[f].in_readings) {
+            aside->finding[aside->findings++] = d->finding[f];
+        } else {
+            d->finding[kept++] = d->finding[f];
+        }
+    }
+    d->findings = kept;
+    model_copy(&d->model, &all);
+    attempt_without_noise(&d->model);
+    aside->model = all;
+}
+
+static void put_back(diagnosis_t *d, aside_t *aside) {
+    const size_t named = findings_named(d), terms = d->findings - named;
+    memmove(&d->finding[named + aside->findings], &d->finding[named], terms * sizeof d->finding[0]);
+    memcpy(&d->finding[named], aside->finding, aside->findings * sizeof d->finding[0]);
+    d->findings += aside->findings;
+    for (size_t b = 0; b < aside->model.blocks; b++) {
+        const model_block_t *block = &aside->model.block[b];
+        if (block->block->readings != READINGS_AS_THEY_ARE) {
+            model_block_t *added = model_append(&d->model, block->block);
+            for (size_t p = 0; p < block->block->parameters; p++) {
+                model_set_array(added, block->block->parameter[p].name, block->parameter[p].count,
+                                block->parameter[p].value, block->parameter[p].sigma);
+            }
+        }
+    }
+    model_free(&aside->model);
+}
+
+/* The noise is no more than what is left. */
+static void tell(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    if (isfinite(d->noise_percent)) {
+        d->noise_percent = fmin(d->noise_percent, fmax(d->nrmse_percent, d->held_out_percent));
+    }
+    d->delivered_percent = delivered_percent(&d->samples, &d->model);
+}
+
+bool empirical_describe(attempt_t *job) {
+    diagnosis_t *d = job->diagnosis;
+    aside_t aside;
+    bool good = true, added = true, any = false;
+    if ((d->verdict != UNKNOWN_PHYSICS && d->verdict != PARTLY_EXPLAINED) || !d->remainder.structured) {
+        return true;
+    }
+    put_aside(d, &aside);
+    const remainder_t before = d->remainder;
+    for (size_t i = 0; good && added && d->remainder.structured && i < EMPIRICAL_MOST &&
+                       d->findings + aside.findings < DIAGNOSIS_MOST_FINDINGS;
+         i++) {
+        good = add_term(job, &added);
+        any = any || added;
+        good = good && (!added || verdict_look(job));
+    }
+    if (!any) {
+        d->remainder = before;
+    }
+    d->remainder.structured = true;
+    put_back(d, &aside);
+    if (any) {
+        tell(job);
+    }
+    return good;
+}
