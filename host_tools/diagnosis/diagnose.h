@@ -32,7 +32,6 @@ typedef struct {
     double held_out_before_percent, held_out_after_percent; /**< NRMSE */
     bool shape;                                             /**< a hysteresis of another shape could imitate it */
     bool in_readings; /**< its numbers come from the readings themselves, not from a fit */
-    bool heard; /**< it speaks beside the universal operator; beside a hysteresis of few numbers it was not found */
 } finding_t;
 
 /** What became of a block that was looked at in a round of the search. Appended for the outputs. */
