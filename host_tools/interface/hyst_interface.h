@@ -182,11 +182,11 @@ HYST_HOST char *hyst_host_device_now(hyst_host_device_t *device);
  * Waits until the model is no longer true, as `hyst watch` does, but once. options: "limit_um", "times", "time_s",
  * "before_s", "after_s", as the options of the command; "for_s": at most so long, in the amplifier's time; without it
  * until it warns. Answers {"warned": boolean, "limit_um":, "usual_um":, "seconds":, "warned_s":}: what it waited with
- * and for how long, and the place of the warning in *recording, which receives what was before and after it. Without a
- * warning warned_s is null and *recording NULL. Moves nothing, and ends by hyst_host_device_cancel.
+ * and for how long, and the place of the warning in recording[0], which receives what was before and after it. Without
+ * a warning warned_s is null and recording[0] NULL. Moves nothing, and ends by hyst_host_device_cancel.
  */
 HYST_HOST char *hyst_host_device_watch(hyst_host_device_t *device, const char *options,
-                                       hyst_host_recording_t **recording);
+                                       hyst_host_recording_t *recording[1]);
 /** `hyst info`: answers as the command with --json ("hyst-info-1"). */
 HYST_HOST char *hyst_host_device_info(hyst_host_device_t *device);
 

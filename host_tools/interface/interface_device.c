@@ -247,14 +247,14 @@ static bool watch(hyst_host_device_t *device, guard_t *guard, const guard_settin
     }
 }
 
-char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hyst_host_recording_t **recording) {
+char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hyst_host_recording_t *recording[1]) {
     guard_settings_t settings = GUARD_SETTINGS_DEFAULT;
     double for_s = 0.0;
     guard_t guard;
     recording_t record = {0};
     size_t warned = 0;
     failure_t ignored;
-    *recording = NULL;
+    recording[0] = NULL;
     json_t *json = interface_options(options, "{s?F, s?F, s?F, s?F, s?F, s?F}", "limit_um", &settings.limit_um, "times",
                                      &settings.times, "time_s", &settings.time_s, "before_s", &settings.before_s,
                                      "after_s", &settings.after_s, "for_s", &for_s);
@@ -277,7 +277,7 @@ char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hy
                                  guard.usual.rms_um, "seconds", guard_clock_s(&guard), "warned_s",
                                  any ? json_real((double)warned / record.sample_rate_hz) : json_null()));
     if (any) {
-        *recording = recorded(device, &record);
+        recording[0] = recorded(device, &record);
     }
     return answer;
 }

@@ -73,7 +73,7 @@ class Prototypes(unittest.TestCase):
 
     def c_type(self, text):
         text = re.sub(r"\s+", " ", text).strip()
-        text = re.sub(r"^hyst_host_recording_t \*\w+\[2\]$", "hyst_host_recording_t *const *", text)
+        text = re.sub(r"^hyst_host_recording_t \*\w+\[[12]\]$", "hyst_host_recording_t *const *", text)
         if text in self.C_TYPES:
             return self.C_TYPES[text]
         if re.fullmatch(r"(const )?hyst_host_\w+_t \*const \*", text):

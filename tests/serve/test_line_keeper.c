@@ -137,7 +137,11 @@ static bool play(device_t *device, void *context, failure_t *failure) {
     const long_play_t *p = context;
     recording_t recording;
     experiment_events_t events;
-    return experiment_run(device, p->image, &p->experiment, &recording, &events, failure);
+    const bool good = experiment_run(device, p->image, &p->experiment, &recording, &events, failure);
+    if (good) {
+        recording_free(&recording);
+    }
+    return good;
 }
 
 static bool run_sine(line_keeper_t *k, device_t *device, double frequency_hz, unsigned long cycles,

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of instruments, in the layout of their manuals."""
+import numpy as np
+from measurement import export, K, rows, T, text, U, Y
+
+
+@export("Tektronix MSO/DPO CSV", "--displacement-scale 5")
+def _(path):
+    text(path, "Model,MSO4034\nFirmware Version,2.98\n\nPoint Format,Y,\nHorizontal Units,S,\nHorizontal Scale,0.04,\n"
+         "Sample Interval,0.001,\nRecord Length,400,\nProbe Attenuation,10,1\nVertical Units,V,V\n"
+         "Vertical Offset,0,0\n\nLabel,,\nTIME,CH1,CH2\n" + rows(T, U, Y / 5.0))
+
+
+@export("Tektronix TDS: facts beside the first samples", "--drive 5 --displacement 6 --displacement-scale 5 --time 4")
+def _(path):
+    facts = ["Record Length,4.000000e+02,", "Sample Interval,1.000000e-03,", "Trigger Point,0.000000e+00,", ",,",
+             "Source,CH1,", "Vertical Units,V,", "Vertical Scale,2.000000e+01,", "Horizontal Units,s,"]
+    lines = rows(T, U, Y / 5.0, form="%.9f").splitlines()
+    text(path, "".join((facts[i] if i < len(facts) else ",,") + "," + line + ",\n" for i, line in enumerate(lines)))
+
+
+@export("Keysight InfiniiVision CSV", "--displacement-scale 5")
+def _(path):
+    text(path, "x-axis,1,2\nsecond,Volt,Volt\n" + rows(T, U, Y / 5.0, form="%+.8E"))
+
+
+@export("Rigol DS1000 CSV: sample numbers, increment in the header", "--displacement-scale 5")
+def _(path):
+    text(path, "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,0.000000e+00,1.000000e-03\n" +
+         rows(K, U, Y / 5.0, form="%.9g", end=",,\n"))
+
+
+@export("Rigol MSO5000 CSV", "--displacement-scale 5")
+def _(path):
+    text(path, "Time(s),CH1(V),CH2(V)\n" + rows(T, U, Y / 5.0))
+
+
+@export("LeCroy ASCII", "--drive 2 --displacement 3 --displacement-scale 5")
+def _(path):
+    text(path, "LECROYWS64Xs,12345,Waveform\nSegments,1,SegmentSize,400\nSegment,TrigTime,TimeSinceSegment1\n"
+         "#1,23-Nov-2026 10:00:00,0\nTime,Ampl,Ampl\n" + rows(T, U, Y / 5.0))
+
+
+@export("PicoScope CSV", "--displacement-scale 5")
+def _(path):
+    text(path, "Time,Channel A,Channel B\n(ms),(V),(V)\n\n" + rows(1e3 * T, U, Y / 5.0, form="%.8f"))
+
+
+LVM = ("LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
+       "Multi_Headings\tNo\nX_Columns\t{columns}\nTime_Pref\tRelative\nOperator\tlab\nDate\t2026/11/23\n"
+       "Time\t10:00:00\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t400\t400\t\n"
+       "Date\t2026/11/23\t2026/11/23\t\nTime\t10:00:00\t10:00:00\t\nX_Dimension\tTime\tTime\t\nX0\t0\t0\t\n"
+       "Delta_X\t{delta}\t{delta}\t\n***End_of_Header***\t\t\t\nX_Value\tdrive\tposition\tComment\n")
+
+
+@export("LabVIEW .lvm with times")
+def _(path):
+    text(path, LVM.format(point=".", columns="One", delta="0.001") + rows(T, U, Y, separator="\t"))
+
+
+@export("LabVIEW .lvm without times, decimal commas")
+def _(path):
+    text(path, LVM.format(point=",", columns="No", delta="0,001") +
+         "".join("\t" + line + "\n" for line in rows(U, Y, separator="\t", comma=True).splitlines()))
+
+
+@export("NumPy savetxt")
+def _(path):
+    np.savetxt(path, np.column_stack([T, U, Y]), header="t drive displacement")

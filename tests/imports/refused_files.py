@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What has to be refused, and why."""
+import gzip
+import io
+
+import numpy as np
+from measurement import export, rows, T, text, U, Y
+
+
+@export("an empty file", refused="empty file")
+def _(path):
+    text(path, "")
+
+
+@export("prose", refused="no table of numbers")
+def _(path):
+    text(path, "Dear colleague,\nplease find the data\nin the other folder.\n")
+
+
+@export("words among the numbers", refused="2 of 400 lines of data cannot be read: line 52: 'overflow' is not a number")
+def _(path):
+    lines = rows(T, U, Y).splitlines()
+    lines[50] = lines[50].rsplit(",", 1)[0] + ",overflow"
+    lines[60] = "0.060,NaN,1"
+    text(path, "t,u,y\n" + "\n".join(lines) + "\n")
+
+
+@export("a line cut short", refused="line 301: 2 numbers where others have 3")
+def _(path):
+    lines = rows(T, U, Y).splitlines()
+    lines[299] = lines[299].rsplit(",", 1)[0]
+    text(path, "t,u,y\n" + "\n".join(lines) + "\n")
+
+
+@export("a position that never changes", refused="never changes")
+def _(path):
+    text(path, "t,u,y\n" + rows(T, U, 0 * Y))
+
+
+@export("a truncated gzip", refused="ends in the middle|unexpected end of file")
+def _(path):
+    packed = io.BytesIO()
+    with gzip.GzipFile(fileobj=packed, mode="wb") as file:
+        file.write(("t,u,y\n" + rows(T, U, Y)).encode())
+    with open(path, "wb") as file:
+        file.write(packed.getvalue()[:1500])
+
+
+@export("a truncated .npy", refused="not whole")
+def _(path):
+    packed = io.BytesIO()
+    np.save(packed, np.column_stack([T, U, Y]))
+    with open(path, "wb") as file:
+        file.write(packed.getvalue()[:5000])
+
+
+@export("a TDMS file", refused="LabVIEW TDMS")
+def _(path):
+    with open(path, "wb") as file:
+        file.write(b"TDSm" + bytes(64))
+
+
+@export("a workbook", refused="without NumPy arrays|cannot be read")
+def _(path):
+    import zipfile
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("xl/workbook.xml", "<workbook/>")
+
+
+@export("a picture", refused="a picture")
+def _(path):
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n" + bytes(64))
