@@ -86,6 +86,10 @@ typedef struct {
  * stage is off, and so is the output. */
 board_start_t board_init(void);
 
+/** Clock of the processor as it really runs, 1 MHz or more: what is in a period (hyst/cost.h). Main loop, after
+ * board_init. */
+uint32_t board_core_hz(void);
+
 /** Enable line of the power stage. Sample interrupt, each sample. */
 void board_stage_enable(bool on);
 

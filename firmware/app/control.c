@@ -135,7 +135,8 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
         return !loop_adoption_pending();
     case COMMAND_START:
         return loop_ready() && value[INDEX_mode] != HYST_MODE_PARK && !loop_conditioning() &&
-               source_settings_valid(&settings);
+               source_settings_valid(&settings) &&
+               parameter_store_has_time_for(settings.kind == SOURCE_MULTISINE ? settings.tone_count : 0U);
     case COMMAND_CONDITION:
         return loop_armed();
     case COMMAND_ARM:
@@ -335,6 +336,8 @@ void control_refresh(uint32_t value[REGISTER_COUNT]) {
     value[INDEX_commits] = status.commits;
     value[INDEX_store_state] = status.stored;
     value[INDEX_store_sequence] = status.sequence;
+    value[INDEX_image_cost] = status.cost;
+    value[INDEX_cost_budget] = status.cost_budget;
     value[INDEX_events] = event_log_count();
 }
 

@@ -6,8 +6,9 @@
  * buffer; the loop adopts them (loop_adopt). A refused image changes nothing but the result. Besides what
  * hyst/parameters.h checks, the image must have been made for this board's sample rate
  * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE), park within the output range that was set by registers
- * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows
- * (hyst/board_limits.h).
+ * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows (hyst/board_limits.h). Its worst sample must fit a
+ * period at the processor's present clock (HYST_PARAMETERS_TOO_COSTLY, HYST_FIELD_SAMPLE_RATE; hyst/cost.h). What is
+ * stored is checked likewise at start.
  *
  * Main loop only.
  */
@@ -29,6 +30,9 @@ uint32_t *parameter_store_staging(void);
 /** The image in force. PARAMETER_STORE_WORDS words; 0 behind the image's length. */
 const uint32_t *parameter_store_active(void);
 
+/** Does a sample with the image in force leave time for so many tones of a multisine? */
+bool parameter_store_has_time_for(uint32_t tones);
+
 /** Was an image put in force, other than the one of parameter_store_init? Without one there are no limits, and the
  * amplifier cannot be armed. */
 bool parameter_store_image_given(void);
@@ -41,7 +45,8 @@ typedef struct {
     hyst_parameters_fault_t fault;
     uint16_t commits;
     parameter_store_stored_t stored;
-    uint32_t sequence; /**< of the stored image */
+    uint32_t sequence;          /**< of the stored image */
+    uint32_t cost, cost_budget; /**< registers `image_cost` and `cost_budget`, cycles */
 } parameter_store_status_t;
 
 parameter_store_status_t parameter_store_status(void);

@@ -153,7 +153,7 @@ static void print_faults(void) {
     printf("## Why an image is refused\n\n"
            "The layout of an image is in `lib/hyst/include/hyst/parameters.h`.\n\n"
            "| `fault_code` | |\n|---|---|\n");
-    for (int error = HYST_PARAMETERS_OK; error <= HYST_PARAMETERS_UNSTABLE; error++) {
+    for (int error = HYST_PARAMETERS_OK; error < HYST_PARAMETERS_ERROR_COUNT; error++) {
         printf("| %d | %s |\n", error, hyst_parameters_error_text((hyst_parameters_error_t)error));
     }
     printf("\n| `fault_field` | field of the image |\n|---|---|\n");

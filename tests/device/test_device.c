@@ -219,7 +219,7 @@ static void test_a_line_that_echoes_is_named(void) {
 
 static void test_a_register_map_of_the_future_is_refused(void) {
     simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more */
-    refuses_to_open("register map version 4 is unknown here (known: 3): upgrade hyst");
+    refuses_to_open("register map version 5 is unknown here (known: 4): upgrade hyst");
 }
 
 static void test_something_else_is_not_taken_for_an_amplifier(void) {

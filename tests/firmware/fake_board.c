@@ -9,6 +9,7 @@
 #include <string.h>
 
 fake_board_t fake_board;
+uint32_t fake_core_hz = 168000000;
 
 const board_info_t board_info = {.id = 0,
                                  .latency_samples = FAKE_LATENCY,
@@ -47,6 +48,10 @@ uint32_t board_lock(void) {
 void board_unlock(uint32_t key) {
     fake_board.locks--;
     TEST_ASSERT_EQUAL_UINT_MESSAGE(key, fake_board.locks, "locks must nest");
+}
+
+uint32_t board_core_hz(void) {
+    return fake_core_hz;
 }
 
 void board_stage_enable(bool on) {

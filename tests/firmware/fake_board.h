@@ -41,6 +41,9 @@ enum { FAKE_TEMPERATURE = 35000, FAKE_SUPPLY = 3300, FAKE_HIGH_VOLTAGE = 160000 
 
 extern fake_board_t fake_board;
 
+/** Clock of the processor, which a power-on leaves as it is. 168 MHz unless a test changes it. */
+extern uint32_t fake_core_hz;
+
 /* FAKE_CONVERTER_BITS comes from CMakeLists.txt. */
 
 /** Its flash sectors, which keep what they hold over fake_board_start. */

@@ -51,7 +51,7 @@ static void test_exactly_the_registers_of_the_table_can_be_read(void) {
 
 static void test_identity(void) {
     TEST_ASSERT_EQUAL_HEX32(REGISTERS_MAGIC, master_get(INDEX_magic));
-    TEST_ASSERT_EQUAL_UINT32(3, master_get(INDEX_abi));
+    TEST_ASSERT_EQUAL_UINT32(4, master_get(INDEX_abi));
     TEST_ASSERT_EQUAL_UINT32(board_info.sample_rate_mhz, master_get(INDEX_sample_rate));
     TEST_ASSERT_EQUAL_UINT32(FAKE_LATENCY, master_get(INDEX_latency));
     TEST_ASSERT_EQUAL_UINT32(LENGTH_capture / 3, master_get(INDEX_capture_capacity));
