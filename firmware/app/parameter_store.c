@@ -47,7 +47,8 @@ static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_p
 
 /* The stored image, into store.active and the first half. */
 static bool load(hyst_parameters_t *parameters) {
-    const size_t length = image_store_load(store.active, PARAMETER_STORE_WORDS, &store.status.sequence);
+    const size_t length = image_store_load(store.active, PARAMETER_STORE_WORDS);
+    store.status.sequence = image_store_sequence();
     if (length == 0) {
         return false;
     }
@@ -100,10 +101,23 @@ parameter_store_status_t parameter_store_status(void) {
     return store.status;
 }
 
-void parameter_store_save(void) {
-    const bool saved = image_store_save(store.active, store.active[WORD_LENGTH]);
+static bool note_saved(bool saved) {
     store.status.stored = saved ? STORE_SAVED : STORE_FAILED;
-    store.status.sequence += saved ? 1U : 0U;
+    store.status.sequence = image_store_sequence();
+    return saved;
+}
+
+void parameter_store_save(void) {
+    (void)note_saved(image_store_save(store.active, store.active[WORD_LENGTH]));
+}
+
+bool parameter_store_save_line(const line_settings_t *line) {
+    return note_saved(image_store_save_line(line));
+}
+
+line_settings_t parameter_store_line(bool forget) {
+    const line_settings_t stored = image_store_line();
+    return forget || !line_settings_valid(&stored) ? (line_settings_t)LINE_SETTINGS_DEFAULT : stored;
 }
 
 void parameter_store_commit(void) {

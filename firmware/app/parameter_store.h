@@ -45,7 +45,7 @@ typedef struct {
     hyst_parameters_fault_t fault;
     uint16_t commits;
     parameter_store_stored_t stored;
-    uint32_t sequence;          /**< of the stored image */
+    uint32_t sequence;          /**< of the stored copy */
     uint32_t cost, cost_budget; /**< registers `image_cost` and `cost_budget`, cycles */
 } parameter_store_status_t;
 
@@ -53,6 +53,14 @@ parameter_store_status_t parameter_store_status(void);
 
 /** Stores the image in force. Only while loop_off(). */
 void parameter_store_save(void);
+
+/** The stored settings of the line; the default ones if none are stored, if this board cannot have them, or to forget
+ * them. */
+line_settings_t parameter_store_line(bool forget);
+
+/** Stores valid settings of the line, beside the stored image if there is one. Only while loop_off(). False when the
+ * flash did not take them. */
+bool parameter_store_save_line(const line_settings_t *line);
 
 /** Tries to put the staged image in force. Not while loop_adoption_pending(): the idle half is not idle then. */
 void parameter_store_commit(void);

@@ -16,6 +16,16 @@ void board_modbus_send(const uint8_t *frame, size_t length) {
     (void)length;
 }
 
+bool board_modbus_baud_possible(uint32_t baud) {
+    (void)baud;
+    return true;
+}
+
+void board_modbus_line(uint32_t baud, line_parity_t parity) {
+    (void)baud;
+    (void)parity;
+}
+
 uint32_t board_lock(void) {
     return 0; /* the interrupt is called, and never interrupts */
 }

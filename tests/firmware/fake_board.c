@@ -54,6 +54,17 @@ uint32_t board_core_hz(void) {
     return fake_core_hz;
 }
 
+/* An UART of the STM32 at 84 MHz. */
+bool board_modbus_baud_possible(uint32_t baud) {
+    return line_divider(84000000, baud) != 0;
+}
+
+void board_modbus_line(uint32_t baud, line_parity_t parity) {
+    fake_board.baud = baud;
+    fake_board.parity = parity;
+    fake_board.frames_before_line = fake_board.frames_sent;
+}
+
 void board_stage_enable(bool on) {
     fake_board.stage_enabled = on;
 }

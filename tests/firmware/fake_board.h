@@ -29,6 +29,9 @@ typedef struct {
     uint8_t sent[256];      /**< last frame on the Modbus line */
     size_t sent_length;
     unsigned frames_sent;
+    uint32_t baud;
+    line_parity_t parity;
+    unsigned frames_before_line; /**< frames_sent when the line was last set */
     bool stage_enabled;
     unsigned watchdog_fed; /**< how often */
     int32_t health[HEALTH_CHANNELS];

@@ -22,6 +22,7 @@
  */
 #include "board.h"
 #include "clock.h"
+#include "hyst/cost.h"
 #include "loop.h"
 #include "modbus_line.h"
 #include "startup.h"
@@ -31,7 +32,8 @@
 #define SAMPLE_PERIOD_US (1000000U / SAMPLE_RATE_HZ)
 #define ADC_AHEAD_US     5U /* a conversion takes 3.2 us */
 
-#define PIN_POSITION     1U /* PA1, ADC channel 1: PA0 is the user button of the Olimex board */
+#define PIN_DEFAULT_LINE 0U /* PA0, the user button of the Olimex board: high while the board starts */
+#define PIN_POSITION     1U /* PA1, ADC channel 1 */
 #define PIN_DRIVE        4U /* PA4, DAC channel 1 */
 #define PIN_STAGE_ENABLE 0U /* PB0, high is on */
 #define CHANNEL_POSITION 1U
@@ -51,6 +53,9 @@ enum { CHANNEL_TEMPERATURE = 16U, CHANNEL_REFERENCE = 17U };
  * processor or more, so the bound is at least 9.5 us at 168 MHz. Twice that, with the fall-back, is a fifth of 100 us
  * and half of 40 us. */
 #define CONVERSION_LOOKS 200U
+
+/* Of 4 cycles or more: 48 us at 168 MHz. Five time constants of a pull-down of 50 kOhm and a wire of 100 pF are 25. */
+#define PULL_TURNS 2000U
 
 const board_info_t board_info = {
     .id = BOARD_ID,
@@ -108,6 +113,16 @@ static void converters_init(void) {
     ADC1->CR2 = ADC_CR2_ADON; /* the first conversion comes long after the 3 us it needs to stabilise */
 }
 
+/* The pull-down has some microseconds to act. */
+static bool default_line(void) {
+    RCC->AHB1ENR |= RCC_AHB1ENR_GPIOA;
+    GPIOA->PUPDR |= GPIO_PULL_DOWN << (2U * PIN_DEFAULT_LINE);
+    for (unsigned turn = 0; turn < PULL_TURNS; turn++) {
+        __asm__ volatile("nop");
+    }
+    return (GPIOA->IDR & 1UL << PIN_DEFAULT_LINE) != 0;
+}
+
 static void stage_init(void) {
     RCC->AHB1ENR |= RCC_AHB1ENR_GPIOB;
     GPIOB->BSRR = GPIO_BSRR_RESET(PIN_STAGE_ENABLE);
@@ -144,6 +159,7 @@ board_start_t board_init(void) {
     modbus_line_init(clocks.apb2_hz, true);
     const bool known = factory_values();
     return (board_start_t){.serial = {known ? UNIQUE_ID[2] : 0, known ? UNIQUE_ID[1] : 0, known ? UNIQUE_ID[0] : 0},
+                           .default_line = default_line(),
                            .faults =
                                (uint16_t)((clocks.fallback ? FAULT_CLOCK_FALLBACK : 0) | (supplied ? 0 : FAULT_SUPPLY)),
                            .reset_cause = (uint16_t)(cause | (last.faulted ? RESET_FAULT : 0)),
@@ -152,8 +168,10 @@ board_start_t board_init(void) {
                            .fault_status = last.fault_status};
 }
 
+/* An emulator models no clocks, so that they seem to have fallen back; as it is no such chip, it counts as one at its
+ * full clock. So does a chip of revision A, whose fall-back then shows as overruns only. */
 uint32_t board_core_hz(void) {
-    return core_hz;
+    return factory_values() ? core_hz : HYST_COST_CORE_HZ;
 }
 
 void board_stage_enable(bool on) {
