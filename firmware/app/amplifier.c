@@ -12,8 +12,9 @@ static uint32_t last_samples; /* when the hardware watchdog was last fed */
 void amplifier_init(const board_start_t *start) {
     loop_init(parameter_store_init(), start->faults);
     event_log_init(start->reset_cause);
-    modbus_server_init();
-    registers_init(start);
+    const line_settings_t line = parameter_store_line(start->default_line);
+    modbus_server_init(&line);
+    registers_init(start, &line);
     accepted = modbus_server_accepted();
     last_samples = loop_samples();
 }

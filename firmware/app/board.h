@@ -8,6 +8,7 @@
 #define BOARD_H
 
 #include "hyst/board_limits.h"
+#include "line_settings.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -36,7 +37,7 @@ typedef struct {
     uint16_t position_bits, drive_bits;
     uint32_t sample_rate_mhz;
     uint32_t cost_rate_hz;      /**< counts per second of board_cost_counter */
-    uint32_t modbus_silence_us; /**< t3.5: silence that ends a frame */
+    uint32_t modbus_silence_us; /**< least silence that ends a frame (line_silence_us) */
     uint16_t safe_code;         /**< drive code without an image: from reset on, and after a processor fault */
     /** No two drive codes are farther apart than this, whatever makes the drive: a source that starts elsewhere, a new
      * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */
@@ -80,11 +81,16 @@ typedef struct {
     uint32_t fault_address; /**< of the instruction that faulted, with RESET_FAULT */
     uint32_t fault_status;  /**< the processor's configurable fault status then */
     uint32_t serial[3];     /**< serial number, highest bits first; zeros: none */
+    bool default_line;      /**< somebody asks for LINE_SETTINGS_DEFAULT, whatever is stored: a button, a strap */
 } board_start_t;
 
 /** Clocks (waits are bounded; on a timeout the board goes on with what it has), pins, converters, serial line. The
  * stage is off, and so is the output. */
 board_start_t board_init(void);
+
+/** Clock of the processor as it really runs, 1 MHz or more: what is in a period (hyst/cost.h). Main loop, after
+ * board_init. */
+uint32_t board_core_hz(void);
 
 /** Enable line of the power stage. Sample interrupt, each sample. */
 void board_stage_enable(bool on);
@@ -107,6 +113,13 @@ uint32_t board_microseconds(void);
 /** Sends a frame on the Modbus line; takes a copy or blocks until it is out; handles the RS-485 driver enable. On a
  * half-duplex line nothing is received meanwhile: it could only be the frame itself. Main loop only. */
 void board_modbus_send(const uint8_t *frame, size_t length);
+
+/** Can the line make this rate within 1.5 % (line_divider)? Main loop, after board_init. */
+bool board_modbus_baud_possible(uint32_t baud);
+
+/** The line has this rate and parity from now on. Valid settings, nothing being sent; a byte that is arriving is lost.
+ * From board_init on it has those of LINE_SETTINGS_DEFAULT. Main loop only. */
+void board_modbus_line(uint32_t baud, line_parity_t parity);
 
 /** Main loop is idle: wait for an interrupt. Must come back within about a millisecond even without one, because the
  * end of a Modbus frame is a silence and raises none. */

@@ -61,7 +61,7 @@ static void unlock(uint32_t value[REGISTER_COUNT], uint32_t key) {
                                                             : value[INDEX_unlocked] | CONTROL_OUTPUT;
 }
 
-void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
+void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, const line_settings_t *line) {
     value[INDEX_magic] = REGISTERS_MAGIC;
     value[INDEX_abi] = REGISTERS_ABI;
     value[INDEX_firmware_version] =
@@ -99,6 +99,14 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start) {
     value[INDEX_starts] = start->starts;
     value[INDEX_fault_address] = start->fault_address;
     value[INDEX_fault_status] = start->fault_status;
+    value[INDEX_line_address] = line->address;
+    value[INDEX_line_baud] = line->baud;
+    value[INDEX_line_parity] = line->parity;
+}
+
+static line_settings_t line_settings(const uint32_t value[REGISTER_COUNT]) {
+    return (line_settings_t){
+        .address = value[INDEX_line_address], .baud = value[INDEX_line_baud], .parity = value[INDEX_line_parity]};
 }
 
 static source_settings_t source_settings(const uint32_t value[REGISTER_COUNT]) {
@@ -136,13 +144,16 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
         return !loop_adoption_pending();
     case COMMAND_START:
         return loop_ready() && value[INDEX_mode] != HYST_MODE_PARK && !loop_conditioning() &&
-               source_settings_valid(&settings);
+               source_settings_valid(&settings) &&
+               parameter_store_has_time_for(settings.kind == SOURCE_MULTISINE ? settings.tone_count : 0U);
     case COMMAND_CONDITION:
         return loop_armed();
     case COMMAND_ARM:
         return parameter_store_image_given() && !loop_in_fault() && health_watch_faults() == 0;
     case COMMAND_SAVE:
         return parameter_store_image_given() && loop_off();
+    case COMMAND_SAVE_LINE:
+        return loop_off();
     case COMMAND_ARM_CAPTURE:
         return capture_settings_valid(&capture);
     case COMMAND_NONE:
@@ -160,6 +171,7 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
 
 bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT]) {
     const uint32_t x = value[index];
+    const line_settings_t line = line_settings(value);
     switch (index) {
     case INDEX_command:
         return command_possible(value);
@@ -195,6 +207,10 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
         return (hyst_q31_t)value[INDEX_reference_low] <= (hyst_q31_t)value[INDEX_reference_high];
     case INDEX_health_looks:
         return x > 0;
+    case INDEX_line_address:
+    case INDEX_line_baud:
+    case INDEX_line_parity:
+        return line_settings_valid(&line);
     default:
         return true;
     }
@@ -268,6 +284,14 @@ static void start(const uint32_t value[REGISTER_COUNT]) {
     loop_start(&settings);
 }
 
+/* What the flash does not take is not in force either. */
+static void save_line(const uint32_t value[REGISTER_COUNT]) {
+    const line_settings_t line = line_settings(value);
+    if (parameter_store_save_line(&line)) {
+        modbus_server_change_line(&line);
+    }
+}
+
 static void arm_capture(const uint32_t value[REGISTER_COUNT]) {
     const capture_settings_t settings = capture_settings(value);
     const uint32_t key = board_lock();
@@ -332,6 +356,9 @@ void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) 
     case COMMAND_END_CAPTURE:
         end_capture();
         break;
+    case COMMAND_SAVE_LINE:
+        save_line(value);
+        break;
     }
 }
 
@@ -348,6 +375,8 @@ void control_refresh(uint32_t value[REGISTER_COUNT]) {
     value[INDEX_commits] = status.commits;
     value[INDEX_store_state] = status.stored;
     value[INDEX_store_sequence] = status.sequence;
+    value[INDEX_image_cost] = status.cost;
+    value[INDEX_cost_budget] = status.cost_budget;
     value[INDEX_events] = event_log_count();
 }
 

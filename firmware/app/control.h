@@ -27,7 +27,8 @@ typedef enum {
     COMMAND_ARM = 9,
     COMMAND_DISARM = 10,
     COMMAND_SAVE = 11,
-    COMMAND_END_CAPTURE = 12
+    COMMAND_END_CAPTURE = 12,
+    COMMAND_SAVE_LINE = 13
 } control_command_t;
 
 /** Register `write_refused`. Append only. */
@@ -52,7 +53,7 @@ enum { CONTROL_PARAMETERS = 1, CONTROL_OUTPUT = 2 };
 uint32_t control_needs(unsigned index, uint32_t value);
 
 /** Identity and defaults. */
-void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start);
+void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, const line_settings_t *line);
 
 /** Could these values be in force, as far as register `index` is concerned? For the command: is it possible now? */
 bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT]);

@@ -1,11 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * The parameter image that survives: two flash sectors, written in turn, so that one whole copy is always there.
+ * The parameter image and the settings of the line that survive: two flash sectors, written in turn, so that one whole
+ * copy is always there.
  *
- * A copy is, in words: magic, layout version, sequence number, length of the image, the image, CRC-32 of all that. The
- * CRC is programmed last, so a copy is whole or it is none. A save erases the sector that does not hold the newest
- * copy, programs it, reads it back; the other one is not touched. After a cut at any moment the newest whole copy is
- * exactly the old image or exactly the new one (tests/firmware/test_power_loss.c).
+ * A copy is, in words: magic, layout version, sequence number, length of the image, address (bits 0 to 7) and parity
+ * (8 to 15) of the line, its rate, the image, CRC-32 of all that. Before the line was stored the layout version was 1,
+ * and the image followed its length: such a copy is read as one with LINE_SETTINGS_DEFAULT. A copy may have no image.
+ *
+ * The CRC is programmed last, so a copy is whole or it is none. A save erases the sector that does not hold the newest
+ * copy, programs it, reads it back; the other one is not touched. What a save does not change it takes from the newest
+ * copy. After a cut at any moment the newest whole copy is exactly the old one or exactly the new one
+ * (tests/firmware/test_power_loss.c).
  *
  * Wear: a save erases one sector, each sector every second save; 10,000 erasures a sector (STM32F405 datasheet) are
  * 20,000 saves.
@@ -16,15 +21,23 @@
 #ifndef IMAGE_STORE_H
 #define IMAGE_STORE_H
 
+#include "line_settings.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-/** A copy of the newest image, at most `capacity` words. Returns its length, 0 if there is none. *sequence receives its
- * number, if it is not NULL. */
-size_t image_store_load(uint32_t *image, size_t capacity, uint32_t *sequence);
+/** The newest image, at most `capacity` words. Returns its length, 0 if there is none. */
+size_t image_store_load(uint32_t *image, size_t capacity);
 
-/** Makes this image the newest. False when the flash did not take it: then the one before still is. */
+/** The newest settings of the line; those of LINE_SETTINGS_DEFAULT if none are stored. Not checked. */
+line_settings_t image_store_line(void);
+
+/** Number of the newest copy, 0 if there is none. */
+uint32_t image_store_sequence(void);
+
+/** Makes this image the newest, or these settings. False when the flash did not take it: then the one before still is.
+ */
 bool image_store_save(const uint32_t *image, size_t length);
+bool image_store_save_line(const line_settings_t *line);
 
 #endif

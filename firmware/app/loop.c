@@ -211,7 +211,8 @@ static uint32_t tripping(bool supply_low, bool overrun, uint32_t faults) {
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
-    loop.overruns_in_a_row = overrun ? loop.overruns_in_a_row + 1U : 0;
+    const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
+    loop.overruns_in_a_row = overrun && !adopting ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;

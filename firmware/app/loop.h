@@ -90,8 +90,8 @@ void loop_master_heard(void);
 void loop_set_timeout(uint32_t milliseconds);
 #define LOOP_DEFAULT_TIMEOUT_MS 1000U
 
-/** So many overruns in a row trip (FAULT_OVERLOAD): from then on a plain ramp to park runs in place of the compensator,
- * so that the main loop gets to hear the master again. */
+/** So many overruns in a row trip (FAULT_OVERLOAD), but for those of an adoption, which ends. From then on a plain ramp
+ * to park runs in place of the compensator, so that the main loop gets to hear the master again. */
 #define LOOP_OVERRUNS_TO_TRIP 5U
 
 /** The setpoint's slew after start-up: the whole range in 0.2 s at 10 kHz, as hyst_parameters_default's transition. */

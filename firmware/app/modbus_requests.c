@@ -376,7 +376,7 @@ modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply
         return MODBUS_FRAME_BROKEN;
     }
     const bool broadcast = frame[0] == MODBUS_BROADCAST_ADDRESS;
-    if ((frame[0] != MODBUS_SERVER_ADDRESS && !broadcast) || frame[1] >= EXCEPTION_BIT ||
+    if ((frame[0] != modbus_server_address() && !broadcast) || frame[1] >= EXCEPTION_BIT ||
         (broadcast && !may_be_broadcast(frame[1]))) {
         return MODBUS_FRAME_FOREIGN;
     }

@@ -38,6 +38,17 @@ static struct {
 } answer;
 
 static modbus_counters_t counters;
+
+/* In force, and what it is to become. Main loop only, but for the silence. */
+static struct {
+    line_settings_t now, next;
+    bool changes;
+    atomic_uint silence_us;
+} line;
+
+static uint32_t silence_us(void) {
+    return atomic_load_explicit(&line.silence_us, memory_order_relaxed);
+}
 static uint32_t accepted;
 
 /* Two silences: modbus_server.h. */
@@ -46,7 +57,7 @@ static bool may_be_echo(uint32_t now) {
         return false;
     }
     return atomic_load_explicit(&answer.sending, memory_order_acquire) ||
-           now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * board_info.modbus_silence_us;
+           now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * silence_us();
 }
 
 static void push(uint16_t item) {
@@ -55,7 +66,7 @@ static void push(uint16_t item) {
         item |= ITEM_AFTER_ANSWER;
     }
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_relaxed);
-    if (now - last > board_info.modbus_silence_us) {
+    if (now - last > silence_us()) {
         item |= ITEM_AFTER_SILENCE;
     }
     item |= ring.carried;
@@ -90,7 +101,24 @@ static uint16_t pop(void) {
     return item;
 }
 
-void modbus_server_init(void) {
+static void set_line(const line_settings_t *settings) {
+    line.now = *settings;
+    line.changes = false;
+    atomic_store(&line.silence_us, line_silence_us(settings->baud));
+    board_modbus_line(settings->baud, (line_parity_t)settings->parity);
+}
+
+void modbus_server_change_line(const line_settings_t *settings) {
+    line.next = *settings;
+    line.changes = true;
+}
+
+uint32_t modbus_server_address(void) {
+    return line.now.address;
+}
+
+void modbus_server_init(const line_settings_t *settings) {
+    set_line(settings);
     atomic_store(&ring.written, 0);
     atomic_store(&ring.read, 0);
     atomic_store(&ring.last_time, board_microseconds());
@@ -147,6 +175,9 @@ static void serve_frame(void) {
     if (answer.length > 0) {
         send_answer();
     }
+    if (line.changes) {
+        set_line(&line.next);
+    }
 }
 
 /* Appends a byte to the frame, or begins one with it. */
@@ -178,7 +209,7 @@ bool modbus_server_poll(void) {
      * is later than `now`, so it carries the mark of the silence itself. */
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_acquire);
     const uint32_t now = board_microseconds();
-    if (frame.started && now - last > board_info.modbus_silence_us && ring_empty()) {
+    if (frame.started && now - last > silence_us() && ring_empty()) {
         serve_frame();
         any = true;
     }

@@ -4,7 +4,7 @@
  * (write, then read). Others: 1, 2, 5 and 15 (modbus_bits.h), 8 (query data, clear, errors, messages) and 43/14 (device
  * identification: vendor, product, revision; stream and individual access).
  *
- * Bytes come from an interrupt (board.h) through a ring; a silence of board_info.modbus_silence_us ends a frame. In
+ * Bytes come from an interrupt (board.h) through a ring; a silence (line_silence_us) ends a frame. In
  * this order: the complete frame, its length, its CRC, its address, and only then its meaning. A frame that fails one
  * of the first three gets no answer and is counted. One for another server gets none either, and neither does one with
  * a function code of 0x80 or more: that is a server's exception, not a request. A request to address 0 (broadcast) is
@@ -21,12 +21,12 @@
 #ifndef MODBUS_SERVER_H
 #define MODBUS_SERVER_H
 
+#include "line_settings.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #define MODBUS_FRAME_MAX         256U /**< address, 253 bytes, CRC */
-#define MODBUS_SERVER_ADDRESS    1U
 #define MODBUS_READ_MAX          125U /**< registers a request */
 #define MODBUS_WRITE_MAX         123U
 #define MODBUS_READ_WRITE_MAX    121U /**< written registers of function 23 */
@@ -48,8 +48,15 @@ modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply
 /** CRC-16 of the protocol (reflected, 0xA001, start 0xFFFF); low byte goes out first. */
 uint16_t modbus_crc(const uint8_t *bytes, size_t count);
 
-/** No byte received, counters zero. Before the line's interrupt is on. */
-void modbus_server_init(void);
+/** No byte received, counters zero, and the line as it is in these settings, which are valid. */
+void modbus_server_init(const line_settings_t *settings);
+
+/** The line has these settings, which are valid, as soon as the request that is being served has its answer; a
+ * broadcast has none. Main loop only. */
+void modbus_server_change_line(const line_settings_t *settings);
+
+/** The server's address. Main loop only. */
+uint32_t modbus_server_address(void);
 
 /** Takes what arrived and serves the frames that are complete. Returns whether there was one. Main loop only. */
 bool modbus_server_poll(void);

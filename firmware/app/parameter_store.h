@@ -6,8 +6,9 @@
  * buffer; the loop adopts them (loop_adopt). A refused image changes nothing but the result. Besides what
  * hyst/parameters.h checks, the image must have been made for this board's sample rate
  * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE), park within the output range that was set by registers
- * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows
- * (hyst/board_limits.h).
+ * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows (hyst/board_limits.h). Its worst sample must fit a
+ * period at the processor's present clock (HYST_PARAMETERS_TOO_COSTLY, HYST_FIELD_SAMPLE_RATE; hyst/cost.h). What is
+ * stored is checked likewise at start.
  *
  * Main loop only.
  */
@@ -29,6 +30,9 @@ uint32_t *parameter_store_staging(void);
 /** The image in force. PARAMETER_STORE_WORDS words; 0 behind the image's length. */
 const uint32_t *parameter_store_active(void);
 
+/** Does a sample with the image in force leave time for so many tones of a multisine? */
+bool parameter_store_has_time_for(uint32_t tones);
+
 /** Was an image put in force, other than the one of parameter_store_init? Without one there are no limits, and the
  * amplifier cannot be armed. */
 bool parameter_store_image_given(void);
@@ -41,13 +45,22 @@ typedef struct {
     hyst_parameters_fault_t fault;
     uint16_t commits;
     parameter_store_stored_t stored;
-    uint32_t sequence; /**< of the stored image */
+    uint32_t sequence;          /**< of the stored copy */
+    uint32_t cost, cost_budget; /**< registers `image_cost` and `cost_budget`, cycles */
 } parameter_store_status_t;
 
 parameter_store_status_t parameter_store_status(void);
 
 /** Stores the image in force. Only while loop_off(). */
 void parameter_store_save(void);
+
+/** The stored settings of the line; the default ones if none are stored, if this board cannot have them, or to forget
+ * them. */
+line_settings_t parameter_store_line(bool forget);
+
+/** Stores valid settings of the line, beside the stored image if there is one. Only while loop_off(). False when the
+ * flash did not take them. */
+bool parameter_store_save_line(const line_settings_t *line);
 
 /** Tries to put the staged image in force. Not while loop_adoption_pending(): the idle half is not idle then. */
 void parameter_store_commit(void);

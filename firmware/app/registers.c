@@ -42,10 +42,10 @@ static uint16_t half(uint32_t x, bool low) {
     return (uint16_t)(low ? x : x >> 16);
 }
 
-void registers_init(const board_start_t *start) {
+void registers_init(const board_start_t *start, const line_settings_t *line) {
     memset(value, 0, sizeof value);
     register_blocks_init();
-    control_init(value, start);
+    control_init(value, start, line);
     control_latch(value);
 }
 

@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 /** Identity, defaults, a first telemetry snapshot. After loop_init. */
-void registers_init(const board_start_t *start);
+void registers_init(const board_start_t *start, const line_settings_t *line);
 
 /**
  * May these registers be read now? MODBUS_ILLEGAL_ADDRESS when one of them does not exist, MODBUS_DEVICE_FAILURE for

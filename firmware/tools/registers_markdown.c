@@ -27,14 +27,15 @@ static const char *access_text(register_access_t access) {
 }
 
 static void print_introduction(void) {
+    const line_settings_t as_delivered = LINE_SETTINGS_DEFAULT;
     printf(
         "<!-- Written by firmware/tools/registers_markdown.c from firmware/app/registers.def; "
         "`cmake --build` target `registers_markdown_update` renews it. -->\n"
         "# Registers\n\n"
         "Everything the amplifier does can be done by any Modbus RTU master, with this page alone.\n\n"
         "## The line\n\n"
-        "Modbus RTU, server address %u, 115200 baud, 8 data bits, no parity, 1 stop bit. A silence ends a frame; how "
-        "long it has to be is the board's to say (1.75 ms on h405).\n\n"
+        "Modbus RTU, 8 data bits, 1 stop bit; as delivered server address %u, %u baud, no parity (`line_address` and "
+        "following). A silence ends a frame: 3.5 characters, and at least what the board says (1.75 ms on h405).\n\n"
         "| function | what | most registers |\n|---|---|---|\n"
         "| 3, 4 | read registers; both read this one map | %u |\n"
         "| 1, 2 | read coils, discrete inputs | 1, 69 bits |\n"
@@ -54,8 +55,8 @@ static void print_introduction(void) {
         "| 3 | a value out of range, a command that is unknown or not possible now, or a malformed request |\n"
         "| 4 | legal, but not now: the capture is being filled, the table is being played, or a lock is on (`unlock`) "
         "|\n\n",
-        MODBUS_SERVER_ADDRESS, MODBUS_READ_MAX, MODBUS_WRITE_MAX, MODBUS_READ_WRITE_MAX, MODBUS_READ_MAX,
-        MODBUS_BROADCAST_ADDRESS);
+        (unsigned)as_delivered.address, (unsigned)as_delivered.baud, MODBUS_READ_MAX, MODBUS_WRITE_MAX,
+        MODBUS_READ_WRITE_MAX, MODBUS_READ_MAX, MODBUS_BROADCAST_ADDRESS);
 }
 
 static void print_numbers(void) {
@@ -97,7 +98,14 @@ static void print_table(void) {
            "saturate.\n\n");
     print_registers(ADDRESS_sequence, ADDRESS_reset_cause);
     printf("## Start\n\n");
-    print_registers(ADDRESS_reset_cause, ADDRESS_waveform);
+    print_registers(ADDRESS_reset_cause, ADDRESS_line_address);
+    printf("## Settings of the line\n\n"
+           "Write the three, then command 13, with the parameters unlocked and the amplifier off. The answer to that "
+           "request comes as before; from then on the line has the new settings. Whether they were stored is in "
+           "`store_state` (3). They are stored beside the image, in one copy: a supply that goes meanwhile leaves both "
+           "as they were, or the new settings with the same image. A board may have a way to start with the default "
+           "ones (h405: PA0 high, docs/WIRING.md).\n\n");
+    print_registers(ADDRESS_line_address, ADDRESS_tones);
     printf("## Blocks\n\n"
            "A request that starts in a block must end in it.\n\n"
            "| address | decimal | registers | name | access | |\n|---|---|---|---|---|---|\n");
@@ -153,7 +161,7 @@ static void print_faults(void) {
     printf("## Why an image is refused\n\n"
            "The layout of an image is in `lib/hyst/include/hyst/parameters.h`.\n\n"
            "| `fault_code` | |\n|---|---|\n");
-    for (int error = HYST_PARAMETERS_OK; error <= HYST_PARAMETERS_UNSTABLE; error++) {
+    for (int error = HYST_PARAMETERS_OK; error < HYST_PARAMETERS_ERROR_COUNT; error++) {
         printf("| %d | %s |\n", error, hyst_parameters_error_text((hyst_parameters_error_t)error));
     }
     printf("\n| `fault_field` | field of the image |\n|---|---|\n");

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
+#include "hyst/cost.h"
 #include <inttypes.h>
 #include <string.h>
 
@@ -46,6 +47,18 @@ bool amplifier_image_is_neutral(const hyst_parameters_t *parameters) {
            parameters->position_half_range_pm == neutral.position_half_range_pm;
 }
 
+/* What it costs and what it may cost, in cycles. */
+static bool too_costly(device_t *device, failure_t *failure) {
+    int64_t cost[REGISTER_COUNT];
+    return device_read_span(device, INDEX_image_cost, INDEX_cost_budget, cost, failure) &&
+           fail(failure,
+                "the amplifier refuses the image and keeps the one it has: a sample takes up to %" PRId64
+                " cycles of its processor (%u for an instruction are assumed), a period at %g Hz has %" PRId64
+                ": compile it with fewer operators, sections or cells, or use a slower loop",
+                cost[INDEX_image_cost], HYST_COST_CYCLES_PER_INSTRUCTION, device_sample_rate_hz(device),
+                cost[INDEX_cost_budget]);
+}
+
 /* Turns the commit's result into a line. */
 static bool check_commit(device_t *device, failure_t *failure) {
     int64_t fault[REGISTER_COUNT];
@@ -54,6 +67,9 @@ static bool check_commit(device_t *device, failure_t *failure) {
     }
     if (fault[INDEX_fault_code] == HYST_PARAMETERS_OK) {
         return true;
+    }
+    if (fault[INDEX_fault_code] == HYST_PARAMETERS_TOO_COSTLY) {
+        return too_costly(device, failure);
     }
     return fail(failure, "the amplifier refuses the image and keeps the one it has: %s [%" PRId64 "] %s",
                 hyst_field_text((hyst_field_t)fault[INDEX_fault_field]), fault[INDEX_fault_element],

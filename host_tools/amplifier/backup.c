@@ -7,10 +7,12 @@
 
 static const char format_name[] = "hyst-backup-1";
 
-/* A setting: what can be read and written and moves nothing by itself. */
+/* A setting: what can be read and written and moves nothing by itself. The line belongs to the place, not to what the
+ * amplifier does there: two amplifiers of one backup would have one address. */
 static bool is_setting(int which) {
+    const bool of_line = which == INDEX_line_address || which == INDEX_line_baud || which == INDEX_line_parity;
     return register_table[which].access == REGISTER_RW && which != INDEX_mode && which != INDEX_setpoint &&
-           which != INDEX_stream_from;
+           which != INDEX_stream_from && !of_line;
 }
 
 static json_t *settings_read(device_t *device, failure_t *failure) {

@@ -5,6 +5,7 @@
 #include "base/stop_signal.h"
 #include "capture.h"
 #include "telemetry.h"
+#include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
@@ -192,7 +193,8 @@ static outcome_t transfer(device_t *device, const request_t *request, int tries,
 }
 
 static bool connect_port(device_t *device, const device_options_t *options, failure_t *failure) {
-    device->modbus = modbus_new_rtu(options->port, (int)options->baud, 'N', 8, 1);
+    const char parity = (char)toupper((unsigned char)options->parity[0]); /* as libmodbus has it: N, E or O */
+    device->modbus = modbus_new_rtu(options->port, (int)options->baud, parity, 8, 1);
     if (device->modbus == NULL) {
         return fail(failure, "%s: %s", options->port, modbus_strerror(errno));
     }
@@ -252,6 +254,22 @@ static bool check_identity(device_t *device, failure_t *failure) {
     return device_read_span(device, INDEX_magic, INDEX_serial_low, device->identity, failure);
 }
 
+static const char *const parities[] = {
+    [LINE_PARITY_NONE] = "none", [LINE_PARITY_EVEN] = "even", [LINE_PARITY_ODD] = "odd"};
+#define PARITIES ((int)(sizeof parities / sizeof parities[0]))
+
+int parity_number(const char *name) {
+    int number = PARITIES - 1;
+    while (number >= 0 && strcmp(name, parities[number]) != 0) {
+        number--;
+    }
+    return number;
+}
+
+const char *parity_name(int64_t number) {
+    return number >= 0 && number < PARITIES ? parities[number] : "unknown";
+}
+
 bool device_options_check(const device_options_t *options, failure_t *failure) {
     static const unsigned long rates[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
     if (options->port == NULL) {
@@ -266,6 +284,9 @@ bool device_options_check(const device_options_t *options, failure_t *failure) {
     }
     if (options->slave < 1 || options->slave > 247) {
         return fail(failure, "--slave %lu: outside 1..247", options->slave);
+    }
+    if (parity_number(options->parity) < 0) {
+        return fail(failure, "--parity %s: not none, even or odd", options->parity);
     }
     if (options->timeout_s < 0.01 || options->timeout_s > 60.0) {
         return fail(failure, "--timeout %g: outside 0.01..60 s", options->timeout_s);
@@ -321,6 +342,10 @@ void device_lock(device_t *device) {
         device->stop = stop;
         device->unlocked = 0;
     }
+}
+
+void device_forget_locks(device_t *device) {
+    device->unlocked = 0;
 }
 
 void device_close(device_t *device) {

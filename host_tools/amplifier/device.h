@@ -23,13 +23,18 @@ typedef struct {
     const char *port;
     unsigned long baud;
     unsigned long slave;
-    double timeout_s; /**< to wait for an answer */
+    const char *parity; /**< "none", "even" or "odd" */
+    double timeout_s;   /**< to wait for an answer */
 } device_options_t;
 
 #define DEVICE_OPTIONS_DEFAULT                                                                                         \
-    { .port = NULL, .baud = 115200, .slave = 1, .timeout_s = 0.5 }
+    { .port = NULL, .baud = 115200, .slave = 1, .parity = "none", .timeout_s = 0.5 }
 
 typedef struct device device_t;
+
+/** The number of a parity (line_parity_t), or -1; and the name of a number, which may be unknown. */
+int parity_number(const char *name);
+const char *parity_name(int64_t number);
 
 /** Whether they can be right. The messages call them by their names on the command line. */
 bool device_options_check(const device_options_t *options, failure_t *failure);
@@ -81,6 +86,9 @@ bool device_unlock(device_t *device, unsigned what, failure_t *failure);
 /** Locks it again, if device_unlock was called; device_close does, too. As far as it can be done: a line that is gone
  * has no locks. */
 void device_lock(device_t *device);
+
+/** Leaves the locks as they are: the amplifier no longer answers at these settings. */
+void device_forget_locks(device_t *device);
 
 /** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);

@@ -4,6 +4,7 @@
 #include "compile/compile.h"
 #include "compile/compile_json.h"
 #include "compile/hysteresis_text.h"
+#include "hyst/cost.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,18 +17,22 @@ const command_t command_compile = {
     .order = 40,
     .arguments = "MODEL [-o IMAGE] [options]",
     .summary = "Turn a model into a validated parameter image for the amplifier",
-    .details = "The ranges are those of the converters: what code 0 and the top code stand for. Recordings by `hyst "
-               "record` state them.\n"
-               "For others the default is the range that the recordings cover, widened by 5 %. The drive itself stays "
-               "inside the\n"
-               "recorded range.\n"
-               "A lag or a mode is inverted up to a roll-off. What that leaves at low frequencies is a delay, and the "
-               "amplifier looks\n"
-               "ahead by that many samples. Each note says how a block is compensated. What cannot be compensated "
-               "(rails, a slew limit,\n"
-               "drifts, hum) is left out, and a line `not corrected` says which and why. Blocks ellipse and "
-               "modified_play belong to one\n"
-               "frequency: the amplifier's source has to play a sine of it.",
+    .details =
+        "The ranges are those of the converters: what code 0 and the top code stand for. Recordings by `hyst "
+        "record` state them.\n"
+        "For others the default is the range that the recordings cover, widened by 5 %. The drive itself stays "
+        "inside the\n"
+        "recorded range.\n"
+        "A lag or a mode is inverted up to a roll-off. What that leaves at low frequencies is a delay, and the "
+        "amplifier looks\n"
+        "ahead by that many samples. Each note says how a block is compensated. What cannot be compensated "
+        "(rails, a slew limit,\n"
+        "drifts, hum) is left out, and a line `not corrected` says which and why. Blocks ellipse and "
+        "modified_play belong to one\n"
+        "frequency: the amplifier's source has to play a sine of it.\n"
+        "What a sample costs at worst is counted under emulation (docs/TIMING.md); an amplifier whose loop has no "
+        "time for it\n"
+        "refuses the image, and a note says so for the processor of the boards that there are.",
     .run = compile,
     .files = FILE_MODEL FILE_IMAGE,
     .examples =
@@ -68,6 +73,9 @@ static void print_text(const hyst_parameters_t *p, const compile_report_t *repor
            (unsigned)p->shape_sections, (unsigned)p->inertia_sections, (unsigned)p->equalise_sections,
            (unsigned)p->creep_cells, p->drive_curves > 0 ? "; a drive curve" : "",
            p->reference_curves > 0 ? "; a reference curve" : "");
+    printf("cost at worst      %u instructions a sample; at %u cycles each (assumed) %u of %u at %g MHz\n",
+           (unsigned)hyst_cost_instructions(p), HYST_COST_CYCLES_PER_INSTRUCTION, (unsigned)hyst_cost_cycles(p),
+           (unsigned)hyst_cost_budget(HYST_COST_CORE_HZ, p->sample_rate_mhz), 1e-6 * HYST_COST_CORE_HZ);
     for (size_t i = 0; i < report->notes; i++) {
         printf("note: %s\n", report->note[i]);
     }

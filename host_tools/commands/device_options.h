@@ -9,7 +9,8 @@
 /** Lines of an option_t table that fill a device_options_t. */
 #define DEVICE_OPTIONS(options)                                                                                        \
     {"--port", "-p", OPTION_TEXT, "DEV", "serial port of the amplifier, for example /dev/ttyUSB0", &(options).port},   \
-        {"--baud", NULL, OPTION_COUNT, "N", "bits per second, 8N1 (115200)", &(options).baud},                         \
+        {"--baud", NULL, OPTION_COUNT, "N", "bits per second (115200)", &(options).baud},                              \
+        {"--parity", NULL, OPTION_TEXT, "none|even|odd", "parity of the line (none)", &(options).parity},              \
         {"--slave", NULL, OPTION_COUNT, "N", "Modbus address (1)", &(options).slave}, {                                \
         "--timeout", NULL, OPTION_NUMBER, "S", "wait for each answer (0.5 s, tried three times)", &(options).timeout_s \
     }

@@ -3,6 +3,7 @@
 #include "chain/chain.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile_job.h"
+#include "hyst/cost.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -197,6 +198,17 @@ static bool compile_chain(compile_job_t *job) {
     return set_lookahead(job);
 }
 
+/* The image is good all the same: a board may have a faster processor. */
+static void note_cost(compile_job_t *job) {
+    const uint32_t cost = hyst_cost_cycles(job->parameters);
+    const uint32_t budget = hyst_cost_budget(HYST_COST_CORE_HZ, job->parameters->sample_rate_mhz);
+    if (cost > budget) {
+        compile_note(
+            job, "an amplifier at %g MHz refuses this: a sample takes up to %u cycles, a period at %.6g Hz has %u",
+            1e-6 * HYST_COST_CORE_HZ, (unsigned)cost, 1e-3 * job->parameters->sample_rate_mhz, (unsigned)budget);
+    }
+}
+
 bool compile_model(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,
                    compile_report_t *report, failure_t *failure) {
     compile_report_t unread;
@@ -208,8 +220,12 @@ bool compile_model(const model_t *model, const compile_options_t *options, hyst_
                          .rate_hz = options->sample_rate_hz > 0.0 ? options->sample_rate_hz : model->sample_rate_hz};
     memset(parameters, 0, sizeof *parameters);
     memset(job.report, 0, sizeof *job.report);
-    return model_check(model, "model", failure) && compile_chain(&job) &&
-           parameters_check(parameters, "compiled image", failure);
+    if (!model_check(model, "model", failure) || !compile_chain(&job) ||
+        !parameters_check(parameters, "compiled image", failure)) {
+        return false;
+    }
+    note_cost(&job);
+    return true;
 }
 
 bool compile_scales(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,

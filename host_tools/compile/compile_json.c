@@ -2,6 +2,7 @@
 #include "compile/compile_json.h"
 #include "compile/compile.h"
 #include "compile/hysteresis_text.h"
+#include "hyst/cost.h"
 
 json_t *compile_to_json(const hyst_parameters_t *p, const compile_report_t *report) {
     json_t *notes = json_array(), *uncorrected = json_array();
@@ -24,6 +25,11 @@ json_t *compile_to_json(const hyst_parameters_t *p, const compile_report_t *repo
     }
     json_object_set_new(json, "format", json_string("hyst-compile-1"));
     json_object_set_new(json, "notes", notes);
+    const uint32_t cycles = hyst_cost_cycles(p), budget = hyst_cost_budget(HYST_COST_CORE_HZ, p->sample_rate_mhz);
+    json_object_set_new(json, "cost",
+                        json_pack("{s:I, s:I, s:I, s:I, s:b}", "instructions", (json_int_t)hyst_cost_instructions(p),
+                                  "cycles", (json_int_t)cycles, "core_hz", (json_int_t)HYST_COST_CORE_HZ,
+                                  "budget_cycles", (json_int_t)budget, "fits", cycles <= budget));
     for (size_t i = 0; i < report->uncorrected; i++) {
         json_array_append_new(uncorrected, json_pack("{s:s, s:s}", "block", report->uncorrected_block[i].block, "why",
                                                      report->uncorrected_block[i].why));

@@ -141,8 +141,8 @@ HYST_HOST void hyst_host_diagnosis_free(hyst_host_diagnosis_t *diagnosis);
 /* -------------------------------------------------------------------------------------------------- amplifier --- */
 
 /**
- * Opens the amplifier at a serial port, and keeps others off it. options: "port", which is required, "baud", "slave",
- * "timeout_s", as the options of the commands.
+ * Opens the amplifier at a serial port, and keeps others off it. options: "port", which is required, "baud",
+ * "parity", "slave", "timeout_s", as the options of the commands.
  */
 HYST_HOST hyst_host_device_t *hyst_host_device_open(const char *options);
 /** Closes the port. What the amplifier does then it goes on doing: park it before. */

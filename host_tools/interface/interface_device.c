@@ -29,8 +29,8 @@ hyst_host_device_t *hyst_host_device_open(const char *options) {
     device_options_t line = DEVICE_OPTIONS_DEFAULT;
     json_int_t baud = (json_int_t)line.baud, slave = (json_int_t)line.slave;
     hyst_host_device_t *handle = NULL;
-    json_t *json = interface_options(options, "{s:s, s?I, s?I, s?F}", "port", &line.port, "baud", &baud, "slave",
-                                     &slave, "timeout_s", &line.timeout_s);
+    json_t *json = interface_options(options, "{s:s, s?I, s?s, s?I, s?F}", "port", &line.port, "baud", &baud, "parity",
+                                     &line.parity, "slave", &slave, "timeout_s", &line.timeout_s);
     if (json == NULL) {
         return NULL;
     }

@@ -7,9 +7,11 @@
  * says what to make of the numbers, cost_step.c measures the library's part.
  *
  * Lines: "sample", the case (cost_case.h), worst and mean with a sine, worst and mean with breakpoints, worst and mean
- * of the samples that adopt; "adoption", what, samples that share it, worst of them.
+ * of the samples that adopt; "adoption", what, samples that share it, worst of them; "source", which, worst and mean;
+ * "signals", three or all that are captured, the case, worst and mean.
  */
 #include "amplifier.h"
+#include "capture.h"
 #include "console.h"
 #include "cost_adoption.h"
 #include "cost_loop.h"
@@ -45,6 +47,40 @@ static void measure(const cost_case_t *line, generator_t *generator) {
     console_write("\n");
 }
 
+static void measure_source(const char *name, source_kind_t source, uint16_t signals) {
+    cost_t cost = {0};
+    cost_measure_source(&cost, source, signals);
+    console_write("source ");
+    console_write(name);
+    cost_print(&cost);
+    console_write("\n");
+}
+
+/* What sources take beside each other, with the first line's model, which has least of its own; and what all signals
+ * of the capture take beside three, with each family, as one of them is its output. */
+static void measure_sources(generator_t *generator) {
+    cost_t adopting = {0};
+    for (unsigned i = 0; i < cost_case_count; i++) {
+        if (i > 0 && (cost_cases[i].cells == 0 || !cost_cases[i].extras)) {
+            continue;
+        }
+        cost_case_parameters(generator, &p, &cost_cases[i], 0);
+        (void)cost_adopt(&adopting, &p, NULL);
+        for (unsigned all = 0; all < 2; all++) {
+            cost_t cost = {0};
+            cost_measure_source(&cost, SOURCE_SINE, all != 0 ? CAPTURE_ALL : CAPTURE_DEFAULT_SIGNALS);
+            console_write(all != 0 ? "signals all " : "signals three ");
+            cost_print_case(&cost_cases[i]);
+            cost_print(&cost);
+            console_write("\n");
+        }
+        if (i == 0) {
+            measure_source("sweep", SOURCE_SWEEP, CAPTURE_DEFAULT_SIGNALS);
+            measure_source("multisine", SOURCE_MULTISINE, CAPTURE_DEFAULT_SIGNALS);
+        }
+    }
+}
+
 int main(void) {
     generator_t generator = {.state = 1};
     const board_start_t start = {0};
@@ -62,6 +98,9 @@ int main(void) {
         cost_print_number(samples);
         cost_print_number(cost.worst);
         console_write("\n");
+    }
+    if (FIRST_CASE == 0) {
+        measure_sources(&generator);
     }
     console_exit(0);
 }

@@ -7,12 +7,23 @@
 #include "loop.h"
 #include "registers.h"
 #include "startup.h"
+#include "sweep.h"
 
 enum { POINTS = 128, SAMPLES = 1000 };
 
 void board_modbus_send(const uint8_t *frame, size_t length) {
     (void)frame;
     (void)length;
+}
+
+bool board_modbus_baud_possible(uint32_t baud) {
+    (void)baud;
+    return true;
+}
+
+void board_modbus_line(uint32_t baud, line_parity_t parity) {
+    (void)baud;
+    (void)parity;
 }
 
 uint32_t board_lock(void) {
@@ -129,4 +140,31 @@ void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_
     for (unsigned k = 1; k < SAMPLES; k++) {
         cost_sample(playing);
     }
+}
+
+void cost_measure_source(cost_t *playing, source_kind_t source, uint16_t signals) {
+    write_one(ADDRESS_command, COMMAND_STOP);
+    for (unsigned i = 0; i < SOURCE_TONES_MAX; i++) {
+        write_word((uint16_t)(ADDRESS_tones + 6U * i), i + 1U);
+        write_word((uint16_t)(ADDRESS_tones + 6U * i + 2U), (uint32_t)(HYST_Q31_MAX / (int32_t)SOURCE_TONES_MAX));
+        write_word((uint16_t)(ADDRESS_tones + 6U * i + 4U), i * (UINT32_MAX / 7U));
+    }
+    write_one(ADDRESS_source_tones, SOURCE_TONES_MAX);
+    write_word(ADDRESS_source_amplitude, (uint32_t)HYST_Q31_MAX / 2U);
+    write_word(ADDRESS_source_increment, UINT32_MAX / 970U);
+    write_word(ADDRESS_sweep_increment, UINT32_MAX / 97U);
+    write_word(ADDRESS_sweep_samples, SAMPLES / 3U);
+    write_one(ADDRESS_sweep_spacing, SWEEP_LOGARITHMIC);
+    write_one(ADDRESS_source, (uint16_t)source);
+    write_one(ADDRESS_mode, HYST_MODE_COMPENSATE);
+    write_one(ADDRESS_capture_signals, signals);
+    write_one(ADDRESS_command, COMMAND_ARM_CAPTURE);
+    write_one(ADDRESS_command, COMMAND_START);
+    cost_t first = {0}; /* the filters settle */
+    cost_sample(&first);
+    for (unsigned k = 1; k < SAMPLES; k++) {
+        cost_sample(playing);
+    }
+    write_one(ADDRESS_command, COMMAND_STOP);
+    write_one(ADDRESS_capture_signals, CAPTURE_DEFAULT_SIGNALS);
 }

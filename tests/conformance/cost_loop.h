@@ -4,6 +4,7 @@
 #define COST_LOOP_H
 
 #include "cost_case.h"
+#include "source.h"
 
 typedef enum { COST_SINE, COST_STEPS } cost_source_t;
 
@@ -33,5 +34,8 @@ void cost_hold(hyst_mode_t mode, cost_setpoint_t setpoint, uint32_t samples);
  */
 void cost_measure_loop(cost_t *playing, cost_t *adopting, const hyst_parameters_t *parameters, cost_source_t source,
                        const hyst_q31_t steps[128]);
+
+/** Plays this source in compensate mode with the parameters in force, while the capture takes these signals. */
+void cost_measure_source(cost_t *playing, source_kind_t source, uint16_t signals);
 
 #endif

@@ -2,6 +2,7 @@
 /* The Modbus client against lines that lose, delay, damage and repeat: it recovers, or says in one line what is wrong.
  */
 #include "amplifier/device.h"
+#include "amplifier/line_change.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "capture.h"
@@ -237,6 +238,33 @@ static void test_refusals_name_register_value_and_exception(void) {
     TEST_ASSERT_EQUAL_UINT(0, device_repetitions(device));
 }
 
+/* The simulated amplifier is on. */
+static void test_the_line_is_not_changed_while_the_amplifier_is_on(void) {
+    const line_settings_t wanted = {.address = 9, .baud = 19200, .parity = LINE_PARITY_ODD};
+    line_settings_t held;
+    TEST_ASSERT_FALSE(line_change(&options, &wanted, &failure));
+    expect_line("the amplifier is on, and stores its line only while it is off");
+    open_device();
+    TEST_ASSERT_TRUE_MESSAGE(line_read(device, &held, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT32(1, held.address);
+    TEST_ASSERT_EQUAL_UINT32(115200, held.baud);
+    TEST_ASSERT_EQUAL_UINT32(LINE_PARITY_NONE, held.parity);
+}
+
+static void test_a_parity_that_is_none(void) {
+    options.parity = "mark";
+    TEST_ASSERT_FALSE(device_options_check(&options, &failure));
+    expect_line("--parity mark: not none, even or odd");
+    options.parity = "";
+    TEST_ASSERT_FALSE(device_options_check(&options, &failure));
+    for (int parity = LINE_PARITY_NONE; parity <= LINE_PARITY_ODD; parity++) {
+        options.parity = parity_name(parity);
+        TEST_ASSERT_TRUE(device_options_check(&options, &failure));
+        TEST_ASSERT_EQUAL_INT(parity, parity_number(options.parity));
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown", parity_name(LINE_PARITY_ODD + 1));
+}
+
 static void test_an_unplugged_device(void) {
     int64_t value;
     open_device();
@@ -316,6 +344,8 @@ int main(void) {
     RUN_TEST(test_a_register_map_of_the_future_is_refused);
     RUN_TEST(test_something_else_is_not_taken_for_an_amplifier);
     RUN_TEST(test_refusals_name_register_value_and_exception);
+    RUN_TEST(test_the_line_is_not_changed_while_the_amplifier_is_on);
+    RUN_TEST(test_a_parity_that_is_none);
     RUN_TEST(test_an_unplugged_device);
     RUN_TEST(test_ports_that_are_none);
     RUN_TEST(test_locks);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 fake_board_t fake_board;
+uint32_t fake_core_hz = 168000000;
 
 const board_info_t board_info = {.id = 0,
                                  .latency_samples = FAKE_LATENCY,
@@ -47,6 +48,21 @@ uint32_t board_lock(void) {
 void board_unlock(uint32_t key) {
     fake_board.locks--;
     TEST_ASSERT_EQUAL_UINT_MESSAGE(key, fake_board.locks, "locks must nest");
+}
+
+uint32_t board_core_hz(void) {
+    return fake_core_hz;
+}
+
+/* An UART of the STM32 at 84 MHz. */
+bool board_modbus_baud_possible(uint32_t baud) {
+    return line_divider(84000000, baud) != 0;
+}
+
+void board_modbus_line(uint32_t baud, line_parity_t parity) {
+    fake_board.baud = baud;
+    fake_board.parity = parity;
+    fake_board.frames_before_line = fake_board.frames_sent;
 }
 
 void board_stage_enable(bool on) {

@@ -29,6 +29,9 @@ typedef struct {
     uint8_t sent[256];      /**< last frame on the Modbus line */
     size_t sent_length;
     unsigned frames_sent;
+    uint32_t baud;
+    line_parity_t parity;
+    unsigned frames_before_line; /**< frames_sent when the line was last set */
     bool stage_enabled;
     unsigned watchdog_fed; /**< how often */
     int32_t health[HEALTH_CHANNELS];
@@ -40,6 +43,9 @@ enum { FAKE_TEMPERATURE = 35000, FAKE_SUPPLY = 3300, FAKE_HIGH_VOLTAGE = 160000 
     { 70000, 80000, 3000, 3600, 150000, 170000 }
 
 extern fake_board_t fake_board;
+
+/** Clock of the processor, which a power-on leaves as it is. 168 MHz unless a test changes it. */
+extern uint32_t fake_core_hz;
 
 /* FAKE_CONVERTER_BITS comes from CMakeLists.txt. */
 

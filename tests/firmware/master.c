@@ -17,12 +17,12 @@ size_t master_ask(const uint8_t *pdu, size_t length, uint8_t answer[MODBUS_FRAME
     uint8_t frame[MODBUS_FRAME_MAX];
     uint8_t reply[MODBUS_FRAME_MAX];
     size_t reply_length;
-    const size_t frame_length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
+    const size_t frame_length = master_frame(frame, (uint8_t)modbus_server_address(), pdu, length);
     const modbus_outcome_t outcome = modbus_serve(frame, frame_length, reply, &reply_length);
     TEST_ASSERT_TRUE(outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_REFUSED);
     TEST_ASSERT_TRUE((reply[1] >= 0x80U) == (outcome == MODBUS_FRAME_REFUSED));
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(5, reply_length);
-    TEST_ASSERT_EQUAL_HEX8(MODBUS_SERVER_ADDRESS, reply[0]);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)modbus_server_address(), reply[0]);
     TEST_ASSERT_EQUAL_HEX8(pdu[0], reply[1] & 0x7FU);
     TEST_ASSERT_EQUAL_HEX16_MESSAGE(0, modbus_crc(reply, reply_length), "CRC over a frame and its own CRC is 0");
     memcpy(answer, reply + 1, reply_length - 3U);

@@ -10,6 +10,9 @@
 #include "modbus_server.h"
 #include "register_table.h"
 
+/** The server's address, unless a test has changed it. */
+#define MASTER_SERVER 1U
+
 /** Address, PDU and CRC. Returns the frame's length. */
 size_t master_frame(uint8_t frame[MODBUS_FRAME_MAX], uint8_t address, const uint8_t *pdu, size_t length);
 

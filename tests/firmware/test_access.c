@@ -36,7 +36,7 @@ static bool is_output(unsigned index) {
 
 /* A value that is in range, and not the present one where that can be. */
 static uint32_t fitting(unsigned index) {
-    return index == INDEX_drive_low ? UINT32_MAX : 1;
+    return index == INDEX_drive_low ? UINT32_MAX : index == INDEX_line_baud ? LINE_BAUD_MIN : 1U;
 }
 
 static void expect_everything_locked(bool parameters, bool out) {

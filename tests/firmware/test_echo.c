@@ -52,7 +52,7 @@ static unsigned converse(const uint8_t *frame, size_t length, uint32_t echo_dela
 }
 
 static size_t request(uint8_t frame[MODBUS_FRAME_MAX], const uint8_t *pdu, size_t length) {
-    return master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
+    return master_frame(frame, MASTER_SERVER, pdu, length);
 }
 
 /* Reads, writes, identification, an exception, a broken request: one answer each, whatever comes back. */

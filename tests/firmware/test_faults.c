@@ -171,7 +171,7 @@ static bool line_flips_bits(void) {
     uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
     size_t reply_length;
     const uint8_t pdu[] = {6, 1, 0, 0, COMMAND_PARK};
-    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
+    const size_t length = master_frame(frame, MASTER_SERVER, pdu, sizeof pdu);
     const hyst_mode_t mode = loop_mode();
     frame[random_between(&rng, 0, (int32_t)length - 1)] ^= (uint8_t)(1U << random_between(&rng, 0, 7));
     return modbus_serve(frame, length, reply, &reply_length) == MODBUS_FRAME_BROKEN && reply_length == 0 &&
@@ -180,7 +180,7 @@ static bool line_flips_bits(void) {
 
 static bool stored(uint32_t model) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
-    return image_store_load(words, HYST_IMAGE_MAX_WORDS, NULL) != 0 && words[3] == model;
+    return image_store_load(words, HYST_IMAGE_MAX_WORDS) != 0 && words[3] == model;
 }
 
 static bool supply_goes_while_storing(void) {

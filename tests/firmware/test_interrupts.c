@@ -79,7 +79,7 @@ static void receive_next(int signal) {
 
 static void test_no_frame_is_lost_or_split(void) {
     static const uint8_t pdu[] = {3, 0, 0, 0, 2};
-    request_length = master_frame(request, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
+    request_length = master_frame(request, MASTER_SERVER, pdu, sizeof pdu);
     next_byte = 0;
     fake_board.microseconds += 2 * FAKE_SILENCE_US;
     set_timer(PERIOD_US, receive_next);

@@ -58,7 +58,7 @@ static size_t valid_request(unsigned which, uint8_t frame[MODBUS_FRAME_MAX]) {
     if (which == sizeof requests / sizeof requests[0]) {
         return 0;
     }
-    return master_frame(frame, MODBUS_SERVER_ADDRESS, requests[which].pdu, requests[which].length);
+    return master_frame(frame, MASTER_SERVER, requests[which].pdu, requests[which].length);
 }
 
 static void assert_nothing_happened(void) {
@@ -85,7 +85,7 @@ static void test_a_frame_without_a_function_is_dropped(void) {
     static const uint8_t nothing[1];
     uint8_t frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
     size_t reply_length;
-    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, nothing, 0);
+    const size_t length = master_frame(frame, MASTER_SERVER, nothing, 0);
     TEST_ASSERT_EQUAL_UINT(3, length);
     TEST_ASSERT_EQUAL(MODBUS_FRAME_BROKEN, serve(frame, length, reply, &reply_length));
 }
@@ -186,7 +186,7 @@ static void test_random_requests(void) {
             length = 5;
         }
         size_t reply_length;
-        const size_t frame_length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
+        const size_t frame_length = master_frame(frame, MASTER_SERVER, pdu, length);
         const modbus_outcome_t outcome = serve(frame, frame_length, reply, &reply_length);
         TEST_ASSERT_TRUE(outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_REFUSED);
         check_answer(frame, reply, reply_length);

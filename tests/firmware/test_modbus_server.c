@@ -186,7 +186,7 @@ static void be_silent(void) {
 
 static size_t mode_request(uint8_t frame[MODBUS_FRAME_MAX], uint8_t mode) {
     const uint8_t pdu[] = {6, 0x01, 0x01, 0, mode};
-    return master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
+    return master_frame(frame, MASTER_SERVER, pdu, sizeof pdu);
 }
 
 static void test_a_frame_is_served_after_the_silence_and_not_before(void) {

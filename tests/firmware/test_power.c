@@ -203,7 +203,7 @@ static void test_the_communication_timeout_trips_by_itself(void) {
 static void request_over_the_line(void) {
     static const uint8_t pdu[] = {3, 0, 0, 0, 1};
     uint8_t frame[MODBUS_FRAME_MAX];
-    const size_t length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, sizeof pdu);
+    const size_t length = master_frame(frame, MASTER_SERVER, pdu, sizeof pdu);
     fake_board.microseconds += FAKE_SILENCE_US + 1;
     for (size_t i = 0; i < length; i++) {
         modbus_server_receive(frame[i]);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The supply goes while an image is being stored: after every program and every erase step, within each of them, and
- * again while the start after that stores anew. What the amplifier then finds is exactly the image before or exactly
- * the one that was being stored, and always one of them.
+ * The supply goes while an image or the settings of the line are being stored: after every program and every erase
+ * step, within each of them, and again while the start after that stores anew. What the amplifier then finds is exactly
+ * what was there before or exactly what was being stored, and always one of them.
  *
  * The flash of fake_board.c: an erase that is cut leaves any word erased, untouched or torn; a word that is being
  * programmed when the cut comes has lost any of the bits it was to lose.
@@ -45,20 +45,18 @@ static image_t random_image(size_t most) {
 
 static bool stored(const image_t *image) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
-    const size_t length = image_store_load(words, HYST_IMAGE_MAX_WORDS, NULL);
+    const size_t length = image_store_load(words, HYST_IMAGE_MAX_WORDS);
     return length == image->length && memcmp(words, image->words, length * sizeof words[0]) == 0;
 }
 
 static void test_what_is_saved_is_loaded(void) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
-    TEST_ASSERT_EQUAL_UINT_MESSAGE(0, image_store_load(words, HYST_IMAGE_MAX_WORDS, NULL), "an erased flash");
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(0, image_store_load(words, HYST_IMAGE_MAX_WORDS), "an erased flash");
     for (unsigned i = 0; i < 100; i++) {
         const image_t image = random_image(HYST_IMAGE_MAX_WORDS);
-        uint32_t sequence = 0;
         TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
         TEST_ASSERT_TRUE(stored(&image));
-        (void)image_store_load(words, HYST_IMAGE_MAX_WORDS, &sequence);
-        TEST_ASSERT_EQUAL_UINT32(i + 1U, sequence);
+        TEST_ASSERT_EQUAL_UINT32(i + 1U, image_store_sequence());
     }
     TEST_ASSERT_EQUAL_UINT_MESSAGE(100, fake_store.erasures, "one erasure a save");
 }
@@ -114,6 +112,83 @@ static void test_a_row_of_cuts(void) {
     }
 }
 
+/* An image, or none, and the settings of the line beside it. */
+typedef struct {
+    image_t image;
+    line_settings_t line;
+} copy_t;
+
+static line_settings_t random_line(void) {
+    static const uint32_t rates[] = {9600, 19200, 38400, 57600, 115200, 230400};
+    return (line_settings_t){.address = (uint32_t)random_between(&rng, 1, LINE_ADDRESS_MAX),
+                             .baud = rates[random_between(&rng, 0, 5)],
+                             .parity = (uint32_t)random_between(&rng, LINE_PARITY_NONE, LINE_PARITY_ODD)};
+}
+
+static bool stored_copy(const copy_t *copy) {
+    const line_settings_t line = image_store_line();
+    return stored(&copy->image) && line.address == copy->line.address && line.baud == copy->line.baud &&
+           line.parity == copy->line.parity;
+}
+
+/* Saves of images and of lines in any order, from an erased flash on: the one never touches the other. */
+static void test_a_cut_while_image_or_line_is_saved(void) {
+    unsigned cuts = 0, lines = 0, renewed = 0;
+    copy_t last = {.image = {.length = 0}, .line = LINE_SETTINGS_DEFAULT};
+    TEST_ASSERT_TRUE(stored_copy(&last));
+    for (unsigned run = 0; run < 300; run++) {
+        const bool is_line = random_between(&rng, 0, 1) != 0;
+        copy_t next = last;
+        if (is_line) {
+            next.line = random_line();
+        } else {
+            next.image = random_image(40);
+        }
+        for (unsigned step = 0;; step++) {
+            const fake_store_t before = fake_store;
+            fake_store_cut_after(step, any_bits);
+            const bool done =
+                is_line ? image_store_save_line(&next.line) : image_store_save(next.image.words, next.image.length);
+            const bool cut = fake_store_power_on();
+            const bool is_new = stored_copy(&next);
+            TEST_ASSERT_TRUE_MESSAGE(is_new || stored_copy(&last), "neither the old nor the new copy");
+            TEST_ASSERT_TRUE_MESSAGE(!done || is_new, "said to be stored, and is not");
+            cuts += cut ? 1U : 0U;
+            renewed += cut && is_new ? 1U : 0U;
+            lines += cut && is_line ? 1U : 0U;
+            if (!cut) {
+                last = next;
+                break;
+            }
+            if (is_new || random_between(&rng, 0, 3) != 0) {
+                fake_store = before;
+            }
+        }
+    }
+    (void)printf("%u cuts, %u of them in the line's; %u times the new copy\n", cuts, lines, renewed);
+    TEST_ASSERT_GREATER_THAN_UINT(5000, cuts);
+    TEST_ASSERT_GREATER_THAN_UINT(2000, lines);
+}
+
+/* What a firmware stored that knew no settings of the line. */
+static void test_a_copy_of_the_layout_before_is_read(void) {
+    const image_t image = random_image(40);
+    uint32_t *sector = fake_store.words[1];
+    sector[0] = 0x48595053;
+    sector[1] = 1;
+    sector[2] = 7;
+    sector[3] = (uint32_t)image.length;
+    memcpy(sector + 4, image.words, image.length * sizeof image.words[0]);
+    sector[4 + image.length] = hyst_crc32(sector, 4 + image.length);
+    copy_t copy = {.image = image, .line = LINE_SETTINGS_DEFAULT};
+    TEST_ASSERT_TRUE(stored_copy(&copy));
+    TEST_ASSERT_EQUAL_UINT32(7, image_store_sequence());
+    copy.line = (line_settings_t){.address = 9, .baud = 19200, .parity = LINE_PARITY_EVEN};
+    TEST_ASSERT_TRUE(image_store_save_line(&copy.line));
+    TEST_ASSERT_TRUE_MESSAGE(stored_copy(&copy), "the image of the old copy goes along");
+    TEST_ASSERT_EQUAL_UINT32(8, image_store_sequence());
+}
+
 static void test_a_flash_that_does_not_take_a_word_is_noticed(void) {
     const image_t old = random_image(40);
     image_t next = random_image(40);
@@ -121,7 +196,7 @@ static void test_a_flash_that_does_not_take_a_word_is_noticed(void) {
         next.words[i] &= 0x7FFFFFFFU; /* all ones need no programming */
     }
     TEST_ASSERT_TRUE(image_store_save(old.words, old.length));
-    for (size_t word = 0; word <= 4 + next.length; word++) {
+    for (size_t word = 0; word <= 6 + next.length; word++) {
         fake_store.stuck_word = word;
         fake_store.stuck = true;
         TEST_ASSERT_FALSE(image_store_save(next.words, next.length));
@@ -135,7 +210,7 @@ static void test_the_sequence_may_wrap(void) {
     TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
     uint32_t *sector = fake_store.words[0];
     sector[2] = UINT32_MAX;
-    sector[4 + image.length] = hyst_crc32(sector, 4 + image.length);
+    sector[6 + image.length] = hyst_crc32(sector, 6 + image.length);
     for (unsigned i = 0; i < 4; i++) {
         image = random_image(10);
         TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
@@ -193,6 +268,8 @@ int main(void) {
     RUN_TEST(test_what_is_saved_is_loaded);
     RUN_TEST(test_a_cut_after_every_step);
     RUN_TEST(test_a_row_of_cuts);
+    RUN_TEST(test_a_cut_while_image_or_line_is_saved);
+    RUN_TEST(test_a_copy_of_the_layout_before_is_read);
     RUN_TEST(test_a_flash_that_does_not_take_a_word_is_noticed);
     RUN_TEST(test_the_sequence_may_wrap);
     RUN_TEST(test_the_amplifier_starts_with_what_was_saved);

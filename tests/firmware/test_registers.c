@@ -61,7 +61,8 @@ static void test_identity(void) {
 static void test_writable_registers_keep_what_is_written(void) {
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (register_table[i].access == REGISTER_RW) {
-            const uint32_t value = i == INDEX_drive_low ? UINT32_MAX : 1U; /* parked at 0 */
+            /* parked at 0 */
+            const uint32_t value = i == INDEX_drive_low ? UINT32_MAX : i == INDEX_line_baud ? LINE_BAUD_MIN : 1U;
             TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, value), register_table[i].name);
             TEST_ASSERT_EQUAL_UINT32_MESSAGE(value, master_get(i), register_table[i].name);
         }

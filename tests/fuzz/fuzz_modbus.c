@@ -22,7 +22,7 @@ static void ask(const uint8_t *pdu, size_t length) {
     uint8_t *reply = malloc(MODBUS_FRAME_MAX); /* on the heap, where the sanitizer sees every byte too far */
     size_t reply_length;
     require(reply != NULL);
-    const size_t frame_length = master_frame(frame, MODBUS_SERVER_ADDRESS, pdu, length);
+    const size_t frame_length = master_frame(frame, MASTER_SERVER, pdu, length);
     const modbus_outcome_t outcome = modbus_serve(frame, frame_length, reply, &reply_length);
     if (pdu[0] >= 0x80U) {
         require(outcome == MODBUS_FRAME_FOREIGN && reply_length == 0);

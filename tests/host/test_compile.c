@@ -465,6 +465,28 @@ static void test_refuses_in_plain_words(void) {
     model_free(&model);
 }
 
+/* The same model at a rate at which its worst sample fits the period of the boards' processor, and at one at which it
+ * does not: an image all the same, with a note that names both numbers. */
+static void test_an_image_for_which_there_is_no_time_has_a_note(void) {
+    const double weights[] = {1.0, 0.1}, thresholds[] = {10.0}, rates_hz[] = {10000.0, 200000.0};
+    const compile_options_t ranges = {.drive_range_v = {-100.0, 100.0}, .position_range_um = {-150.0, 150.0}};
+    for (size_t i = 0; i < 2; i++) {
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        failure_t failure = {{0}};
+        model_t model;
+        compile_options_t options = ranges;
+        options.sample_rate_hz = rates_hz[i];
+        make_bank_model(&model, 10000.0, 0.0, 1, weights, thresholds);
+        TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &options, &parameters, &report, &failure), failure.text);
+        const char *note = report.notes > 0 ? report.note[report.notes - 1] : "";
+        const bool refused = strstr(note, "refuses this: a sample takes up to 2132 cycles, a period at 200000 Hz has "
+                                          "279") != NULL; /* 2 * (850 + 200 + 16), 840 - 537 - 24 */
+        TEST_ASSERT_EQUAL_MESSAGE(i == 1, refused, note);
+        model_free(&model);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_fixed_point_forward_model_is_the_double_one);
@@ -478,6 +500,7 @@ int main(void) {
     RUN_TEST(test_a_measured_delay_is_looked_ahead_over);
     RUN_TEST(test_no_filters_only_looks_ahead);
     RUN_TEST(test_what_is_undone_has_a_note);
+    RUN_TEST(test_an_image_for_which_there_is_no_time_has_a_note);
     RUN_TEST(test_refuses_in_plain_words);
     return UNITY_END();
 }

@@ -3,7 +3,7 @@
  * STM32F405 on an Olimex STM32-H405: on-chip converters, RS-485 on USART1. Wiring: docs/WIRING.md. Never run on silicon
  * so far.
  *
- * One timer clocks everything. TIM2 counts to 10 kHz and triggers by hardware
+ * One timer clocks everything. TIM2 counts to the sample rate and triggers by hardware
  *   - the ADC, by its compare channel 2, ADC_AHEAD_US before update k: position sample k;
  *   - the DAC, by its update k: the code that was written during the last period goes to the output.
  * So the position is sampled when the output has had all its period to settle, and the 2.7 us of sampling are over
@@ -22,17 +22,18 @@
  */
 #include "board.h"
 #include "clock.h"
+#include "hyst/cost.h"
 #include "loop.h"
 #include "modbus_line.h"
 #include "startup.h"
 #include "stm32f405.h"
 #include "supply.h"
 
-#define SAMPLE_RATE_HZ   10000U
 #define SAMPLE_PERIOD_US (1000000U / SAMPLE_RATE_HZ)
 #define ADC_AHEAD_US     5U /* a conversion takes 3.2 us */
 
-#define PIN_POSITION     1U /* PA1, ADC channel 1: PA0 is the user button of the Olimex board */
+#define PIN_DEFAULT_LINE 0U /* PA0, the user button of the Olimex board: high while the board starts */
+#define PIN_POSITION     1U /* PA1, ADC channel 1 */
 #define PIN_DRIVE        4U /* PA4, DAC channel 1 */
 #define PIN_STAGE_ENABLE 0U /* PB0, high is on */
 #define CHANNEL_POSITION 1U
@@ -40,6 +41,7 @@
 /* The chip's temperature sensor and its reference, in the converter's injected group. They need 10 us of sampling; 480
  * cycles at 21 MHz are 22.9 us. So a conversion that the interrupt starts is over long before the next of the position.
  * One that is started too late delays that one by as much, and the sample reports it. */
+_Static_assert(SAMPLE_PERIOD_US >= ADC_AHEAD_US + 30U, "a conversion of the temperature is over before the next");
 enum { CHANNEL_TEMPERATURE = 16U, CHANNEL_REFERENCE = 17U };
 
 /* After a processor fault: one 12-bit code in 500 turns of 4 cycles or more, so the whole range in 50 ms at 168 MHz and
@@ -48,9 +50,12 @@ enum { CHANNEL_TEMPERATURE = 16U, CHANNEL_REFERENCE = 17U };
 #define SAFE_RAMP_TURNS 500U
 
 /* A conversion takes 56 cycles of sampling and 12 of conversion at 21 MHz: 3.2 us. A look takes 8 cycles of the
- * processor or more, so the bound is at least 9.5 us at 168 MHz; twice that, with the fall-back, is a fifth of the
- * period. */
+ * processor or more, so the bound is at least 9.5 us at 168 MHz. Twice that, with the fall-back, is a fifth of 100 us
+ * and half of 40 us. */
 #define CONVERSION_LOOKS 200U
+
+/* Of 4 cycles or more: 48 us at 168 MHz. Five time constants of a pull-down of 50 kOhm and a wire of 100 pF are 25. */
+#define PULL_TURNS 2000U
 
 const board_info_t board_info = {
     .id = BOARD_ID,
@@ -84,7 +89,7 @@ static volatile uint32_t periods; /* since start; read by the main loop */
 static uint32_t cycles_per_period;
 static uint32_t late_cycles; /* so many since the last interrupt, rounded to periods, are two */
 
-static uint32_t apb1_timer_hz;
+static uint32_t apb1_timer_hz, core_hz;
 
 /* Sample interrupt. Codes, 0 before the first one. */
 static uint32_t temperature_raw, reference_raw;
@@ -106,6 +111,16 @@ static void converters_init(void) {
     ADC1->SQR1 = 0; /* a sequence of one */
     ADC1->SQR3 = CHANNEL_POSITION;
     ADC1->CR2 = ADC_CR2_ADON; /* the first conversion comes long after the 3 us it needs to stabilise */
+}
+
+/* The pull-down has some microseconds to act. */
+static bool default_line(void) {
+    RCC->AHB1ENR |= RCC_AHB1ENR_GPIOA;
+    GPIOA->PUPDR |= GPIO_PULL_DOWN << (2U * PIN_DEFAULT_LINE);
+    for (unsigned turn = 0; turn < PULL_TURNS; turn++) {
+        __asm__ volatile("nop");
+    }
+    return (GPIOA->IDR & 1UL << PIN_DEFAULT_LINE) != 0;
 }
 
 static void stage_init(void) {
@@ -134,7 +149,8 @@ board_start_t board_init(void) {
     const bool supplied = supply_init();
     const clocks_t clocks = clock_init();
     apb1_timer_hz = clocks.apb1_timer_hz;
-    cycles_per_period = clocks.core_hz / SAMPLE_RATE_HZ;
+    core_hz = clocks.core_hz;
+    cycles_per_period = core_hz / SAMPLE_RATE_HZ;
     late_cycles = 2U * cycles_per_period - cycles_per_period / 2U;
     DEMCR |= DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
@@ -143,12 +159,19 @@ board_start_t board_init(void) {
     modbus_line_init(clocks.apb2_hz, true);
     const bool known = factory_values();
     return (board_start_t){.serial = {known ? UNIQUE_ID[2] : 0, known ? UNIQUE_ID[1] : 0, known ? UNIQUE_ID[0] : 0},
+                           .default_line = default_line(),
                            .faults =
                                (uint16_t)((clocks.fallback ? FAULT_CLOCK_FALLBACK : 0) | (supplied ? 0 : FAULT_SUPPLY)),
                            .reset_cause = (uint16_t)(cause | (last.faulted ? RESET_FAULT : 0)),
                            .starts = (uint16_t)(last.starts + 1U),
                            .fault_address = last.fault_address,
                            .fault_status = last.fault_status};
+}
+
+/* An emulator models no clocks, so that they seem to have fallen back; as it is no such chip, it counts as one at its
+ * full clock. So does a chip of revision A, whose fall-back then shows as overruns only. */
+uint32_t board_core_hz(void) {
+    return factory_values() ? core_hz : HYST_COST_CORE_HZ;
 }
 
 void board_stage_enable(bool on) {
@@ -264,9 +287,9 @@ static uint32_t count_periods(void) {
 }
 
 /*
- * The loop. Period 100 us; deadline: the code must be written before the next update. Cost: docs/TIMING.md, and the
- * registers cost_last and cost_max. On an overrun the DAC repeats the last code for one period and the next sample
- * reports it.
+ * The loop. Period SAMPLE_PERIOD_US; deadline: the code must be written before the next update. Cost: docs/TIMING.md,
+ * and the registers cost_last and cost_max. On an overrun the DAC repeats the last code for one period and the next
+ * sample reports it.
  */
 void tim2_handler(void) {
     TIM2->SR = ~TIM_SR_UIF;
@@ -306,7 +329,7 @@ uint32_t board_cost_counter(void) {
     return DWT_CYCCNT;
 }
 
-/* In steps of one period: all that this clock times, the end of a Modbus frame and its echo, is long against 100 us. */
+/* In steps of one period: all that this clock times, the end of a Modbus frame and its echo, is long against it. */
 uint32_t board_microseconds(void) {
     return periods * SAMPLE_PERIOD_US;
 }

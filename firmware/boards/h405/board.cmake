@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-board(NAME h405 ID 1 TEXT "h405" CHIP stm32f405 SOURCES board.c)
+board(NAME h405 ID 1 TEXT "h405" CHIP stm32f405 RATES 10000 20000 25000 SOURCES board.c)
 
 if(TARGET h405)
   # `cmake --build build/h405 --target flash`: an ST-LINK on the JTAG connector, through OpenOCD or else st-flash.

@@ -114,6 +114,7 @@ _Static_assert(offsetof(gpio_t, AFR) == 0x20, "RM0090 table 39");
 #define GPIO_MODE_ALTERNATE  2UL
 #define GPIO_MODE_ANALOG     3UL
 #define GPIO_PULL_UP         1UL
+#define GPIO_PULL_DOWN       2UL
 #define GPIO_BSRR_SET(pin)   BIT(pin)
 #define GPIO_BSRR_RESET(pin) BIT((pin) + 16U)
 
@@ -123,6 +124,7 @@ typedef struct {
 } usart_t;
 #define USART1           ((usart_t *)0x40011000UL)
 #define USART2           ((usart_t *)0x40004400UL)
+#define USART_SR_PE      BIT(0)
 #define USART_SR_FE      BIT(1)
 #define USART_SR_NF      BIT(2)
 #define USART_SR_ORE     BIT(3)
@@ -132,6 +134,9 @@ typedef struct {
 #define USART_CR1_RE     BIT(2)
 #define USART_CR1_TE     BIT(3)
 #define USART_CR1_RXNEIE BIT(5)
+#define USART_CR1_PS     BIT(9)
+#define USART_CR1_PCE    BIT(10)
+#define USART_CR1_M      BIT(12)
 #define USART_CR1_UE     BIT(13)
 
 /* General-purpose timers TIM2 to TIM5, section 18.4. TIM2 and TIM5 count 32 bits. */

@@ -71,11 +71,12 @@ class Amplifier:
     itself: while something plays, its communication timeout is armed.
     """
 
-    def __init__(self, port: str, *, baud: int = 115200, slave: int = 1, timeout: float = 0.5) -> None:
-        """Opens the port. timeout in s, to wait for each answer, which is tried three times."""
+    def __init__(self, port: str, *, baud: int = 115200, parity: str = "none", slave: int = 1,
+                 timeout: float = 0.5) -> None:
+        """Opens the port. parity: none, even or odd. timeout in s, to wait for each answer, which is tried three times."""
         self._handle: Any = None
         self._lock = threading.Lock()
-        said = options(port=os.fspath(port), baud=baud, slave=slave, timeout_s=float(timeout))
+        said = options(port=os.fspath(port), baud=baud, parity=parity, slave=slave, timeout_s=float(timeout))
 
         def connect() -> Any:
             self._handle = lib.device_open(said)  # here, so that an interrupt meanwhile loses no port

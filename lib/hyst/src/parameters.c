@@ -204,6 +204,7 @@ const char *hyst_parameters_error_text(hyst_parameters_error_t error) {
         [HYST_PARAMETERS_INCONSISTENT] = "contradicts another field",
         [HYST_PARAMETERS_NOT_INVERTIBLE] = "not invertible",
         [HYST_PARAMETERS_UNSTABLE] = "unstable",
+        [HYST_PARAMETERS_TOO_COSTLY] = "takes longer than a period of the loop",
     };
     const size_t index = (size_t)error;
     return index < sizeof texts / sizeof texts[0] ? texts[index] : "unknown error";

@@ -35,7 +35,9 @@ static void start(const char *image) {
 
 static void open_line(void) {
     failure_t failure;
-    const device_options_t options = {.port = emulator.port, .baud = 115200, .slave = 1, .timeout_s = 5.0};
+    device_options_t options = DEVICE_OPTIONS_DEFAULT;
+    options.port = emulator.port;
+    options.timeout_s = 5.0;
     h405_device = device_open(&options, &failure);
     check(h405_device != NULL, &failure);
     check(device_unlock(h405_device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), &failure);

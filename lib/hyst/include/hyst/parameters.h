@@ -107,7 +107,9 @@ typedef enum {
     HYST_PARAMETERS_OUT_OF_RANGE = 5, /**< the field alone is out of its range */
     HYST_PARAMETERS_INCONSISTENT = 6, /**< the field contradicts another one */
     HYST_PARAMETERS_NOT_INVERTIBLE = 7,
-    HYST_PARAMETERS_UNSTABLE = 8
+    HYST_PARAMETERS_UNSTABLE = 8,
+    HYST_PARAMETERS_TOO_COSTLY = 9, /**< the loop's worst case is longer than its period (cost.h) */
+    HYST_PARAMETERS_ERROR_COUNT
 } hyst_parameters_error_t;
 
 /** The field a refusal points at. Values are part of the Modbus interface: append only. */
