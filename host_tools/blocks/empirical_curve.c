@@ -72,13 +72,12 @@ static void step(void *memory, signal_t *signal) {
 static double position_of(const void *memory, double reading_um) {
     enum { HALVINGS = 60 };
     const state_t *state = memory;
-    const double range_um = KNOT_CURVE_INTERVALS * state->interval_um;
-    double low = state->low_um, high = state->low_um + range_um;
-    for (double way = range_um; reading_of(state, low) > reading_um; way *= 2.0) {
-        low -= way;
+    double low = state->low_um, high = state->low_um + KNOT_CURVE_INTERVALS * state->interval_um;
+    while (reading_of(state, low) > reading_um) {
+        low -= high - low;
     }
-    for (double way = range_um; reading_of(state, high) < reading_um; way *= 2.0) {
-        high += way;
+    while (reading_of(state, high) < reading_um) {
+        high += high - low;
     }
     for (int i = 0; i < HALVINGS; i++) {
         const double middle = 0.5 * (low + high);

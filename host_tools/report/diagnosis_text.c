@@ -143,6 +143,17 @@ static void append_gain(const diagnosis_t *d, char *text) {
     }
 }
 
+/* Of a given chain: its terms explain nothing, whatever is found beside them. */
+static void append_given_terms(const diagnosis_t *d, char *text) {
+    for (size_t b = 0; d->model_given && b < d->given.blocks; b++) {
+        const block_t *block = d->given.block[b].block;
+        if (block->empirical != NULL) {
+            text_append(text, "%sThe given chain has a term without a cause, %s: what that describes is not explained.",
+                        text[0] != '\0' ? " " : "", block->name);
+        }
+    }
+}
+
 bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
     const size_t reversals = samples_reversals(&d->samples, large_way);
     text[0] = '\0';
@@ -152,6 +163,7 @@ bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
                     "hysteresis of which nothing comes again may be any.",
                     reversals, reversals == 1 ? "" : "s");
     }
+    append_given_terms(d, text);
     return text[0] != '\0';
 }
 

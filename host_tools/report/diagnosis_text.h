@@ -15,7 +15,7 @@ const char *certainty_name(certainty_t certainty);
 /** The hysteresis that replaced that of the given model, or NULL. */
 const block_t *diagnosis_other_shape(const diagnosis_t *diagnosis);
 
-/** Why any verdict on these recordings is a guess, a sentence; false: no reason. */
+/** Why any verdict on these recordings is a guess, or what a given chain has without a cause; false: neither. */
 bool verdict_caveat(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
 /** The verdict as a sentence or two, after its caveat. */
 void verdict_sentence(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);

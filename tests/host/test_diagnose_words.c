@@ -460,6 +460,21 @@ static void test_bars_end_at_the_error_of_the_chain(void) {
     account_free(&account);
 }
 
+/* A term of a model that was given is no explanation, whatever the verdict is beside it. */
+static void test_a_given_term_is_no_explanation(void) {
+    char text[DIAGNOSIS_LINE];
+    TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
+    model_append(&diagnosis.given, &block_empirical_trend);
+    TEST_ASSERT_TRUE(verdict_caveat(&diagnosis, text));
+    TEST_ASSERT_EQUAL_STRING("The given chain has a term without a cause, empirical_trend: what that describes is not "
+                             "explained.",
+                             text);
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "is not explained. As far as it goes: Explained by resonance"), text);
+    diagnosis.model_given = false;
+    TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
+}
+
 int main(void) {
     rng = random_start("diagnose_words", 20261121);
     UNITY_BEGIN();
@@ -477,5 +492,6 @@ int main(void) {
     RUN_TEST(test_what_was_taken_stands_first);
     RUN_TEST(test_page_stands_alone_and_is_repeatable);
     RUN_TEST(test_bars_end_at_the_error_of_the_chain);
+    RUN_TEST(test_a_given_term_is_no_explanation);
     return UNITY_END();
 }
