@@ -198,6 +198,7 @@ bool attempt_with(attempt_t *job, const model_t *given, const suspect_t *heard) 
                                             .t = heard->amplitude / heard->sigma,
                                             .t_blocks = heard->amplitude / heard->sigma,
                                             .certainty = ISOLATED,
+                                            .heard = true,
                                             .margin = HUGE_VAL,
                                             .support = 2.0 * heard->gain,
                                             .held_out_before_percent = d->baseline_held_out_percent};

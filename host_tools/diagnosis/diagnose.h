@@ -32,6 +32,7 @@ typedef struct {
     double held_out_before_percent, held_out_after_percent; /**< NRMSE */
     bool shape;                                             /**< a hysteresis of another shape could imitate it */
     bool in_readings; /**< its numbers come from the readings themselves, not from a fit */
+    bool heard;       /**< beside the universal operator; the search beside a model of few numbers has not found it */
 } finding_t;
 
 /** What became of a block that was looked at in a round of the search. Appended for the outputs. */

@@ -193,10 +193,10 @@ bool review_end(attempt_t *job) {
         good = findings_errors(d, job->failure) &&
                attempt_measure(job, &d->model, &d->nrmse_percent, &d->held_out_percent);
     }
-    /* Blocks that only come near, and an operator that does without them, may together explain what is neither: a gain
-     * that steps is nearly a drift. That stays unknown. So does what no finding is left for, though a block speaks
-     * beside the operator. */
-    const bool near_only = d->verdict == UNKNOWN_PHYSICS && d->findings > 0 && d->shape.whole;
+    /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
+     * drift. That stays unknown. One that was heard explains where the operator alone does not. What no finding is left
+     * for stays unknown, too, though a block speaks beside the operator. */
+    const bool near_only = d->verdict == UNKNOWN_PHYSICS && d->findings > 0 && (d->shape.whole || !d->finding[0].heard);
     if (good && d->shape_after.whole && !near_only && (is_only_shape(d) || d->findings > 0)) {
         d->another_shape = leaves_a_shape(d, &d->shape_after);
         for (size_t f = 0; f < d->findings; f++) {

@@ -144,7 +144,8 @@ void trial_of_heard(attempt_t *job) {
     prepare(&trial, job, &d->given, d->family);
     if (!heard.block->probe->shape && !found_like(d, heard.block) && attempt_with(&trial.attempt, trial.from, &heard)) {
         diagnosis_t worse = trial.diagnosis;
-        if (2.0 * (log_evidence_of(job, &worse) - log_evidence_of(job, d)) > attempt_naming_margin) {
+        if (worse.held_out_percent < worse.baseline_held_out_percent &&
+            2.0 * (log_evidence_of(job, &worse) - log_evidence_of(job, d)) > attempt_naming_margin) {
             worse = *d;
             *d = trial.diagnosis;
             job->power = trial.attempt.power;

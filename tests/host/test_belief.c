@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
+#include "belief/rivals.h"
 #include "belief/shape.h"
 #include "belief/thresholds.h"
 #include "support.h"
@@ -59,11 +60,8 @@ static void make_recording(law_t law, effect_t effect, recording_t *recording) {
     }
 }
 
-static void ask(const recording_t *recording, shape_t *shape) {
-    model_t chain;
-    samples_t samples;
-    failure_t failure;
-    const double weight = 0.1, *displacement = recording->column[COLUMN_DISPLACEMENT];
+static probe_setting_t setting_of(const recording_t *recording) {
+    const double *displacement = recording->column[COLUMN_DISPLACEMENT];
     probe_setting_t setting = {.drive_low_v = 0.0,
                                .drive_high_v = 100.0,
                                .sample_rate_hz = rate_hz,
@@ -75,11 +73,28 @@ static void ask(const recording_t *recording, shape_t *shape) {
         setting.displacement_low_um = fmin(setting.displacement_low_um, displacement[k]);
         setting.displacement_high_um = fmax(setting.displacement_high_um, displacement[k]);
     }
+    return setting;
+}
+
+/* The operator alone. loudest: the block that is worth most beside it, its numbers searched. */
+static void ask(const recording_t *recording, shape_t *shape, suspect_t *loudest) {
+    model_t chain, operated;
+    samples_t samples;
+    fitted_chain_t fitted;
+    failure_t failure;
+    const double weight = 0.1;
+    const probe_setting_t setting = setting_of(recording);
     make_bank_model(&chain, rate_hz, 0.0, 0, &weight, NULL);
     TEST_ASSERT_TRUE(samples_open(&samples, &chain, recording, 1, &failure));
-    shape_ask(&samples, &chain, &setting, 0.0, true, shape);
+    chain_for_operator(&chain, &operated);
+    TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &operated));
+    shape_of(&fitted, &setting, 0.0, true, shape);
     TEST_ASSERT_TRUE(shape->fitted);
+    *loudest = (suspect_t){0};
+    TEST_ASSERT_EQUAL_INT(!shape->silent, loudest_of(&fitted, &setting, loudest));
+    fitted_chain_close(&fitted);
     samples_close(&samples);
+    model_free(&operated);
     model_free(&chain);
 }
 
@@ -87,8 +102,9 @@ static void test_nothing_is_said_where_nothing_is_missing(void) {
     for (law_t law = PLAYS; law < LAWS; law++) {
         recording_t recording;
         shape_t shape;
+        suspect_t loudest;
         make_recording(law, NOTHING, &recording);
-        ask(&recording, &shape);
+        ask(&recording, &shape, &loudest);
         TEST_ASSERT_TRUE_MESSAGE(shape.silent, shape.loudest->name);
         TEST_ASSERT_TRUE(shape.whole);
         TEST_ASSERT_TRUE(shape.deviations > 0.9);
@@ -102,10 +118,15 @@ static void test_an_effect_is_heard_whatever_the_law(void) {
         for (law_t law = PLAYS; law < LAWS; law++) {
             recording_t recording;
             shape_t shape;
+            suspect_t loudest;
             make_recording(law, effect, &recording);
-            ask(&recording, &shape);
+            ask(&recording, &shape, &loudest);
             TEST_ASSERT_FALSE(shape.silent);
             TEST_ASSERT_EQUAL_STRING(group[effect], shape.loudest->probe->group);
+            TEST_ASSERT_EQUAL_STRING(group[effect], loudest.block->probe->group);
+            TEST_ASSERT_TRUE(loudest.refined);
+            TEST_ASSERT_TRUE(loudest.gain >= least_gain);
+            model_free(&loudest.chain);
             recording_free(&recording);
         }
     }
