@@ -20,9 +20,10 @@ static struct {
 /* Notes what it costs, too. */
 static hyst_parameters_fault_t check_cost(const hyst_parameters_t *parameters) {
     store.status.cost = hyst_cost_cycles(parameters);
-    return store.status.cost <= store.status.cost_budget
-               ? (hyst_parameters_fault_t){.error = HYST_PARAMETERS_OK}
-               : (hyst_parameters_fault_t){.error = HYST_PARAMETERS_TOO_COSTLY, .field = HYST_FIELD_SAMPLE_RATE};
+    if (store.status.cost > store.status.cost_budget) {
+        return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_TOO_COSTLY, .field = HYST_FIELD_SAMPLE_RATE};
+    }
+    return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_OK};
 }
 
 static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_parameters_t *half) {

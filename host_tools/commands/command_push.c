@@ -97,7 +97,7 @@ static int run(int argc, char **argv) {
     if (status != OPTIONS_RUN) {
         return status;
     }
-    failure_t failure;
+    failure_t failure = {0};
     return (dry ? dry_run : push)(argv[1], &line, json, &failure) ? STATUS_DONE : failure_print(&failure);
 }
 

@@ -274,7 +274,7 @@ static void leave(line_keeper_t *keeper) {
 
 /* Work that was given at the instant in which the line was lost, or something else was wanted. */
 static void refuse_work(line_keeper_t *keeper, const line_work_t *work) {
-    failure_t failure;
+    failure_t failure = {0};
     (void)fail(&failure, keeper->device == NULL ? "there is no line to the amplifier" : "stopped before it began");
     pthread_mutex_lock(&keeper->lock);
     keeper->working = false;
