@@ -137,8 +137,8 @@ void trial_of_heard(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     trial_t trial;
     suspect_t heard;
-    if (!d->shape.fitted || d->shape.silent || d->shape.loudest->probe->shape || found_like(d, d->shape.loudest) ||
-        !loudest_of(&job->beside, &job->setting, &heard)) {
+    if (!d->remainder.structured || !d->shape.fitted || d->shape.silent || d->shape.loudest->probe->shape ||
+        found_like(d, d->shape.loudest) || !loudest_of(&job->beside, &job->setting, &heard)) {
         return;
     }
     prepare(&trial, job, &d->given, d->family);

@@ -27,9 +27,9 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
 void trial_without_the_first(attempt_t *job);
 
 /**
- * Where a block is worth much beside the universal operator, and nothing like it was found, it may be the answer. It
- * has to make the position more likely, beside the operator, than what was found does. And it has to lower the error of
- * the held-out samples beside a hysteresis of few numbers.
+ * Where more than noise is left, a block is worth much beside the universal operator, and nothing like it was found, it
+ * may be the answer. It has to make the position more likely, beside the operator, than what was found does. And it has
+ * to lower the error of the held-out samples beside a hysteresis of few numbers.
  */
 void trial_of_heard(attempt_t *job);
 
