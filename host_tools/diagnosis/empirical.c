@@ -6,6 +6,7 @@
 #include "diagnosis/delivered.h"
 #include "diagnosis/evidence/probing.h"
 #include "diagnosis/findings.h"
+#include "diagnosis/measured_columns.h"
 #include "diagnosis/verdict.h"
 #include <math.h>
 #include <stdlib.h>
@@ -243,9 +244,12 @@ static void tell(attempt_t *job) {
 bool empirical_describe(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     aside_t aside;
-    bool good = true, added = true, any = false;
+    bool good = true, added = true, any = false, measured;
     if ((d->verdict != UNKNOWN_PHYSICS && d->verdict != PARTLY_EXPLAINED) || !d->remainder.structured) {
         return true;
+    }
+    if (!measured_columns_have_it(d, &measured, job->failure) || measured) {
+        return measured;
     }
     put_aside(d, &aside);
     const remainder_t before = d->remainder;

@@ -223,6 +223,18 @@ bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failur
            (relate_all(d, false, measured, failure) && (d->findings == 0 || relate_all(d, true, measured, failure)));
 }
 
+bool measured_columns_have_it(const diagnosis_t *d, bool *have_it, failure_t *failure) {
+    measured_columns_t measured;
+    *have_it = false;
+    if (!measured_columns(d, &measured, failure)) {
+        return false;
+    }
+    for (size_t i = 0; i < measured.count; i++) {
+        *have_it = *have_it || measured.column[i].after.relation == GOES_WITH_IT;
+    }
+    return true;
+}
+
 /* What the temperature leaves of a block must be more than nothing, and more than half. */
 static bool explained_by_temperature(const finding_t *finding, const finding_columns_t *columns) {
     const electrical_change_t *beside = &columns->beside_temperature;

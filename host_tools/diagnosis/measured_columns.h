@@ -60,6 +60,9 @@ typedef struct {
 
 /** Empty when no recording has such a column. */
 bool measured_columns(const diagnosis_t *diagnosis, measured_columns_t *measured, failure_t *failure);
+/** Whether what the model leaves goes with one of them: then it is no function of the drive's path, even where the
+ * operator's noise is slow enough to hold it, and no empirical term has to describe it. */
+bool measured_columns_have_it(const diagnosis_t *diagnosis, bool *have_it, failure_t *failure);
 
 /**
  * Whether the columns contradict a finding: a block of the electronics whose change neither voltage nor current shows

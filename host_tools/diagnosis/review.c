@@ -82,20 +82,6 @@ static bool take_out_imitated(attempt_t *job, bool *dropped) {
     return true;
 }
 
-/* Whether what the model leaves goes with a measured voltage, current or temperature: then it is no function of the
- * drive's path, even where the operator's noise is slow enough to hold it. */
-static bool goes_with_a_column(const attempt_t *job, bool *goes) {
-    measured_columns_t measured;
-    *goes = false;
-    if (!measured_columns(job->diagnosis, &measured, job->failure)) {
-        return false;
-    }
-    for (size_t i = 0; i < measured.count; i++) {
-        *goes = *goes || measured.column[i].after.relation == GOES_WITH_IT;
-    }
-    return true;
-}
-
 static bool rivals_are_of_its_group(const finding_t *finding) {
     for (size_t r = 0; r < finding->rivals; r++) {
         if (!block_same_group(finding->rival[r], finding->block)) {
@@ -175,7 +161,7 @@ bool review_end(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool goes;
     d->shape_after = d->shape;
-    if (!goes_with_a_column(job, &goes)) {
+    if (!measured_columns_have_it(d, &goes, job->failure)) {
         return false;
     }
     if (goes) {
