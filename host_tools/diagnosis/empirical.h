@@ -14,8 +14,8 @@ enum { EMPIRICAL_MOST = 2 };
 /**
  * The last stage. Where the verdict is unknown physics or partly explained, structure remains, and no measured column
  * goes with it (measured_columns.h), each empirical block is fitted at its place in the chain, together with the
- * hysteresis and with what was found. The one that leaves the least error of the held-out samples is taken, then perhaps
- * a second one, if it
+ * hysteresis and with what was found. The one that leaves the least error of the held-out samples is taken, then
+ * perhaps a second one, if it
  *
  * - takes candidate_much_of_it of the square of that error beyond the noise (of all of it, where the noise is not
  *   known), and this is more than attempt_worth_explaining of the noise's;
