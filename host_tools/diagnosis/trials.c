@@ -51,18 +51,6 @@ static double cost_of(const diagnosis_t *d, double held) {
            (1.0 + (d->remainder.structured ? incomplete_handicap : 0.0));
 }
 
-/* Keeps the better of two diagnoses of the same samples, and frees what only the other one holds. */
-static void keep_better(attempt_t *job, diagnosis_t *other, const joint_power_t *power) {
-    diagnosis_t *d = job->diagnosis;
-    diagnosis_t worse = *other;
-    if (cost_of(other, power->held) < cost_of(d, job->power.held)) {
-        worse = *d;
-        *d = *other;
-        job->power = *power;
-    }
-    diagnosis_free_models(&worse);
-}
-
 /* The search from one shape. */
 typedef struct {
     const model_t *from;
@@ -70,6 +58,19 @@ typedef struct {
     diagnosis_t diagnosis;
     failure_t refusal;
 } trial_t;
+
+/* The trial's answer takes the standing one's place if it is better. Frees the models of the other one, and returns its
+ * samples. */
+static samples_t keep_one(attempt_t *job, const trial_t *trial, bool better) {
+    diagnosis_t worse = trial->diagnosis;
+    if (better) {
+        worse = *job->diagnosis;
+        *job->diagnosis = trial->diagnosis;
+        job->power = trial->attempt.power;
+    }
+    diagnosis_free_models(&worse);
+    return worse.samples;
+}
 
 /* What all have in common is in `job`. */
 static void prepare(trial_t *trial, const attempt_t *job, const model_t *from, const family_t *family) {
@@ -101,7 +102,8 @@ static bool try_shape(attempt_t *job, trial_t *trial) {
 /* The better answer stands. One of them may not apply. */
 static void try_another(attempt_t *job, trial_t *trial) {
     if (try_shape(job, trial)) {
-        keep_better(job, &trial->diagnosis, &trial->attempt.power);
+        const double cost = cost_of(&trial->diagnosis, trial->attempt.power.held);
+        (void)keep_one(job, trial, cost < cost_of(job->diagnosis, job->power.held));
     }
 }
 
@@ -143,14 +145,10 @@ void trial_of_heard(attempt_t *job) {
     }
     prepare(&trial, job, &d->given, d->family);
     if (!heard.block->probe->shape && !found_like(d, heard.block) && attempt_with(&trial.attempt, trial.from, &heard)) {
-        diagnosis_t worse = trial.diagnosis;
-        if (worse.held_out_percent < worse.baseline_held_out_percent &&
-            2.0 * (log_evidence_of(job, &worse) - log_evidence_of(job, d)) > attempt_naming_margin) {
-            worse = *d;
-            *d = trial.diagnosis;
-            job->power = trial.attempt.power;
-        }
-        diagnosis_free_models(&worse);
+        const diagnosis_t *other = &trial.diagnosis;
+        (void)keep_one(job, &trial,
+                       other->held_out_percent < other->baseline_held_out_percent &&
+                           2.0 * (log_evidence_of(job, other) - log_evidence_of(job, d)) > attempt_naming_margin);
     } else {
         diagnosis_free_models(&trial.diagnosis);
     }
@@ -328,14 +326,7 @@ static void try_winner(attempt_t *job, const baseline_t *bank, const samples_t *
     begin_from_winner(&trial, winner, known_value, &begin);
     if (try_shape(job, &trial)) {
         const bool better = trial.diagnosis.held_out_percent < sqrt(contest_worth) * d->held_out_percent;
-        diagnosis_t worse = trial.diagnosis;
-        if (better) {
-            worse = *d;
-            *d = trial.diagnosis;
-            job->power = trial.attempt.power;
-        }
-        free(worse.samples.part);
-        diagnosis_free_models(&worse);
+        free(keep_one(job, &trial, better).part);
     } else {
         free(shared->part);
     }
