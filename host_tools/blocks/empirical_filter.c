@@ -5,13 +5,7 @@
 #include "elements/second_order.h"
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    inverse_filter_t inverse;
-    const second_order_t filter = second_order_make(parameter, job->rate_hz);
-    if (!invert_second_order(&filter, job->rate_hz, job->options->no_filters, &inverse)) {
-        compile_uncorrected(job, "its inverse is no stable filter, or beyond the amplifier's number format");
-        return true;
-    }
-    return compile_shape(job, inverse);
+    return compile_second_order(job, parameter, compile_shape);
 }
 
 static const probe_t fitted = {.explanation =

@@ -61,6 +61,17 @@ bool compile_shape(compile_job_t *job, inverse_filter_t filter) {
     return add_filter(job, filter, &job->parameters->shape_sections, job->parameters->shape);
 }
 
+bool compile_second_order(compile_job_t *job, const parameter_t *parameter,
+                          bool (*put)(compile_job_t *job, inverse_filter_t filter)) {
+    inverse_filter_t inverse;
+    const second_order_t filter = second_order_make(parameter, job->rate_hz);
+    if (!invert_second_order(&filter, job->rate_hz, job->options->no_filters, &inverse)) {
+        compile_uncorrected(job, "its inverse is no stable filter, or beyond the amplifier's number format");
+        return true;
+    }
+    return put(job, inverse);
+}
+
 static bool add_curve(compile_job_t *job, compile_function_t function, const void *state, const char *what,
                       uint32_t *curves, hyst_curve_t *curve, double *center, double *half) {
     const double low = *center - *half, step = 2.0 * *half / HYST_CURVE_INTERVALS;

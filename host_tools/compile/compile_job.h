@@ -52,6 +52,10 @@ bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *wh
 bool compile_equalise(compile_job_t *job, inverse_filter_t filter);
 bool compile_shape(compile_job_t *job, inverse_filter_t filter);
 
+/** Inverts a filter of second order with these parameters. put: compile_equalise or compile_shape. */
+bool compile_second_order(compile_job_t *job, const parameter_t *parameter,
+                          bool (*put)(compile_job_t *job, inverse_filter_t filter));
+
 /** The amplifier's only bank of creep cells. */
 bool compile_creep(compile_job_t *job, creep_cells_t cells);
 
