@@ -4,22 +4,20 @@
 #include "chain/fit_ranges.h"
 #include "diagnosis/attempt.h"
 #include "diagnosis/nuisance/past.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Below these, likelihoods are halved by chance alone: see the header. */
-static const double support_scale = 5.0, margin_scale = 9.1, never_certain = 0.99;
 
 bool finding_has_reservation(const finding_t *finding) {
     return finding->certainty == ISOLATED && finding->rivals == 0;
 }
 
 double finding_confidence(const finding_t *finding) {
-    const double there = -expm1(-fmax(0.0, finding->support) / support_scale);
-    const double this_one = 1.0 / (1.0 + exp(-fmax(0.0, finding->margin) / margin_scale));
+    const double there = -expm1(-fmax(0.0, finding->support) / threshold.support_scale);
+    const double this_one = 1.0 / (1.0 + exp(-fmax(0.0, finding->margin) / threshold.margin_scale));
     const bool reserved = finding->certainty == DETECTED || finding_has_reservation(finding);
-    return fmin(never_certain, there * this_one * (reserved ? 0.5 : 1.0));
+    return fmin(threshold.never_certain, there * this_one * (reserved ? 0.5 : 1.0));
 }
 
 bool something_remains(const diagnosis_t *diagnosis) {

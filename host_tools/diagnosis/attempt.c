@@ -13,15 +13,10 @@
 #include "diagnosis/search_round.h"
 #include "diagnosis/sides.h"
 #include "diagnosis/verdict.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
-/* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
-const double attempt_naming_margin = 20.0;
-const double attempt_least_support = 12.0;
-const double attempt_least_steps = 0.1;
-const double attempt_least_part_of_found = 0.1;
-const double attempt_worth_explaining = 0.05;
 enum { BASELINE_ITERATIONS = 4 };
 
 void attempt_advance(attempt_t *job) {
@@ -73,7 +68,7 @@ static void find_steps(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     const block_t *steps = block_of_steps();
     const double step = job->step_um, error_um = step / sqrt(12.0);
-    if (steps != NULL && step > 0.0 && error_um > attempt_least_steps * d->noise.rms_um &&
+    if (steps != NULL && step > 0.0 && error_um > threshold.least_steps * d->noise.rms_um &&
         d->findings < DIAGNOSIS_MOST_FINDINGS) {
         const double each = lattice_likelihood_per_sample();
         const double t = sqrt(each * (double)d->samples.fitted);
@@ -174,7 +169,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = search_round(job, &found);
     }
-    good = good && reconsider_superfluous(job, candidate_least_size, 0);
+    good = good && reconsider_superfluous(job, threshold.least_size, 0);
     if (good) {
         choose_beginning(job);
     }

@@ -102,7 +102,7 @@ typedef struct {
 /**
  * The given chain is fitted again, as far as the recordings determine it (refitted.h). Where that is not the whole
  * answer, the search is made also with hystereses of other shapes in the given one's place. Such an answer stands if it
- * is better by attempt_naming_margin: a wrong shape of the user's is no missing physics either. The recordings must
+ * is better by naming_margin: a wrong shape of the user's is no missing physics either. The recordings must
  * outlive the diagnosis, which is to be freed.
  */
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,

@@ -8,6 +8,7 @@
 #include "diagnosis/findings.h"
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/verdict.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -141,9 +142,9 @@ static double support(const diagnosis_t *d, const term_t *without, const term_t 
 
 static bool is_worth_it(const diagnosis_t *d, const term_t *without, const term_t *with) {
     const double before = missing(d, without);
-    return with->good && before > attempt_worth_explaining * noise_square(d) &&
-           missing(d, with) < (1.0 - candidate_much_of_it) * before &&
-           support(d, without, with) > attempt_least_support && with->delivered_percent < without->delivered_percent;
+    return with->good && before > threshold.worth_explaining * noise_square(d) &&
+           missing(d, with) < (1.0 - threshold.much_of_it) * before &&
+           support(d, without, with) > threshold.least_support && with->delivered_percent < without->delivered_percent;
 }
 
 /* The term becomes a finding. false: its numbers have no standard errors, and all is as it was. */

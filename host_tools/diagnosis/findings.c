@@ -3,12 +3,9 @@
 #include "diagnosis/evidence/joint_fit.h"
 #include "diagnosis/evidence/searched.h"
 #include "diagnosis/refitted.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-
-/* Standard errors that a number has to be away from nothing, and the largest one of a number that has no nothing (a
- * frequency, a time), in parts of itself. */
-static const double least_deviations = 3.0, least_precision = 1.0 / 3.0;
 
 bool finding_is_empirical(const finding_t *finding) {
     return finding->block->empirical != NULL;
@@ -137,7 +134,8 @@ bool block_determined(const model_block_t *block) {
         const parameter_t *parameter = &block->parameter[p];
         if (is_searched(block->block, p) && parameter->sigma != NULL) {
             const double value = fabs(parameter->value[0]), sigma = parameter->sigma[0];
-            const double most = block->block->parameter[p].proportional ? 1.0 / least_deviations : least_precision;
+            const double most =
+                block->block->parameter[p].proportional ? 1.0 / threshold.deviations : threshold.least_precision;
             if (sigma < most * value) {
                 return true;
             }

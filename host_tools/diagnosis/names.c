@@ -6,6 +6,7 @@
 #include "diagnosis/evidence/probing.h"
 #include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -38,10 +39,6 @@ typedef struct {
     reading_t *reading;
 } anew_t;
 
-/* Of what the finding itself explains beyond the nuisance subspace: no hysteresis makes up for it, if it is more than
- * so much. */
-static const double part_that_cannot = 0.5, so_much = 1000.0;
-
 /* The least that another block has to explain; everything, where the nuisance subspace says little. */
 static double least_of_others(const evidence_t *evidence, const model_t *model, const block_t *block) {
     const size_t at = (size_t)(model_find(model, block->name) - model->block);
@@ -50,7 +47,9 @@ static double least_of_others(const evidence_t *evidence, const model_t *model, 
         own = evidence_likelihood(evidence, 1.0 - evidence_test(evidence, signature).explained);
     }
     free(signature);
-    return own > so_much ? fmin(part_that_cannot * own, own - so_much) : -HUGE_VAL;
+    return own > threshold.cannot_be_likelihood
+               ? fmin(threshold.cannot_be_part * own, own - threshold.cannot_be_likelihood)
+               : -HUGE_VAL;
 }
 
 /* Another block's best numbers, in the finding's place. */
@@ -139,9 +138,6 @@ static size_t take_determined(attempt_t *job, finding_t *finding, reading_t *rea
     return taken;
 }
 
-/* 2 log likelihood by which a name has to win where the held-out samples by themselves are for the other one. */
-static const double margin_if_contradicted = 100.0;
-
 /* Of the group, those that are nearly as likely; others stay what they were. */
 static void list_rivals(finding_t *finding, const reading_t *reading, size_t count, size_t best) {
     size_t rivals = 0;
@@ -159,7 +155,7 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
         if (i != best) {
             const bool contradicted = reading[i].power.held < reading[best].power.held;
             finding->margin = fmin(finding->margin, margin);
-            if (margin < (contradicted ? margin_if_contradicted : attempt_naming_margin) &&
+            if (margin < (contradicted ? threshold.naming_margin_if_contradicted : threshold.naming_margin) &&
                 rivals < DIAGNOSIS_MOST_RIVALS) {
                 finding->rival[rivals++] = reading[i].block;
             }
@@ -173,7 +169,7 @@ static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
     /* With more the hysteresis is not quite right, and fits of everything together decide by what that leaves:
      * held-out samples then have to agree. */
-    const bool noise_is_left = attempt_excess(d, job->power.held) < attempt_worth_explaining;
+    const bool noise_is_left = attempt_excess(d, job->power.held) < threshold.worth_explaining;
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
     finding_left_out(d, finding, &without);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/reconsider.h"
 #include "diagnosis/findings.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <string.h>
 
@@ -51,7 +52,7 @@ bool reconsider_superfluous(attempt_t *job, double least_size, unsigned spared) 
             return false;
         }
         if ((double)d->samples.fitted * log(power.fitted / job->power.fitted) < least ||
-            (double)d->samples.held * log(power.held / job->power.held) < attempt_least_support) {
+            (double)d->samples.held * log(power.held / job->power.held) < threshold.least_support) {
             drop(job, f, SUPERFLUOUS, &without, &power);
         } else {
             model_free(&without);
