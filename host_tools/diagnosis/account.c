@@ -3,6 +3,7 @@
 #include "base/json_output.h"
 #include "chain/fit_ranges.h"
 #include "diagnosis/attempt.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/nuisance/past.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -140,7 +141,7 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
         finding_t *finding = &diagnosis->finding[f];
         if (finding_contradicted(finding, &account->measured.finding[f])) {
-            finding->certainty = DETECTED;
+            finding_at_most(finding, DETECTED);
         }
         account->confidence[f] = finding_confidence(finding);
     }

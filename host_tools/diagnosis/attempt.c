@@ -76,15 +76,15 @@ static void find_steps(attempt_t *job) {
         model_set(block, steps->parameter[0].name, step);
         block->parameter[0].sigma = allocate(1, sizeof(double));
         *block->parameter[0].sigma = job->step_sigma_um;
-        d->finding[d->findings++] = (finding_t){.block = steps,
-                                                .t = t,
-                                                .t_blocks = t,
-                                                .certainty = NAMED,
-                                                .in_readings = true,
-                                                .margin = HUGE_VAL,
-                                                .support = each * (double)d->samples.held,
-                                                .held_out_before_percent = d->held_out_percent,
-                                                .held_out_after_percent = d->held_out_percent};
+        findings_add(d, &(finding_t){.block = steps,
+                                     .t = t,
+                                     .t_blocks = t,
+                                     .certainty = NAMED,
+                                     .in_readings = true,
+                                     .margin = HUGE_VAL,
+                                     .support = each * (double)d->samples.held,
+                                     .held_out_before_percent = d->held_out_percent,
+                                     .held_out_after_percent = d->held_out_percent});
     }
 }
 
@@ -189,14 +189,14 @@ bool attempt_with(attempt_t *job, const model_t *given, const suspect_t *heard) 
     candidate_insert(&with, &d->model, heard->block, value);
     model_free(&d->model);
     d->model = with;
-    d->finding[d->findings++] = (finding_t){.block = heard->block,
-                                            .t = heard->amplitude / heard->sigma,
-                                            .t_blocks = heard->amplitude / heard->sigma,
-                                            .certainty = ISOLATED,
-                                            .heard = true,
-                                            .margin = HUGE_VAL,
-                                            .support = 2.0 * heard->gain,
-                                            .held_out_before_percent = d->baseline_held_out_percent};
+    findings_add(d, &(finding_t){.block = heard->block,
+                                 .t = heard->amplitude / heard->sigma,
+                                 .t_blocks = heard->amplitude / heard->sigma,
+                                 .certainty = ISOLATED,
+                                 .heard = true,
+                                 .margin = HUGE_VAL,
+                                 .support = 2.0 * heard->gain,
+                                 .held_out_before_percent = d->baseline_held_out_percent});
     const bool good = joint_fit(&d->samples, &d->noise, &d->model, refitted_blocks(d, &d->model), ATTEMPT_ITERATIONS,
                                 &job->power, job->failure) &&
                       findings_errors(d, job->failure) &&

@@ -11,7 +11,6 @@
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* A chain with a term, or without one, fitted. */
 typedef struct {
@@ -153,15 +152,15 @@ static bool take(attempt_t *job, const term_t *without, term_t *with) {
     const model_t before = d->model;
     failure_t refusal;
     d->model = with->model;
-    d->finding[d->findings++] = (finding_t){.block = with->block,
-                                            .certainty = DETECTED,
-                                            .settled = DETECTED,
-                                            .margin = HUGE_VAL,
-                                            .support = support(d, without, with),
-                                            .held_out_before_percent = without->held_out_percent,
-                                            .held_out_after_percent = with->held_out_percent};
+    findings_add(d, &(finding_t){.block = with->block,
+                                 .certainty = DETECTED,
+                                 .settled = DETECTED,
+                                 .margin = HUGE_VAL,
+                                 .support = support(d, without, with),
+                                 .held_out_before_percent = without->held_out_percent,
+                                 .held_out_after_percent = with->held_out_percent});
     if (!findings_errors(d, &refusal)) {
-        d->findings--;
+        findings_remove(d, d->findings - 1);
         with->model = d->model;
         d->model = before;
         return false;
@@ -199,27 +198,26 @@ typedef struct {
 } aside_t;
 
 static void put_aside(diagnosis_t *d, aside_t *aside) {
-    size_t kept = 0;
     model_t all = d->model;
     aside->findings = 0;
-    for (size_t f = 0; f < d->findings; f++) {
+    for (size_t f = 0; f < d->findings;) {
         if (d->finding[f].in_readings) {
             aside->finding[aside->findings++] = d->finding[f];
+            findings_remove(d, f);
         } else {
-            d->finding[kept++] = d->finding[f];
+            f++;
         }
     }
-    d->findings = kept;
     model_copy(&d->model, &all);
     attempt_without_noise(&d->model);
     aside->model = all;
 }
 
 static void put_back(diagnosis_t *d, aside_t *aside) {
-    const size_t named = findings_named(d), terms = d->findings - named;
-    memmove(&d->finding[named + aside->findings], &d->finding[named], terms * sizeof d->finding[0]);
-    memcpy(&d->finding[named], aside->finding, aside->findings * sizeof d->finding[0]);
-    d->findings += aside->findings;
+    const size_t named = findings_named(d);
+    for (size_t f = 0; f < aside->findings; f++) {
+        findings_insert(d, named + f, &aside->finding[f]);
+    }
     for (size_t b = 0; b < aside->model.blocks; b++) {
         const model_block_t *block = &aside->model.block[b];
         if (block->block->readings != READINGS_AS_THEY_ARE) {

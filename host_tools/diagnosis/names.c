@@ -91,11 +91,7 @@ static size_t list_group(const finding_t *finding, const model_t *without, readi
 
 static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
     diagnosis_t *d = job->diagnosis;
-    if (reading->block != finding->block) {
-        finding_considered_gone(d, finding->block, LESS_LIKELY);
-        finding_considered_taken(d, reading->block);
-    }
-    finding->block = reading->block;
+    finding_rename(d, finding, reading->block, LESS_LIKELY);
     model_free(&d->model);
     model_copy(&d->model, &reading->model);
     job->power = reading->power;
@@ -140,29 +136,26 @@ static size_t take_determined(attempt_t *job, finding_t *finding, reading_t *rea
 
 /* Of the group, those that are nearly as likely; others stay what they were. */
 static void list_rivals(finding_t *finding, const reading_t *reading, size_t count, size_t best) {
-    size_t rivals = 0;
-    bool outside = false;
-    finding_t before = *finding;
+    const finding_t before = *finding;
+    finding->rivals = 0;
     for (size_t r = 0; r < before.rivals; r++) {
         if (!block_same_group(before.rival[r], finding->block)) {
-            finding->rival[rivals++] = before.rival[r];
-            outside = true;
+            finding_add_rival(finding, before.rival[r]);
         }
     }
+    const bool outside = finding->rivals > 0;
     finding->margin = HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
         const double margin = reading[best].likelihood - reading[i].likelihood;
         if (i != best) {
             const bool contradicted = reading[i].power.held < reading[best].power.held;
             finding->margin = fmin(finding->margin, margin);
-            if (margin < (contradicted ? threshold.naming_margin_if_contradicted : threshold.naming_margin) &&
-                rivals < DIAGNOSIS_MOST_RIVALS) {
-                finding->rival[rivals++] = reading[i].block;
+            if (margin < (contradicted ? threshold.naming_margin_if_contradicted : threshold.naming_margin)) {
+                finding_add_rival(finding, reading[i].block);
             }
         }
     }
-    finding->rivals = rivals;
-    finding->certainty = rivals == 0 ? NAMED : outside && before.certainty == DETECTED ? DETECTED : ISOLATED;
+    finding->certainty = finding->rivals == 0 ? NAMED : outside && before.certainty == DETECTED ? DETECTED : ISOLATED;
 }
 
 static bool settle(attempt_t *job, finding_t *finding) {
@@ -227,14 +220,14 @@ static bool found_beside(const diagnosis_t *d, const finding_t *finding, const b
 
 /* Rivals of which one has been found, too, are none: both are there. */
 static void forget_found(const diagnosis_t *d, finding_t *finding) {
-    size_t rivals = 0;
-    for (size_t r = 0; r < finding->rivals; r++) {
-        if (!found_beside(d, finding, finding->rival[r])) {
-            finding->rival[rivals++] = finding->rival[r];
+    const finding_t before = *finding;
+    finding->rivals = 0;
+    for (size_t r = 0; r < before.rivals; r++) {
+        if (!found_beside(d, finding, before.rival[r])) {
+            finding_add_rival(finding, before.rival[r]);
         }
     }
-    finding->certainty = rivals > 0 || finding->rivals == 0 ? finding->certainty : NAMED;
-    finding->rivals = rivals;
+    finding->certainty = finding->rivals > 0 || before.rivals == 0 ? before.certainty : NAMED;
 }
 
 /* What came before the recording may look like an effect that is small beside another one (probe_t.doubtful): a creep
@@ -254,8 +247,8 @@ static void doubt(diagnosis_t *d, finding_t *finding) {
     const double part_of_range = *model_parameter(other, probe->doubtful.part_of_range)->value;
     const double past_um = part_of_range * (range_um[1] - range_um[0]);
     if (fabs(*model_parameter(found, probe->doubtful.size_um)->value) < past_um) {
-        finding->rival[finding->rivals++] = other->block;
-        finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
+        finding_add_rival(finding, other->block);
+        finding_at_most(finding, ISOLATED);
     }
 }
 

@@ -83,15 +83,6 @@ static bool rivals_are_of_its_group(const finding_t *finding) {
     return true;
 }
 
-static bool is_rival(const finding_t *finding, const block_t *block) {
-    for (size_t r = 0; r < finding->rivals; r++) {
-        if (finding->rival[r] == block) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
  * little. Only a strong finding can tell. Within a group a block may fail only because its form is too narrow: creep
  * that is free below 10 ms is nearer to a dielectric loss than to the catalogue's creep. */
@@ -121,8 +112,8 @@ static void add_rivals(attempt_t *job, finding_t *finding) {
         fitted_chain_close(&fitted);
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
-        if (!is_rival(finding, rivals.rival[r]) && can_be(job, finding, &left_out, rivals.rival[r])) {
-            finding->rival[finding->rivals++] = rivals.rival[r];
+        if (!finding_has_rival(finding, rivals.rival[r]) && can_be(job, finding, &left_out, rivals.rival[r])) {
+            finding_add_rival(finding, rivals.rival[r]);
         }
     }
     model_free(&left_out);
@@ -131,10 +122,7 @@ static void add_rivals(attempt_t *job, finding_t *finding) {
         return;
     }
     finding->margin = fmin(finding->margin, fmax(0.0, 2.0 * (rivals.gain - rivals.best_gain)));
-    finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
-    if (!rivals_are_of_its_group(finding)) {
-        finding->certainty = DETECTED;
-    }
+    finding_at_most(finding, rivals_are_of_its_group(finding) ? ISOLATED : DETECTED);
 }
 
 /* Where voltage or current was measured, sides.h has settled the lags: these columns say more than the position. */

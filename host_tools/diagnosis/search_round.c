@@ -3,6 +3,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/candidate_judgement.h"
 #include "diagnosis/evidence/search.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/unseen.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -22,14 +23,11 @@ static void name(const evidence_t *evidence, const candidates_t *found, finding_
         }
         const double margin = search_margin(found, i);
         finding->margin = fmin(finding->margin, margin);
-        if (margin < threshold.naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
-            finding->rival[finding->rivals++] = rival->block;
-            if (finding->certainty == NAMED) {
-                finding->certainty = ISOLATED;
-            }
+        if (margin < threshold.naming_margin && finding_add_rival(finding, rival->block)) {
+            finding_at_most(finding, ISOLATED);
             if (!block_same_group(rival->block, best->block) &&
                 fabs(evidence_cosine(evidence, best->signature, rival->signature)) < threshold.same_signature) {
-                finding->certainty = DETECTED;
+                finding_at_most(finding, DETECTED);
             }
         }
     }
@@ -59,7 +57,7 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
     if (*accepted) {
         model_free(&d->model);
         d->model = augmented;
-        d->finding[d->findings++] = *finding;
+        findings_add(d, finding);
         job->power = power;
         job->found_um = hypot(job->found_um, candidate_own_um(candidate));
     } else {

@@ -101,9 +101,7 @@ static void keep(attempt_t *job, model_t *proposal, const joint_power_t *power) 
 
 /* The finding is of the other block. */
 static void rename_finding(diagnosis_t *d, finding_t *finding, const block_t *block, double margin) {
-    finding_considered_gone(d, finding->block, CONTRADICTED);
-    finding_considered_taken(d, block);
-    finding->block = block;
+    finding_rename(d, finding, block, CONTRADICTED);
     finding->certainty = NAMED;
     finding->rivals = 0;
     finding->margin = margin;
@@ -308,7 +306,7 @@ static bool take_pair(attempt_t *job, const lags_t *lags, proposal_t *best) {
             return false;
         }
         spared |= 1U << d->findings;
-        d->finding[d->findings++] = added;
+        findings_add(d, &added);
         finding_considered_taken(d, other);
     } else {
         spared |= 1U << (lags->finding[1] - d->finding);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/verdict.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/nuisance/past.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -28,8 +29,8 @@ static bool comes_near_only(const attempt_t *job, double missing) {
 /* Where more than noise remains, what that is may be in the place of any finding: no name is without reservation. */
 static void reserve(diagnosis_t *d, certainty_t at_most) {
     for (size_t f = 0; f < d->findings; f++) {
-        if (!d->finding[f].in_readings && d->finding[f].certainty > at_most) {
-            d->finding[f].certainty = at_most;
+        if (!d->finding[f].in_readings) {
+            finding_at_most(&d->finding[f], at_most);
         }
     }
 }
