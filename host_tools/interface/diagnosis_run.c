@@ -1,10 +1,52 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/diagnosis_run.h"
+#include "diagnosis/operator_evidence.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_report.h"
 #include "report/diagnosis_text.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Evidence of the recordings with one of them set right; its readings are then spread so that no unit changes. */
+static bool evidence_undone(const recording_t *recordings, size_t count, const diagnosis_run_t *run,
+                            const fault_t *fault, double *log_evidence) {
+    recording_t *all = allocate(count, sizeof *all);
+    memcpy(all, recordings, count * sizeof *all);
+    recording_t *one = &all[fault->recording];
+    recording_copy(one, &recordings[fault->recording]);
+    const double log_gain = fault->kind->undo(fault, &run->looks[fault->recording], one);
+    const double spread = exp(log_gain / (double)one->samples);
+    for (size_t k = 0; k < one->samples; k++) {
+        one->column[COLUMN_DISPLACEMENT][k] *= spread;
+    }
+    const bool good = operator_evidence(all, count, log_evidence);
+    recording_free(one);
+    free(all);
+    return good;
+}
+
+/* A fault that can be undone is, before physics is looked for, if a hysteresis of any shape then makes the readings
+ * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. */
+static void undo_faults(recording_t *recordings, size_t count, diagnosis_run_t *run) {
+    for (size_t f = run->faults.count; f-- > 0;) {
+        fault_t *fault = &run->faults.fault[f];
+        double as_they_are, undone;
+        if (fault->kind->undo == NULL || !operator_evidence(recordings, count, &as_they_are) ||
+            !evidence_undone(recordings, count, run, fault, &undone)) {
+            continue;
+        }
+        if (undone > as_they_are + threshold.evidence_margin) {
+            fault->kind->undo(fault, &run->looks[fault->recording], &recordings[fault->recording]);
+            fault->undone = true;
+        } else {
+            fault_withdraw(&run->faults, f);
+        }
+    }
+}
 
 static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *run, failure_t *failure) {
     run->looked_at = count;
@@ -17,6 +59,7 @@ static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *r
     }
     faults_find(run->looks, run->looked_at, &run->faults);
     run->masked = faults_mask(&run->faults, recordings);
+    undo_faults(recordings, count, run);
     return true;
 }
 

@@ -16,8 +16,8 @@ typedef struct {
 } diagnosis_run_t;
 
 /**
- * given: the chain to begin with, or NULL. Masks what faults spoil in the recordings, which must outlive the run. On
- * success *run is to be freed.
+ * given: the chain to begin with, or NULL. Masks what faults spoil in the recordings, and sets readings right where a
+ * fault can be undone; the recordings must outlive the run. On success *run is to be freed.
  */
 bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                    failure_t *failure);

@@ -66,6 +66,13 @@ size_t faults_mask(const fault_list_t *faults, recording_t *recordings) {
     return masked;
 }
 
+void fault_withdraw(fault_list_t *faults, size_t index) {
+    free(faults->fault[index].span);
+    faults->count--;
+    faults->withdrawn++;
+    memmove(&faults->fault[index], &faults->fault[index + 1], (faults->count - index) * sizeof faults->fault[0]);
+}
+
 const char *fault_handling_name(fault_handling_t handling) {
     static const char *const names[] = {"maskable", "modellable", "fatal"};
     return names[handling];

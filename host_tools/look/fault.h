@@ -38,11 +38,13 @@ typedef struct {
     fault_number_t number[FAULT_MOST_NUMBERS];
     size_t spans;      /**< 0: all of the recording */
     look_span_t *span; /**< samples, in order of time */
+    bool undone;       /**< in the readings, by fault_undo */
 } fault_t;
 
 typedef struct {
     size_t count;
     fault_t *fault;
+    size_t withdrawn; /**< faults that were on it, and are none (fault_withdraw) */
 } fault_list_t;
 
 struct fault_kind {
@@ -53,6 +55,9 @@ struct fault_kind {
     const char *change;    /**< what to change in the set-up */
     fault_handling_t handling;
     void (*find)(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults);
+    /** Sets the readings of this look's recording right, as well as its numbers say; what is lost stays masked. Returns
+     * the sum of log(gain) over all readings that were divided by one. NULL: it cannot be undone. */
+    double (*undo)(const fault_t *fault, const look_t *look, recording_t *recording);
 };
 
 #define FAULT_DECLARE(name) extern const fault_kind_t fault_##name;
@@ -77,6 +82,8 @@ bool fault_found(const fault_list_t *faults, const fault_kind_t *kind, size_t re
 /** Leaves the samples of all maskable faults out of the recordings (recording_mask). Returns how many. What was found
  * is a fact about the readings as they were; looks at them are not to be used afterwards. */
 size_t faults_mask(const fault_list_t *faults, recording_t *recordings);
+/** Takes a fault off the list, because what it says is explained better without it. */
+void fault_withdraw(fault_list_t *faults, size_t index);
 /** "maskable", "modellable", "fatal" */
 const char *fault_handling_name(fault_handling_t handling);
 /** Samples of all spans; the whole recording without any. */

@@ -140,13 +140,14 @@ json_t *fault_to_json(const look_t *looks, const fault_t *fault) {
             parameters, n->name,
             json_pack("{s:f, s:o, s:s}", "value", n->value, "sigma", json_number_or_null(n->sigma), "unit", n->unit));
     }
-    return json_pack(
-        "{s:s, s:s, s:s, s:f, s:o, s:{s:s, s:o}, s:I, s:s, s:s, s:f, s:f, s:s, s:[], s:s}", "block", fault->kind->name,
-        "place", "recording", "certainty", "named", "confidence", 0.99, "parameters", parameters, "where", "recording",
-        recording->name, "time_s", spans_to_json(fault, recording->sample_rate_hz), "samples",
-        (json_int_t)fault_samples(fault, looks), "handling", fault_handling_name(fault->kind->handling), "statistic",
-        fault->kind->statistic, "evidence", fault->evidence, "log10_chance", fmax(fault->log_chance, -300.0),
-        "explanation", fault->kind->text, "confusable_with", "separating_excitation", fault->kind->change);
+    return json_pack("{s:s, s:s, s:s, s:f, s:o, s:{s:s, s:o}, s:I, s:s, s:s, s:f, s:f, s:b, s:s, s:[], s:s}", "block",
+                     fault->kind->name, "place", "recording", "certainty", "named", "confidence", 0.99, "parameters",
+                     parameters, "where", "recording", recording->name, "time_s",
+                     spans_to_json(fault, recording->sample_rate_hz), "samples",
+                     (json_int_t)fault_samples(fault, looks), "handling", fault_handling_name(fault->kind->handling),
+                     "statistic", fault->kind->statistic, "evidence", fault->evidence, "log10_chance",
+                     fmax(fault->log_chance, -300.0), "undone", fault->undone, "explanation", fault->kind->text,
+                     "confusable_with", "separating_excitation", fault->kind->change);
 }
 
 json_t *looks_to_json(const look_t *looks, size_t count, const fault_list_t *faults) {

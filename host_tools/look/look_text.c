@@ -200,5 +200,18 @@ void looks_print_shortly(FILE *file, const look_t *looks, size_t count, const fa
     if (masked > 0) {
         fprintf(file, "%zu samples of these are left out of everything below.\n", masked);
     }
+    for (size_t i = 0; i < faults->count; i++) {
+        if (faults->fault[i].undone) {
+            fprintf(file, "%s is undone in the readings for everything below, by these numbers.\n",
+                    faults->fault[i].kind->name);
+        }
+    }
+    if (faults->withdrawn > 0) {
+        fprintf(
+            file,
+            "Withdrawn: %zu of the faults that `hyst look` reports. A hysteresis of any shape explains these readings "
+            "better as they are.\n",
+            faults->withdrawn);
+    }
     fprintf(file, "\n");
 }

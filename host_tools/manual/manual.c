@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
  * hyst_manual FOLDER DATE: writes FOLDER/hyst.1, FOLDER/hyst-COMMAND.1, the completion of each shell, and tables for
- * the documents (THRESHOLDS.md, STAGES.md). Part of the build, not installed. Each command is run with --help, and what --help does is replaced: so a page has the options
- * that the command reads, and no list of them stands twice.
+ * the documents (THRESHOLDS.md, STAGES.md). Part of the build, not installed. Each command is run with --help, and what
+ * --help does is replaced: so a page has the options that the command reads, and no list of them stands twice.
  */
 #include "manual/manual.h"
 #include "base/output_file.h"

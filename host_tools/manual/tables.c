@@ -27,7 +27,9 @@ void manual_thresholds(FILE *out) {
     for (size_t i = 0; i < threshold_row_count; i++) {
         const threshold_row_t *row = &threshold_rows[i];
         if (row->topic != NULL) {
-            fprintf(out, "\n## %s\n\n| name | value | unit | why | lower | higher | a fifth of |\n|---|--:|---|---|---|---|---|\n",
+            fprintf(out,
+                    "\n## %s\n\n| name | value | unit | why | lower | higher | a fifth of "
+                    "|\n|---|--:|---|---|---|---|---|\n",
                     row->topic);
         } else {
             fprintf(out, "| `%s` | %.4g | %s | %s | %s | %s | %s |\n", row->name, row->value, row->unit, row->why,

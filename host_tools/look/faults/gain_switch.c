@@ -38,6 +38,22 @@ static void find_rezero(const look_t *looks, size_t count, const fault_kind_t *k
     find_kind(looks, count, kind, false, faults);
 }
 
+/* The one that this fault is. */
+static double undo(const fault_t *fault, const look_t *look, recording_t *recording) {
+    double log_gain = 0.0;
+    for (size_t s = 0; s < look->changes.switches; s++) {
+        const switch_t *change = &look->changes.change[s];
+        if (change->at - change->within == fault->span[0].from) {
+            double *y = recording->column[COLUMN_DISPLACEMENT];
+            for (size_t k = change->at; k < recording->samples; k++) {
+                y[k] = (y[k] - change->offset_um) / change->gain;
+            }
+            log_gain += (double)(recording->samples - change->at) * log(change->gain);
+        }
+    }
+    return log_gain;
+}
+
 #define SWITCH_STATISTIC "what the reference leaves before, over what it leaves after gain and offset are set right"
 
 const fault_kind_t fault_gain_switch = {
@@ -49,7 +65,8 @@ const fault_kind_t fault_gain_switch = {
         "Fix the sensor's range before recording. An actuator that was driven too far backwards (depoled) shows the "
         "same: repeat a path from before. Fit the parts apart, or divide the second by its gain.",
     .handling = FAULT_MODELLABLE,
-    .find = find_switch};
+    .find = find_switch,
+    .undo = undo};
 
 const fault_kind_t fault_sensor_rezero = {
     .name = "sensor_rezero",
@@ -60,4 +77,5 @@ const fault_kind_t fault_sensor_rezero = {
         "Set the sensor to zero before recording only; look for a mount that slipped. Fit the parts apart, or take "
         "the offset off.",
     .handling = FAULT_MODELLABLE,
-    .find = find_rezero};
+    .find = find_rezero,
+    .undo = undo};

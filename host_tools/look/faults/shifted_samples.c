@@ -2,6 +2,7 @@
 /* Instants from which on the position is early or late by whole samples: look/changes.h. */
 #include "look/fault.h"
 #include <math.h>
+#include <string.h>
 
 /* Shifts in one direction. direction: 1 early (readings lost), -1 late (readings written twice). */
 static void find(const look_t *looks, size_t count, const fault_kind_t *kind, int direction, fault_list_t *faults) {
@@ -38,6 +39,45 @@ static void find_repeated(const look_t *looks, size_t count, const fault_kind_t 
     find(looks, count, kind, -1, faults);
 }
 
+/* From the last instant to the first, so that each is where the look has found it. */
+static double put_back(const look_t *look, int direction, recording_t *recording) {
+    const changes_t *changes = &look->changes;
+    double *y = recording->column[COLUMN_DISPLACEMENT];
+    const size_t n = recording->samples;
+    size_t below = n;
+    for (size_t left = changes->shifts; left > 0; left--) {
+        const shift_t *last = NULL;
+        for (size_t s = 0; s < changes->shifts; s++) {
+            const shift_t *shift = &changes->shift[s];
+            const bool next = shift->at < below && (last == NULL || shift->at > last->at);
+            last = next && direction * shift->samples > 0 ? shift : last;
+        }
+        if (last == NULL) {
+            break;
+        }
+        const size_t at = last->at, by = (size_t)(direction * last->samples);
+        below = at;
+        if (direction > 0 && at + by < n) {
+            memmove(y + at + by, y + at, (n - at - by) * sizeof *y);
+            recording_mask(recording, at, at + by);
+        } else if (direction < 0 && at + by < n) {
+            memmove(y + at, y + at + by, (n - at - by) * sizeof *y);
+            recording_mask(recording, n - by, n);
+        }
+    }
+    return 0.0;
+}
+
+static double undo_dropped(const fault_t *fault, const look_t *look, recording_t *recording) {
+    (void)fault;
+    return put_back(look, 1, recording);
+}
+
+static double undo_repeated(const fault_t *fault, const look_t *look, recording_t *recording) {
+    (void)fault;
+    return put_back(look, -1, recording);
+}
+
 const fault_kind_t fault_dropped_samples = {
     .name = "dropped_samples",
     .order = 90,
@@ -46,7 +86,8 @@ const fault_kind_t fault_dropped_samples = {
     .change = "Look for overruns of the sensor's buffer or bus; write both columns from one buffer, with a counter. "
               "Fit the parts apart, or put the lost readings back.",
     .handling = FAULT_MODELLABLE,
-    .find = find_dropped};
+    .find = find_dropped,
+    .undo = undo_dropped};
 
 const fault_kind_t fault_repeated_samples = {
     .name = "repeated_samples",
@@ -56,4 +97,5 @@ const fault_kind_t fault_repeated_samples = {
     .change = "Look for a buffer that is read again when no new one is there; write both columns from one buffer, with "
               "a counter. Fit the parts apart, or take the copies out.",
     .handling = FAULT_MODELLABLE,
-    .find = find_repeated};
+    .find = find_repeated,
+    .undo = undo_repeated};

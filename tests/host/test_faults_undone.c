@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Faults that can be undone in the readings: that they are, exactly, and that a hysteresis of any shape then makes the
+ * readings likelier; and that a fault which is none makes them less likely. */
+#include "diagnosis/operator_evidence.h"
+#include "interface/diagnosis_run.h"
+#include "looked_at.h"
+#include "thresholds/thresholds.h"
+#include "unity.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static random_t rng;
+static scene_t scene;
+static recording_t recording;
+static double *clean;
+
+void setUp(void) {
+    scene = (scene_t){0};
+    recording = (recording_t){0};
+    clean = NULL;
+}
+
+void tearDown(void) {
+    recording_free(&recording);
+    scene_close(&scene);
+    free(clean);
+}
+
+static double *record(size_t which) {
+    tearDown();
+    setUp();
+    scene_open(&scene, which, &rng);
+    scene.noise_um = 0.002;
+    scene_record(&scene, NULL, &rng, &recording);
+    clean = malloc(SCENE_SAMPLES * sizeof *clean);
+    memcpy(clean, recording.column[COLUMN_DISPLACEMENT], SCENE_SAMPLES * sizeof *clean);
+    return recording.column[COLUMN_DISPLACEMENT];
+}
+
+static double evidence_of_readings(void) {
+    double log_evidence = 0.0;
+    TEST_ASSERT_TRUE(operator_evidence(&recording, 1, &log_evidence));
+    return log_evidence;
+}
+
+/* Undoes the only fault that the look finds, with the standard error of its first number. Returns the sum of the
+ * logarithms of gains. */
+static double undo_only(const fault_kind_t *kind, double *sigma) {
+    failure_t failure;
+    fault_list_t faults;
+    look_t *looks = looks_at(&recording, 1, &failure);
+    faults_find(looks, 1, &faults);
+    TEST_ASSERT_EQUAL(1, faults.count);
+    TEST_ASSERT_EQUAL_PTR(kind, faults.fault[0].kind);
+    *sigma = faults.fault[0].number[0].sigma;
+    const double log_gain = kind->undo(&faults.fault[0], &looks[0], &recording);
+    faults_free(&faults);
+    looks_free(looks, 1);
+    return log_gain;
+}
+
+static double largest_difference(void) {
+    double largest = 0.0;
+    for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+        if (recording.masked == NULL || recording.masked[k] == 0) {
+            largest = fmax(largest, fabs(recording.column[COLUMN_DISPLACEMENT][k] - clean[k]));
+        }
+    }
+    return largest;
+}
+
+static void test_a_gain_switch_is_undone(void) {
+    double sigma;
+    for (size_t which = 0; which < SCENE_DRIVES; which++) {
+        double *y = record(which);
+        for (size_t k = 5417; k < SCENE_SAMPLES; k++) {
+            y[k] = 1.06 * y[k] + 0.05;
+        }
+        const double before = evidence_of_readings();
+        const double log_gain = undo_only(&fault_gain_switch, &sigma);
+        /* Four standard errors of the gain, on strokes of at most 10 um: of 0.6 um that it changed. */
+        TEST_ASSERT_TRUE(largest_difference() < 40.0 * sigma);
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * sigma * (SCENE_SAMPLES - 5417), (SCENE_SAMPLES - 5417) * log(1.06), log_gain);
+        TEST_ASSERT_TRUE(evidence_of_readings() + log_gain > before + threshold.evidence_margin);
+    }
+}
+
+static void test_an_offset_is_undone(void) {
+    double sigma;
+    double *y = record(2);
+    for (size_t k = 7003; k < SCENE_SAMPLES; k++) {
+        y[k] -= 0.21;
+    }
+    const double before = evidence_of_readings();
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, undo_only(&fault_sensor_rezero, &sigma));
+    /* Four standard errors of the offset. */
+    TEST_ASSERT_TRUE(largest_difference() < 4.0 * sigma);
+    TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
+}
+
+/* Three readings, lost or written twice. */
+static void test_shifted_samples_are_put_back(void) {
+    const size_t at = 4001;
+    double sigma;
+    for (int direction = -1; direction <= 1; direction += 2) {
+        double *y = record(2);
+        if (direction > 0) {
+            memmove(y + at, y + at + 3, (SCENE_SAMPLES - at - 3) * sizeof *y);
+        } else {
+            memmove(y + at + 3, y + at, (SCENE_SAMPLES - at - 3) * sizeof *y);
+        }
+        const double before = evidence_of_readings();
+        undo_only(direction > 0 ? &fault_dropped_samples : &fault_repeated_samples, &sigma);
+        size_t same = 0;
+        for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+            same += fabs(recording.column[COLUMN_DISPLACEMENT][k] - clean[k]) < 1e-9 ? 1 : 0;
+        }
+        /* All but the lost ones, the end that was pushed out, and where the instant is known to some samples only. */
+        TEST_ASSERT_GREATER_THAN(SCENE_SAMPLES - 40, (int)same);
+        TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
+    }
+}
+
+static void test_what_is_no_fault_is_not_worth_it(void) {
+    record(2);
+    const double before = evidence_of_readings();
+    double *y = recording.column[COLUMN_DISPLACEMENT];
+    for (size_t k = 6000; k < SCENE_SAMPLES; k++) {
+        y[k] /= 1.02;
+    }
+    TEST_ASSERT_TRUE(evidence_of_readings() + (SCENE_SAMPLES - 6000) * log(1.02) < before);
+}
+
+static void test_physics_is_looked_for_in_the_readings_set_right(void) {
+    diagnosis_run_t run;
+    failure_t failure;
+    double *y = record(2);
+    for (size_t k = 5417; k < SCENE_SAMPLES; k++) {
+        y[k] = 1.06 * y[k] + 0.05;
+    }
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, &run, &failure), failure.text);
+    TEST_ASSERT_EQUAL(1, run.faults.count);
+    TEST_ASSERT_TRUE(run.faults.fault[0].undone);
+    TEST_ASSERT_EQUAL(0, run.faults.withdrawn);
+    TEST_ASSERT_EQUAL(0, run.diagnosis.findings);
+    TEST_ASSERT_TRUE(largest_difference() < 0.03);
+    diagnosis_run_free(&run);
+}
+
+int main(void) {
+    rng = random_start("faults_undone", 20261123U);
+    UNITY_BEGIN();
+    RUN_TEST(test_a_gain_switch_is_undone);
+    RUN_TEST(test_an_offset_is_undone);
+    RUN_TEST(test_shifted_samples_are_put_back);
+    RUN_TEST(test_what_is_no_fault_is_not_worth_it);
+    RUN_TEST(test_physics_is_looked_for_in_the_readings_set_right);
+    return UNITY_END();
+}
