@@ -33,17 +33,16 @@ static void slope_of(const double *value, size_t samples, double *slope) {
 /* Samples until the drive has been near both ends, as far as that does not cost too much. */
 static size_t skipped(const double *u, size_t samples, const drive_look_t *drive) {
     const double near = threshold.been_at_the_end * (drive->range_v[1] - drive->range_v[0]);
+    const size_t least = (size_t)(threshold.least_skipped * (double)samples);
     bool low = false, high = false;
     for (size_t k = 0; (double)k < threshold.most_skipped * (double)samples; k++) {
         low = low || u[k] < drive->range_v[0] + near;
         high = high || u[k] > drive->range_v[1] - near;
         if (low && high) {
-            return k > (size_t)(threshold.least_skipped * (double)samples)
-                       ? k
-                       : (size_t)(threshold.least_skipped * (double)samples);
+            return k > least ? k : least;
         }
     }
-    return (size_t)(threshold.least_skipped * (double)samples);
+    return least;
 }
 
 static void make_columns(const double *u, size_t samples, const drive_look_t *drive, long shift, double *columns) {
