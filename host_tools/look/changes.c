@@ -2,6 +2,7 @@
 #include "look/changes.h"
 #include "look/changes_problem.h"
 #include "numerics/autocorrelation.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,10 +16,6 @@ enum {
     DRIFTS = 2,
     SHIFTS = 2 * CHANGES_MOST_SHIFT
 };
-/* Of the sum of squares at most this is left, by all shifts together and by each. */
-static const double explains = 0.6, least_gain = 0.95, offset_alone = 1.15;
-static const double least_side = 0.03;
-static const double jump_errors = 8.0, jump_agrees = 4.0, jump_agrees_part = 0.25, near_noise = 3.0;
 
 typedef enum { JUMPS, DOES_NOT_JUMP, CANNOT_SAY } jump_t;
 
@@ -45,8 +42,9 @@ static jump_t jumps_by(const problem_t *p, const double *series, size_t row, dou
         }
         look_regress(column, 4, series + row - reach, NULL, count, &fit);
         const double sigma = fmax(fit.sigma[2], 1e-12 * fabs(expected));
-        if (fabs(expected) >= jump_errors * sigma) {
-            return fabs(fit.coefficient[2] - expected) < jump_agrees * sigma + jump_agrees_part * fabs(expected)
+        if (fabs(expected) >= threshold.jump_shows * sigma) {
+            return fabs(fit.coefficient[2] - expected) <
+                           threshold.edge_of_noise * sigma + threshold.jump_agrees * fabs(expected)
                        ? JUMPS
                        : DOES_NOT_JUMP;
         }
@@ -89,8 +87,8 @@ static void best_shifts(const problem_t *p, trial_t best[SHIFTS]) {
             for (size_t c = 0; c < width; c++) {
                 sum[c] += before[w * width + c] - behind[w * width + c];
             }
-            if ((double)(w + 1) < least_side * (double)p->windows ||
-                (double)(p->windows - w - 1) < least_side * (double)p->windows) {
+            if ((double)(w + 1) < threshold.least_side * (double)p->windows ||
+                (double)(p->windows - w - 1) < threshold.least_side * (double)p->windows) {
                 continue;
             }
             problem_whiten(p, sum, white);
@@ -143,11 +141,11 @@ static size_t refine_shift(const problem_t *p, const trial_t *trial, const doubl
     }
     sum = 0.0;
     from = to = best;
-    for (size_t k = first; k < last; k++) { /* where it could be as well, to within three deviations */
+    for (size_t k = first; k < last; k++) { /* where it could be as well, to within so many deviations */
         const double fit = p->y[k] - residual[k];
         const double unshifted = y_before[k] - fit, shifted = y_before[(long)k - trial->samples] - fit;
         sum += unshifted * unshifted - shifted * shifted;
-        if (sum < least + 9.0 * unit) {
+        if (sum < least + threshold.deviations * threshold.deviations * unit) {
             from = k + 1 < from ? k + 1 : from;
             to = k + 1 > to ? k + 1 : to;
         }
@@ -176,7 +174,8 @@ static bool try_shift(problem_t *p, const trial_t *trial, double without, double
     }
     const jump_t jump = jumps_by(p, beside, at, slope * (double)trial->samples);
     free(beside);
-    const bool near = sqrt(*with / (double)p->n) < near_noise * p->prediction->noise_um && *with < explains * without;
+    const bool near = sqrt(*with / (double)p->n) < threshold.shift_near_noise * p->prediction->noise_um &&
+                      *with < (1.0 - threshold.change_explains) * without;
     const bool holds = shift->log_chance < log_chance_limit && (jump == JUMPS || (jump == CANNOT_SAY && near));
     if (!holds) {
         memcpy(p->y - EDGE, kept, (p->n + 2 * EDGE) * sizeof *kept);
@@ -191,7 +190,7 @@ static void merge_shifts(const problem_t *p, changes_t *changes) {
         for (size_t j = i + 1; j < changes->shifts; j++) {
             shift_t *a = &changes->shift[i], *b = &changes->shift[j];
             const size_t apart = a->at > b->at ? a->at - b->at : b->at - a->at;
-            if (apart <= a->within + b->within + 4 * window) {
+            if ((double)apart <= (double)(a->within + b->within) + threshold.one_instant * (double)window) {
                 const shift_t larger = abs(a->samples) >= abs(b->samples) ? *a : *b;
                 const int samples = a->samples + b->samples;
                 *a = larger;
@@ -217,7 +216,7 @@ static double take_lag_out(problem_t *p, double without, double *residual) {
     double *products = allocate(p->columns, sizeof *products), *white = allocate(p->columns, sizeof *white);
     for (size_t round = 0; round < MOST_ROUNDS; round++) {
         int best = 0;
-        double least = least_gain * without;
+        double least = threshold.shift_leaves * without;
         for (int d = -CHANGES_MOST_SHIFT; d <= CHANGES_MOST_SHIFT; d++) {
             const double *y = p->y - d;
             for (size_t c = 0; c < p->columns; c++) {
@@ -253,7 +252,7 @@ static void find_shifts(problem_t *p, double log_chance_limit, changes_t *change
         trial_t trial[SHIFTS];
         more = false;
         best_shifts(p, trial);
-        for (size_t i = 0; i < SHIFTS && trial[i].left < least_gain * without && !more; i++) {
+        for (size_t i = 0; i < SHIFTS && trial[i].left < threshold.shift_leaves * without && !more; i++) {
             double with;
             if (try_shift(p, &trial[i], without, log_chance_limit, kept, residual, &changes->shift[changes->shifts],
                           &with)) {
@@ -263,7 +262,7 @@ static void find_shifts(problem_t *p, double log_chance_limit, changes_t *change
             }
         }
     }
-    if (!(without < explains * first)) {
+    if (!(without < (1.0 - threshold.change_explains) * first)) {
         memcpy(p->y - EDGE, original, (p->n + 2 * EDGE) * sizeof *original);
         changes->shifts = 0;
         without = first;
@@ -306,7 +305,8 @@ static trial_t best_switch(const problem_t *p, const double *path) {
         for (size_t i = 0; i < ADDED * width; i++) {
             total[i] += sums[(i / width * p->windows + w) * width + i % width];
         }
-        if ((double)w < least_side * (double)p->windows || (double)(p->windows - w) < least_side * (double)p->windows) {
+        if ((double)w < threshold.least_side * (double)p->windows ||
+            (double)(p->windows - w) < threshold.least_side * (double)p->windows) {
             continue;
         }
         problem_whiten(p, total, white);
@@ -382,7 +382,7 @@ static size_t refine_switch(const problem_t *p, const double *path, const trial_
             if (pass == 0 && sum < least) {
                 least = sum;
                 best = k + 1;
-            } else if (pass == 1 && sum < least + 4.0 * unit) {
+            } else if (pass == 1 && sum < least + threshold.switch_within * threshold.switch_within * unit) {
                 from = k + 1 < from ? k + 1 : from;
                 to = k + 1 > to ? k + 1 : to;
             }
@@ -434,14 +434,14 @@ static void find_switches(problem_t *p, const double *path, double middle_um, do
         const trial_t trial = best_switch(p, path);
         switch_t *change = &changes->change[changes->switches];
         look_regression_t fit;
-        if (trial.window == 0 || !(trial.left < explains * without)) {
+        if (trial.window == 0 || !(trial.left < (1.0 - threshold.change_explains) * without)) {
             break;
         }
         fit_switch(p, path, p->from[trial.window], ADDED, &fit, residual);
         const size_t at = refine_switch(p, path, &trial, &fit, residual, &change->within);
         const double alone = fit_switch(p, path, at, 1, &fit, residual);
         double with = fit_switch(p, path, at, ADDED, &fit, residual);
-        if (alone < offset_alone * with) { /* the gain is the reference's to explain */
+        if (alone < threshold.offset_alone * with) { /* the gain is the reference's to explain */
             with = fit_switch(p, path, at, 1, &fit, residual);
         }
         change->log_chance = problem_chance(without, with, residual, p->n, ADDED, (double)p->n);

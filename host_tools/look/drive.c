@@ -3,20 +3,15 @@
 #include "look/period.h"
 #include "look/resolution.h"
 #include "look/reversals.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_REST_SAMPLES = 16, HELD_IN_A_REST = 4, STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
-static const double least_rest_s = 0.02;
-/* A step: so much of the range, and so many times what the drive does around it. */
-static const double step_part = 0.01, step_stands_out = 8.0;
-/* Rounding to a step makes 0.29 of it; noise is more than twice that. A drive whose fast part is above the last number,
- * in parts of the range, moves by it: that is no noise. */
-static const double noise_beyond_step = 0.6, noise_least = 1e-9, noise_most = 0.02;
-/* Of a white series, variances of its differences of order 3 and 2 are 20 and 6 times its variance. */
-static const double white_ratio[2] = {0.6, 1.67};
-static const double quiet_part = 0.2, median_of_block = 0.93;
+enum { MOST_HELD = 16, STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
+/* Less, in parts of the range, is rounding. The median of chi square with some 9 independent squares is 7 % below its
+ * mean. */
+static const double noise_least = 1e-9, median_of_block = 0.93;
 
 const char *drive_kind_text(drive_kind_t kind) {
     static const char *const texts[] = {"never moves",
@@ -56,7 +51,7 @@ static void block_variances(const double *u, size_t count, double *second, doubl
     }
 }
 
-/* Noise in the blocks in which the drive's differences are those of a white series, if a fifth of them are. */
+/* Noise in the blocks in which the drive's differences are those of a white series, if enough of them are. */
 static double noise_of_drive(const double *u, size_t samples, double range_v, double step_v) {
     const size_t blocks = samples / NOISE_BLOCK;
     double *white = allocate(blocks + 1, sizeof *white), noise_v = 0.0;
@@ -64,14 +59,14 @@ static double noise_of_drive(const double *u, size_t samples, double range_v, do
     for (size_t b = 0; b < blocks; b++) {
         double second, third;
         block_variances(u + b * NOISE_BLOCK, NOISE_BLOCK, &second, &third);
-        if (third > white_ratio[0] * second && third < white_ratio[1] * second) {
+        if (third > threshold.white_ratio_low * second && third < threshold.white_ratio_high * second) {
             white[used++] = third;
         }
     }
-    if (blocks >= 8 && range_v > 0.0 && (double)used >= quiet_part * (double)blocks) {
-        /* The median of chi square with some 9 independent squares is 7 % below its mean. */
+    if (blocks >= 8 && range_v > 0.0 && (double)used >= threshold.white_blocks * (double)blocks) {
         noise_v = sqrt(look_quantile(white, used, 0.5) / (NOISE_BLOCK - 3) / median_of_block);
-        if (noise_v < noise_beyond_step * step_v || noise_v < noise_least * range_v || noise_v > noise_most * range_v) {
+        if (noise_v < threshold.noise_beyond_step * step_v || noise_v < noise_least * range_v ||
+            noise_v > threshold.most_noise_of_drive * range_v) {
             noise_v = 0.0;
         }
     }
@@ -81,28 +76,28 @@ static double noise_of_drive(const double *u, size_t samples, double range_v, do
 
 /* How long values stay as they are, most often: 1, or the samples for which a slow converter holds. */
 static size_t held_for(const double *u, size_t samples) {
-    size_t count[LEAST_REST_SAMPLES] = {0}, run = 1, all = 0, best = 1;
+    size_t count[MOST_HELD] = {0}, run = 1, all = 0, best = 1;
     for (size_t k = 1; k < samples; k++) {
         if (u[k] == u[k - 1]) {
             run++;
         } else {
-            if (run < LEAST_REST_SAMPLES) {
+            if (run < MOST_HELD) {
                 count[run]++;
                 all++;
             }
             run = 1;
         }
     }
-    for (size_t r = 2; r < LEAST_REST_SAMPLES; r++) {
+    for (size_t r = 2; r < MOST_HELD; r++) {
         best = count[r] > count[best] ? r : best;
     }
-    return all >= 8 && 10 * count[best] > 6 * all ? best : 1;
+    return all >= 8 && (double)count[best] > threshold.held_part * (double)all ? best : 1;
 }
 
 static void find_rests(const double *u, size_t samples, double rate_hz, drive_look_t *drive) {
-    const double within = 8.0 * drive->noise_v;
-    const size_t least =
-        (size_t)fmax(fmax(LEAST_REST_SAMPLES, least_rest_s * rate_hz), (double)(HELD_IN_A_REST * drive->held_samples));
+    const double within = 2.0 * threshold.edge_of_noise * drive->noise_v;
+    const size_t least = (size_t)fmax(fmax(threshold.rest_of_equal_samples, threshold.rest_of_equal_s * rate_hz),
+                                      threshold.held_in_a_rest * (double)drive->held_samples);
     size_t from = 0;
     double low = u[0], high = u[0];
     for (size_t k = 1; k <= samples; k++) {
@@ -137,8 +132,8 @@ static void find_steps(const double *u, size_t samples, drive_look_t *drive) {
     const double range_v = drive->range_v[1] - drive->range_v[0];
     for (size_t k = 1; k < samples; k++) {
         const double change = fabs(u[k] - u[k - 1]);
-        if (change >= step_part * range_v && change > 16.0 * drive->noise_v &&
-            change >= step_stands_out * largest_around(u, samples, k)) {
+        if (change >= threshold.step_part * range_v && change > 4.0 * threshold.edge_of_noise * drive->noise_v &&
+            change >= threshold.step_stands_out * largest_around(u, samples, k)) {
             drive->step = reallocate(drive->step, drive->steps + 1, sizeof *drive->step);
             drive->step[drive->steps++] = k;
         }
@@ -149,7 +144,7 @@ static void find_steps(const double *u, size_t samples, drive_look_t *drive) {
 }
 
 static size_t count_levels(const double *u, const drive_look_t *drive) {
-    const double same = 1e-6 * (drive->range_v[1] - drive->range_v[0]) + 4.0 * drive->noise_v;
+    const double same = 1e-6 * (drive->range_v[1] - drive->range_v[0]) + threshold.edge_of_noise * drive->noise_v;
     size_t levels = 0;
     for (size_t r = 0; r < drive->rests; r++) {
         size_t before = 0;
@@ -161,7 +156,7 @@ static size_t count_levels(const double *u, const drive_look_t *drive) {
     return levels;
 }
 
-/* Where 5 and 95 % of the power lie. */
+/* Where all of the power but a part at either end lies. */
 static void find_frequencies(const double *u, size_t samples, double rate_hz, double frequency_hz[2]) {
     const size_t length = look_smooth_length(samples);
     double *value = allocate(length, sizeof *value), *spectrum = allocate(length + 2, sizeof *spectrum);
@@ -178,8 +173,8 @@ static void find_frequencies(const double *u, size_t samples, double rate_hz, do
     for (size_t h = 1; h <= length / 2 && all > 0.0; h++) {
         const double f = (double)h * rate_hz / (double)length;
         sum += spectrum[2 * h] * spectrum[2 * h] + spectrum[2 * h + 1] * spectrum[2 * h + 1];
-        frequency_hz[0] = sum <= 0.05 * all ? f : frequency_hz[0];
-        frequency_hz[1] = sum <= 0.95 * all ? f : frequency_hz[1];
+        frequency_hz[0] = sum <= threshold.edge_of_power * all ? f : frequency_hz[0];
+        frequency_hz[1] = sum <= (1.0 - threshold.edge_of_power) * all ? f : frequency_hz[1];
     }
     frequency_hz[0] = fmax(frequency_hz[0], rate_hz / (double)length);
     frequency_hz[1] = fmax(frequency_hz[1], frequency_hz[0]);
@@ -189,7 +184,6 @@ static void find_frequencies(const double *u, size_t samples, double rate_hz, do
 
 /* Whether the drive is a straight line between most of its turning points; rests and steps are lines, too. */
 static bool goes_in_lines(const double *u, const reversals_t *turns) {
-    static const double bent = 0.005, most = 0.8;
     size_t straight = 0, ways = 0;
     for (size_t i = 1; i < turns->count; i++) {
         const size_t from = turns->at[i - 1], to = turns->at[i];
@@ -199,11 +193,10 @@ static bool goes_in_lines(const double *u, const reversals_t *turns) {
             const double chord = u[from] + height * (double)(k - from) / (double)(to - from);
             worst = fmax(worst, fabs(u[k] - chord));
         }
-        /* A corner between samples is cut by up to half a sample's way. */
-        straight += worst <= fabs(height) * (bent + 0.6 / (double)(to - from)) ? 1 : 0;
+        straight += worst <= fabs(height) * (threshold.bent_way + threshold.cut_corner / (double)(to - from)) ? 1 : 0;
         ways++;
     }
-    return ways >= 2 && (double)straight >= most * (double)ways;
+    return ways >= 2 && (double)straight >= threshold.straight_ways * (double)ways;
 }
 
 /* Rank correlation of the ways' durations with time. */
@@ -219,16 +212,16 @@ static double trend_of(const double *value, size_t count) {
 
 static drive_kind_t kind_without_period(const double *u, const drive_look_t *drive, size_t samples, double rate_hz,
                                         const reversals_t *turns) {
-    enum { FEWEST_WAYS = 8, MOST_WAYS = 400 };
+    enum { MOST_WAYS = 400 };
     const size_t ways = turns->count > 0 ? turns->count - 1 : 0;
     drive_kind_t kind = DRIVE_RANDOM;
-    if (drive->steps > 0 && drive->rest_s * rate_hz > 0.5 * (double)samples) {
+    if (drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples) {
         return DRIVE_STEPS;
     }
     if (goes_in_lines(u, turns)) {
         return DRIVE_LINES;
     }
-    if (ways >= FEWEST_WAYS) {
+    if ((double)ways >= threshold.fewest_ways) {
         const size_t used = ways < MOST_WAYS ? ways : MOST_WAYS;
         double *duration = allocate(used, sizeof *duration);
         for (size_t i = 0; i < used; i++) {
@@ -236,9 +229,9 @@ static drive_kind_t kind_without_period(const double *u, const drive_look_t *dri
             duration[i] = (double)(turns->at[at + 1] - turns->at[at]);
         }
         const double middle = look_quantile(duration, used, 0.5), spread = look_robust_deviation(duration, used);
-        if (fabs(trend_of(duration, used)) > 0.85) {
+        if (fabs(trend_of(duration, used)) > threshold.sweeps) {
             kind = DRIVE_SWEEP;
-        } else if (spread < 0.05 * middle + 1.0) {
+        } else if (spread < threshold.same_duration * middle + 1.0) {
             kind = DRIVE_SWELLING;
         }
         free(duration);
@@ -249,18 +242,18 @@ static drive_kind_t kind_without_period(const double *u, const drive_look_t *dri
 static drive_kind_t kind_of(const double *u, const drive_look_t *drive, size_t samples, double rate_hz) {
     reversals_t turns;
     drive_kind_t kind;
-    if (!(drive->range_v[1] - drive->range_v[0] > 16.0 * drive->noise_v)) {
+    if (!(drive->range_v[1] - drive->range_v[0] > 4.0 * threshold.edge_of_noise * drive->noise_v)) {
         return DRIVE_RESTS;
     }
-    reversals_find(u, samples, 0.02 * (drive->range_v[1] - drive->range_v[0]), &turns);
-    if (drive->period > 0.0 && 2 * span_length(drive->repeat) > samples) {
+    const double least_v = threshold.reversal * (drive->range_v[1] - drive->range_v[0]);
+    reversals_find(u, samples, least_v, &turns);
+    if (drive->period > 0.0 && (double)span_length(drive->repeat) > threshold.most_of_recording * (double)samples) {
         reversals_t repeated;
-        reversals_find(u + drive->repeat.from, span_length(drive->repeat),
-                       0.02 * (drive->range_v[1] - drive->range_v[0]), &repeated);
-        kind = drive->steps > 0 && drive->rest_s * rate_hz > 0.5 * (double)samples ? DRIVE_STEPS
-               : goes_in_lines(u + drive->repeat.from, &repeated)                  ? DRIVE_TRIANGLE
-               : drive->harmonics < 1.05                                           ? DRIVE_SINE
-                                                                                   : DRIVE_PERIODIC;
+        reversals_find(u + drive->repeat.from, span_length(drive->repeat), least_v, &repeated);
+        kind = drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples ? DRIVE_STEPS
+               : goes_in_lines(u + drive->repeat.from, &repeated) ? DRIVE_TRIANGLE
+               : drive->harmonics < threshold.one_line            ? DRIVE_SINE
+                                                                  : DRIVE_PERIODIC;
         reversals_free(&repeated);
     } else {
         kind = kind_without_period(u, drive, samples, rate_hz, &turns);
@@ -285,7 +278,6 @@ static double curve_error(const double *u, size_t samples, double range_v) {
 }
 
 static bool find_between(const recording_t *recording, drive_look_t *drive, failure_t *failure) {
-    static const double smooth = 0.001;
     const char *key = recording_key(recording, "drive_between_samples");
     const double *u = recording->column[COLUMN_DRIVE];
     if (key != NULL) {
@@ -301,7 +293,7 @@ static bool find_between(const recording_t *recording, drive_look_t *drive, fail
     }
     if (drive->held_samples > 1 || drive->kind == DRIVE_STEPS) {
         drive->between = BETWEEN_HELD;
-    } else if (curve_error(u, recording->samples, drive->range_v[1] - drive->range_v[0]) < smooth) {
+    } else if (curve_error(u, recording->samples, drive->range_v[1] - drive->range_v[0]) < threshold.smooth_drive) {
         drive->between = BETWEEN_SMOOTH;
     } else if (drive->kind == DRIVE_TRIANGLE || drive->kind == DRIVE_LINES) {
         drive->between = BETWEEN_LINE;

@@ -25,7 +25,7 @@ void faults_free(fault_list_t *faults) {
 
 fault_t *fault_add(fault_list_t *faults, const fault_kind_t *kind, size_t recording, double evidence,
                    double log_chance) {
-    if (!(log_chance < LOOK_LOG_CHANCE)) {
+    if (!(log_chance < look_log_chance_limit())) {
         return NULL;
     }
     faults->fault = reallocate(faults->fault, faults->count + 1, sizeof *faults->fault);

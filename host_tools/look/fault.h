@@ -5,8 +5,8 @@
  * A kind of fault is one file in look/faults, which the build finds (cmake/ListParts.cmake). It reads the looks and
  * appends what it finds, each with the chance that a recording without this fault shows a statistic as extreme, counted
  * over all places where it was looked for. The chance follows from the statistic's distribution, not from recordings; a
- * fault is reported if it is below LOOK_LOG_CHANCE. Beside that each kind states in its file what else has to hold, for
- * physics that could show the same.
+ * fault is reported if it is below threshold.false_fault. Beside that each kind states in its file what else has to
+ * hold, for physics that could show the same.
  */
 #ifndef LOOK_FAULT_H
 #define LOOK_FAULT_H

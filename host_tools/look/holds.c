@@ -2,12 +2,12 @@
 #include "look/holds.h"
 #include "look/reversals.h"
 #include "numerics/autocorrelation.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { LEAST_SAMPLES = 32 };
-static const double from_s = 0.1, from_part = 0.01, least_decades = 0.7, least_part_of_stroke = 0.05;
 
 /* The position when the drive last turned round or stopped before the hold: a few readings around it. */
 static double before_the_way(const recording_t *recording, const drive_look_t *drive, const reversals_t *turns,
@@ -25,7 +25,7 @@ static double before_the_way(const recording_t *recording, const drive_look_t *d
 /* Fits one hold. false: too short. */
 static bool look_at_hold(const recording_t *recording, look_span_t rest, hold_t *hold) {
     const double rate_hz = recording->sample_rate_hz, all_s = (double)span_length(rest) / rate_hz;
-    const double skipped_s = fmin(from_s, from_part * all_s);
+    const double skipped_s = fmin(threshold.settling_s, threshold.settling_part_of_hold * all_s);
     const size_t skipped = (size_t)fmax(2.0, ceil(skipped_s * rate_hz)), count = span_length(rest) - skipped;
     const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped;
     if (span_length(rest) < skipped + LEAST_SAMPLES) {
@@ -59,7 +59,7 @@ static bool look_at_hold(const recording_t *recording, look_span_t rest, hold_t 
     free(columns);
     free(left);
     free(weight);
-    return good && hold->decades >= least_decades;
+    return good && hold->decades >= threshold.least_decades;
 }
 
 void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t *holds) {
@@ -69,7 +69,9 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
     size_t used = 0;
     memset(holds, 0, sizeof *holds);
     values_range(y, recording->samples, stroke);
-    reversals_find(u, recording->samples, 0.02 * (drive->range_v[1] - drive->range_v[0]) + 8.0 * drive->noise_v,
+    reversals_find(u, recording->samples,
+                   threshold.reversal * (drive->range_v[1] - drive->range_v[0]) +
+                       2.0 * threshold.edge_of_noise * drive->noise_v,
                    &turns);
     holds->hold = allocate(drive->rests, sizeof *holds->hold);
     for (size_t i = 0; i < drive->rests; i++) {
@@ -84,7 +86,8 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
     }
     for (size_t i = 0; i < holds->count; i++) {
         const hold_t *hold = &holds->hold[i];
-        if (fabs(hold->before_um) > least_part_of_stroke * (stroke[1] - stroke[0]) && hold->slope_sigma_um > 0.0) {
+        if (fabs(hold->before_um) > threshold.least_way_of_hold * (stroke[1] - stroke[0]) &&
+            hold->slope_sigma_um > 0.0) {
             const double weight = pow(hold->before_um / hold->slope_sigma_um, 2.0);
             weights += weight;
             sum += weight * hold->slope_um / hold->before_um;
@@ -95,7 +98,8 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
         holds->creep = sum / weights;
         for (size_t i = 0; i < holds->count; i++) {
             const hold_t *hold = &holds->hold[i];
-            if (fabs(hold->before_um) > least_part_of_stroke * (stroke[1] - stroke[0]) && hold->slope_sigma_um > 0.0) {
+            if (fabs(hold->before_um) > threshold.least_way_of_hold * (stroke[1] - stroke[0]) &&
+                hold->slope_sigma_um > 0.0) {
                 scatter += pow((hold->slope_um - holds->creep * hold->before_um) / hold->slope_sigma_um, 2.0);
             }
         }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/lags.h"
 #include "numerics/autocorrelation.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -70,7 +71,7 @@ void lags_make(const recording_t *recording, const drive_look_t *drive, const re
     }
     const size_t count = n / LEAST_SAMPLES < MOST_WINDOWS ? n / LEAST_SAMPLES : MOST_WINDOWS;
     double *rest = without_slow(r);
-    const double limit = 6.0 * look_robust_deviation(rest, n);
+    const double limit = threshold.beyond_chance * look_robust_deviation(rest, n);
     lags->at_s = allocate(count, sizeof *lags->at_s);
     lags->product = allocate(count, sizeof *lags->product);
     lags->square = allocate(count, sizeof *lags->square);
@@ -253,7 +254,7 @@ static size_t best_step(const lags_t *lags, const double *product) {
     for (size_t j = 0; j + 1 < lags->count; j++) {
         before_b += lags->square[j];
         before_a += product[j];
-        const double least = 0.02 * b; /* either side has some motion */
+        const double least = threshold.motion_beside_step * b;
         if (before_b > least && b - before_b > least) {
             const double moment = before_a - a * before_b / b, square = before_b * (b - before_b) / b;
             if (moment * moment / square > most) {

@@ -44,8 +44,8 @@ typedef struct {
 void lags_make(const recording_t *recording, const drive_look_t *drive, const reference_t *reference, lags_t *lags);
 void lags_free(lags_t *lags);
 
-/** Steps one after the other, each one with the others fitted again, as long as each has a chance below
- * LOOK_LOG_CHANCE. */
+/** Steps one after the other, each one with the others fitted again, as long as each has a chance below the
+ * limit. */
 void lags_steps(const lags_t *lags, double log_chance_limit, lag_steps_t *steps);
 void lags_saw(const lags_t *lags, lag_course_t *saw);
 void lags_ramp(const lags_t *lags, lag_course_t *ramp);

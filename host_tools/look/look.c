@@ -2,8 +2,14 @@
 #include "look/look.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+double look_log_chance_limit(void) {
+    return log10(threshold.false_fault);
+}
 
 /* Independent parts of one look: each writes to its own place. */
 static void look_part(void *context, size_t index) {
@@ -36,10 +42,11 @@ static void look_part(void *context, size_t index) {
 /* What needs the others. */
 static void look_again(look_t *look) {
     const recording_t *recording = look->recording;
-    wrong_find(recording, &look->drive, &look->map, &look->noise, &look->prediction, LOOK_LOG_CHANCE, &look->wrong);
+    wrong_find(recording, &look->drive, &look->map, &look->noise, &look->prediction, look_log_chance_limit(),
+               &look->wrong);
     reference_make(recording, &look->drive, &look->repetition, look->prediction.noise_um, &look->reference);
     lags_make(recording, &look->drive, &look->reference, &look->lags);
-    changes_find(recording, &look->drive, &look->reference, &look->prediction, &look->wrong, LOOK_LOG_CHANCE,
+    changes_find(recording, &look->drive, &look->reference, &look->prediction, &look->wrong, look_log_chance_limit(),
                  &look->changes);
 }
 

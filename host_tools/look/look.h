@@ -37,9 +37,8 @@ typedef struct {
     changes_t changes;       /**< instants from which on something is different */
 } look_t;
 
-/** log10 of the chance below which something is a fault: a false alarm of a kind in ten thousand recordings, if the
- * statistic's distribution is as derived. */
-#define LOOK_LOG_CHANCE (-4.0)
+/** log10 of the chance below which something is a fault (threshold.false_fault). */
+double look_log_chance_limit(void);
 
 /** A look at one recording, which has to outlive it; to be freed. Fails on fewer than LOOK_LEAST_SAMPLES samples, and
  * on a bad header key drive_between_samples. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/look_json.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 
 static json_t *share_to_json(const noise_share_t *share) {
@@ -141,8 +142,8 @@ json_t *fault_to_json(const look_t *looks, const fault_t *fault) {
             json_pack("{s:f, s:o, s:s}", "value", n->value, "sigma", json_number_or_null(n->sigma), "unit", n->unit));
     }
     return json_pack("{s:s, s:s, s:s, s:f, s:o, s:{s:s, s:o}, s:I, s:s, s:s, s:f, s:f, s:b, s:s, s:[], s:s}", "block",
-                     fault->kind->name, "place", "recording", "certainty", "named", "confidence", 0.99, "parameters",
-                     parameters, "where", "recording", recording->name, "time_s",
+                     fault->kind->name, "place", "recording", "certainty", "named", "confidence",
+                     threshold.never_certain, "parameters", parameters, "where", "recording", recording->name, "time_s",
                      spans_to_json(fault, recording->sample_rate_hz), "samples",
                      (json_int_t)fault_samples(fault, looks), "handling", fault_handling_name(fault->kind->handling),
                      "statistic", fault->kind->statistic, "evidence", fault->evidence, "log10_chance",

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/look_text.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <string.h>
 
@@ -97,14 +98,15 @@ static void print_noise(FILE *file, const look_t *look) {
 
 static void print_response(FILE *file, const look_t *look) {
     const response_t *response = &look->response;
-    const response_point_t *lowest = response_lowest(response, 0.5), *peak = response_peak(response), *last = NULL;
+    const response_point_t *lowest = response_lowest(response, threshold.coherent_enough),
+                           *peak = response_peak(response), *last = NULL;
     if (lowest == NULL) {
         return;
     }
     fprintf(file, "  response   %.3g um/V at %.3g Hz, lag ", lowest->gain_um_per_v, lowest->frequency_hz);
     fprintf(file, "%.2g s (%.2g deg)", lowest->lag_s, -lowest->phase_rad * 180.0 / M_PI);
     for (size_t i = 0; i < response->count; i++) {
-        last = response->point[i].coherence >= 0.5 ? &response->point[i] : last;
+        last = response->point[i].coherence >= threshold.coherent_enough ? &response->point[i] : last;
     }
     if (peak != NULL) {
         fprintf(file, "; most, %.3g um/V, at %.4g Hz", peak->gain_um_per_v, peak->frequency_hz);

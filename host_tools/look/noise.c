@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/noise.h"
 #include "look/resolution.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { LEAST_SAMPLES = 64, MOST_SEGMENT = 4096, TREND = 3, LOWEST_LINES = 3, WHITTLE_STEPS = 30 };
-static const double settle_s = 0.1, settle_part = 1.0 / 3.0, far_outside = 6.0;
 
 /* Several stretches of noise in time order: stretch i is value[begin[i] .. begin[i + 1]). */
 typedef struct {
@@ -136,7 +136,7 @@ static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share)
     const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
     for (size_t k = 0; k < inner; k++) {
         /* A sample far outside leaves half of itself with either neighbour. */
-        share->outliers += usual > 0.0 && fabs(apart[k]) > far_outside * usual &&
+        share->outliers += usual > 0.0 && fabs(apart[k]) > threshold.beyond_chance * usual &&
                                    (k == 0 || fabs(apart[k]) >= fabs(apart[k - 1])) &&
                                    (k + 1 == inner || fabs(apart[k]) > fabs(apart[k + 1]))
                                ? 1
@@ -155,8 +155,8 @@ static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share)
 static void rests_of(const recording_t *recording, const drive_look_t *drive, stretches_t *s) {
     for (size_t i = 0; i < drive->rests; i++) {
         look_span_t span = drive->rest[i];
-        const double third = settle_part * (double)span_length(span);
-        span.from += span.from == 0 ? 0 : (size_t)fmin(third, settle_s * recording->sample_rate_hz + 1.0);
+        const double third = threshold.settling_part * (double)span_length(span);
+        span.from += span.from == 0 ? 0 : (size_t)fmin(third, threshold.settling_s * recording->sample_rate_hz + 1.0);
         if (span_length(span) >= LEAST_SAMPLES) {
             double *piece = allocate(span_length(span), sizeof *piece);
             memcpy(piece, recording->column[COLUMN_DISPLACEMENT] + span.from, span_length(span) * sizeof *piece);

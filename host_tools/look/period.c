@@ -2,15 +2,12 @@
 /* Candidates are the maxima of the drive's autocovariance; each is refined to the least difference of two passes, and
  * counts where passes follow each other. */
 #include "look/period.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 6 };
-/* Two passes are one path where they differ by less, in parts of the range. Beside that, what half the error of a
- * place between samples makes of the fastest motion, and the noise of two values. */
-static const double same_path = 0.003, first_place = 1.5, refined_place = 0.1, noise_of_two = 5.0;
-static const double least_correlation = 0.5;
 
 double value_between(const double *value, size_t samples, double at) {
     const double whole = floor(at), x = at - whole;
@@ -44,14 +41,14 @@ static double refined(const double *u, size_t samples, look_span_t span, double 
         }
         period += fmax(-0.5, fmin(0.5, product / square));
     }
-    return fabs(period - round(period)) < 2e-3 ? round(period) : period;
+    return fabs(period - round(period)) < threshold.whole_period ? round(period) : period;
 }
 
 /* The longest stretch in which each value comes again after a period: [from, to) with the last pass. */
 static look_span_t longest_run(const double *u, const drive_look_t *drive, look_span_t all, double period,
                                double place_error) {
     const double range_v = drive->range_v[1] - drive->range_v[0];
-    const bool between = period != round(period) || place_error > refined_place;
+    const bool between = period != round(period) || place_error > threshold.refined_place;
     look_span_t best = {all.from, all.from};
     size_t from = all.from;
     for (size_t k = all.from;; k++) {
@@ -60,9 +57,9 @@ static look_span_t longest_run(const double *u, const drive_look_t *drive, look_
         bool same = false;
         if (!over) {
             const double way = k > all.from && between ? fmax(fabs(u[k] - u[k - 1]), fabs(u[k + 1] - u[k])) : 0.0;
-            same = fabs(u[k] - value_between(u, all.to, at)) <= same_path * range_v + noise_of_two * drive->noise_v +
-                                                                    drive->step_v + place_error * way +
-                                                                    (way > 0.02 * range_v ? way : 0.0);
+            same = fabs(u[k] - value_between(u, all.to, at)) <=
+                   threshold.same_path * range_v + threshold.noise_of_two * drive->noise_v + drive->step_v +
+                       place_error * way + (way > threshold.path_jumps * range_v ? way : 0.0);
         }
         if (!same) {
             if (k > from && k - from > span_length(best)) {
@@ -81,11 +78,11 @@ static look_span_t longest_run(const double *u, const drive_look_t *drive, look_
 }
 
 /* Whether a shorter stretch than a period holds all of the range in it would be a rest that is taken for a path: the
- * drive moves by half of its range or more in each pass. */
+ * drive moves by a good part of its range in each pass. */
 static bool moves(const double *u, const drive_look_t *drive, look_span_t span) {
     double range[2];
     values_range(u + span.from, span_length(span), range);
-    return range[1] - range[0] > 0.3 * (drive->range_v[1] - drive->range_v[0]);
+    return range[1] - range[0] > threshold.path_moves * (drive->range_v[1] - drive->range_v[0]);
 }
 
 static double lines_of_period(const double *u, look_span_t span, double period, size_t samples) {
@@ -107,16 +104,16 @@ static double lines_of_period(const double *u, look_span_t span, double period, 
 }
 
 static void take_if_better(const double *u, size_t samples, look_span_t all, double period, drive_look_t *drive) {
-    const look_span_t first = longest_run(u, drive, all, period, first_place);
+    const look_span_t first = longest_run(u, drive, all, period, threshold.first_place);
     look_span_t span;
-    if ((double)span_length(first) < 1.9 * period || !moves(u, drive, first)) {
+    if ((double)span_length(first) < threshold.two_passes_first * period || !moves(u, drive, first)) {
         return;
     }
     period = refined(u, samples, first, period);
-    span = longest_run(u, drive, all, period, refined_place);
+    span = longest_run(u, drive, all, period, threshold.refined_place);
     /* A longer period has to repeat more than the shorter one: multiples of a period are periods, too. */
-    if ((double)span_length(span) >= 1.95 * period && moves(u, drive, span) &&
-        (double)span_length(span) > 1.3 * (double)span_length(drive->repeat)) {
+    if ((double)span_length(span) >= threshold.two_passes * period && moves(u, drive, span) &&
+        (double)span_length(span) > threshold.repeats_more * (double)span_length(drive->repeat)) {
         drive->period = period;
         drive->repeat = span;
     }
@@ -150,11 +147,12 @@ void period_find(const double *u, size_t samples, drive_look_t *drive) {
     }
     for (size_t lag = LEAST_PERIOD; 2 * lag <= count + count / 20 && lag + 1 < count && tried < MOST_CANDIDATES;
          lag++) {
-        if (sums[lag] >= sums[lag - 1] && sums[lag] > sums[lag + 1] && sums[lag] > least_correlation * sums[0]) {
+        if (sums[lag] >= sums[lag - 1] && sums[lag] > sums[lag + 1] &&
+            sums[lag] > threshold.period_correlation * sums[0]) {
             const double curve = sums[lag - 1] - 2.0 * sums[lag] + sums[lag + 1];
             const double shift = curve < 0.0 ? 0.5 * (sums[lag - 1] - sums[lag + 1]) / curve : 0.0;
             tried++;
-            if (drive->period == 0.0 || (double)lag > 1.5 * drive->period) {
+            if (drive->period == 0.0 || (double)lag > threshold.longer_period * drive->period) {
                 take_if_better(u, samples, all, (double)lag + shift, drive);
             }
         }

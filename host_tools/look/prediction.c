@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/prediction.h"
 #include "look/resolution.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +13,7 @@ enum {
     COLUMNS = 1 + NEIGHBOURS + DRIVES,
     PASSES = 3
 };
-static const double left_out_beyond = 5.0, rounding = 0.29, after_step_s = 0.02;
+static const double rounding = 0.29; /* deviation of rounding to a step, 1 / sqrt(12) */
 
 /* Column c at sample k. */
 static double entry(const double *u, const double *y, size_t c, size_t k) {
@@ -27,7 +28,7 @@ static double entry(const double *u, const double *y, size_t c, size_t k) {
 }
 
 static void mark_quiet(const recording_t *recording, const drive_look_t *drive, prediction_t *p) {
-    const size_t after = (size_t)fmax(64.0, after_step_s * recording->sample_rate_hz);
+    const size_t after = (size_t)fmax(threshold.after_step_samples, threshold.after_step_s * recording->sample_rate_hz);
     memset(p->quiet, 1, p->samples);
     for (size_t i = 0; i < drive->steps; i++) {
         const size_t at = drive->step[i], from = at > 2 * REACH ? at - 2 * REACH : 0;
@@ -94,7 +95,8 @@ void prediction_make(const recording_t *recording, const drive_look_t *drive, pr
         p->sigma_um = fmax(scale_of(p), rounding * digit);
         for (size_t k = 0; k < inner; k++) {
             /* A bad reading spoils the rows that lean on it, too: they are as far out, or next to one that is. */
-            weight[k] = p->quiet[k + REACH] != 0 && fabs(p->error[k + REACH]) <= left_out_beyond * p->sigma_um;
+            weight[k] =
+                p->quiet[k + REACH] != 0 && fabs(p->error[k + REACH]) <= threshold.left_out_beyond * p->sigma_um;
         }
     }
     double leverage = 1.0;

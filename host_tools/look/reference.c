@@ -2,21 +2,21 @@
 #include "look/reference.h"
 #include "look/period.h"
 #include "numerics/autocorrelation.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { PLAYS = 24, FINER = 4, POWERS = 3, TRENDS = 2, SHIFTINGS = 5, MOST_SHIFT = 64 };
 enum { FIXED = 1 + POWERS + PLAYS + TRENDS, BY_CURVATURE = FIXED, BY_LAG, COLUMNS };
-static const double memory_part = 0.02, least_skipped = 0.05, most_skipped = 0.5;
 
-/* One play over the drive. */
-static void run_play(const double *u, size_t samples, double threshold, size_t finer, double *column) {
+/* One play of threshold r over the drive. */
+static void run_play(const double *u, size_t samples, double r, size_t finer, double *column) {
     double z = u[0];
     for (size_t k = 0; k < samples; k++) {
         for (size_t i = finer; k > 0 && i-- > 0;) {
             const double x = value_between(u, samples, (double)k - (double)i / (double)finer);
-            z = fmax(x - threshold, fmin(x + threshold, z));
+            z = fmax(x - r, fmin(x + r, z));
         }
         column[k] = z;
     }
@@ -32,16 +32,17 @@ static void slope_of(const double *value, size_t samples, double *slope) {
 
 /* Samples until the drive has been near both ends, as far as that does not cost too much. */
 static size_t skipped(const double *u, size_t samples, const drive_look_t *drive) {
-    const double near = memory_part * (drive->range_v[1] - drive->range_v[0]);
+    const double near = threshold.been_at_the_end * (drive->range_v[1] - drive->range_v[0]);
+    const size_t least = (size_t)(threshold.least_skipped * (double)samples);
     bool low = false, high = false;
-    for (size_t k = 0; (double)k < most_skipped * (double)samples; k++) {
+    for (size_t k = 0; (double)k < threshold.most_skipped * (double)samples; k++) {
         low = low || u[k] < drive->range_v[0] + near;
         high = high || u[k] > drive->range_v[1] - near;
         if (low && high) {
-            return k > (size_t)(least_skipped * (double)samples) ? k : (size_t)(least_skipped * (double)samples);
+            return k > least ? k : least;
         }
     }
-    return (size_t)(least_skipped * (double)samples);
+    return least;
 }
 
 static void make_columns(const double *u, size_t samples, const drive_look_t *drive, long shift, double *columns) {
@@ -77,7 +78,7 @@ static double error_of_lag(const look_regression_t *fit, double tau, double nois
     }
     const double slope = fit->rms / sigma / sqrt((double)rows); /* root mean square beside all other columns */
     /* What may hide in the scatter of the noise's own square counts, too. */
-    const double chance = 1.0 - 4.0 * sqrt(2.0 * tau / (double)rows);
+    const double chance = 1.0 - threshold.edge_of_noise * sqrt(2.0 * tau / (double)rows);
     const double misfit = sqrt(fmax(0.0, fit->rms * fit->rms - noise_um * noise_um * chance));
     return hypot(sigma * sqrt(tau), misfit / slope);
 }
@@ -111,7 +112,7 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, do
         if (pass == 0) {
             slope_of(r->expected, samples, columns + BY_LAG * samples);
         } else if (pass == 1) {
-            const double limit = 6.0 * look_robust_deviation(r->error + from, samples - from);
+            const double limit = threshold.beyond_chance * look_robust_deviation(r->error + from, samples - from);
             for (size_t k = from; k < samples; k++) {
                 weight[k] = fabs(r->error[k]) <= limit ? 1.0 : 0.0;
             }
@@ -166,13 +167,16 @@ void reference_make(const recording_t *recording, const drive_look_t *drive, con
         by_plays(recording, drive, noise_um, reference);
         const double beyond = reference->lag - (double)reference->shift;
         const long next = (long)fmax(-MOST_SHIFT, fmin(MOST_SHIFT, round(reference->lag)));
-        if (fabs(beyond) < 0.6 || fabs(beyond) < reference->lag_sigma || next == reference->shift) {
+        if (fabs(beyond) < threshold.lag_needs_shift || fabs(beyond) < reference->lag_sigma ||
+            next == reference->shift) {
             break;
         }
         reference->shift = i + 1 < SHIFTINGS ? next : reference->shift;
     }
     /* The lag against the drive is that of the plays in any case. */
-    if (repetition->passes > 0 && 3 * span_length(drive->repeat) > 2 * recording->samples - drive->repeat.from) {
+    if (repetition->passes > 0 &&
+        (double)span_length(drive->repeat) >
+            threshold.mean_path_part * ((double)recording->samples - 0.5 * (double)drive->repeat.from)) {
         memset(reference->expected, 0, recording->samples * sizeof *reference->expected);
         memset(reference->slope, 0, recording->samples * sizeof *reference->slope);
         memset(reference->error, 0, recording->samples * sizeof *reference->error);

@@ -2,14 +2,12 @@
 #include "look/resolution.h"
 #include "base/failure.h"
 #include "look/numbers.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A tenth of a step to either side; of unrelated values a fifth would be there, of twenty 10^-14. */
-static const double tolerance = 0.1;
-static const double fewest_distances = 20.0;
 /* Values of the same level that a file or rounding of binary numbers keeps apart: this part of the range. */
 static const double same = 1e-9;
 
@@ -31,13 +29,15 @@ static double refined(const double *level, size_t levels, double step) {
     for (size_t i = 1; i < levels; i++) {
         const double jump = round((level[i] - level[i - 1]) / step);
         multiple += jump;
-        good += fabs((level[i] - level[i - 1]) / step - jump) < tolerance * fmax(1.0, sqrt(jump)) ? 1.0 : 0.0;
+        good += fabs((level[i] - level[i - 1]) / step - jump) < threshold.lattice_tolerance * fmax(1.0, sqrt(jump))
+                    ? 1.0
+                    : 0.0;
         if (jump < 1.0) {
             return 0.0;
         }
-        step = multiple >= fewest_distances ? (level[i] - level[0]) / multiple : step;
+        step = multiple >= threshold.fewest_distances ? (level[i] - level[0]) / multiple : step;
     }
-    return good > 0.99 * (double)(levels - 1) ? (level[levels - 1] - level[0]) / multiple : 0.0;
+    return good > threshold.on_the_lattice * (double)(levels - 1) ? (level[levels - 1] - level[0]) / multiple : 0.0;
 }
 
 double resolution_step(const double *value, size_t count) {
@@ -46,13 +46,15 @@ double resolution_step(const double *value, size_t count) {
     memcpy(sorted, value, count * sizeof *sorted);
     gsl_sort(sorted, 1, count);
     levels = distinct(sorted, count);
-    if ((double)levels > fewest_distances && (count - levels >= 64 || 4 * (count - levels) >= count)) {
+    const double again = (double)(count - levels);
+    if ((double)levels > threshold.fewest_distances &&
+        (again >= threshold.read_again || again >= threshold.read_again_part * (double)count)) {
         double *gap = allocate(levels - 1, sizeof *gap);
         for (size_t i = 0; i + 1 < levels; i++) {
             gap[i] = sorted[i + 1] - sorted[i];
         }
         /* The smallest distance of many is one step; a few odd ones (of a file that was put together) do not count. */
-        step = refined(sorted, levels, look_quantile(gap, levels - 1, 0.005));
+        step = refined(sorted, levels, look_quantile(gap, levels - 1, threshold.odd_distances));
         free(gap);
     }
     free(sorted);

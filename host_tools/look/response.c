@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/response.h"
+#include "thresholds/thresholds.h"
 #include <complex.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -136,7 +137,7 @@ static void by_periods(const recording_t *recording, const drive_look_t *drive, 
     const double period = drive->period;
     const size_t most = (size_t)fmin(MOST_LINES, highest_part_of_nyquist * 0.5 * period);
     const size_t passes = drive_periods(drive), used = passes < 64 ? passes : 64;
-    const bool tone = drive->harmonics < 1.5;
+    const bool tone = drive->harmonics < threshold.one_tone;
     double *power = allocate(most + 1, sizeof *power), largest = 0.0;
     size_t strongest = 1;
     band_t band = {0};
@@ -187,7 +188,8 @@ void response_look(const recording_t *recording, const drive_look_t *drive, resp
         return;
     }
     response->point = allocate(POINTS, sizeof *response->point);
-    response->periodic = drive_periods(drive) >= 2 && 2 * span_length(drive->repeat) > recording->samples;
+    response->periodic = drive_periods(drive) >= 2 &&
+                         (double)span_length(drive->repeat) > threshold.most_of_recording * (double)recording->samples;
     if (response->periodic) {
         by_periods(recording, drive, response);
     } else {
@@ -210,11 +212,12 @@ const response_point_t *response_lowest(const response_t *response, double coher
 }
 
 const response_point_t *response_peak(const response_t *response) {
-    const response_point_t *lowest = response_lowest(response, 0.5), *peak = NULL;
+    const response_point_t *lowest = response_lowest(response, threshold.coherent_enough), *peak = NULL;
     for (size_t i = 1; lowest != NULL && i < response->count; i++) {
         const response_point_t *p = &response->point[i];
-        if (p->coherence >= 0.5 && p->gain_um_per_v > 1.1 * lowest->gain_um_per_v &&
-            p->gain_um_per_v > lowest->gain_um_per_v + 5.0 * (p->gain_sigma + lowest->gain_sigma) &&
+        if (p->coherence >= threshold.coherent_enough &&
+            p->gain_um_per_v > threshold.peak_stands_out * lowest->gain_um_per_v &&
+            p->gain_um_per_v > lowest->gain_um_per_v + threshold.peak_errors * (p->gain_sigma + lowest->gain_sigma) &&
             (peak == NULL || p->gain_um_per_v > peak->gain_um_per_v)) {
             peak = p;
         }

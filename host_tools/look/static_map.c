@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/static_map.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,7 +55,8 @@ void static_map_look(const recording_t *recording, const drive_look_t *drive, st
     if (range_v > 0.0 && map->stroke_um[1] > map->stroke_um[0]) {
         find_line(u, y, samples, low + 0.5 * range_v, 0.5 * range_v, map);
         for (size_t i = 0; i < STATIC_LEVELS; i++) {
-            const double from = low + range_v * (double)i / STATIC_LEVELS, still = 4.0 * drive->noise_v;
+            const double from = low + range_v * (double)i / STATIC_LEVELS,
+                         still = threshold.edge_of_noise * drive->noise_v;
             const double to = low + range_v * (double)(i + 1) / STATIC_LEVELS;
             const double up = level_median(u, y, samples, from, to, 1.0, still, picked);
             const double down = level_median(u, y, samples, from, to, -1.0, still, picked);

@@ -2,13 +2,12 @@
 #include "look/steps.h"
 #include "numerics/autocorrelation.h"
 #include "numerics/simplex.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { BASELINE = 5, RING = 2, SHAPE = 2, LEAST_WINDOW = 24, MOST_WINDOW = 2048, MOST_STEPS = 64, MOST_ROUNDS = 3 };
-static const double log_chance_limit = -6.0, least_cycles = 2.0, least_cycles_in_window = 3.0;
-static const double highest_part_of_nyquist = 0.92;
 
 typedef struct {
     const double *y;
@@ -65,7 +64,7 @@ static double largest_line(const window_t *w, size_t used) {
     size_t at = 0;
     memcpy(padded, rest, used * sizeof *padded);
     look_transform(padded, length, spectrum);
-    for (size_t h = 4; (double)h < highest_part_of_nyquist * (double)length / 2.0; h++) {
+    for (size_t h = 4; (double)h < threshold.highest_ring * (double)length / 2.0; h++) {
         const double power = spectrum[2 * h] * spectrum[2 * h] + spectrum[2 * h + 1] * spectrum[2 * h + 1];
         at = power > best ? h : at;
         best = fmax(best, power);
@@ -104,8 +103,8 @@ static bool ring_of(window_t *w, ring_t *ring) {
         }
     }
     const double f = exp(x[0]), alpha = exp(x[1]), duration = (double)w->count / w->rate_hz;
-    if (!isfinite(least) || f > highest_part_of_nyquist * 0.5 * w->rate_hz || f < least_cycles * alpha ||
-        f * duration < least_cycles_in_window) {
+    if (!isfinite(least) || f > threshold.highest_ring * 0.5 * w->rate_hz || f < threshold.ring_cycles * alpha ||
+        f * duration < threshold.ring_cycles_in_window) {
         return false;
     }
     misfit(x, w);
@@ -118,7 +117,7 @@ static bool ring_of(window_t *w, ring_t *ring) {
     /* Likelihood ratio with four numbers more, for about w->count independent frequencies: chi-square's tail. */
     const double log_chance = -n * log10(without / w->fit.rms) + log10((double)w->count);
     free(rest);
-    if (!(log_chance < log_chance_limit)) {
+    if (!(log_chance < log10(threshold.false_ring))) {
         return false;
     }
     const double omega = hypot(2.0 * M_PI * f, alpha), widen = sqrt(tau);
@@ -177,7 +176,8 @@ void ring_look(const recording_t *recording, const drive_look_t *drive, ring_t *
         *ring = one[strongest];
         ring->rings = 0;
         for (size_t i = 0; i < steps; i++) {
-            if (one[i].rings > 0 && fabs(log(one[i].frequency_hz / one[strongest].frequency_hz)) < 0.1) {
+            if (one[i].rings > 0 &&
+                fabs(log(one[i].frequency_hz / one[strongest].frequency_hz)) < threshold.same_ring) {
                 const double a = 1.0 / pow(one[i].frequency_sigma_hz, 2.0), b = 1.0 / pow(one[i].damping_sigma, 2.0);
                 wf += a;
                 wd += b;
@@ -189,7 +189,8 @@ void ring_look(const recording_t *recording, const drive_look_t *drive, ring_t *
         ring->frequency_hz = f / wf;
         ring->damping = d / wd;
         for (size_t i = 0; i < steps; i++) {
-            if (one[i].rings > 0 && fabs(log(one[i].frequency_hz / one[strongest].frequency_hz)) < 0.1) {
+            if (one[i].rings > 0 &&
+                fabs(log(one[i].frequency_hz / one[strongest].frequency_hz)) < threshold.same_ring) {
                 scatter_f += pow((one[i].frequency_hz - ring->frequency_hz) / one[i].frequency_sigma_hz, 2.0);
                 scatter_d += pow((one[i].damping - ring->damping) / one[i].damping_sigma, 2.0);
             }

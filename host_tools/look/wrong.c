@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/wrong.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { WINDOW = 7, HALF = WINDOW / 2, LEAST_SAMPLES = 64 };
-static const double corner = 4.0, follows = 2.0, inner_quantile = 0.90, outer_quantile = 0.98;
-/* Of normal noise, the scale of the exponential through these quantiles, in deviations; rounding makes 0.29 of a step.
- */
+/* Of normal noise, the scale of an exponential through its 90 and 98 % quantiles, in deviations; rounding makes 0.29 of
+ * a step. */
 static const double normal_scale = 0.423, rounding = 0.29;
 
 /* Distance of value[k] from the median of seven, less what a corner of the motion there makes of it: 0 or more. */
@@ -22,10 +22,10 @@ static double beyond_motion(const double *value, size_t k) {
     }
     gsl_sort(seven, 1, WINDOW);
     gsl_sort(ways, 1, WINDOW - 1);
-    return fmax(0.0, fabs(value[k] - seven[HALF]) - corner * 0.5 * (ways[2] + ways[3]));
+    return fmax(0.0, fabs(value[k] - seven[HALF]) - threshold.corner * 0.5 * (ways[2] + ways[3]));
 }
 
-/* Tail of the prediction's errors: the chance of an error above x is (1 - outer) exp(-(x - at) / scale). */
+/* Tail of the prediction's errors: the chance of an error above x is (1 - tail_to) exp(-(x - at) / scale). */
 static bool tail_of(const prediction_t *p, double step_um, double *at, double *scale) {
     double *size = allocate(p->samples, sizeof *size);
     size_t count = 0;
@@ -35,9 +35,9 @@ static bool tail_of(const prediction_t *p, double step_um, double *at, double *s
         }
     }
     if (count >= LEAST_SAMPLES) {
-        const double inner = look_quantile(size, count, inner_quantile);
-        *at = look_quantile(size, count, outer_quantile);
-        *scale = (*at - inner) / log((1.0 - inner_quantile) / (1.0 - outer_quantile));
+        const double inner = look_quantile(size, count, threshold.tail_from);
+        *at = look_quantile(size, count, threshold.tail_to);
+        *scale = (*at - inner) / log((1.0 - threshold.tail_from) / (1.0 - threshold.tail_to));
         *scale = fmax(*scale, normal_scale * fmax(p->sigma_um, rounding * step_um));
     }
     free(size);
@@ -53,9 +53,11 @@ void wrong_find(const recording_t *recording, const drive_look_t *drive, const s
     if (!tail_of(p, fmax(noise->step_um, noise->digit_um), &at, &scale)) {
         return;
     }
-    const double places = log10((double)p->samples * (1.0 - outer_quantile));
+    const double places = log10((double)p->samples * (1.0 - threshold.tail_to));
     for (size_t k = HALF; k + HALF < p->samples; k++) {
-        const double beyond = beyond_motion(y, k) - follows * gain * (beyond_motion(u, k) + 4.0 * drive->noise_v);
+        const double beyond =
+            beyond_motion(y, k) -
+            threshold.drive_makes * gain * (beyond_motion(u, k) + threshold.edge_of_noise * drive->noise_v);
         /* Neither the prediction's error, which wrong readings nearby spoil, nor the distance alone. */
         const double size = fmin(fabs(p->error[k]), beyond);
         const double log_chance = places - (size - at) / scale / log(10.0);

@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "numerics/gauss_newton.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdlib.h>
@@ -18,16 +19,12 @@ enum {
     LAW_STEPS = 8
 };
 static const double shortest_law = 0.03, longest_law = 2.0;
-/* What a law has to be worth before it is fitted, and in the end, in natural units of evidence. */
-static const double law_worth = 10.0;
 /* The numbers of a law move by no more than this in a step. A step that is worth less, in natural units, is the last.
  */
 static const double longest_step = 0.5, law_settled = 1.0;
 /* The slowest rho that is looked for, in cycles a sample: 1/f noise that is as strong as the white noise there holds a
- * thousandth of its power. What it has to be worth, in natural units of evidence. */
-static const double slowest_rho = 1e-3, pink_worth = 12.0;
-/* A Gaussian has 6 in 100,000 samples beyond. */
-static const double outlier_deviations = 4.0;
+ * thousandth of its power. */
+static const double slowest_rho = 1e-3;
 static const double least_power = 0.3, most_power = 4.0;
 
 /* What a fit is made of. */
@@ -163,7 +160,7 @@ static bool best_start(const question_t *q, const hysteresis_t *h, size_t thin, 
         best = scan.gain[i] > scan.gain[best] ? i : best;
     }
     *law = scan.law[best];
-    return scan.gain[best] > law_worth;
+    return scan.gain[best] > threshold.law_worth;
 }
 
 /* The search for a law's numbers. A fit at `law` comes before each step. */
@@ -261,7 +258,7 @@ static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_
         if (!fit_weights(q, thin, true, h, failure)) {
             return false;
         }
-        if (h->evidence.log_evidence < without + law_worth) {
+        if (h->evidence.log_evidence < without + threshold.law_worth) {
             operator_drop_law(&h->operator);
         }
     }
@@ -281,7 +278,7 @@ static void find_noise(const question_t *q, size_t thin, hysteresis_t *h) {
     double at = slowest_rho;
     while (at < 1.0) {
         const double evidence = evidence_at(q, thin, at, h);
-        if (evidence > best + pink_worth) {
+        if (evidence > best + threshold.pink_worth) {
             best = evidence;
             rho = at;
         } else if (evidence < best) {
@@ -329,7 +326,7 @@ static bool pull_outliers_in(question_t *q, size_t thin, hysteresis_t *h, failur
     h->middle_um = 0.0;
     hysteresis_left(h, q->paths, q->count, q->position_um, NULL, left, NULL);
     h->middle_um = middle_um;
-    const double most = outlier_deviations * sqrt(h->evidence.variance);
+    const double most = threshold.edge_of_noise * sqrt(h->evidence.variance);
     size_t at = 0;
     h->outliers = 0;
     for (size_t i = 0; i < q->count; i++) {

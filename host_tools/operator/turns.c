@@ -1,20 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/turns.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdbool.h>
 
 enum { STENCIL = 5, NEWTON_STEPS = 8 };
-
-/* Fourth difference over second difference at which a drive no longer counts as smooth. A sine of n samples a period
- * has 2 - 2 cos(2 pi / n): 1 at n = 6, 0.38 at n = 10; independent samples have 3 and more. */
-static const double most_wiggle = 0.7;
-
-/* A stencil that is off the turn's middle by one sample has to wiggle less by this part: on a sine all fourth
- * differences are alike, and the least is that of the stencil whose extreme is worst known. */
-static const double off_centre = 1.0;
-
-/* Sides count as straight where they bend by less than this part of the corner. */
-static const double most_bent = 0.02;
 
 /* Forward differences of five values: difference[i] is of order i. */
 static void differences(const double *x, double difference[STENCIL]) {
@@ -62,7 +52,7 @@ static void corner_between(const double *value, size_t samples, size_t at, doubl
     const double *x = value + at, left = x[0] - x[-1], right = x[2] - x[1];
     const double bend = fmax(fabs(x[0] - 2.0 * x[-1] + x[-2]), fabs(x[3] - 2.0 * x[2] + x[1]));
     const double t = (x[1] - right - x[0]) / (left - right);
-    if (left * right < 0.0 && bend < most_bent * fabs(left - right) && t > 0.0 && t < 1.0) {
+    if (left * right < 0.0 && bend < threshold.most_bent * fabs(left - right) && t > 0.0 && t < 1.0) {
         way[at + 1] = x[0] + t * left;
     }
 }
@@ -75,7 +65,7 @@ static void turn_at(const double *value, size_t samples, size_t k, double *way) 
             continue;
         }
         differences(value + k - back, d);
-        const double wiggle = fabs(d[4]) * (1.0 + off_centre * fabs((double)back - 2.0));
+        const double wiggle = fabs(d[4]) * (1.0 + threshold.off_centre * fabs((double)back - 2.0));
         if (wiggle < least) {
             least = wiggle;
             best = k - back;
@@ -87,7 +77,7 @@ static void turn_at(const double *value, size_t samples, size_t k, double *way) 
     const double before = value[k] - value[k - 1], after = value[k + 1] - value[k], bend = after - before;
     differences(value + best, d);
     powers(d, c);
-    if (least <= most_wiggle * fabs(bend) && extreme_beside(c, (double)(k - best), &t)) {
+    if (least <= threshold.most_wiggle * fabs(bend) && extreme_beside(c, (double)(k - best), &t)) {
         const double extreme = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * c[4]))), beyond = extreme - value[k];
         /* A maximum has bend < 0 and is reached from below. */
         if (beyond * bend < 0.0 && fabs(beyond) <= fmax(fabs(before), fabs(after))) {

@@ -4,11 +4,9 @@
  * it got there; hysteresis keeps it beyond a converter's end for longer. */
 #include "look/fault.h"
 #include "look/runs.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-
-enum { LEAST_AT_END = 8 };
-static const double least_way = 0.01, least_difference = 0.02;
 
 typedef struct {
     size_t samples, runs, longest;
@@ -48,12 +46,12 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
         end_t seen;
         double log_chance = 0.0;
         look_at_end(look, runs, count, end, &seen);
-        if (seen.samples < LEAST_AT_END || seen.way_v < least_way * range_v) {
+        if ((double)seen.samples < threshold.least_at_end || seen.way_v < threshold.way_at_end * range_v) {
             continue;
         }
-        if (seen.log_chance < LOOK_LOG_CHANCE) {
+        if (seen.log_chance < look_log_chance_limit()) {
             log_chance = seen.log_chance;
-        } else if (seen.runs >= 2 && isfinite(seen.later_v) && seen.later_v > least_difference * range_v) {
+        } else if (seen.runs >= 2 && isfinite(seen.later_v) && seen.later_v > threshold.leaves_end_later * range_v) {
             /* Each run leaves later than it came; by chance one in two would. Readings without noise: the drive's way
              * while nothing was read is no chance at all, so all of its samples count. */
             log_chance = -(double)seen.samples * log10(2.0);

@@ -1,13 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Two clocks: the lag of the position grows steadily and jumps back, over and over (look/lags.h). What the actuator
  * does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's slowest
- * motion. Or the saw tooth explains nine tenths of the lag's changes and jumps by one sample, which no physics does. */
+ * motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
-
-static const double takes_part = 0.4, takes_most = 0.55, slower = 2.0;
-/* A jump is one sample if it is so within this and three errors: the reference follows some of it. */
-static const double one_sample = 0.1, least_teeth = 2.0;
 
 static double changes_of_lag(const lags_t *lags) {
     double a = 0.0, b = 0.0, squares = 0.0;
@@ -27,15 +24,16 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
         return;
     }
     const double slowest_hz = look->drive.period > 0.0 ? rate_hz / look->drive.period : look->drive.frequency_hz[0];
-    const bool slow = slower * saw.teeth_per_s < slowest_hz && saw.left < (1.0 - takes_part) * changes;
-    const bool one = fabs(fabs(saw.size) - 1.0) < one_sample + 3.0 * saw.sigma;
-    const bool whole = saw.left < (1.0 - takes_most) * changes && one;
+    const bool slow = threshold.slower_than_drive * saw.teeth_per_s < slowest_hz &&
+                      saw.left < (1.0 - threshold.change_explains) * changes;
+    const bool one = fabs(fabs(saw.size) - 1.0) < threshold.one_sample + threshold.deviations * saw.sigma;
+    const bool whole = saw.left < (1.0 - threshold.saw_explains) * changes && one;
     /* One or two samples that were lost for good make a step, not a saw tooth. */
     lag_steps_t steps;
-    lags_steps(&look->lags, LOOK_LOG_CHANCE, &steps);
+    lags_steps(&look->lags, look_log_chance_limit(), &steps);
     const bool stepped = steps.steps > 0 && steps.steps <= 2 && steps.left < saw.left;
     const double teeth = saw.teeth_per_s * (double)look->recording->samples / rate_hz;
-    if ((!slow && !whole) || stepped || teeth < least_teeth) {
+    if ((!slow && !whole) || stepped || teeth < threshold.least_teeth) {
         return;
     }
     fault_t *fault = fault_add(faults, kind, index, saw.size / saw.sigma, saw.log_chance);

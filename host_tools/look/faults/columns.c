@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Columns that are not what their names say: swapped, inverted, or in another unit. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
-
-enum { LEAST_LEVELS = 8, LOWEST_POINTS = 3 };
-/* Distance of the phase from the half turn of an inverted column; coherence of points that count. */
-static const double half_turn_within = 0.8, coherent = 0.9, tone_below_hz = 20.0;
-/* Piezo actuators: from 0.3 nm/V (one layer) to some 10 um/V (benders), taken as two deviations to either side of the
- * logarithm; drives of 10 to 1000 V likewise. */
-static const double gain_log = -1.25, gain_log_deviation = 0.75, drive_log = 2.0, drive_log_deviation = 0.5;
 
 /* How many levels of the drive have the branches one way round, less those the other way. */
 static double orientation(const static_map_t *map) {
@@ -31,7 +25,7 @@ static void find_swapped(const look_t *looks, size_t count, const fault_kind_t *
         recording_t turned = *r;
         drive_look_t no_steps = {.range_v = {look->map.stroke_um[0], look->map.stroke_um[1]}};
         prediction_t back;
-        if (look->map.levels < LEAST_LEVELS || -sum < 0.8 * levels || d->kind == DRIVE_RESTS) {
+        if (levels < threshold.levels_of_loop || -sum < threshold.levels_turned * levels || d->kind == DRIVE_RESTS) {
             continue;
         }
         turned.column[COLUMN_DRIVE] = r->column[COLUMN_DISPLACEMENT];
@@ -40,7 +34,7 @@ static void find_swapped(const look_t *looks, size_t count, const fault_kind_t *
         turned_noise = back.noise_um / (d->range_v[1] - d->range_v[0]);
         own_noise /= look->map.stroke_um[1] - look->map.stroke_um[0];
         prediction_free(&back);
-        if (!(turned_noise > 3.0 * own_noise)) {
+        if (!(turned_noise > threshold.more_exact * own_noise)) {
             continue;
         }
         /* Each level's sign would be either with the same chance. */
@@ -58,17 +52,18 @@ static void find_inverted(const look_t *looks, size_t count, const fault_kind_t 
         const response_t *response = &looks[i].response;
         size_t seen = 0, turned = 0;
         double least_z = HUGE_VAL, lowest_hz = 0.0;
-        for (size_t p = 0; p < response->count && seen < LOWEST_POINTS; p++) {
+        for (size_t p = 0; p < response->count && (double)seen < threshold.lowest_points; p++) {
             const response_point_t *point = &response->point[p];
-            if (point->coherence >= coherent) {
+            if (point->coherence >= threshold.coherent) {
                 lowest_hz = seen == 0 ? point->frequency_hz : lowest_hz;
                 seen++;
-                turned += M_PI - fabs(point->phase_rad) < half_turn_within ? 1 : 0;
+                turned += M_PI - fabs(point->phase_rad) < threshold.half_turn_within ? 1 : 0;
                 least_z = fmin(least_z, 0.5 * M_PI / fmax(point->phase_sigma, 1e-9));
             }
         }
         /* One tone may be above a mode, where the sign turns; not so low. */
-        const bool enough = seen >= LOWEST_POINTS || (seen > 0 && lowest_hz < tone_below_hz);
+        const bool enough =
+            (double)seen >= threshold.lowest_points || (seen > 0 && lowest_hz < threshold.tone_below_hz);
         if (!enough || turned < seen || !(looks[i].map.gain_um_per_v < 0.0)) {
             continue;
         }
@@ -88,8 +83,8 @@ static void find_scale(const look_t *looks, size_t count, const fault_kind_t *ki
         if (d->kind == DRIVE_RESTS || !(range_v > 0.0) || !(stroke > 0.0)) {
             continue;
         }
-        const double by_gain = (log10(stroke / range_v) - gain_log) / gain_log_deviation;
-        const double by_drive = fmax(0.0, (log10(range_v) - drive_log) / drive_log_deviation);
+        const double by_gain = (log10(stroke / range_v) - threshold.gain_log) / threshold.gain_log_deviation;
+        const double by_drive = fmax(0.0, (log10(range_v) - threshold.drive_log) / threshold.drive_log_deviation);
         const double z = fmax(fabs(by_gain), by_drive);
         fault_t *fault = fault_add(faults, kind, i, z, look_log_chance_normal(z, 1.0));
         if (fault != NULL) {

@@ -3,10 +3,9 @@
  * that two files share, against the first file. The past of a hysteresis can move it by the width of the loop at most:
  * only what is beyond the wider of both loops counts. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-
-enum { LEAST_LEVELS = 5 };
 
 /* Middle of the branches at a drive, by a straight line between levels. false: outside. */
 static bool middle_at(const static_map_t *map, double drive_v, double *middle) {
@@ -37,7 +36,7 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
                 difference[levels++] = b - a;
             }
         }
-        if (levels < LEAST_LEVELS) {
+        if ((double)levels < threshold.levels_shared) {
             continue;
         }
         const double offset = look_quantile(difference, levels, 0.5);

@@ -4,14 +4,13 @@
  * in all crossings is exp(-sum gap / d), at most. Crossings that a jump or the speed of the drive explains do not
  * count. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { AROUND = 3, MOST_GAPS = 32 };
-static const double least_of_stroke = 0.002, least_of_noise = 4.0, least_of_steps = 1.6, inside_part = 0.02;
-static const double least_ways = 3.0;
 
 /* Readings that are expected inside the gap. */
 static double expected_inside(const look_t *look, double low, double high) {
@@ -20,23 +19,24 @@ static double expected_inside(const look_t *look, double low, double high) {
     double expected = 0.0;
     for (size_t k = AROUND + 1; k + AROUND < look->recording->samples; k++) {
         const bool crosses = (y[k - 1] <= low && y[k] >= high) || (y[k - 1] >= high && y[k] <= low);
-        if (!crosses || look->prediction.quiet[k] == 0 || 2.0 * gain * fabs(u[k] - u[k - 1]) > gap) {
+        if (!crosses || look->prediction.quiet[k] == 0 || threshold.drive_makes * gain * fabs(u[k] - u[k - 1]) > gap) {
             continue;
         }
         double way = fmax(fabs(y[k] - y[k - 1]) - gap, 0.0);
         for (size_t j = 1; j <= AROUND; j++) {
             way = fmax(way, fmax(fabs(y[k + j] - y[k + j - 1]), fabs(y[k - j] - y[k - j - 1])));
         }
-        expected += gap > least_ways * way ? gap / fmax(way, 1e-3 * gap) : 0.0;
+        expected += gap > threshold.gap_in_ways * way ? gap / fmax(way, 1e-3 * gap) : 0.0;
     }
     return expected;
 }
 
 static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
-    const size_t samples = look->recording->samples, skipped = (size_t)(inside_part * (double)samples);
+    const size_t samples = look->recording->samples, skipped = (size_t)(threshold.gap_inside * (double)samples);
     const double stroke = look->map.stroke_um[1] - look->map.stroke_um[0];
-    const double least = fmax(least_of_stroke * stroke,
-                              fmax(least_of_noise * look->prediction.noise_um, least_of_steps * look->noise.step_um));
+    const double least =
+        fmax(threshold.gap_of_stroke * stroke,
+             fmax(threshold.edge_of_noise * look->prediction.noise_um, threshold.gap_in_steps * look->noise.step_um));
     double *sorted = allocate(samples, sizeof *sorted), *gap = allocate(MOST_GAPS, sizeof *gap), expected = 0.0;
     size_t gaps = 0, candidates = 0;
     memcpy(sorted, look->recording->column[COLUMN_DISPLACEMENT], samples * sizeof *sorted);
@@ -48,7 +48,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
         if (sorted[i + 1] - sorted[i] > least) {
             const double here = expected_inside(look, sorted[i], sorted[i + 1]);
             /* Each place between two readings could have been one. */
-            if (log10((double)samples) - here / log(10.0) < LOOK_LOG_CHANCE) {
+            if (log10((double)samples) - here / log(10.0) < look_log_chance_limit()) {
                 gap[gaps++] = sorted[i + 1] - sorted[i];
                 expected = fmax(expected, here);
             }

@@ -3,9 +3,8 @@
  * counts from a third of the position's noise on, times the gain; and only if the position does not follow it: then it
  * is no noise. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
-
-static const double least_part = 0.33, follows = 0.5;
 
 /* Slope of the position's second differences on the drive's where the drive rests. */
 static double follows_by(const look_t *look, size_t *used) {
@@ -29,8 +28,8 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
         const double noise_v = look->drive.noise_v, gain = fabs(look->map.gain_um_per_v);
         size_t used;
         const double slope = follows_by(look, &used);
-        if (!(noise_v > 0.0) || used < LOOK_LEAST_SAMPLES || slope > follows * gain ||
-            gain * noise_v < least_part * look->prediction.noise_um) {
+        if (!(noise_v > 0.0) || used < LOOK_LEAST_SAMPLES || slope > threshold.followed_noise * gain ||
+            gain * noise_v < threshold.noise_of_noisy_drive * look->prediction.noise_um) {
             continue;
         }
         /* Noise beyond the resolution: the ratio of variances has a relative error of sqrt(2 / n). */

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Single wrong readings: look/wrong.h. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
 #include <stdlib.h>
-
-enum { LEAST_TO_SHARE = 4 };
-static const double at_gaps = 1.5;
 
 /* The reading that most of them share, if half of them do. */
 static bool shared_reading(const double *y, const wrong_t *wrong, double *value) {
@@ -20,7 +18,7 @@ static bool shared_reading(const double *y, const wrong_t *wrong, double *value)
         same += read[i] == *value ? 1 : 0;
     }
     free(read);
-    return wrong->count >= LEAST_TO_SHARE && 2 * same > wrong->count;
+    return (double)wrong->count >= threshold.least_to_share && 2 * same > wrong->count;
 }
 
 /* Width of the ranges without readings that were found. */
@@ -37,7 +35,8 @@ static double gap_um(const fault_list_t *faults, size_t recording) {
 static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
     for (size_t i = 0; i < count; i++) {
         const wrong_t *wrong = &looks[i].wrong;
-        if (fault_found(faults, &fault_missing_codes, i) && wrong->largest_um < at_gaps * gap_um(faults, i)) {
+        if (fault_found(faults, &fault_missing_codes, i) &&
+            wrong->largest_um < threshold.beyond_gap * gap_um(faults, i)) {
             continue; /* readings that jump over a gap */
         }
         fault_t *fault = fault_add(faults, kind, i, wrong->scales, wrong->log_chance);

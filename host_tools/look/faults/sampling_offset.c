@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The position ahead of the drive. A position that lags may be physics (a delay, a low pass, hysteresis itself), so
  * only a lead is a fault. Its size is the lead against the reference's plays. The reference has to follow the
- * readings to three times the noise, and the lead has to be a fifth of a sample or more and four and a half standard
- * errors. The drive needs more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the
- * lag is not known to half a sample. */
+ * readings to a few times the noise, and the lead has to be a part of a sample and several standard errors. The drive
+ * needs more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the lag is not known
+ * to half a sample. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
-
-static const double least_lead = 0.2, least_lead_held = 0.7, near_noise = 6.0, least_errors = 4.5;
 
 static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
     for (size_t i = 0; i < count; i++) {
@@ -16,8 +15,9 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
         const bool held = look->drive.between == BETWEEN_HELD || look->drive.between == BETWEEN_UNKNOWN;
         const bool tone = look->drive.kind == DRIVE_SINE || look->drive.kind == DRIVE_RESTS;
         const double noise = fmax(look->prediction.noise_um, noise_known_um(&look->noise));
-        if (tone || look->changes.shifts > 0 || !(r->lag < -(held ? least_lead_held : least_lead)) ||
-            !(r->lag < -least_errors * r->lag_sigma) || !(r->plays_left_um < near_noise * noise)) {
+        if (tone || look->changes.shifts > 0 || !(r->lag < -(held ? threshold.lead_held : threshold.lead)) ||
+            !(r->lag < -threshold.lead_errors * r->lag_sigma) ||
+            !(r->plays_left_um < threshold.lead_near_noise * noise)) {
             continue;
         }
         fault_t *fault =

@@ -15,7 +15,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     for (size_t i = 0; i < count; i++) {
         const double value = y[runs[i].span.from];
         const bool at_end = value == look->map.stroke_um[0] || value == look->map.stroke_um[1];
-        if (!at_end && runs[i].log_chance < LOOK_LOG_CHANCE) {
+        if (!at_end && runs[i].log_chance < look_log_chance_limit()) {
             fault_span(&found, runs[i].span.from + 1, runs[i].span.to); /* its first reading was a good one */
             longest = span_length(runs[i].span) > longest ? span_length(runs[i].span) : longest;
             worst = fmin(worst, runs[i].log_chance);

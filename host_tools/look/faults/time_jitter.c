@@ -4,11 +4,11 @@
  * error 1 / sqrt(0.74 n) each). For physics that predicts badly where it is fast: the errors have to resemble each
  * other from sample to sample as white noise behind that prediction does. */
 #include "look/fault.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
-static const double least_ratio = 1.5, least_jitter = 0.02, least_of_step = 3.0, rounding = 0.29;
-static const double like_white = 0.15, robust_efficiency = 0.74, weights_wrong = 0.05;
+static const double rounding = 0.29, robust_efficiency = 0.74;
 
 /* Square sum of the prediction's weights, and what it makes of white noise from one sample to the next. */
 static double white_square(const prediction_t *p, double *next) {
@@ -54,7 +54,8 @@ static third_t third_of(const look_t *look, const double *speed, double from, do
     third.by_speed = third.count > 0 ? look_robust_deviation(ratio, third.count) : 0.0;
     for (size_t k = 0; k + 1 < p->samples; k++) {
         const bool both = p->quiet[k] != 0 && p->quiet[k + 1] != 0 && speed[k] >= from && speed[k] < to;
-        if (both && fabs(p->error[k]) < 5.0 * third.deviation && fabs(p->error[k + 1]) < 5.0 * third.deviation) {
+        if (both && fabs(p->error[k]) < threshold.left_out_beyond * third.deviation &&
+            fabs(p->error[k + 1]) < threshold.left_out_beyond * third.deviation) {
             product += p->error[k] * p->error[k + 1];
             square += 0.5 * (p->error[k] * p->error[k] + p->error[k + 1] * p->error[k + 1]);
         }
@@ -69,7 +70,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     const size_t samples = look->recording->samples;
     const look_span_t span = look->reference.span;
     double *speed = allocate(samples, sizeof *speed), next;
-    if (look->drive.kind == DRIVE_RESTS || span_length(span) < 300) {
+    if (look->drive.kind == DRIVE_RESTS || (double)span_length(span) < 3.0 * threshold.least_in_third) {
         free(speed);
         return;
     }
@@ -84,9 +85,10 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     const double square = white_square(&look->prediction, &next),
                  step = fmax(look->noise.step_um, look->noise.digit_um);
     free(speed);
-    const double floor_um = least_of_step * rounding * step * sqrt(square);
-    if (low.count < 100 || high.count < 100 || !(high.deviation > least_ratio * fmax(low.deviation, 1e-12)) ||
-        !(high.deviation > floor_um) || fabs(high.next - next) > like_white + 4.0 / sqrt((double)high.count)) {
+    const double floor_um = threshold.jitter_of_step * rounding * step * sqrt(square);
+    if ((double)low.count < threshold.least_in_third || (double)high.count < threshold.least_in_third ||
+        !(high.deviation > threshold.faster_is_worse * fmax(low.deviation, 1e-12)) || !(high.deviation > floor_um) ||
+        fabs(high.next - next) > threshold.like_white + threshold.edge_of_noise / sqrt((double)high.count)) {
         return;
     }
     const double relative =
@@ -94,14 +96,15 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     const double z = log(high.deviation / fmax(low.deviation, 0.1 * high.deviation)) / relative;
     const double still = low.deviation / high.speed; /* what is no jitter, or little of it */
     const double jitter = sqrt(fmax(0.0, high.by_speed * high.by_speed - still * still) / square);
-    if (!(jitter > least_jitter)) {
+    if (!(jitter > threshold.least_jitter)) {
         return;
     }
     fault_t *fault = fault_add(faults, kind, index, z, look_log_chance_normal(z, 1.0));
     if (fault != NULL) {
         const double rate_hz = look->recording->sample_rate_hz;
-        /* The prediction's weights are means over all speeds: they are wrong by a twentieth for the fastest. */
-        const double sigma = jitter * hypot(weights_wrong, 1.0 / sqrt(robust_efficiency * (double)high.count));
+        /* The prediction's weights are means over all speeds: they are wrong for the fastest. */
+        const double sigma =
+            jitter * hypot(threshold.weights_wrong, 1.0 / sqrt(robust_efficiency * (double)high.count));
         fault_number(fault, "rms_s", "s", jitter / rate_hz, sigma / rate_hz);
         fault_number(fault, "rms_samples", "1", jitter, sigma);
     }
