@@ -75,8 +75,7 @@ static void simulate_probe(void *context, size_t index) {
     probes_t *probes = context;
     const scan_t *scan = probes->probing->scan;
     model_t chain;
-    const size_t at =
-        candidate_insert(&chain, &scan->imitation->chain, probes->probing->block, probes->value[index]);
+    const size_t at = candidate_insert(&chain, &scan->imitation->chain, probes->probing->block, probes->value[index]);
     probes->there[index] = signature_of(scan, &chain, at, probes->room + index * scan->imitation->all);
     model_free(&chain);
 }

@@ -203,7 +203,7 @@ static void add_bends(const double *restrict q, double upper, double (*restrict 
     }
 }
 
-static void bends_together(const operator_t *operator, double *const *row) {
+static void bends_together(const operator_t *operator, double * const * row) {
     double sum[OPERATOR_DEGREES][OPERATOR_NODES][TOGETHER] = {0};
     for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
         double q[TOGETHER];
@@ -221,7 +221,7 @@ static void bends_together(const operator_t *operator, double *const *row) {
     }
 }
 
-void operator_bends(const operator_t *operator, double *row, size_t rows) {
+void operator_bends(const operator_t *operator, double * row, size_t rows) {
     double *shared[TOGETHER];
     for (size_t from = 0; from < rows; from += TOGETHER) {
         for (size_t l = 0; l < TOGETHER; l++) { /* the last one again, where there are no more */
@@ -279,9 +279,9 @@ void operator_row_but_bends(const operator_walk_t *walk, double level_v, double 
     }
 }
 
-void operator_fold(const operator_t *operator, const double *weight, operator_folded_t *folded) {
+void operator_fold(const operator_t *operator, const double * weight, operator_folded_t *folded) {
     const double *shared = weight + operator->recordings * PER_RECORDING;
-    *folded = (operator_folded_t){.operator = operator, .weight = weight};
+    *folded = (operator_folded_t){.operator= operator, .weight = weight };
     for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
         const double upper = operator->node_share[i];
         folded->scale[i] = bend_scale(operator, i);
@@ -329,7 +329,7 @@ double operator_value(const operator_folded_t *folded, const operator_walk_t *wa
     const operator_t *operator= walk->operator;
     const size_t own = walk->recording * PER_RECORDING, shared = operator->recordings * PER_RECORDING;
     operator_row_but_bends(walk, level_v, row);
-    return dot(row + own, folded->weight + own, PER_RECORDING) +
-           dot(row + shared, folded->weight + shared, PLAYS) + value_of_plays(folded, walk->play) +
+    return dot(row + own, folded->weight + own, PER_RECORDING) + dot(row + shared, folded->weight + shared, PLAYS) +
+           value_of_plays(folded, walk->play) +
            dot(row + shared + LEAKS, folded->weight + shared + LEAKS, operator->columns - shared - LEAKS);
 }

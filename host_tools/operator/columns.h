@@ -112,7 +112,7 @@ void operator_row(const operator_walk_t *walk, double level_v, double *row);
 /** The same without the bends (0), which operator_bends makes of the plays in it. Several rows at once cost less. */
 void operator_row_but_bends(const operator_walk_t *walk, double level_v, double *row);
 /** Completes rows that stand one after the other. */
-void operator_bends(const operator_t *operator, double *row, size_t rows);
+void operator_bends(const operator_t *operator, double * row, size_t rows);
 
 /** The operator's output: weights with those of each play and its bends folded into one polynomial of the play. */
 typedef struct {
@@ -122,7 +122,7 @@ typedef struct {
 } operator_folded_t;
 
 /** Of weights, one a column. All must outlive it. */
-void operator_fold(const operator_t *operator, const double *weight, operator_folded_t *folded);
+void operator_fold(const operator_t *operator, const double * weight, operator_folded_t *folded);
 /** The row times the weights, to rounding. row: room for one. */
 double operator_value(const operator_folded_t *folded, const operator_walk_t *walk, double level_v, double *row);
 

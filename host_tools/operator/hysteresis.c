@@ -10,13 +10,7 @@
 #include <string.h>
 
 /* The search for a law takes so many samples, evenly spread. */
-enum {
-    SEARCHED_SAMPLES = 6000,
-    LAW_LENGTHS = 7,
-    LAW_POWERS = 2,
-    LAW_STARTS = LAW_LENGTHS * LAW_POWERS,
-    LAW_STEPS = 8
-};
+enum { SEARCHED_SAMPLES = 6000, LAW_LENGTHS = 7, LAW_POWERS = 2, LAW_STARTS = LAW_LENGTHS * LAW_POWERS, LAW_STEPS = 8 };
 static const double shortest_law = 0.03, longest_law = 2.0;
 /* What a law has to be worth before it is fitted, and in the end, in natural units of evidence. */
 static const double law_worth = 10.0;
@@ -53,7 +47,7 @@ void hysteresis_bases_close(hysteresis_bases_t *bases) {
     *bases = (hysteresis_bases_t){0};
 }
 
-/* Of every `thin`-th used sample, as these were asked for before or anew in the place of the oldest. */
+/* Of every `thin`-th used sample: those that are there, or new ones in the place of the oldest. */
 static const hysteresis_base_t *base_of(const question_t *q, const hysteresis_t *h, size_t thin) {
     for (size_t i = 0; i < HYSTERESIS_BASES; i++) {
         const hysteresis_base_t *there = &q->bases->base[i];
@@ -65,17 +59,17 @@ static const hysteresis_base_t *base_of(const question_t *q, const hysteresis_t 
     operator_t without_law = h->operator;
     operator_drop_law(&without_law);
     const size_t n = without_law.columns;
-    const rows_asked_t asked = {.operator = & without_law,
-                                .paths = q->paths,
-                                .count = q->count,
-                                .turns = h->turns,
-                                .noise = &h->noise,
-                                .use = q->use,
-                                .thin = thin};
+    const rows_wanted_t wanted = {.operator= & without_law,
+                                  .paths = q->paths,
+                                  .count = q->count,
+                                  .turns = h->turns,
+                                  .noise = &h->noise,
+                                  .use = q->use,
+                                  .thin = thin};
     base_close(base);
     *base = (hysteresis_base_t){
         .turns = h->turns, .rho = h->noise.rho, .thin = thin, .gram = allocate(n * n, sizeof(double))};
-    kept_rows_open(&base->rows, &asked);
+    kept_rows_open(&base->rows, &wanted);
     cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, (int)n, (int)base->rows.rows, 1.0, base->rows.row, (int)n, 0.0,
                 base->gram, (int)n);
     return base;
@@ -89,7 +83,7 @@ static double *values_of(const question_t *q, const hysteresis_t *h, const hyste
 }
 
 static law_along_t along_of(const question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {
-    return (law_along_t){.operator = & h->operator,
+    return (law_along_t){.operator= & h->operator,
                          .paths = q->paths,
                          .count = q->count,
                          .turns = h->turns,
@@ -496,29 +490,29 @@ void hysteresis_left(const hysteresis_t *h, const operator_path_t *paths, size_t
     }
     free(memory);
     if (open != NULL) {
-        const rows_asked_t asked = {.operator = & h->operator,
-                                    .paths = paths,
-                                    .count = count,
-                                    .turns = h->turns,
-                                    .noise = &h->noise,
-                                    .use = use,
-                                    .unused = true,
-                                    .thin = 1};
-        rows_stream(&asked, take_open, &(open_job_t){.evidence = &h->evidence, .open = open});
+        const rows_wanted_t wanted = {.operator= & h->operator,
+                                      .paths = paths,
+                                      .count = count,
+                                      .turns = h->turns,
+                                      .noise = &h->noise,
+                                      .use = use,
+                                      .unused = true,
+                                      .thin = 1};
+        rows_stream(&wanted, take_open, &(open_job_t){.evidence = &h->evidence, .open = open});
     }
 }
 
 void hysteresis_rows_open(hysteresis_rows_t *rows, const hysteresis_t *h, const operator_path_t *paths, size_t count,
                           const unsigned char *use, size_t thin) {
-    const rows_asked_t asked = {.operator = & h->operator,
-                                .paths = paths,
-                                .count = count,
-                                .turns = h->turns,
-                                .noise = &h->noise,
-                                .use = use,
-                                .thin = thin};
+    const rows_wanted_t wanted = {.operator= & h->operator,
+                                  .paths = paths,
+                                  .count = count,
+                                  .turns = h->turns,
+                                  .noise = &h->noise,
+                                  .use = use,
+                                  .thin = thin};
     *rows = (hysteresis_rows_t){.hysteresis = h, .paths = paths, .count = count};
-    kept_rows_open(&rows->kept, &asked);
+    kept_rows_open(&rows->kept, &wanted);
 }
 
 void hysteresis_rows_close(hysteresis_rows_t *rows) {
@@ -538,8 +532,8 @@ void hysteresis_beyond(const hysteresis_rows_t *rows, size_t columns, const doub
     for (size_t i = 0; i < columns; i++) {
         kept_rows_whiten(&rows->kept, rows->paths, rows->count, &h->noise, column[i], white + i, columns);
     }
-    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)n, (int)columns, (int)rows->kept.rows, 1.0, rows->kept.row, (int)n,
-                white, (int)columns, 0.0, along, (int)columns);
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)n, (int)columns, (int)rows->kept.rows, 1.0,
+                rows->kept.row, (int)n, white, (int)columns, 0.0, along, (int)columns);
     cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)columns, (int)columns, (int)rows->kept.rows, 1.0, white,
                 (int)columns, white, (int)columns, 0.0, product, (int)columns);
     cblas_dtrsm(CblasRowMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, (int)n, (int)columns, 1.0,

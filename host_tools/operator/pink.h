@@ -31,7 +31,7 @@ void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, i
 /** Rows of a recording that are whitened at once, at most. */
 enum { PINK_ROWS = 32 };
 /**
- * Whitens rows that follow each other, and gives those asked for: white[i * columns] is row taken[i] (rising). The same
+ * Whitens rows that follow each other, and gives some of them: white[i * columns] is row taken[i] (rising). The same
  * numbers as by pink_row, to rounding, and less work where few are taken. memory: sections * columns values; first: the
  * rows begin a recording. White noise: needs none, and gives the rows as they are.
  */

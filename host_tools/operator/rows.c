@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rows of one recording that wait: all of them where the noise remembers, otherwise those that are asked for. */
+/* Rows of one recording that wait: all of them where the noise remembers, otherwise those that are wanted. */
 typedef struct {
-    const rows_asked_t *asked;
+    const rows_wanted_t *wanted;
     rows_taker_t *take;
     void *context;
-    size_t columns, waiting, count; /* count: of these, asked for */
+    size_t columns, waiting, count; /* count: of these, wanted */
     bool first;                     /* they begin a recording */
     double *row, *white, *memory;
     size_t taken[PINK_ROWS], sample[PINK_ROWS];
@@ -19,11 +19,11 @@ static void hand_on(waiting_t *w) {
     if (w->waiting == 0) {
         return;
     }
-    operator_bends(w->asked->operator, w->row, w->waiting);
+    operator_bends(w->wanted->operator, w->row, w->waiting);
     if (w->memory == NULL) {
         w->take(w->context, w->row, w->sample, w->count);
     } else {
-        pink_rows(w->asked->noise, w->memory, w->columns, w->row, w->waiting, w->first, w->taken, w->count, w->white);
+        pink_rows(w->wanted->noise, w->memory, w->columns, w->row, w->waiting, w->first, w->taken, w->count, w->white);
         if (w->count > 0) {
             w->take(w->context, w->white, w->sample, w->count);
         }
@@ -32,13 +32,13 @@ static void hand_on(waiting_t *w) {
     w->first = false;
 }
 
-static inline bool is_asked(const rows_asked_t *asked, size_t at) {
-    return (asked->use[at] == 0) == asked->unused;
+static inline bool is_wanted(const rows_wanted_t *wanted, size_t at) {
+    return (wanted->use[at] == 0) == wanted->unused;
 }
 
-void rows_stream(const rows_asked_t *asked, rows_taker_t *take, void *context) {
-    const size_t n = asked->operator->columns, sections = asked->noise->sections;
-    waiting_t w = {.asked = asked,
+void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context) {
+    const size_t n = wanted->operator->columns, sections = wanted->noise->sections;
+    waiting_t w = {.wanted = wanted,
                    .take = take,
                    .context = context,
                    .columns = n,
@@ -46,8 +46,8 @@ void rows_stream(const rows_asked_t *asked, rows_taker_t *take, void *context) {
                    .white = sections > 0 ? allocate(PINK_ROWS * n, sizeof(double)) : NULL,
                    .memory = sections > 0 ? allocate(sections * n, sizeof(double)) : NULL};
     size_t used = 0;
-    for (hike_t hike = hike_begin(asked->paths, asked->count, asked->turns); hike_on(&hike, asked->operator);) {
-        const bool taken = is_asked(asked, hike.at) && used++ % asked->thin == 0;
+    for (hike_t hike = hike_begin(wanted->paths, wanted->count, wanted->turns); hike_on(&hike, wanted->operator);) {
+        const bool taken = is_wanted(wanted, hike.at) && used++ % wanted->thin == 0;
         if (hike.k == 0) {
             hand_on(&w);
             w.first = true;
@@ -77,17 +77,17 @@ static void keep(void *context, double *row, const size_t *sample, size_t rows) 
     kept->rows += rows;
 }
 
-void kept_rows_open(kept_rows_t *kept, const rows_asked_t *asked) {
+void kept_rows_open(kept_rows_t *kept, const rows_wanted_t *wanted) {
     size_t used = 0;
-    for (size_t i = 0, at = 0; i < asked->count; i++) {
-        for (size_t k = 0; k < asked->paths[i].samples; k++, at++) {
-            used += is_asked(asked, at) ? 1 : 0;
+    for (size_t i = 0, at = 0; i < wanted->count; i++) {
+        for (size_t k = 0; k < wanted->paths[i].samples; k++, at++) {
+            used += is_wanted(wanted, at) ? 1 : 0;
         }
     }
-    const size_t most = (used + asked->thin - 1) / asked->thin;
-    *kept = (kept_rows_t){.columns = asked->operator->columns, .sample = allocate(most + 1, sizeof(size_t))};
+    const size_t most = (used + wanted->thin - 1) / wanted->thin;
+    *kept = (kept_rows_t){.columns = wanted->operator->columns, .sample = allocate(most + 1, sizeof(size_t))};
     kept->row = allocate(most * kept->columns + 1, sizeof(double));
-    rows_stream(asked, keep, kept);
+    rows_stream(wanted, keep, kept);
 }
 
 void kept_rows_close(kept_rows_t *kept) {

@@ -16,13 +16,13 @@ typedef struct {
     const unsigned char *use;
     bool unused; /**< of the samples with use[k] == 0, not of the others */
     size_t thin;
-} rows_asked_t;
+} rows_wanted_t;
 
 /** Rows that stand one after the other, at most PINK_ROWS; may be changed. sample: of each, of all paths. */
 typedef void rows_taker_t(void *context, double *row, const size_t *sample, size_t rows);
 
-/** Hands all that is asked for on, in order and some at a time. */
-void rows_stream(const rows_asked_t *asked, rows_taker_t *take, void *context);
+/** Hands all that are wanted on, in order and some at a time. */
+void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context);
 
 /** Rows that are kept. */
 typedef struct {
@@ -32,7 +32,7 @@ typedef struct {
 } kept_rows_t;
 
 /** To be freed. */
-void kept_rows_open(kept_rows_t *kept, const rows_asked_t *asked);
+void kept_rows_open(kept_rows_t *kept, const rows_wanted_t *wanted);
 void kept_rows_close(kept_rows_t *kept);
 
 /** Of a column over all samples as it stands: whitened, in these rows. value[row * stride]. */

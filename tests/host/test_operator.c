@@ -273,8 +273,9 @@ static void test_rows_together_are_the_rows_one_by_one(void) {
     operator_folded_t folded;
     operator_create(&operator, range_v, 2);
     const size_t n = operator.columns;
-    double *weight = allocate(n, sizeof(double)), *one = allocate(n, sizeof(double)), *room = allocate(n, sizeof(double)),
-           *rows = allocate(FEW_ROWS * n, sizeof(double)), level_v[FEW_ROWS], value[FEW_ROWS];
+    double *weight = allocate(n, sizeof(double)), *one = allocate(n, sizeof(double)),
+           *room = allocate(n, sizeof(double)), *rows = allocate(FEW_ROWS * n, sizeof(double)), level_v[FEW_ROWS],
+           value[FEW_ROWS];
     for (size_t j = 0; j < n; j++) {
         weight[j] = random_normal(&rng);
     }
