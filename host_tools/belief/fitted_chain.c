@@ -59,23 +59,25 @@ static void take_samples(fitted_chain_t *f, const samples_t *samples) {
 static bool fit_weights(fitted_chain_t *f, double *target_um) {
     failure_t ignored;
     imitation_t *imitation = &f->imitation;
+    hysteresis_bases_t bases = {0};
+    bool good = true;
     const int rounds = imitation->chain.blocks == 1 ? 1 : CHAIN_ROUNDS;
     memcpy(target_um, f->position_um, f->samples->all * sizeof(double));
-    for (int round = 0; round < rounds; round++) {
+    for (int round = 0; good && round < rounds; round++) {
         for (size_t k = 0; round > 0 && k < f->samples->all; k++) {
             target_um[k] = f->position_um[k] - imitation->simulated_um[k] + imitation->predicted_um[k];
         }
         hysteresis_free(&f->hysteresis);
-        if (!hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin, &f->hysteresis, &ignored) ||
-            !imitation_run(imitation, &f->hysteresis, &ignored)) {
-            return false;
-        }
+        good = hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin, &bases, &f->hysteresis,
+                              &ignored) &&
+               imitation_run(imitation, &f->hysteresis, &ignored);
     }
-    return true;
+    hysteresis_bases_close(&bases);
+    return good;
 }
 
 const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *f) {
-    if (f->rows.row == NULL) {
+    if (f->rows.kept.row == NULL) {
         hysteresis_rows_open(&f->rows, &f->hysteresis, f->imitation.paths, f->imitation.count, f->use, f->thin);
     }
     return &f->rows;

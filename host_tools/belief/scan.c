@@ -33,8 +33,8 @@ static bool signature_of(const scan_t *scan, const model_t *chain, size_t at, do
 
 static double square_of(const scan_t *scan, const double *column) {
     double square = 0.0;
-    for (size_t r = 0; r < scan->rows->rows; r++) {
-        square += gsl_pow_2(column[scan->rows->sample[r]]);
+    for (size_t r = 0; r < scan->rows->kept.rows; r++) {
+        square += gsl_pow_2(column[scan->rows->kept.sample[r]]);
     }
     return square / scan->rows->hysteresis->evidence.variance;
 }
@@ -64,28 +64,44 @@ static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMET
     probing->best.gain = most;
 }
 
+/* Signatures of some of a block's probes. */
+typedef struct {
+    probing_t *probing;
+    double value[AT_ONCE][BLOCK_MAX_PARAMETERS], *room;
+    bool there[AT_ONCE];
+} probes_t;
+
+static void simulate_probe(void *context, size_t index) {
+    probes_t *probes = context;
+    const scan_t *scan = probes->probing->scan;
+    model_t chain;
+    const size_t at = candidate_insert(&chain, &scan->imitation->chain, probes->probing->block, probes->value[index]);
+    probes->there[index] = signature_of(scan, &chain, at, probes->room + index * scan->imitation->all);
+    model_free(&chain);
+}
+
 /* Some of a block's probes from index on. Returns how many there were. */
 static size_t probe_some(probing_t *probing, size_t index, double *room) {
     const scan_t *scan = probing->scan;
-    const size_t all = scan->imitation->all;
-    double value[AT_ONCE][BLOCK_MAX_PARAMETERS], product[(AT_ONCE + 1) * (AT_ONCE + 1)];
+    probes_t probes = {.probing = probing, .room = room};
+    double product[(AT_ONCE + 1) * (AT_ONCE + 1)];
     const double *column[AT_ONCE + 1] = {scan->rows->hysteresis->position_um};
-    size_t some = 0, there = 0, width;
-    for (; some < AT_ONCE && candidate_probe(probing->block, scan->setting, index + some, value[there]); some++) {
-        model_t chain;
-        const size_t at = candidate_insert(&chain, &scan->imitation->chain, probing->block, value[there]);
-        if (signature_of(scan, &chain, at, room + there * all)) {
-            column[1 + there] = room + there * all;
-            there++;
-        }
-        model_free(&chain);
+    size_t some = 0, width = 1, of[AT_ONCE + 1];
+    while (some < AT_ONCE && candidate_probe(probing->block, scan->setting, index + some, probes.value[some])) {
+        some++;
     }
-    if (there > 0) {
-        width = there + 1;
+    parallel(some, simulate_probe, &probes);
+    for (size_t i = 0; i < some; i++) {
+        if (probes.there[i]) {
+            of[width] = i;
+            column[width++] = room + i * scan->imitation->all;
+        }
+    }
+    if (width > 1) {
         hysteresis_beyond(scan->rows, width, column, product);
         for (size_t i = 1; i < width; i++) {
             if (product[i * width + i] > least_beyond * square_of(scan, column[i])) {
-                keep_better(probing, value[i - 1], product[i], product[i * width + i]);
+                keep_better(probing, probes.value[of[i]], product[i], product[i * width + i]);
             }
         }
     }
@@ -158,7 +174,9 @@ static double cost_of(refinement_t *job) {
     return job->square - 2.0 * job->along;
 }
 
-static void derivative(const refinement_t *job, size_t i, double *column) {
+static void take_derivative(void *context, size_t i) {
+    const refinement_t *job = context;
+    double *column = job->column + (1 + i) * job->scan->imitation->all;
     const size_t all = job->scan->imitation->all;
     model_t nudged;
     const double by = searched_nudge(&job->searched, i, &job->suspect->chain, job->suspect->at, &nudged);
@@ -176,8 +194,8 @@ static bool linearise(void *context, double *cost) {
     const double *column[BLOCK_MAX_PARAMETERS + 2] = {job->scan->rows->hysteresis->position_um, job->column};
     double product[(BLOCK_MAX_PARAMETERS + 2) * (BLOCK_MAX_PARAMETERS + 2)];
     (void)cost;
+    parallel(n, take_derivative, job);
     for (size_t i = 0; i < n; i++) {
-        derivative(job, i, job->column + (1 + i) * all);
         column[2 + i] = job->column + (1 + i) * all;
     }
     hysteresis_beyond(job->scan->rows, width, column, product);

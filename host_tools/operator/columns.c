@@ -26,9 +26,6 @@ enum {
     SHARED = DRAWN + 2 * OPERATOR_DRAWN /* the law's are behind */
 };
 
-/* By how much a law's numbers differ in the tables next to it. */
-static const double law_step = 1e-4;
-
 /* Every second leak, from the second on, has products. */
 static size_t multiplied(size_t index) {
     return 2 + 2 * index;
@@ -73,7 +70,7 @@ void operator_set_law(operator_t *operator, const duhem_law_t * law) {
     duhem_tabulate(law, &operator->table[0]);
     for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
         duhem_law_t next = *law;
-        next.number[i] += law_step;
+        next.number[i] += operator_law_step;
         duhem_tabulate(&next, &operator->table[1 + i]);
     }
 }
@@ -100,22 +97,21 @@ operator_group_t operator_group(const operator_t *operator, size_t column) {
                                                : GROUP_LAW_NUMBERS;
 }
 
-static double normal(const operator_t *operator, double drive_v) {
-    return (drive_v - operator->middle_v) / operator->half_v;
-}
-
 void operator_begin(operator_walk_t *walk, const operator_t *operator, size_t recording, double first_v,
                     const double range_v[2]) {
     memset(walk, 0, sizeof *walk);
     walk->operator= operator;
     walk->recording = recording;
-    walk->u = walk->highest = walk->lowest = normal(operator, first_v);
+    walk->u = walk->highest = walk->lowest = operator_level(operator, first_v);
     for (int i = 0; i < 2; i++) {
-        walk->range[i] = normal(operator, range_v[i]);
+        walk->range[i] = operator_level(operator, range_v[i]);
     }
     for (size_t i = 0; i < OPERATOR_PLAYS; i++) { /* demagnetised in the middle */
         const double r = operator->threshold[i];
         walk->play[i] = fmax(walk->u - r, fmin(walk->u + r, 0.0));
+    }
+    for (size_t i = 0; i < OPERATOR_LEAKS; i++) {
+        walk->faded[i] = 1.0;
     }
     for (size_t i = 0; operator->has_law && i <= DUHEM_NUMBERS; i++) {
         duhem_begin(&operator->table[i], &walk->law[i]);
@@ -124,7 +120,7 @@ void operator_begin(operator_walk_t *walk, const operator_t *operator, size_t re
 
 void operator_move(operator_walk_t *walk, double drive_v) {
     const operator_t *operator= walk->operator;
-    const double u = normal(operator, drive_v), du = u - walk->u, way = fabs(du);
+    const double u = operator_level(operator, drive_v), du = u - walk->u, way = fabs(du);
     if (way == 0.0) {
         return;
     }
@@ -140,6 +136,7 @@ void operator_move(operator_walk_t *walk, double drive_v) {
         const double end = sign / operator->rate[i];
         kept[i] = exp(-way * operator->rate[i]);
         walk->leak[i] = end + (walk->leak[i] - end) * kept[i];
+        walk->faded[i] *= kept[i];
     }
     for (size_t i = 0; i < OPERATOR_DRAWN; i++) { /* times 1 / L; the exact solution for a straight way */
         const double length = 1.0 / operator->rate[2 * i + 1];
@@ -154,7 +151,6 @@ void operator_move(operator_walk_t *walk, double drive_v) {
         duhem_move(&operator->table[i], &walk->law[i], du);
     }
     walk->u = u;
-    walk->path += way;
     walk->highest = fmax(walk->highest, u);
     walk->lowest = fmin(walk->lowest, u);
 }
@@ -163,7 +159,8 @@ void operator_move(operator_walk_t *walk, double drive_v) {
 static void hats(double part, size_t nodes, double *row) {
     const double at = part * (double)nodes;
     for (size_t i = 0; i < nodes; i++) {
-        row[i] = fmax(0.0, 1.0 - fabs(at - (double)(i + 1)));
+        const double hat = 1.0 - fabs(at - (double)(i + 1));
+        row[i] = hat > 0.0 ? hat : 0.0;
     }
 }
 
@@ -172,35 +169,66 @@ static double reached(double from, double now, double to) {
 }
 
 static void past_of(const operator_walk_t *walk, double *row) {
-    const operator_t *operator= walk->operator;
     /* highest - lowest grows from 0: each is measured from where the recording began, which is highest - what it has
      * risen. */
     hats(reached(walk->range[0], walk->lowest, walk->range[1]), OPERATOR_EXTREMES, row);
     hats(reached(walk->range[0], walk->highest, walk->range[1]), OPERATOR_EXTREMES, row + OPERATOR_EXTREMES);
-    for (size_t i = 0; i < OPERATOR_LEAKS; i++) {
-        row[2 * OPERATOR_EXTREMES + i] = exp(-walk->path * operator->rate[i]);
+    memcpy(row + 2 * OPERATOR_EXTREMES, walk->faded, sizeof walk->faded);
+}
+
+/* Rows whose bends are made together: each play's polynomials of all of them at once. */
+enum { TOGETHER = 8 };
+
+/* What the bends are polynomials of, in parts of the play. */
+static double bend_scale(const operator_t *operator, size_t play) {
+    return 1.0 / (1.0 - operator->threshold[play] + 0.05);
+}
+
+/* Of one play's polynomials, what the two nodes beside its threshold have. */
+static void add_bends(const double *restrict q, double upper, double (*restrict below)[OPERATOR_NODES][TOGETHER]) {
+    double now[TOGETHER], before[TOGETHER];
+    for (size_t l = 0; l < TOGETHER; l++) {
+        before[l] = 1.0;
+        now[l] = q[l];
+    }
+    for (size_t degree = 0; degree < OPERATOR_DEGREES; degree++) {
+        double *restrict low = below[degree][0], *restrict high = below[degree][1];
+        for (size_t l = 0; l < TOGETHER; l++) {
+            const double next = 2.0 * q[l] * now[l] - before[l], part = upper * next;
+            before[l] = now[l];
+            now[l] = next;
+            low[l] += next - part;
+            high[l] += part;
+        }
     }
 }
 
-static void bends_of(const operator_walk_t *walk, double *row) {
-    const operator_t *operator= walk->operator;
-    double q[OPERATOR_PLAYS], now[OPERATOR_PLAYS], before[OPERATOR_PLAYS];
+static void bends_together(const operator_t *operator, double * const * row) {
+    double sum[OPERATOR_DEGREES][OPERATOR_NODES][TOGETHER] = {0};
     for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
-        q[i] = walk->play[i] / (1.0 - operator->threshold[i] + 0.05);
-        before[i] = 1.0;
-        now[i] = q[i];
+        double q[TOGETHER];
+        const double scale = bend_scale(operator, i);
+        for (size_t l = 0; l < TOGETHER; l++) {
+            q[l] = row[l][PLAYS + i] * scale;
+        }
+        add_bends(q, operator->node_share[i],
+                  (double(*)[OPERATOR_NODES][TOGETHER]) & sum[0][operator->node[i]]);
     }
-    for (size_t degree = 0; degree < OPERATOR_DEGREES; degree++, row += OPERATOR_NODES) {
-        for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
-            const double next = 2.0 * q[i] * now[i] - before[i];
-            before[i] = now[i];
-            now[i] = next;
+    for (size_t l = 0; l < TOGETHER; l++) {
+        for (size_t i = 0; i < OPERATOR_DEGREES * OPERATOR_NODES; i++) {
+            row[l][BENDS + i] = sum[i / OPERATOR_NODES][i % OPERATOR_NODES][l];
         }
-        for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
-            const double upper = operator->node_share[i] * now[i];
-            row[operator->node[i]] += now[i] - upper;
-            row[operator->node[i] + 1] += upper;
+    }
+}
+
+void operator_bends(const operator_t *operator, double * row, size_t rows) {
+    double *shared[TOGETHER];
+    for (size_t from = 0; from < rows; from += TOGETHER) {
+        for (size_t l = 0; l < TOGETHER; l++) { /* the last one again, where there are no more */
+            const size_t r = from + l < rows ? from + l : rows - 1;
+            shared[l] = row + r * operator->columns + operator->recordings * PER_RECORDING;
         }
+        bends_together(operator, shared);
     }
 }
 
@@ -212,17 +240,22 @@ static void law_of(const operator_walk_t *walk, double *row) {
     row[2] = h * h;
     row[3] = h * h * h;
     for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
-        row[4 + i] = (duhem_value(&table[1 + i], &walk->law[1 + i]) - h) / law_step;
+        row[4 + i] = (duhem_value(&table[1 + i], &walk->law[1 + i]) - h) / operator_law_step;
     }
 }
 
 void operator_row(const operator_walk_t *walk, double level_v, double *row) {
+    operator_row_but_bends(walk, level_v, row);
+    operator_bends(walk->operator, row, 1);
+}
+
+void operator_row_but_bends(const operator_walk_t *walk, double level_v, double *row) {
     const operator_t *operator= walk->operator;
     memset(row, 0, operator->columns * sizeof * row);
     double *mine = row + walk->recording * PER_RECORDING, *shared = row + operator->recordings * PER_RECORDING;
     mine[0] = 1.0;
     past_of(walk, mine + 1);
-    const double u = normal(operator, level_v);
+    const double u = operator_level(operator, level_v);
     double before = 1.0, now = u;
     shared[LINE] = u;
     for (size_t i = 0; i < OPERATOR_CURVES; i++) {
@@ -231,7 +264,6 @@ void operator_row(const operator_walk_t *walk, double level_v, double *row) {
         shared[CURVE + i] = now = next;
     }
     memcpy(shared + PLAYS, walk->play, sizeof walk->play);
-    bends_of(walk, shared + BENDS);
     memcpy(shared + LEAKS, walk->leak, sizeof walk->leak);
     for (size_t i = 0; i < OPERATOR_MULTIPLIED; i++) {
         const double z = walk->leak[multiplied(i)] * operator->rate[multiplied(i)];
@@ -245,4 +277,59 @@ void operator_row(const operator_walk_t *walk, double level_v, double *row) {
     if (operator->has_law) {
         law_of(walk, shared + SHARED);
     }
+}
+
+void operator_fold(const operator_t *operator, const double * weight, operator_folded_t *folded) {
+    const double *shared = weight + operator->recordings * PER_RECORDING;
+    *folded = (operator_folded_t){.operator= operator, .weight = weight };
+    for (size_t i = 0; i < OPERATOR_PLAYS; i++) {
+        const double upper = operator->node_share[i];
+        folded->scale[i] = bend_scale(operator, i);
+        folded->bend[0][i] = shared[PLAYS + i] / folded->scale[i];
+        for (size_t d = 0; d < OPERATOR_DEGREES; d++) {
+            const double *node = shared + BENDS + d * OPERATOR_NODES + operator->node[i];
+            folded->bend[1 + d][i] = (1.0 - upper) * node[0] + upper * node[1];
+        }
+    }
+}
+
+/* Of all plays and their bends: Clenshaw's sum of Chebyshev polynomials. */
+static double value_of_plays(const operator_folded_t *folded, const double *restrict play) {
+    double sum[TOGETHER] = {0.0};
+    for (size_t i = 0; i < OPERATOR_PLAYS; i += TOGETHER) {
+        double q[TOGETHER], now[TOGETHER], before[TOGETHER];
+        for (size_t l = 0; l < TOGETHER; l++) {
+            q[l] = play[i + l] * folded->scale[i + l];
+            before[l] = 0.0;
+            now[l] = folded->bend[OPERATOR_DEGREES][i + l];
+        }
+        for (size_t d = OPERATOR_DEGREES; d-- > 0;) {
+            for (size_t l = 0; l < TOGETHER; l++) {
+                const double next = 2.0 * q[l] * now[l] - before[l] + folded->bend[d][i + l];
+                before[l] = now[l];
+                now[l] = next;
+            }
+        }
+        for (size_t l = 0; l < TOGETHER; l++) {
+            sum[l] += q[l] * now[l] - before[l];
+        }
+    }
+    return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
+static double dot(const double *restrict one, const double *restrict other, size_t count) {
+    double sum = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        sum += one[i] * other[i];
+    }
+    return sum;
+}
+
+double operator_value(const operator_folded_t *folded, const operator_walk_t *walk, double level_v, double *row) {
+    const operator_t *operator= walk->operator;
+    const size_t own = walk->recording * PER_RECORDING, shared = operator->recordings * PER_RECORDING;
+    operator_row_but_bends(walk, level_v, row);
+    return dot(row + own, folded->weight + own, PER_RECORDING) + dot(row + shared, folded->weight + shared, PLAYS) +
+           value_of_plays(folded, walk->play) +
+           dot(row + shared + LEAKS, folded->weight + shared + LEAKS, operator->columns - shared - LEAKS);
 }

@@ -81,6 +81,12 @@ void operator_set_law(operator_t *operator, const duhem_law_t * law);
 void operator_drop_law(operator_t *operator);
 /** The first of the law's columns, which are the last ones: h, h u, h^2, h^3, and by each of its numbers. */
 size_t operator_law_column(const operator_t *operator);
+/** By how much a law's numbers differ in the tables next to it. */
+static const double operator_law_step = 1e-4;
+/** A drive as the operator measures it, u. */
+static inline double operator_level(const operator_t *operator, double drive_v) {
+    return (drive_v - operator->middle_v) / operator->half_v;
+}
 /** Of a column: which prior variance its weight shares. */
 operator_group_t operator_group(const operator_t *operator, size_t column);
 
@@ -88,9 +94,10 @@ operator_group_t operator_group(const operator_t *operator, size_t column);
 typedef struct {
     const operator_t *operator;
     size_t recording;
-    double u, path, highest, lowest; /**< so far */
-    double range[2];                 /**< that the recording will reach */
+    double u, highest, lowest; /**< so far */
+    double range[2];           /**< that the recording will reach */
     double play[OPERATOR_PLAYS], leak[OPERATOR_LEAKS], drawn[2][OPERATOR_DRAWN];
+    double faded[OPERATOR_LEAKS]; /**< exp(-path / L) */
     duhem_state_t law[1 + DUHEM_NUMBERS];
 } operator_walk_t;
 
@@ -102,5 +109,21 @@ void operator_move(operator_walk_t *walk, double drive_v);
 /** The columns here: row has operator->columns elements. level_v: what the curve sees, the drive itself unless the
  * loops are widened (signal_t.slack_v). */
 void operator_row(const operator_walk_t *walk, double level_v, double *row);
+/** The same without the bends (0), which operator_bends makes of the plays in it. Several rows at once cost less. */
+void operator_row_but_bends(const operator_walk_t *walk, double level_v, double *row);
+/** Completes rows that stand one after the other. */
+void operator_bends(const operator_t *operator, double * row, size_t rows);
+
+/** The operator's output: weights with those of each play and its bends folded into one polynomial of the play. */
+typedef struct {
+    const operator_t *operator;
+    const double *weight;
+    double scale[OPERATOR_PLAYS], bend[1 + OPERATOR_DEGREES][OPERATOR_PLAYS];
+} operator_folded_t;
+
+/** Of weights, one a column. All must outlive it. */
+void operator_fold(const operator_t *operator, const double * weight, operator_folded_t *folded);
+/** The row times the weights, to rounding. row: room for one. */
+double operator_value(const operator_folded_t *folded, const operator_walk_t *walk, double level_v, double *row);
 
 #endif

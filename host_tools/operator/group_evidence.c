@@ -44,12 +44,9 @@ static void solve(const normal_equations_t *equations, group_evidence_t *e) {
 /* Diagonal of the inverse of L L': the squares of the columns of L^-1. */
 static void inverse_diagonal(const group_evidence_t *e, double *inverse, double *diagonal) {
     const size_t n = e->columns;
-    memset(inverse, 0, n * n * sizeof(double));
-    for (size_t j = 0; j < n; j++) {
-        inverse[j * n + j] = 1.0;
-    }
-    cblas_dtrsm(CblasRowMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, (int)n, (int)n, 1.0, e->factor,
-                (int)n, inverse, (int)n);
+    memcpy(inverse, e->factor, n * n * sizeof(double));
+    gsl_matrix_view matrix = gsl_matrix_view_array(inverse, n, n);
+    gsl_linalg_tri_invert(CblasLower, CblasNonUnit, &matrix.matrix);
     memset(diagonal, 0, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j <= i; j++) {

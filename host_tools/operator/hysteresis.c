@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "numerics/gauss_newton.h"
+#include "operator/law_rows.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
@@ -10,14 +11,7 @@
 #include <string.h>
 
 /* The search for a law takes so many samples, evenly spread. */
-enum {
-    OPEN_AT_ONCE = 128,
-    SEARCHED_SAMPLES = 6000,
-    LAW_LENGTHS = 7,
-    LAW_POWERS = 2,
-    LAW_STARTS = LAW_LENGTHS * LAW_POWERS,
-    LAW_STEPS = 8
-};
+enum { SEARCHED_SAMPLES = 6000, LAW_LENGTHS = 7, LAW_POWERS = 2, LAW_STARTS = LAW_LENGTHS * LAW_POWERS, LAW_STEPS = 8 };
 static const double shortest_law = 0.03, longest_law = 2.0;
 /* The numbers of a law move by no more than this in a step. A step that is worth less, in natural units, is the last.
  */
@@ -34,28 +28,105 @@ typedef struct {
     double *position_um; /* less its mean; outliers are pulled in */
     const unsigned char *use;
     size_t used;
+    hysteresis_bases_t *bases;
 } question_t;
+
+static void base_close(hysteresis_base_t *base) {
+    kept_rows_close(&base->rows);
+    free(base->gram);
+    base->gram = NULL;
+}
+
+void hysteresis_bases_close(hysteresis_bases_t *bases) {
+    for (size_t i = 0; i < HYSTERESIS_BASES; i++) {
+        base_close(&bases->base[i]);
+    }
+    *bases = (hysteresis_bases_t){0};
+}
+
+/* Of every `thin`-th used sample: those that are there, or new ones in the place of the oldest. */
+static const hysteresis_base_t *base_of(const question_t *q, const hysteresis_t *h, size_t thin) {
+    for (size_t i = 0; i < HYSTERESIS_BASES; i++) {
+        const hysteresis_base_t *there = &q->bases->base[i];
+        if (there->gram != NULL && there->turns == h->turns && there->rho == h->noise.rho && there->thin == thin) {
+            return there;
+        }
+    }
+    hysteresis_base_t *base = &q->bases->base[q->bases->made++ % HYSTERESIS_BASES];
+    operator_t without_law = h->operator;
+    operator_drop_law(&without_law);
+    const size_t n = without_law.columns;
+    const rows_wanted_t wanted = {.operator= & without_law,
+                                  .paths = q->paths,
+                                  .count = q->count,
+                                  .turns = h->turns,
+                                  .noise = &h->noise,
+                                  .use = q->use,
+                                  .thin = thin};
+    base_close(base);
+    *base = (hysteresis_base_t){
+        .turns = h->turns, .rho = h->noise.rho, .thin = thin, .gram = allocate(n * n, sizeof(double))};
+    kept_rows_open(&base->rows, &wanted);
+    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, (int)n, (int)base->rows.rows, 1.0, base->rows.row, (int)n, 0.0,
+                base->gram, (int)n);
+    return base;
+}
+
+/* The position, whitened, in the base's rows. */
+static double *values_of(const question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {
+    double *value = allocate(base->rows.rows + 1, sizeof(double));
+    kept_rows_whiten(&base->rows, q->paths, q->count, &h->noise, q->position_um, value, 1);
+    return value;
+}
+
+static law_along_t along_of(const question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {
+    return (law_along_t){.operator= & h->operator,
+                         .paths = q->paths,
+                         .count = q->count,
+                         .turns = h->turns,
+                         .noise = &h->noise,
+                         .kept = &base->rows};
+}
+
+/* The columns of the law, behind the others: what they have in common with these, with themselves and the values. */
+static void add_law(const question_t *q, const hysteresis_t *h, const hysteresis_base_t *base, const double *value,
+                    normal_equations_t *equations) {
+    const size_t n = equations->unknowns, before = base->rows.columns;
+    const int all = (int)n, rows = (int)base->rows.rows, others = (int)before, law = OPERATOR_LAW;
+    double *row = allocate(base->rows.rows * OPERATOR_LAW + 1, sizeof(double)), *last = equations->gram + before * n;
+    const law_along_t along = along_of(q, h, base);
+    law_rows(&along, row);
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, law, others, rows, 1.0, row, law, base->rows.row, others, 0.0,
+                last, all);
+    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, law, rows, 1.0, row, law, 0.0, last + before, all);
+    cblas_dgemv(CblasRowMajor, CblasTrans, rows, law, 1.0, row, law, value, 1, 0.0, equations->moment + before, 1);
+    free(row);
+}
 
 /* The whitened equations of every `thin`-th used sample. */
 static void equations_of(const question_t *q, const hysteresis_t *h, size_t thin, normal_equations_t *equations) {
     const size_t n = h->operator.columns;
-    double *row = allocate(n + 1, sizeof(double)), *memory = pink_memory(&h->noise, n + 1);
-    size_t used = 0;
+    const hysteresis_base_t *base = base_of(q, h, thin);
+    const size_t before = base->rows.columns;
+    const int rows = (int)base->rows.rows, others = (int)before;
+    double *value = values_of(q, h, base);
     normal_equations_create(equations, n);
-    for (hike_t hike = hike_begin(q->paths, q->count, h->turns); hike_on(&hike, &h->operator);) {
-        const bool taken = q->use[hike.at] != 0 && used++ % thin == 0;
-        if (taken || memory != NULL) {
-            operator_row(&hike.walk, hike_level(&hike), row);
-            row[n] = q->position_um[hike.at];
-            pink_row(&h->noise, memory, n + 1, row, hike.k == 0);
-        }
-        if (taken) {
-            normal_equations_add(equations, row, row[n]);
+    for (size_t i = 0; i < before; i++) {
+        memcpy(equations->gram + i * n, base->gram + i * before, (i + 1) * sizeof(double));
+    }
+    cblas_dgemv(CblasRowMajor, CblasTrans, rows, others, 1.0, base->rows.row, others, value, 1, 0.0, equations->moment,
+                1);
+    if (n > before) {
+        add_law(q, h, base, value, equations);
+    }
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < i; j++) {
+            equations->gram[j * n + i] = equations->gram[i * n + j];
         }
     }
-    normal_equations_finish(equations);
-    free(row);
-    free(memory);
+    equations->power = cblas_ddot(rows, value, 1, value, 1);
+    equations->rows = base->rows.rows;
+    free(value);
 }
 
 /* Whether a law takes a group's place: the search for one goes without it, for a leak is a law, and many of them are
@@ -90,65 +161,40 @@ static bool fit_weights(const question_t *q, size_t thin, bool leaks, hysteresis
 
 /* The gain in evidence of one law's h, as a signature beyond the operator without a law. */
 typedef struct {
-    const question_t *question;
     const hysteresis_t *h;
-    size_t thin;
+    const hysteresis_base_t *base;
+    law_along_t along;
+    double *left; /* of the values, by the operator without a law */
     duhem_law_t law[LAW_STARTS];
     double gain[LAW_STARTS];
 } law_scan_t;
 
 static void scan_law(void *context, size_t index) {
     law_scan_t *scan = context;
-    const question_t *q = scan->question;
     const hysteresis_t *h = scan->h;
-    const size_t n = h->operator.columns;
+    const int n = (int)h->operator.columns, rows = (int)scan->base->rows.rows;
     duhem_table_t *table = allocate(1, sizeof *table);
-    double *row = allocate(n + 2, sizeof(double)), *products = allocate(n, sizeof(double)), square = 0.0, along = 0.0;
-    double *memory = pink_memory(&h->noise, n + 2);
-    size_t used = 0;
-    duhem_state_t state;
-    double before = 0.0;
+    double *value = allocate(scan->base->rows.rows + 1, sizeof(double)),
+           *products = allocate(h->operator.columns, sizeof(double));
     duhem_tabulate(&scan->law[index], table);
-    for (hike_t hike = hike_begin(q->paths, q->count, h->turns); hike_on(&hike, &h->operator);) {
-        const operator_path_t *path = &q->paths[hike.path];
-        if (hike.k == 0) {
-            duhem_begin(table, &state);
-        } else if (h->turns && !isnan(path->way_v[hike.k])) {
-            const double way = (path->way_v[hike.k] - h->operator.middle_v) / h->operator.half_v;
-            duhem_move(table, &state, way - before);
-            before = way;
-        }
-        if (hike.k > 0 && hike.walk.u != before) {
-            duhem_move(table, &state, hike.walk.u - before);
-        }
-        before = hike.walk.u;
-        const bool taken = q->use[hike.at] != 0 && used++ % scan->thin == 0;
-        if (!taken && memory == NULL) {
-            continue;
-        }
-        operator_row(&hike.walk, hike_level(&hike), row);
-        row[n] = q->position_um[hike.at];
-        row[n + 1] = duhem_value(table, &state);
-        pink_row(&h->noise, memory, n + 2, row, hike.k == 0);
-        if (taken) {
-            const double left = row[n] - cblas_ddot((int)n, row, 1, h->evidence.weight, 1);
-            cblas_daxpy((int)n, row[n + 1], row, 1, products, 1);
-            square += row[n + 1] * row[n + 1];
-            along += row[n + 1] * left;
-        }
-    }
-    cblas_dtrsv(CblasRowMajor, CblasLower, CblasNoTrans, CblasNonUnit, (int)n, h->evidence.factor, (int)n, products, 1);
-    const double beyond = square - cblas_ddot((int)n, products, 1, products, 1);
+    law_rows_of(&scan->along, table, value);
+    cblas_dgemv(CblasRowMajor, CblasTrans, rows, n, 1.0, scan->base->rows.row, n, value, 1, 0.0, products, 1);
+    const double square = cblas_ddot(rows, value, 1, value, 1), along = cblas_ddot(rows, value, 1, scan->left, 1);
+    cblas_dtrsv(CblasRowMajor, CblasLower, CblasNoTrans, CblasNonUnit, n, h->evidence.factor, n, products, 1);
+    const double beyond = square - cblas_ddot(n, products, 1, products, 1);
     scan->gain[index] = beyond > 1e-9 * square ? along * along / (2.0 * beyond * h->evidence.variance) : 0.0;
-    free(row);
+    free(value);
     free(products);
     free(table);
-    free(memory);
 }
 
 static bool best_start(const question_t *q, const hysteresis_t *h, size_t thin, duhem_law_t *law) {
-    law_scan_t scan = {.question = q, .h = h, .thin = thin};
+    const hysteresis_base_t *base = base_of(q, h, thin);
+    const int n = (int)h->operator.columns;
+    law_scan_t scan = {.h = h, .base = base, .along = along_of(q, h, base), .left = values_of(q, h, base)};
     size_t best = 0;
+    cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)base->rows.rows, n, -1.0, base->rows.row, n, h->evidence.weight, 1,
+                1.0, scan.left, 1);
     for (size_t i = 0; i < LAW_STARTS; i++) {
         const double part = (double)(i % LAW_LENGTHS) / (LAW_LENGTHS - 1);
         scan.law[i].number[0] = log(shortest_law * pow(longest_law / shortest_law, part));
@@ -156,6 +202,7 @@ static bool best_start(const question_t *q, const hysteresis_t *h, size_t thin, 
         scan.law[i].number[1] = (double)power;
     }
     parallel(LAW_STARTS, scan_law, &scan);
+    free(scan.left);
     for (size_t i = 1; i < LAW_STARTS; i++) {
         best = scan.gain[i] > scan.gain[best] ? i : best;
     }
@@ -352,8 +399,8 @@ static bool fit_all(question_t *q, size_t thin, hysteresis_t *h, failure_t *fail
 }
 
 bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *position_um, const unsigned char *use,
-                    size_t thin, hysteresis_t *h, failure_t *failure) {
-    question_t q = {.paths = paths, .count = count, .use = use};
+                    size_t thin, hysteresis_bases_t *bases, hysteresis_t *h, failure_t *failure) {
+    question_t q = {.paths = paths, .count = count, .use = use, .bases = bases};
     double range[2] = {paths[0].range_v[0], paths[0].range_v[1]}, sum = 0.0;
     size_t at = 0;
     memset(h, 0, sizeof *h);
@@ -396,112 +443,78 @@ void hysteresis_free(hysteresis_t *h) {
 }
 
 void hysteresis_predict(const hysteresis_t *h, const operator_path_t *paths, size_t count, double *position_um) {
-    const size_t n = h->operator.columns;
-    double *row = allocate(n, sizeof(double));
+    double *row = allocate(h->operator.columns, sizeof(double)), value = 0.0, level_v = NAN, u = NAN;
+    operator_folded_t folded;
+    operator_fold(&h->operator, h->evidence.weight, &folded);
     for (hike_t hike = hike_begin(paths, count, h->turns); hike_on(&hike, &h->operator);) {
-        operator_row(&hike.walk, hike_level(&hike), row);
-        position_um[hike.at] = h->middle_um + cblas_ddot((int)n, row, 1, h->evidence.weight, 1);
+        const bool moved = hike.k == 0 || hike.walk.u != u || hike_level(&hike) != level_v || hike_turned(&hike);
+        if (moved) {
+            u = hike.walk.u;
+            level_v = hike_level(&hike);
+            value = h->middle_um + operator_value(&folded, &hike.walk, level_v, row);
+        }
+        position_um[hike.at] = value;
     }
     free(row);
 }
 
-/* Rows that wait for their share of what is open. */
 typedef struct {
     const group_evidence_t *evidence;
-    size_t waiting, sample[OPEN_AT_ONCE];
-    double *row, part[OPEN_AT_ONCE], *open;
-} open_queue_t;
+    double *open;
+} open_job_t;
 
-static void open_take(open_queue_t *queue) {
-    if (queue->waiting > 0) {
-        group_evidence_open(queue->evidence, queue->row, queue->waiting, queue->part);
+static void take_open(void *context, double *row, const size_t *sample, size_t rows) {
+    const open_job_t *job = context;
+    double part[PINK_ROWS];
+    group_evidence_open(job->evidence, row, rows, part);
+    for (size_t i = 0; i < rows; i++) {
+        job->open[sample[i]] = part[i];
     }
-    for (size_t i = 0; i < queue->waiting; i++) {
-        queue->open[queue->sample[i]] = queue->part[i];
-    }
-    queue->waiting = 0;
 }
 
 void hysteresis_left(const hysteresis_t *h, const operator_path_t *paths, size_t count, const double *position_um,
                      const unsigned char *use, double *left, double *open) {
-    const size_t n = h->operator.columns;
-    double *row = allocate(n + 1, sizeof(double)), *memory = pink_memory(&h->noise, n + 1);
-    open_queue_t queue = {.evidence = &h->evidence, .open = open, .row = allocate(OPEN_AT_ONCE * n, sizeof(double))};
-    for (hike_t hike = hike_begin(paths, count, h->turns); hike_on(&hike, &h->operator);) {
-        operator_row(&hike.walk, hike_level(&hike), row);
-        row[n] = position_um[hike.at] - h->middle_um;
-        pink_row(&h->noise, memory, n + 1, row, hike.k == 0);
-        left[hike.at] = row[n] - cblas_ddot((int)n, row, 1, h->evidence.weight, 1);
-        if (open != NULL) {
-            open[hike.at] = 0.0;
-        }
-        if (open != NULL && use[hike.at] == 0) {
-            memcpy(queue.row + queue.waiting * n, row, n * sizeof(double));
-            queue.sample[queue.waiting++] = hike.at;
-            if (queue.waiting == OPEN_AT_ONCE) {
-                open_take(&queue);
+    double *memory = pink_memory(&h->noise, 1);
+    hysteresis_predict(h, paths, count, left);
+    for (size_t i = 0, at = 0; i < count; i++) {
+        for (size_t k = 0; k < paths[i].samples; k++, at++) {
+            left[at] = position_um[at] - left[at];
+            pink_row(&h->noise, memory, 1, &left[at], k == 0);
+            if (open != NULL) {
+                open[at] = 0.0;
             }
         }
     }
-    open_take(&queue);
-    free(queue.row);
-    free(row);
     free(memory);
+    if (open != NULL) {
+        const rows_wanted_t wanted = {.operator= & h->operator,
+                                      .paths = paths,
+                                      .count = count,
+                                      .turns = h->turns,
+                                      .noise = &h->noise,
+                                      .use = use,
+                                      .unused = true,
+                                      .thin = 1};
+        rows_stream(&wanted, take_open, &(open_job_t){.evidence = &h->evidence, .open = open});
+    }
 }
 
 void hysteresis_rows_open(hysteresis_rows_t *rows, const hysteresis_t *h, const operator_path_t *paths, size_t count,
                           const unsigned char *use, size_t thin) {
-    const size_t n = h->operator.columns;
-    size_t used = 0, all = 0;
-    for (size_t i = 0; i < count; i++) {
-        all += paths[i].samples;
-    }
-    for (size_t k = 0; k < all; k++) {
-        used += use[k] != 0 ? 1 : 0;
-    }
-    const size_t most = (used + thin - 1) / thin;
-    *rows = (hysteresis_rows_t){.hysteresis = h,
-                                .paths = paths,
-                                .count = count,
-                                .row = allocate(most * n, sizeof(double)),
-                                .sample = allocate(most, sizeof(size_t))};
-    double *row = allocate(n, sizeof(double)), *memory = pink_memory(&h->noise, n);
-    used = 0;
-    for (hike_t hike = hike_begin(paths, count, h->turns); hike_on(&hike, &h->operator);) {
-        const bool taken = use[hike.at] != 0 && used++ % thin == 0;
-        if (taken || memory != NULL) {
-            operator_row(&hike.walk, hike_level(&hike), row);
-            pink_row(&h->noise, memory, n, row, hike.k == 0);
-        }
-        if (taken) {
-            memcpy(rows->row + rows->rows * n, row, n * sizeof(double));
-            rows->sample[rows->rows++] = hike.at;
-        }
-    }
-    free(row);
-    free(memory);
+    const rows_wanted_t wanted = {.operator= & h->operator,
+                                  .paths = paths,
+                                  .count = count,
+                                  .turns = h->turns,
+                                  .noise = &h->noise,
+                                  .use = use,
+                                  .thin = thin};
+    *rows = (hysteresis_rows_t){.hysteresis = h, .paths = paths, .count = count};
+    kept_rows_open(&rows->kept, &wanted);
 }
 
 void hysteresis_rows_close(hysteresis_rows_t *rows) {
-    free(rows->row);
-    free(rows->sample);
+    kept_rows_close(&rows->kept);
     *rows = (hysteresis_rows_t){0};
-}
-
-/* A column whitened, of these rows: picked[row * columns]. */
-static void whiten_column(const hysteresis_rows_t *rows, const double *column, size_t columns, double *picked) {
-    const pink_t *noise = &rows->hysteresis->noise;
-    double *memory = pink_memory(noise, 1);
-    for (size_t i = 0, at = 0, r = 0; i < rows->count; i++) {
-        for (size_t k = 0; k < rows->paths[i].samples; k++, at++) {
-            double value = column[at];
-            pink_row(noise, memory, 1, &value, k == 0);
-            if (r < rows->rows && rows->sample[r] == at) {
-                picked[r++ * columns] = value;
-            }
-        }
-    }
-    free(memory);
 }
 
 void hysteresis_beyond(const hysteresis_rows_t *rows, size_t columns, const double *const *column, double *product) {
@@ -512,13 +525,13 @@ void hysteresis_beyond(const hysteresis_rows_t *rows, size_t columns, const doub
         memset(product, 0, columns * columns * sizeof(double));
         return;
     }
-    double *white = allocate(rows->rows * columns, sizeof(double)), *along = allocate(n * columns, sizeof(double));
+    double *white = allocate(rows->kept.rows * columns, sizeof(double)), *along = allocate(n * columns, sizeof(double));
     for (size_t i = 0; i < columns; i++) {
-        whiten_column(rows, column[i], columns, white + i);
+        kept_rows_whiten(&rows->kept, rows->paths, rows->count, &h->noise, column[i], white + i, columns);
     }
-    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)n, (int)columns, (int)rows->rows, 1.0, rows->row, (int)n,
-                white, (int)columns, 0.0, along, (int)columns);
-    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)columns, (int)columns, (int)rows->rows, 1.0, white,
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)n, (int)columns, (int)rows->kept.rows, 1.0,
+                rows->kept.row, (int)n, white, (int)columns, 0.0, along, (int)columns);
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, (int)columns, (int)columns, (int)rows->kept.rows, 1.0, white,
                 (int)columns, white, (int)columns, 0.0, product, (int)columns);
     cblas_dtrsm(CblasRowMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, (int)n, (int)columns, 1.0,
                 h->evidence.factor, (int)n, along, (int)columns);

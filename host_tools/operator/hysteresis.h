@@ -7,8 +7,7 @@
 #define OPERATOR_HYSTERESIS_H
 
 #include "operator/group_evidence.h"
-#include "operator/path.h"
-#include "operator/pink.h"
+#include "operator/rows.h"
 
 /** A fitted operator. */
 typedef struct {
@@ -22,13 +21,32 @@ typedef struct {
     size_t outliers;           /**< how many */
 } hysteresis_t;
 
+/** Equations along some paths, kept from fit to fit: along the same paths and samples another position changes little
+ * of them. */
+typedef struct {
+    bool turns;
+    double rho;
+    size_t thin;
+    kept_rows_t rows;
+    double *gram; /**< of the rows; the operator without a law */
+} hysteresis_base_t;
+
+enum { HYSTERESIS_BASES = 12 };
+typedef struct {
+    size_t made; /**< so far; the newest ones are there */
+    hysteresis_base_t base[HYSTERESIS_BASES];
+} hysteresis_bases_t;
+
+void hysteresis_bases_close(hysteresis_bases_t *bases);
+
 /**
  * Fits to the samples with use[k] != 0 of all paths, one after the other (position_um likewise): the columns' weights,
  * a Duhem law where that is worth its numbers, whether the drive turned between samples, and the noise. Single samples
- * far outside the noise count as on its edge. Of the used samples every `thin`-th is fitted. To be freed.
+ * far outside the noise count as on its edge. Of the used samples every `thin`-th is fitted. To be freed. bases: {0},
+ * or of a fit along the same paths to the same samples; to be closed.
  */
 bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *position_um, const unsigned char *use,
-                    size_t thin, hysteresis_t *hysteresis, failure_t *failure);
+                    size_t thin, hysteresis_bases_t *bases, hysteresis_t *hysteresis, failure_t *failure);
 void hysteresis_free(hysteresis_t *hysteresis);
 
 /** The position by its weights along paths, which need not be those it was fitted to. */
@@ -47,9 +65,8 @@ void hysteresis_left(const hysteresis_t *hysteresis, const operator_path_t *path
 typedef struct {
     const hysteresis_t *hysteresis;
     const operator_path_t *paths;
-    size_t count, rows;
-    double *row;    /**< rows * columns */
-    size_t *sample; /**< of each row, of all paths one after the other */
+    size_t count;
+    kept_rows_t kept;
 } hysteresis_rows_t;
 
 /** The samples that it was fitted to, with the same `use` and `thin`. To be closed; fit and paths must outlive it. */

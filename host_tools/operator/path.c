@@ -55,11 +55,15 @@ bool hike_on(hike_t *hike, const operator_t *operator) {
     const operator_path_t *path = &hike->paths[hike->path];
     hike->k++;
     hike->at++;
-    if (hike->turns && !isnan(path->way_v[hike->k])) {
+    if (hike_turned(hike)) {
         operator_move(&hike->walk, path->way_v[hike->k]);
     }
     operator_move(&hike->walk, path_moved_v(path, hike->k));
     return true;
+}
+
+bool hike_turned(const hike_t *hike) {
+    return hike->turns && !isnan(hike->paths[hike->path].way_v[hike->k]);
 }
 
 double hike_level(const hike_t *hike) {

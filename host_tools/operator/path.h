@@ -33,6 +33,8 @@ typedef struct {
 hike_t hike_begin(const operator_path_t *paths, size_t count, bool turns);
 /** To the first sample, or the next one; false behind the last, and when the work is to end (progress.h). */
 bool hike_on(hike_t *hike, const operator_t *operator);
+/** Whether the drive turned since the sample before. */
+bool hike_turned(const hike_t *hike);
 /** level_v here. */
 double hike_level(const hike_t *hike);
 

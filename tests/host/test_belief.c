@@ -140,6 +140,7 @@ static void test_what_is_beyond_agrees_with_a_direct_computation(void) {
     unsigned char use[FEW];
     operator_path_t path;
     hysteresis_t h;
+    hysteresis_bases_t bases = {0};
     failure_t failure;
     for (size_t k = 0; k < FEW; k++) {
         drive[k] = sin(2.0 * M_PI * (double)k / 50.0) * (1.0 + 0.003 * (double)k);
@@ -148,7 +149,7 @@ static void test_what_is_beyond_agrees_with_a_direct_computation(void) {
         use[k] = k % 7 != 3;
     }
     operator_path_open(&path, drive, NULL, FEW);
-    TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, y, use, 1, &h, &failure));
+    TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, y, use, 1, &bases, &h, &failure));
     const double *column[COLUMNS] = {h.position_um, s};
     hysteresis_rows_t rows;
     hysteresis_rows_open(&rows, &h, &path, 1, use, 1);
@@ -177,6 +178,7 @@ static void test_what_is_beyond_agrees_with_a_direct_computation(void) {
         free(left);
     }
     hysteresis_rows_close(&rows);
+    hysteresis_bases_close(&bases);
     hysteresis_free(&h);
     operator_path_close(&path);
 }

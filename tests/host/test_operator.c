@@ -263,6 +263,80 @@ static void make_bench(law_t law, double noise_um, bench_t *bench) {
     }
 }
 
+/* Rows made together are those made one by one, and weights folded into them give the same output. The tolerances are
+ * rounding: of a sum of 300 products of about 1, and of 7 Chebyshev polynomials whose coefficients are up to 64. */
+static void test_rows_together_are_the_rows_one_by_one(void) {
+    enum { FEW_ROWS = 11 };
+    const double range_v[2] = {0.0, 100.0};
+    operator_t operator= {0};
+    operator_walk_t walk;
+    operator_folded_t folded;
+    operator_create(&operator, range_v, 2);
+    const size_t n = operator.columns;
+    double *weight = allocate(n, sizeof(double)), *one = allocate(n, sizeof(double)),
+           *room = allocate(n, sizeof(double)), *rows = allocate(FEW_ROWS * n, sizeof(double)), level_v[FEW_ROWS],
+           value[FEW_ROWS];
+    for (size_t j = 0; j < n; j++) {
+        weight[j] = random_normal(&rng);
+    }
+    operator_fold(&operator, weight, &folded);
+    operator_begin(&walk, &operator, 1, drive_at(0.0), range_v);
+    for (size_t r = 0; r < FEW_ROWS; r++) {
+        level_v[r] = drive_at(0.13 * (double)r);
+        operator_move(&walk, level_v[r]);
+        operator_row_but_bends(&walk, level_v[r], rows + r * n);
+        value[r] = operator_value(&folded, &walk, level_v[r], room);
+    }
+    operator_bends(&operator, rows, FEW_ROWS);
+    operator_begin(&walk, &operator, 1, drive_at(0.0), range_v);
+    for (size_t r = 0; r < FEW_ROWS; r++) {
+        operator_move(&walk, level_v[r]);
+        operator_row(&walk, level_v[r], one);
+        for (size_t j = 0; j < n; j++) {
+            TEST_ASSERT_EQUAL_DOUBLE(one[j], rows[r * n + j]);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-11, cblas_ddot((int)n, one, 1, weight, 1), value[r]);
+    }
+    free(weight);
+    free(one);
+    free(room);
+    free(rows);
+}
+
+/* The filter as a sum of sections, for several rows at once, and as a ladder row by row. Tolerance: the shares sum up
+ * to a thousandth of their size at frequency 0, so rounding of 1e-16 is up to 1e-13, over 1000 rows. */
+static void test_whitening_several_rows_at_once(void) {
+    enum { MANY_ROWS = 1000, COLUMNS = 3 };
+    static double row[MANY_ROWS][COLUMNS], white[PINK_ROWS][COLUMNS];
+    pink_t pink;
+    pink_create(&pink, 0.02, 100000);
+    double *ladder = pink_memory(&pink, COLUMNS), *memory = allocate(pink.sections * COLUMNS, sizeof(double));
+    for (size_t k = 0; k < MANY_ROWS; k++) {
+        for (size_t j = 0; j < COLUMNS; j++) {
+            row[k][j] = random_normal(&rng) + (double)j;
+        }
+    }
+    for (size_t from = 0; from < MANY_ROWS; from += PINK_ROWS) {
+        size_t taken[PINK_ROWS], count = 0;
+        const size_t some = MANY_ROWS - from < PINK_ROWS ? MANY_ROWS - from : PINK_ROWS;
+        for (size_t k = 0; k < some; k += 1 + from % 3) {
+            taken[count++] = k;
+        }
+        pink_rows(&pink, memory, COLUMNS, row[from], some, from == 0, taken, count, white[0]);
+        for (size_t k = 0, t = 0; k < some; k++) {
+            double one[COLUMNS];
+            memcpy(one, row[from + k], sizeof one);
+            pink_row(&pink, ladder, COLUMNS, one, from + k == 0);
+            for (size_t j = 0; t < count && taken[t] == k && j < COLUMNS; j++) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-10, one[j], white[t][j]);
+            }
+            t += t < count && taken[t] == k ? 1 : 0;
+        }
+    }
+    free(ladder);
+    free(memory);
+}
+
 /* On held-out samples of hystereses that have nothing to do with each other only the noise is left. */
 static void test_the_operator_reaches_the_noise_of_each_law(void) {
     const double noise_um = 0.005;
@@ -271,12 +345,13 @@ static void test_the_operator_reaches_the_noise_of_each_law(void) {
     for (law_t law = PLAYS; law < LAWS; law++) {
         operator_path_t path;
         hysteresis_t h;
+        hysteresis_bases_t bases = {0};
         failure_t failure;
         double sum = 0.0;
         size_t determined = 0, held = 0;
         make_bench(law, noise_um, bench);
         operator_path_open(&path, bench->drive, NULL, SAMPLES);
-        TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, bench->position, bench->use, 1, &h, &failure));
+        TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, bench->position, bench->use, 1, &bases, &h, &failure));
         hysteresis_left(&h, &path, 1, bench->position, bench->use, left, open);
         for (size_t k = 0; k < SAMPLES; k++) {
             held += bench->use[k] == 0 ? 1 : 0;
@@ -288,6 +363,7 @@ static void test_the_operator_reaches_the_noise_of_each_law(void) {
         TEST_ASSERT_GREATER_THAN_UINT64(held / 2, determined);
         /* 1000 samples or more: the deviation is known to 2 %; 1.1 is what counts as noise. */
         TEST_ASSERT_DOUBLE_WITHIN(0.1 * noise_um, noise_um, sqrt(sum / (double)determined));
+        hysteresis_bases_close(&bases);
         hysteresis_free(&h);
         operator_path_close(&path);
     }
@@ -304,6 +380,8 @@ int main(void) {
     RUN_TEST(test_turns_of_corners);
     RUN_TEST(test_a_duhem_law_is_exact_for_any_step);
     RUN_TEST(test_the_ladder_whitens_one_over_f);
+    RUN_TEST(test_rows_together_are_the_rows_one_by_one);
+    RUN_TEST(test_whitening_several_rows_at_once);
     RUN_TEST(test_evidence_agrees_with_a_direct_computation);
     RUN_TEST(test_the_operator_reaches_the_noise_of_each_law);
     return UNITY_END();

@@ -115,9 +115,13 @@ static void take_column(void *context, size_t index) {
     free(column);
 }
 
-static void take_matrix(job_t *job, const signals_t *signals) {
+static void take_matrix(job_t *job, signals_t *signals) {
+    if (job->fresh) {
+        signals_differentiate(signals, &job->hysteresis);
+    }
     derivation_t derivation = {.job = job, .signals = signals, .first = job->fresh ? 0 : job->hysteresis.count};
     parallel(job->unknowns - derivation.first, take_column, &derivation);
+    signals_forget(signals);
 }
 
 /* What the samples say nothing about stays, of a table where it is, of a bank where it was in the beginning. */

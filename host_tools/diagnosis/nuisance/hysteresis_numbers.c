@@ -211,3 +211,9 @@ void hysteresis_number_changed(const hysteresis_numbers_t *numbers, size_t numbe
     model_copy(changed, model);
     add(of, change, &changed->block[hysteresis_index(changed)].parameter[of->parameter - numbers->block->parameter]);
 }
+
+bool hysteresis_number_weighs_plays(const hysteresis_numbers_t *numbers, size_t number) {
+    const block_t *block = numbers->block->block;
+    const size_t p = (size_t)(numbers->number[number].parameter - numbers->block->parameter);
+    return block->operators == OPERATORS_PLAYS && strcmp(block->parameter[p].name, "weights") == 0;
+}

@@ -251,10 +251,12 @@ static void take_all(job_t *job, nuisance_take_t *take, void *context) {
 
 void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisance_take_t *take, void *context) {
     const samples_t *samples = signals->samples;
-    job_t job = {.signals = signals, .samples = samples};
+    signals_t own = *signals;
+    job_t job = {.signals = &own, .samples = samples};
     model_t copy; /* the numbers point into it; it stays as it is */
     model_copy(&copy, signals->model);
     hysteresis_numbers_open(&copy, &job.numbers);
+    signals_differentiate(&own, &job.numbers);
     job.wanted = allocate(nuisance_most(signals, options), sizeof *job.wanted);
     find_range(&job);
     find_operators(&job);
@@ -266,6 +268,7 @@ void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
     free(job.play);
     recordings_room_free(job.drive, samples->count);
     free(job.wanted);
+    signals_forget(&own);
     hysteresis_numbers_close(&job.numbers);
     model_free(&copy);
 }
