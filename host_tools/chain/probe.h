@@ -41,6 +41,10 @@ typedef struct {
     /** Effects that are hard to distinguish from position alone share a group: "lag", "slow" ..; a unique name
      * otherwise. */
     const char *group;
+    /** Groups whose findings this block, a richer form of them, may take the place of where these leave more than noise.
+     * It is looked for nowhere else: with one number more it is as good as they are in their place, and says no more.
+     * All NULL: it is looked for by itself. */
+    const char *in_place_of[2];
     /** One or two plain sentences: what it is and how it shows. */
     const char *explanation;
     /** What to record to detect it, or to distinguish it within its group. */
@@ -81,6 +85,14 @@ typedef struct {
      * it explains as much as they do. */
     const char *together[2];
 } probe_t;
+
+/** Whether a block with this probe (NULL: none) is looked for by itself. */
+static inline bool probe_is_first(const probe_t *probe) {
+    return probe != NULL && probe->in_place_of[0] == NULL;
+}
+
+/** Whether a block with this probe is a richer form of the findings of a group. */
+bool probe_may_replace(const probe_t *probe, const char *group);
 
 /** The middle and half the width of a range. */
 static inline void probe_range(double low, double high, double *center, double *half_range) {

@@ -62,6 +62,7 @@ typedef struct {
     double smallest_um; /**< root mean square of the change of the position that would have been seen */
     size_t parameter;   /**< index of the one that the effect is proportional to; block->parameters: none */
     double value;       /**< of that parameter at this size */
+    double form[BLOCK_MAX_PARAMETERS]; /**< all numbers of the block at this size, where it is proportional to some */
 } unseen_t;
 
 typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;
@@ -114,6 +115,8 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
  * physics is no shape.
  */
 bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
+/** What a search begins with that knows of no lines. */
+void diagnosis_setting(const recording_t *recordings, size_t count, probe_setting_t *setting);
 void diagnosis_free(diagnosis_t *diagnosis);
 /** Its models only, of one that shares all else with another. */
 void diagnosis_free_models(diagnosis_t *diagnosis);
