@@ -16,6 +16,7 @@ typedef struct {
     bool preloads;                    /**< the recordings differ in their preload */
     size_t lines;                     /**< frequencies at which the residual has a narrow peak */
     const double *line_hz;
+    size_t harmonic; /**< that these lines are taken for, of something periodic; 0: the first */
     bool strong; /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
     const struct block *known; /**< a block of which a fit has found numbers; NULL: none */
     const double *known_value; /**< these, one per parameter: the first of its probes */

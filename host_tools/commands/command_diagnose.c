@@ -140,13 +140,15 @@ static int run(int argc, char **argv) {
     recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
     bool good = recordings != NULL;
     good = good && diagnose_files(&outputs, recordings, count, &diagnosis, &failure);
-    const diagnose_script_t script = {.recordings = argv + 1,
+    diagnose_script_t script = {.recordings = argv + 1,
                                       .count = count,
                                       .model = outputs.model,
                                       .json = json_file(),
                                       .report = outputs.report,
-                                      .output = outputs.output};
+                                .output = outputs.output,
+                                .seed = outputs.seed};
     if (good) {
+        script.sure = diagnosis.sure_asked ? diagnosis.sure.each : 0;
         good = write_outputs(&outputs, &diagnosis, recordings, count, &failure);
         diagnosis_run_free(&diagnosis);
         good = good && (outputs.script == NULL || diagnose_script_write(&script, outputs.script, &failure));

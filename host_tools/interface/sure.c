@@ -147,6 +147,16 @@ static void worlds_of_nothing(sure_work_t *work, const diagnosis_t *d) {
     }
 }
 
+/* Whether it found an effect; steps of the converter are in all recordings that are simulated. */
+static bool has_found(const diagnosis_t *d) {
+    for (size_t f = 0; f < findings_named(d); f++) {
+        if (!d->finding[f].in_readings) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool has_measured_columns(const samples_t *samples) {
     bool has = false;
     for (size_t r = 0; r < samples->count; r++) {
@@ -163,7 +173,7 @@ void sure_prepare(const diagnosis_run_t *run, size_t each, unsigned long seed, d
     *work = (sure_work_t){.sure = {.seed = seed,
                                    .whole = d->verdict == NOTHING_MISSING || d->verdict == EXPLAINED,
                                    .columns = has_measured_columns(&d->samples)}};
-    if (findings_named(d) > 0) {
+    if (has_found(d)) {
         worlds_of_findings(work, d);
     } else {
         worlds_of_nothing(work, d);
