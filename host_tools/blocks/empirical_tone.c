@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * No physical effect: a periodic term on the reading, a frequency of its own with its second and third harmonic, for a
+ * No physical effect: a periodic term on the reading, any frequency with its second and third harmonic, for a
  * tone that hum does not describe. With p = 2 pi f t,
  *
  *     reading = position + sum of cos_h cos(h p) + sin_h sin(h p),     h = 1, 2, 3
@@ -13,10 +13,7 @@
 enum { HARMONICS = 3, FREQUENCY = 0, FIRST = 1, PARAMETERS = FIRST + 2 * HARMONICS };
 
 #define PART(wave, number, its_text)                                                                                   \
-    {                                                                                                                  \
-        .name = #wave "_" #number "_um", .proportional = true, .unit = "um", .low = -1e6, .high = 1e6,                 \
-        .text = its_text                                                                                               \
-    }
+    { .name = #wave "_" #number "_um", .proportional = true, .unit = "um", .low = -1e6, .high = 1e6, .text = its_text }
 
 static const parameter_info_t parameters[PARAMETERS] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e6, .text = "of the period"},
@@ -72,7 +69,8 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
         value[FIRST + i] = 0.0;
     }
     value[FREQUENCY] = setting->line_hz[index / 2] / (double)harmonic;
-    value[FIRST + 2 * (harmonic - 1) + index % 2] = 1e-3 * (setting->displacement_high_um - setting->displacement_low_um);
+    value[FIRST + 2 * (harmonic - 1) + index % 2] =
+        1e-3 * (setting->displacement_high_um - setting->displacement_low_um);
     return true;
 }
 

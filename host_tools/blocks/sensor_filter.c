@@ -9,14 +9,15 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
         job, invert_low_pass(parameter[0].value[0], parameter[1].value[0], job->rate_hz, job->options->no_filters));
 }
 
-static const probe_t looked_for = {.group = "lag",
-                                   .in_place_of = {"lag", "resonance"},
-                                   .explanation = "The readings follow the position through a low pass of second order, behind the hysteresis.",
-                                   .excitation = "measured voltage on the same clock, and a chirp up to the cutoff",
-                                   .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
-                                   .probe = low_pass_filter_probe,
-                                   .searched = 3U,
-                                   .accuracy = {0.02, 0.04}};
+static const probe_t looked_for = {
+    .group = "lag",
+    .in_place_of = {"lag", "resonance"},
+    .explanation = "The readings follow the position through a low pass of second order, behind the hysteresis.",
+    .excitation = "measured voltage on the same clock, and a chirp up to the cutoff",
+    .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
+    .probe = low_pass_filter_probe,
+    .searched = 3U,
+    .accuracy = {0.02, 0.04}};
 
 const block_t block_sensor_filter = {.name = "sensor_filter",
                                      .place = PLACE_SENSOR,

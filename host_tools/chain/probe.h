@@ -17,7 +17,7 @@ typedef struct {
     size_t lines;                     /**< frequencies at which the residual has a narrow peak */
     const double *line_hz;
     size_t harmonic; /**< that these lines are taken for, of something periodic; 0: the first */
-    bool strong; /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
+    bool strong;     /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
     const struct block *known; /**< a block of which a fit has found numbers; NULL: none */
     const double *known_value; /**< these, one per parameter: the first of its probes */
 } probe_setting_t;
@@ -42,9 +42,9 @@ typedef struct {
     /** Effects that are hard to distinguish from position alone share a group: "lag", "slow" ..; a unique name
      * otherwise. */
     const char *group;
-    /** Groups whose findings this block, a richer form of them, may take the place of where these leave more than noise.
-     * It is looked for nowhere else: with one number more it is as good as they are in their place, and says no more.
-     * All NULL: it is looked for by itself. */
+    /** Groups whose findings this block, a richer form of them, may take the place of where these leave more than
+     * noise. It is looked for nowhere else: with one number more it is as good as they are in their place, and says no
+     * more. All NULL: it is looked for by itself. */
     const char *in_place_of[2];
     /** One or two plain sentences: what it is and how it shows. */
     const char *explanation;

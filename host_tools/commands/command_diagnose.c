@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/monotonic_clock.h"
 #include "commands/command.h"
 #include "commands/diagnose_script.h"
-#include "base/monotonic_clock.h"
 #include "commands/recording_input.h"
 #include "interface/sure.h"
 #include <malloc.h>
@@ -141,10 +141,10 @@ static int run(int argc, char **argv) {
     bool good = recordings != NULL;
     good = good && diagnose_files(&outputs, recordings, count, &diagnosis, &failure);
     diagnose_script_t script = {.recordings = argv + 1,
-                                      .count = count,
-                                      .model = outputs.model,
-                                      .json = json_file(),
-                                      .report = outputs.report,
+                                .count = count,
+                                .model = outputs.model,
+                                .json = json_file(),
+                                .report = outputs.report,
                                 .output = outputs.output,
                                 .seed = outputs.seed};
     if (good) {

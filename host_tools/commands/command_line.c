@@ -87,8 +87,8 @@ static bool read_value(const option_t *option, const char *text) {
         errno = 0;
         *(unsigned long *)option->target = strtoul(text, &end, 10);
         return *end == '\0' && errno == 0 &&
-               (option->kind == OPTION_COUNT || (*(unsigned long *)option->target > 0 &&
-                                                *(unsigned long *)option->target < OPTION_NO_COUNT));
+               (option->kind == OPTION_COUNT ||
+                (*(unsigned long *)option->target > 0 && *(unsigned long *)option->target < OPTION_NO_COUNT));
     case OPTION_RANGE:
         colon = strchr(text, ':');
         if (colon == NULL || !read_number(text, (size_t)(colon - text), &number[0]) ||

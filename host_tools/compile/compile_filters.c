@@ -4,7 +4,7 @@
 
 static const double highest_rolloff =
     0.2; /* of the sample rate: the bilinear transform bends frequencies by 14 % there */
-static const double lag_rolloff_ratio = 4.0; /* keeps every coefficient inside Q28 and the noise gain at 4 */
+static const double lag_rolloff_ratio = 4.0;      /* keeps every coefficient inside Q28 and the noise gain at 4 */
 static const double low_pass_rolloff_ratio = 2.0; /* likewise: the gain goes with its square */
 static const double mode_rolloff_damping = 0.7;
 
@@ -31,8 +31,8 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
     return filter;
 }
 
-/* 1 + 2 damping p + p^2 over the same with mode_rolloff_damping at another frequency. Bilinear transforms, each prewarped
- * at its own frequency, so that the notch is where the mode is. */
+/* 1 + 2 damping p + p^2 over the same with mode_rolloff_damping at another frequency. Bilinear transforms, each
+ * prewarped there, so that the notch is where the mode is. */
 static inverse_filter_t invert_oscillator(double frequency_hz, double damping_ratio, double rolloff_hz,
                                           double sample_rate_hz) {
     const double k = 1.0 / tan(M_PI * frequency_hz / sample_rate_hz), k2 = k * k;

@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A line may be this one of what is periodic, where others hide the rest: the period is then tried as often as longer. */
+/* A line may be this one of what is periodic, where others hide the rest: the period is then tried as often as longer.
+ */
 enum { HARMONICS = 3 };
 
 /* A chain with a term, or without one, fitted. */

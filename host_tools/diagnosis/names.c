@@ -80,9 +80,9 @@ static void read_anew(void *context, size_t index) {
 /* Whether a block can be it: one of its group that is looked for by itself, or, where it leaves more than noise, a
  * richer form of it. */
 static bool can_take_place(const block_t *block, const block_t *of, bool only_noise) {
-    return probe_is_first(block->probe) ? block_same_group(block, of)
-                                        : block->probe != NULL && !only_noise &&
-                                              probe_may_replace(block->probe, of->probe->group);
+    return probe_is_first(block->probe)
+               ? block_same_group(block, of)
+               : block->probe != NULL && !only_noise && probe_may_replace(block->probe, of->probe->group);
 }
 
 /* The finding's own block, and every other one that can stand there. Returns how many. */

@@ -13,7 +13,7 @@
  * The finding becomes the block under which all samples, held-out ones included, are likeliest, searched numbers paid
  * for; those that are less likely by less than attempt_naming_margin are what it can be confused with. Where more
  * than noise is left, a name changes only if the held-out samples by themselves agree, and is as sure as it was. Only
- * there a richer form of the finding's group is asked, too (probe_t.in_place_of); what was found beside one that took
+ * there a richer form of the finding's group is tried, too (probe_t.in_place_of); what was found beside one that took
  * its place may be superfluous then, and is taken out.
  *
  * A small drift beside a creep may be the rest of that: it is reported as one of the two.

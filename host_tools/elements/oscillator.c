@@ -15,7 +15,8 @@ enum { FIRST, SECOND, THIRD, DIFFERENCES };
 static const double slow = 0.01;
 
 /* What a1 t + a2 t^2 + a3 t^3 leads to in one sample from rest at 0. lag, square: 2 zeta / omega and 1 / omega^2. */
-static void respond(const oscillator_stage_t *state, double lag, double square, const double a[3], double after[STATES]) {
+static void respond(const oscillator_stage_t *state, double lag, double square, const double a[3],
+                    double after[STATES]) {
     const double b3 = a[2], b2 = a[1] - 3.0 * lag * b3, b1 = a[0] - 2.0 * lag * b2 - 6.0 * square * b3,
                  b0 = -lag * b1 - 2.0 * square * b2;
     after[OUTPUT] = b0 + b1 + b2 + b3 - state->transition[OUTPUT][OUTPUT] * b0 - state->transition[OUTPUT][RATE] * b1;

@@ -15,7 +15,7 @@ typedef struct {
     diagnosis_t diagnosis;
     account_t account;
     bool sure_asked;
-    sure_t sure; /**< where it was asked (sure.h) */
+    sure_t sure; /**< where that was wanted (sure.h) */
 } diagnosis_run_t;
 
 /**

@@ -3,9 +3,8 @@
 #include "chain/catalogue.h"
 #include "chain/chain.h"
 #include "diagnosis/attempt.h"
-#include "diagnosis/contest.h"
-#include "diagnosis/evidence/candidate.h"
 #include "diagnosis/findings.h"
+#include "diagnosis/instead.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +15,7 @@ enum { SIZES = sizeof sizes / sizeof sizes[0], MOST_LIMITS = (SURE_MOST_WORLDS -
 
 /* -------------------------------------------------------------------------------------------------- the worlds --- */
 
-/* Takes the model. Returns it, to be asked about. */
+/* Takes the model. Returns it, to add questions to. */
 static sure_world_t *add_world(sure_work_t *work, const model_t *model) {
     sure_world_t *world = &work->world[work->worlds++];
     *world = (sure_world_t){.model = *model, .from = work->sure.count, .to = work->sure.count};
@@ -31,17 +30,6 @@ static void add_question(sure_work_t *work, sure_world_t *world, sure_question_t
     }
 }
 
-/* The chain of the answer without its terms, which are no effects. */
-static void answer_without_terms(const diagnosis_t *d, model_t *model) {
-    model_copy(model, &d->model);
-    for (size_t b = model->blocks; b-- > 0;) {
-        const finding_t *finding = finding_of(d, model->block[b].block);
-        if (finding != NULL && finding_is_empirical(finding)) {
-            model_remove(model, b);
-        }
-    }
-}
-
 /* The block that came next when the finding was taken; NULL: none. */
 static const block_t *runner_up(const diagnosis_t *d, const finding_t *finding) {
     const considered_t *taken = NULL, *next = NULL;
@@ -51,7 +39,8 @@ static const block_t *runner_up(const diagnosis_t *d, const finding_t *finding) 
     }
     for (size_t i = 0; taken != NULL && i < d->considered; i++) {
         const considered_t *c = &d->consideration[i];
-        if (c->round == taken->round && c->outcome == LESS_LIKELY && (next == NULL || c->likelihood > next->likelihood)) {
+        if (c->round == taken->round && c->outcome == LESS_LIKELY &&
+            (next == NULL || c->likelihood > next->likelihood)) {
             next = c;
         }
     }
@@ -60,31 +49,16 @@ static const block_t *runner_up(const diagnosis_t *d, const finding_t *finding) 
 
 /* Another block in the finding's place, fitted there. */
 static void add_rival(sure_work_t *work, const diagnosis_t *d, const finding_t *finding, const block_t *rival) {
-    model_t all, without;
-    contest_winner_t fitted;
-    probe_setting_t setting;
-    joint_power_t power;
-    failure_t refusal;
-    if (work->worlds == SURE_MOST_WORLDS || model_find(&d->model, rival->name) != NULL) {
-        return;
+    model_t model;
+    if (work->worlds < SURE_MOST_WORLDS && model_find(&d->model, rival->name) == NULL &&
+        instead_of_finding(d, finding, rival, &model)) {
+        add_question(work, add_world(work, &model), (sure_question_t){.hidden = rival, .in_place_of = finding->block});
     }
-    answer_without_terms(d, &all);
-    model_copy(&without, &all);
-    model_remove(&without, (size_t)(model_find(&without, finding->block->name) - without.block));
-    diagnosis_setting(d->recordings, d->samples.count, &setting);
-    if (contest_fit(&d->samples, &setting, &without, rival, &fitted)) {
-        (void)joint_fit(&d->samples, &d->noise, &fitted.model, attempt_blocks_fitted(d, &fitted.model),
-                        ATTEMPT_ITERATIONS, &power, &refusal);
-        add_question(work, add_world(work, &fitted.model),
-                     (sure_question_t){.hidden = rival, .in_place_of = finding->block});
-    }
-    model_free(&without);
-    model_free(&all);
 }
 
 static void worlds_of_findings(sure_work_t *work, const diagnosis_t *d) {
     model_t answer;
-    answer_without_terms(d, &answer);
+    instead_of_terms(d, &answer);
     sure_world_t *world = add_world(work, &answer);
     for (size_t f = 0; f < findings_named(d); f++) {
         const finding_t *finding = &d->finding[f];
@@ -119,23 +93,17 @@ static void add_sizes(sure_work_t *work, const model_t *chain, const unseen_t *u
     const block_t *block = unseen->block;
     for (size_t i = 0; i < SIZES; i++) {
         model_t with;
-        double value[BLOCK_MAX_PARAMETERS];
-        for (size_t p = 0; p < block->parameters; p++) {
-            value[p] = unseen->form[p] * (candidate_proportional(block, p) ? sizes[i] : 1.0);
-        }
-        candidate_insert(&with, chain, block, value);
-        add_question(work, add_world(work, &with),
-                     (sure_question_t){.hidden = block,
-                                       .limits = sizes[i],
-                                       .parameter = unseen->parameter,
-                                       .value = value[unseen->parameter]});
+        const double value = instead_of_nothing(chain, unseen, sizes[i], &with);
+        add_question(
+            work, add_world(work, &with),
+            (sure_question_t){.hidden = block, .limits = sizes[i], .parameter = unseen->parameter, .value = value});
     }
 }
 
 static void worlds_of_nothing(sure_work_t *work, const diagnosis_t *d) {
     model_t chain;
     size_t blocks = 0;
-    answer_without_terms(d, &chain);
+    instead_of_terms(d, &chain);
     add_question(work, add_world(work, &chain), (sure_question_t){0});
     for (size_t i = 0; i < d->unseen_count && blocks < MOST_LIMITS; i++) {
         const unseen_t *unseen = &d->unseen[i];
@@ -226,7 +194,7 @@ static bool simulate(const diagnosis_t *d, const model_t *world, size_t index, u
                       chain_simulate_finite(&noisy, recording, seed, e, failure);
     for (size_t k = 0; good && k < recording->samples; k++) {
         const double new = e[k] - displacement[k];
-        x = k == 0 ? new *sqrt(noise_filter_gain(filter)) : filter->memory * x + new - filter->mix *last;
+        x = k == 0 ? new *sqrt(noise_filter_gain(filter)) : filter->memory *x + new - filter->mix *last;
         last = new;
         displacement[k] += x;
         if (step_um > 0.0) {
@@ -314,6 +282,12 @@ static bool ask_once(sure_work_t *work, size_t index, size_t number, const model
     return good;
 }
 
+void sure_forget(sure_work_t *work) {
+    for (size_t w = 0; w < work->worlds; w++) {
+        model_free(&work->world[w].model);
+    }
+}
+
 bool sure_ask(sure_work_t *work, const model_t *given, const recording_t *recordings, size_t count,
               diagnosis_run_t *run, failure_t *failure) {
     bool good = true;
@@ -322,9 +296,7 @@ bool sure_ask(sure_work_t *work, const model_t *given, const recording_t *record
             good = ask_once(work, w, number, given, recordings, count, &run->diagnosis, failure);
         }
     }
-    for (size_t w = 0; w < work->worlds; w++) {
-        model_free(&work->world[w].model);
-    }
+    sure_forget(work);
     run->sure = work->sure;
     run->sure_asked = good;
     return good;

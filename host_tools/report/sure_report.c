@@ -20,8 +20,8 @@ static void append_counts(const sure_question_t *q, size_t each, char text[DIAGN
     if (q->hidden == NULL) {
         text_append(text, ": of %zu, %zu were answered by nothing missing", each, q->right);
     } else {
-        text_append(text, ": of %zu, %zu were answered so, %zu as one of several that it is among, %zu by nothing", each,
-                    q->right, q->open, q->nothing);
+        text_append(text, ": of %zu, %zu were answered so, %zu as one of several that it is among, %zu by nothing",
+                    each, q->right, q->open, q->nothing);
     }
     for (size_t i = 0; i < q->others; i++) {
         text_append(text, ", %zu as %s", q->other[i].count, q->other[i].block->name);
@@ -31,10 +31,11 @@ static void append_counts(const sure_question_t *q, size_t each, char text[DIAGN
 
 void sure_print(FILE *file, const sure_t *sure) {
     char text[DIAGNOSIS_LINE] = "";
-    text_append(text,
-                "Recordings like these were simulated, %zu of each kind, with this drive and noise (seed %lu), and asked "
-                "again.",
-                sure->each, sure->seed);
+    text_append(
+        text,
+        "Recordings like these were simulated, %zu of each kind, with this drive and noise (seed %lu), and asked "
+        "again.",
+        sure->each, sure->seed);
     if (!sure->whole) {
         text_append(text, " What remains unexplained is not in them: answers to them are surer than this one.");
     }
@@ -55,16 +56,14 @@ static json_t *question_to_json(const sure_question_t *q, size_t each) {
     for (size_t i = 0; i < q->others; i++) {
         json_object_set_new(others, q->other[i].block->name, json_integer((json_int_t)q->other[i].count));
     }
-    json_t *parameter = q->limits > 0.0 ? json_pack("{s:s, s:f, s:s}", "name",
-                                                    q->hidden->parameter[q->parameter].name, "value", q->value, "unit",
-                                                    q->hidden->parameter[q->parameter].unit)
+    json_t *parameter = q->limits > 0.0 ? json_pack("{s:s, s:f, s:s}", "name", q->hidden->parameter[q->parameter].name,
+                                                    "value", q->value, "unit", q->hidden->parameter[q->parameter].unit)
                                         : json_null();
-    return json_pack("{s:s?, s:s?, s:o, s:o, s:i, s:i, s:i, s:i, s:o}", "hidden",
-                     q->hidden != NULL ? q->hidden->name : NULL, "in_place_of",
-                     q->in_place_of != NULL ? q->in_place_of->name : NULL, "detection_limits",
-                     q->limits > 0.0 ? json_real(q->limits) : json_null(), "parameter", parameter, "simulated",
-                     (int)each, "right", (int)q->right, "left_open", (int)q->open, "nothing", (int)q->nothing,
-                     "others", others);
+    return json_pack(
+        "{s:s?, s:s?, s:o, s:o, s:i, s:i, s:i, s:i, s:o}", "hidden", q->hidden != NULL ? q->hidden->name : NULL,
+        "in_place_of", q->in_place_of != NULL ? q->in_place_of->name : NULL, "detection_limits",
+        q->limits > 0.0 ? json_real(q->limits) : json_null(), "parameter", parameter, "simulated", (int)each, "right",
+        (int)q->right, "left_open", (int)q->open, "nothing", (int)q->nothing, "others", others);
 }
 
 json_t *sure_to_json(const sure_t *sure) {

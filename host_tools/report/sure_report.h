@@ -31,9 +31,9 @@ typedef struct {
 
 typedef struct {
     unsigned long seed;
-    size_t each;   /**< recordings, or sets of them, simulated for each question */
-    bool whole;    /**< only noise is left of the recordings themselves: the simulated ones are like them */
-    bool columns;  /**< the recordings have measured columns, which the simulated ones are without */
+    size_t each;  /**< recordings, or sets of them, simulated for each question */
+    bool whole;   /**< only noise is left of the recordings themselves: the simulated ones are like them */
+    bool columns; /**< the recordings have measured columns, which the simulated ones are without */
     size_t count;
     sure_question_t question[SURE_MOST_QUESTIONS];
 } sure_t;
