@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/rivals.h"
-#include "belief/thresholds.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 
 /* So many of a scan are refined: those that promise most. */
@@ -9,7 +9,8 @@ enum { REFINED = 6 };
 /* By how much less evidence another block may have. */
 static double margin_of(const block_t *block, const block_t *other, double gain) {
     const bool lags = block->lag != LAG_NONE && other->lag != LAG_NONE;
-    return fmax(least_margin, (lags ? lag_margin : part_margin) * gain);
+    return fmax(threshold.evidence_margin,
+                (lags ? threshold.evidence_margin_part_lag : threshold.evidence_margin_part) * gain);
 }
 
 static double gain_of(const suspect_t *suspect, size_t count, const block_t *block) {
@@ -29,7 +30,7 @@ static void choose(const suspect_t *suspect, size_t count, const block_t *block,
             continue;
         }
         rivals->best_gain = fmax(rivals->best_gain, suspect[i].gain);
-        if (rivals->gain >= least_gain && rivals->count < RIVALS_MOST &&
+        if (rivals->gain >= threshold.least_gain && rivals->count < RIVALS_MOST &&
             suspect[i].gain > rivals->gain - margin_of(block, other, rivals->gain)) {
             rivals->rival[rivals->count++] = other;
         }
@@ -42,7 +43,8 @@ static size_t refined_suspects(fitted_chain_t *fitted, const probe_setting_t *se
     size_t refined = 0;
     const scan_t scan = fitted_chain_scan(fitted, setting);
     scan_blocks(&scan, suspect, count, NULL);
-    while (refined < *count && refined < REFINED && (*suspect)[refined].gain >= least_promise * (*suspect)[0].gain) {
+    while (refined < *count && refined < REFINED &&
+           (*suspect)[refined].gain >= threshold.rival_promise * (*suspect)[0].gain) {
         refined++;
     }
     scan_refine(&scan, *suspect, refined);
@@ -62,7 +64,7 @@ bool loudest_of(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_
     suspect_t *suspect;
     size_t count;
     const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
-    const bool loud = refined > 0 && suspect[0].gain >= least_gain;
+    const bool loud = refined > 0 && suspect[0].gain >= threshold.least_gain;
     if (loud) {
         *loudest = suspect[0];
         suspect[0].chain = (model_t){0};

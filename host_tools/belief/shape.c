@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/shape.h"
-#include "belief/thresholds.h"
 #include "chain/catalogue.h"
 #include "diagnosis/noise/lines.h"
 #include "diagnosis/noise/remainder.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Samples of a rest that counts; and at rest, or in motion, for a comparison: their mean square is then known to a
+ * tenth. */
+enum { LEAST_REST = 20, LEAST_RESTING = 200 };
 
 /* All that belongs to one question. */
 typedef struct {
@@ -29,7 +33,7 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
                 continue;
             }
             held++;
-            if (room->open[k] > most_open) {
+            if (room->open[k] > threshold.most_open) {
                 room->left[k] = 0.0;
                 continue;
             }
@@ -54,11 +58,11 @@ static bool rests_as_it_moves(const held_out_t *room, double step_um) {
     for (size_t i = 0; i < room->fitted->samples->count; i++) {
         const recording_t *r = &room->fitted->samples->recordings[i];
         const double *drive = r->column[COLUMN_DRIVE], *left = room->left + room->fitted->samples->begin[i];
-        const size_t settled = (size_t)fmax(least_rest_samples, least_rest_s * r->sample_rate_hz);
+        const size_t settled = (size_t)fmax(LEAST_REST, threshold.least_rest_s * r->sample_rate_hz);
         double range[2];
         values_range(drive, r->samples, range);
         for (size_t k = 0, since = 0; k < r->samples; k++) {
-            since = fabs(drive[k] - drive[since]) <= still * (range[1] - range[0]) ? since : k;
+            since = fabs(drive[k] - drive[since]) <= threshold.still * (range[1] - range[0]) ? since : k;
             if (k - since > settled) {
                 rest += left[k] * left[k];
                 resting++;
@@ -69,11 +73,12 @@ static bool rests_as_it_moves(const held_out_t *room, double step_um) {
         }
     }
     const double step_error = step_um * step_um / 12.0;
-    if (resting < least_resting || moving < least_resting) {
+    if (resting < LEAST_RESTING || moving < LEAST_RESTING) {
         return true;
     }
-    const double chance = 4.0 * sqrt(2.0 / (double)resting);
-    return move / (double)moving <= most_moving_over_resting * (1.0 + chance) * (rest / (double)resting + step_error);
+    const double chance = threshold.beyond_chance_altogether * sqrt(2.0 / (double)resting);
+    return move / (double)moving <=
+           threshold.most_moving_over_resting * (1.0 + chance) * (rest / (double)resting + step_error);
 }
 
 /* Whether only noise is left: by the tests of any remainder, on what is white already. */
@@ -88,9 +93,9 @@ static bool is_noise(const held_out_t *room, double step_um, const shape_t *shap
     const remainder_t remainder = remainder_of(samples, &white, simulated, nothing, step_um / sqrt(12.0));
     free(simulated);
     free(nothing);
-    return !remainder.structured && shape->deviations < most_deviations &&
-           shape->not_determined < most_not_determined &&
-           (double)shape->outliers < most_outliers * (double)samples->all && rests_as_it_moves(room, step_um);
+    return !remainder.structured && shape->deviations < threshold.most_deviations &&
+           shape->not_determined < threshold.most_not_determined &&
+           (double)shape->outliers < threshold.most_outliers * (double)samples->all && rests_as_it_moves(room, step_um);
 }
 
 static void scan_catalogue(const held_out_t *room, const probe_setting_t *setting, shape_t *shape) {
@@ -112,7 +117,7 @@ static void scan_catalogue(const held_out_t *room, const probe_setting_t *settin
         shape->loudest = suspect[0].block;
         shape->gain = suspect[0].gain;
     }
-    shape->silent = shape->gain < least_gain;
+    shape->silent = shape->gain < threshold.least_gain;
     suspects_free(suspect, count);
     free(left);
 }

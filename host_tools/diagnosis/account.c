@@ -3,23 +3,22 @@
 #include "base/json_output.h"
 #include "chain/fit_ranges.h"
 #include "diagnosis/attempt.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/nuisance/past.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Below these, likelihoods are halved by chance alone: see the header. */
-static const double support_scale = 5.0, margin_scale = 9.1, never_certain = 0.99;
 
 bool finding_has_reservation(const finding_t *finding) {
     return finding->certainty == ISOLATED && finding->rivals == 0;
 }
 
 double finding_confidence(const finding_t *finding) {
-    const double there = -expm1(-fmax(0.0, finding->support) / support_scale);
-    const double this_one = 1.0 / (1.0 + exp(-fmax(0.0, finding->margin) / margin_scale));
+    const double there = -expm1(-fmax(0.0, finding->support) / threshold.support_scale);
+    const double this_one = 1.0 / (1.0 + exp(-fmax(0.0, finding->margin) / threshold.margin_scale));
     const bool reserved = finding->certainty == DETECTED || finding_has_reservation(finding);
-    return fmin(never_certain, there * this_one * (reserved ? 0.5 : 1.0));
+    return fmin(threshold.never_certain, there * this_one * (reserved ? 0.5 : 1.0));
 }
 
 bool something_remains(const diagnosis_t *diagnosis) {
@@ -142,7 +141,7 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
     for (size_t f = 0; good && f < diagnosis->findings; f++) {
         finding_t *finding = &diagnosis->finding[f];
         if (finding_contradicted(finding, &account->measured.finding[f])) {
-            finding->certainty = DETECTED;
+            finding_at_most(finding, DETECTED);
         }
         account->confidence[f] = finding_confidence(finding);
     }

@@ -13,15 +13,10 @@
 #include "diagnosis/search_round.h"
 #include "diagnosis/sides.h"
 #include "diagnosis/verdict.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
-/* 2 log likelihood by which a name has to win. 20: a factor of 22000. */
-const double attempt_naming_margin = 20.0;
-const double attempt_least_support = 12.0;
-const double attempt_least_steps = 0.1;
-const double attempt_least_part_of_found = 0.1;
-const double attempt_worth_explaining = 0.05;
 enum { BASELINE_ITERATIONS = 4 };
 
 void attempt_advance(attempt_t *job) {
@@ -73,7 +68,7 @@ static void find_steps(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     const block_t *steps = block_of_steps();
     const double step = job->step_um, error_um = step / sqrt(12.0);
-    if (steps != NULL && step > 0.0 && error_um > attempt_least_steps * d->noise.rms_um &&
+    if (steps != NULL && step > 0.0 && error_um > threshold.least_steps * d->noise.rms_um &&
         d->findings < DIAGNOSIS_MOST_FINDINGS) {
         const double each = lattice_likelihood_per_sample();
         const double t = sqrt(each * (double)d->samples.fitted);
@@ -81,15 +76,15 @@ static void find_steps(attempt_t *job) {
         model_set(block, steps->parameter[0].name, step);
         block->parameter[0].sigma = allocate(1, sizeof(double));
         *block->parameter[0].sigma = job->step_sigma_um;
-        d->finding[d->findings++] = (finding_t){.block = steps,
-                                                .t = t,
-                                                .t_blocks = t,
-                                                .certainty = NAMED,
-                                                .in_readings = true,
-                                                .margin = HUGE_VAL,
-                                                .support = each * (double)d->samples.held,
-                                                .held_out_before_percent = d->held_out_percent,
-                                                .held_out_after_percent = d->held_out_percent};
+        findings_add(d, &(finding_t){.block = steps,
+                                     .t = t,
+                                     .t_blocks = t,
+                                     .certainty = NAMED,
+                                     .in_readings = true,
+                                     .margin = HUGE_VAL,
+                                     .support = each * (double)d->samples.held,
+                                     .held_out_before_percent = d->held_out_percent,
+                                     .held_out_after_percent = d->held_out_percent});
     }
 }
 
@@ -174,7 +169,7 @@ bool attempt_from(attempt_t *job, const model_t *given) {
     while (good && found && d->findings < DIAGNOSIS_MOST_FINDINGS) {
         good = search_round(job, &found);
     }
-    good = good && reconsider_superfluous(job, candidate_least_size, 0);
+    good = good && reconsider_superfluous(job, threshold.least_size, 0);
     if (good) {
         choose_beginning(job);
     }
@@ -194,14 +189,14 @@ bool attempt_with(attempt_t *job, const model_t *given, const suspect_t *heard) 
     candidate_insert(&with, &d->model, heard->block, value);
     model_free(&d->model);
     d->model = with;
-    d->finding[d->findings++] = (finding_t){.block = heard->block,
-                                            .t = heard->amplitude / heard->sigma,
-                                            .t_blocks = heard->amplitude / heard->sigma,
-                                            .certainty = ISOLATED,
-                                            .heard = true,
-                                            .margin = HUGE_VAL,
-                                            .support = 2.0 * heard->gain,
-                                            .held_out_before_percent = d->baseline_held_out_percent};
+    findings_add(d, &(finding_t){.block = heard->block,
+                                 .t = heard->amplitude / heard->sigma,
+                                 .t_blocks = heard->amplitude / heard->sigma,
+                                 .certainty = ISOLATED,
+                                 .heard = true,
+                                 .margin = HUGE_VAL,
+                                 .support = 2.0 * heard->gain,
+                                 .held_out_before_percent = d->baseline_held_out_percent});
     const bool good = joint_fit(&d->samples, &d->noise, &d->model, refitted_blocks(d, &d->model), ATTEMPT_ITERATIONS,
                                 &job->power, job->failure) &&
                       findings_errors(d, job->failure) &&

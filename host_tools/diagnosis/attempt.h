@@ -50,20 +50,6 @@ unsigned attempt_blocks_found(const diagnosis_t *d, const model_t *model);
 /** And those of the given chain that are fitted again. */
 unsigned attempt_blocks_fitted(const diagnosis_t *d, const model_t *model);
 
-/** Of what the blocks that were found change: simulations of these are right to about that, and what is smaller may be
- * their error. */
-extern const double attempt_least_part_of_found;
-
-/** 2 log likelihood by which a name has to win; and the least that the held-out samples have to say for a finding. */
-extern const double attempt_naming_margin, attempt_least_support;
-
-/** What the held-out samples have beyond the noise, in parts of its square, that is worth a block which another shape
- * of hysteresis could imitate. */
-extern const double attempt_worth_explaining;
-
-/** Steps of the converter whose error is smaller than this part of the noise do not matter. */
-extern const double attempt_least_steps;
-
 /** Of a fit of all that was found. One that settles ends by itself; one that was stopped before leaves what is then
  * taken for another effect. */
 enum { ATTEMPT_ITERATIONS = 16 };

@@ -11,6 +11,7 @@
 #include "diagnosis/nuisance/smooth_plane.h"
 #include "identify/fit.h"
 #include "numerics/basis.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,19 +27,8 @@ static const struct {
                     [BOUC_WEN] = {"bouc_wen", 0, false},
                     [SYMMETRIC_PLANE] = {"preisach", 14, false},
                     [PLANE] = {"preisach", 14, true}};
-/* Of the held-out samples' sum of squares: a bank whose operators are not spread smoothly has to be so much better. */
-static const double rough_at_most = 0.97;
-/* Of the sum of squares that a fit had left: another one that leaves so much more has gone astray. */
-static const double no_way_back = 1.1;
 enum { FIT_ITERATIONS = 4 };
 _Static_assert((int)SHAPES == (int)BASELINE_SHAPES, "room for all shapes");
-/* Of the held-out samples' sum of squares: a shape that leaves more than this many times what the best one leaves is no
- * candidate. Not a few times: of what the effects do that are missing, each shape has taken another part. */
-static const double worth_trying = 10.0;
-/* Of the noise's square. */
-static const double known = 1.15;
-/* Of what the best one leaves. */
-static const double far_behind = 1.05;
 
 static bool fit_family(size_t shape, const recording_t *recordings, size_t count, baseline_t *baseline,
                        failure_t *failure) {
@@ -174,14 +164,15 @@ static int by_promise(const void *one, const void *other) {
 }
 
 bool baseline_says(const samples_t *samples, const noise_t *noise, double held) {
-    return held < known * (double)samples->held * noise->sigma_um * noise->sigma_um;
+    return held < threshold.noise_known_by_shapes * (double)samples->held * noise->sigma_um * noise->sigma_um;
 }
 
 /* Where the best one says nothing, the bank comes first, which is linear in its numbers, unless it is far behind. */
 static void prefer_bank(const samples_t *samples, const noise_t *noise, baseline_t *baseline, size_t count) {
     const double least = baseline[0].held;
     for (size_t i = 1; i < count && !baseline_says(samples, noise, least); i++) {
-        if (baseline[i].family == family_find(shapes[BANK].family) && baseline[i].held < far_behind * least) {
+        if (baseline[i].family == family_find(shapes[BANK].family) &&
+            baseline[i].held < threshold.shape_far_behind * least) {
             const baseline_t bank = baseline[i];
             memmove(&baseline[1], &baseline[0], i * sizeof bank);
             baseline[0] = bank;
@@ -197,7 +188,7 @@ static void leave_out_hopeless(baseline_t *baseline, size_t *count) {
         least = fmin(least, baseline[i].held);
     }
     for (size_t i = 0; i < *count; i++) {
-        if (baseline[i].held < worth_trying * least) {
+        if (baseline[i].held < threshold.hopeless_shape * least) {
             baseline[kept++] = baseline[i];
         } else {
             model_free(&baseline[i].model);
@@ -247,7 +238,7 @@ static void judge_and_keep_way(const judgement_t *job, baseline_t *baseline, dou
     copy_of(&judged, baseline);
     judge(job, &judged);
     copy_of(&fitted, &judged);
-    const bool finds_back = fit_hysteresis(job, &fitted) <= no_way_back * left;
+    const bool finds_back = fit_hysteresis(job, &fitted) <= threshold.gone_astray * left;
     baseline_free(&fitted, 1);
     baseline->held = judged.held;
     baseline_free(finds_back ? baseline : &judged, 1);
@@ -283,7 +274,7 @@ static void choose_bank(judgement_t *job) {
     fit_hysteresis(job, job->rough);
     judge(job, bank);
     judge(job, job->rough);
-    if (job->rough->held < rough_at_most * bank->held) {
+    if (job->rough->held < threshold.bank_of_any_thresholds * bank->held) {
         const baseline_t smooth = *bank;
         *bank = *job->rough;
         *job->rough = smooth;

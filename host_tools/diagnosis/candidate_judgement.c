@@ -1,37 +1,23 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/candidate_judgement.h"
 #include "diagnosis/noise/remainder.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
 
-/* Chance of one false finding in a diagnosis, over all signatures that are tried in it. */
-static const double false_alarm = 1e-3;
-/* The same for the standard error from the scatter over blocks, of which there are few. */
-static const double block_false_alarm = 0.05;
-/* Of the error of a converter's steps where the noise is smaller: it stays the same while the drive rests, and does not
- * average out as noise does. */
-static const double least_part_of_steps = 0.25;
-/* That of a shape: on a loop that repeats itself the steps' error is a function of the drive, as a curve is. */
-static const double least_part_for_shapes = 0.5;
-/* What the simulation of what was found may be wrong by where that acts, in parts of it. */
-static const double wrong_where_it_acts = 0.2;
-/* Of what the held-out samples have beyond the noise, what a block has to explain that another shape of hysteresis
- * could imitate, or to less than this. */
-static const double most_of_it = 0.6, little_left = 0.06;
-const double candidate_much_of_it = 0.2;
-
 /* Significant by both standard errors, corrected for the number of signatures tried. */
 static bool significant(const candidate_t *candidate, size_t tested) {
-    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
-    const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * block_false_alarm / (double)tested, 20.0);
+    const double z = gsl_cdf_ugaussian_Qinv(0.5 * threshold.false_alarm / (double)tested);
+    const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * threshold.false_alarm_blocks / (double)tested, 20.0);
     const evidence_test_t *test = &candidate->test;
-    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 0.5 && test->amplitude < 2.0;
+    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 1.0 / threshold.amplitude_ratio &&
+           test->amplitude < threshold.amplitude_ratio;
 }
 
 /* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
 static bool jointly_significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
-    const double z = gsl_cdf_ugaussian_Qinv(0.5 * false_alarm / (double)tested);
+    const double z = gsl_cdf_ugaussian_Qinv(0.5 * threshold.false_alarm / (double)tested);
     return candidate->joint && hysteresis_far_from_linear(&candidate->model) &&
            (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
 }
@@ -55,12 +41,12 @@ static double *change_found(const attempt_t *job) {
 /* Beyond the nuisance subspace. Where it acts, it has to be more than the error of what was found may be. */
 static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const diagnosis_t *d = job->diagnosis;
-    const double least_um = (job->coarse ? least_part_of_steps : candidate_least_size) * d->noise.sigma_um;
+    const double least_um = (job->coarse ? threshold.least_size_of_steps : threshold.least_size) * d->noise.sigma_um;
     bool large = candidate_own_um(candidate) > least_um;
     if (large && d->findings > 0) {
         double *found = change_found(job);
         large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
-                                                 wrong_where_it_acts) > least_um;
+                                                 threshold.wrong_at_a_sample) > least_um;
         free(found);
     }
     return large;
@@ -73,32 +59,32 @@ static double joint_size_um(const attempt_t *job, const candidate_t *candidate) 
 }
 
 bool candidate_contradicted(const candidate_t *candidate) {
-    return candidate->electrical < -attempt_naming_margin;
+    return candidate->electrical < -threshold.naming_margin;
 }
 
 /* Where the model's own numbers are so few that other shapes imitate what it lacks: whether the block explains most of
  * it. */
 static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
     const double before = attempt_excess(job->diagnosis, job->power.held);
-    return candidate->joint &&
-           attempt_excess(job->diagnosis, candidate->power.held) < fmax((1.0 - most_of_it) * before, little_left);
+    return candidate->joint && attempt_excess(job->diagnosis, candidate->power.held) <
+                                   fmax((1.0 - threshold.shape_explains) * before, threshold.shape_leaves);
 }
 
 /* Where the noise is known, others judge that. */
 static bool explains_much(const attempt_t *job, const candidate_t *candidate) {
     const diagnosis_t *d = job->diagnosis;
     return remainder_knows_noise(&d->samples, &d->noise) ||
-           (candidate->joint && candidate->power.fitted < (1.0 - candidate_much_of_it) * job->power.fitted);
+           (candidate->joint && candidate->power.fitted < (1.0 - threshold.much_of_it) * job->power.fitted);
 }
 
 /* Whether it is large enough for a finding. A shape has to explain most of what is left: part of it any shape does. */
 static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
     const question_t question = evidence_question(evidence);
     bool large = question == ASK_ANYTHING && !job->coarse
-                     ? joint_size_um(job, candidate) > attempt_least_part_of_found * job->found_um
+                     ? joint_size_um(job, candidate) > threshold.least_part_of_found * job->found_um
                      : large_enough(job, evidence, candidate);
     large = large && (!job->coarse || question == ASK_EFFECTS ||
-                      joint_size_um(job, candidate) > least_part_for_shapes * job->diagnosis->noise.sigma_um);
+                      joint_size_um(job, candidate) > threshold.least_size_of_shapes * job->diagnosis->noise.sigma_um);
     return large && explains_much(job, candidate) && (question == ASK_EFFECTS || explains_most(job, candidate));
 }
 

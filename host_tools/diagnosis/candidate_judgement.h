@@ -6,10 +6,6 @@
 #include "diagnosis/attempt.h"
 #include "diagnosis/evidence/candidate.h"
 
-/** Where the noise is not known: what a block has to take of the sum of squares that is left, most of which is no noise
- * and may look like anything in part. */
-extern const double candidate_much_of_it;
-
 /** By the measured voltage or current, as surely as it takes to make a name. */
 bool candidate_contradicted(const candidate_t *candidate);
 

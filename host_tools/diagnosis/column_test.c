@@ -5,6 +5,7 @@
 #include "diagnosis/nuisance/nuisance.h"
 #include "diagnosis/nuisance/signals.h"
 #include "numerics/basis.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -170,12 +171,12 @@ column_trial_t column_try(column_test_t *test, const double *column, column_spee
     column_trial_t trial = {.coefficient = found.amplitude, .sigma = found.sigma, .least = HUGE_VAL};
     if (column_test_enough(test) && found.square > 0.0 && after > 0.0) {
         const double size = sqrt(found.square / (double)test->fitted.rows);
-        const double least_um = fmax(candidate_least_size * sigma_um, attempt_least_part_of_found * test->found_um);
+        const double least_um = fmax(threshold.least_size * sigma_um, threshold.least_part_of_found * test->found_um);
         trial.least = fmax(found.sigma * regression_quantile(&found, test->chance), least_um / size);
         trial.likelihood = gsl_pow_2(found.amplitude / sigma_um) * found.square;
         trial.share = 1.0 - after / before;
         trial.passed =
-            fabs(found.amplitude) > trial.least && (double)held->rows * log(before / after) > attempt_least_support;
+            fabs(found.amplitude) > trial.least && (double)held->rows * log(before / after) > threshold.least_support;
     }
     return trial;
 }

@@ -3,10 +3,10 @@
 #include "base/parallel.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/candidate.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
-const double contest_worth = 0.5;
 /* All starts are fitted by so many iterations; then the best ones of them, of each block at most so many. */
 enum { FIRST_ITERATIONS = 2, LAST_ITERATIONS = 8, MOST_LAST = 8, MOST_OF_A_BLOCK = 2 };
 
@@ -109,7 +109,8 @@ bool contest(const samples_t *samples, const probe_setting_t *setting, const mod
     }
     fit_starts(samples, &starts);
     const start_t *best = starts.start;
-    const bool won = starts.count > 0 && best->left < contest_worth * power.fitted && !best->entry.block->probe->shape;
+    const bool won =
+        starts.count > 0 && best->left < threshold.contest_worth * power.fitted && !best->entry.block->probe->shape;
     if (won) {
         *winner = best->entry;
     }
@@ -138,7 +139,7 @@ bool contest_stands(const samples_t *samples, const probe_setting_t *setting, co
     add_starts(setting, chain, block, &starts);
     fit_starts(samples, &starts);
     const bool stands = starts.count > 0 && joint_power(samples, &white, standing, &power, &refusal) &&
-                        contest_worth * starts.start[0].left < power.fitted;
+                        threshold.contest_worth * starts.start[0].left < power.fitted;
     free_starts(&starts, 0);
     return stands;
 }

@@ -34,8 +34,4 @@ bool contest_fit(const samples_t *samples, const probe_setting_t *setting, const
 bool contest_stands(const samples_t *samples, const probe_setting_t *setting, const model_t *standing,
                     const model_t *chain, const block_t *block);
 
-/** The part of a standing model's power that a winner may leave, and, held out, the answer that it leads to. Higher:
- * curves of a hysteresis win. Lower: an effect that is half of what is missing beside others does not. */
-extern const double contest_worth;
-
 #endif

@@ -1,120 +1,62 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/diagnose.h"
-#include "diagnosis/attempt.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/empirical.h"
-#include "diagnosis/noise/lattice.h"
-#include "diagnosis/noise/line_clock.h"
+#include "diagnosis/question.h"
 #include "diagnosis/review.h"
+#include "diagnosis/stages.h"
 #include "diagnosis/trials.h"
 #include "diagnosis/unseen.h"
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-void diagnosis_setting(const recording_t *recordings, size_t count, probe_setting_t *s) {
-    double volts[2], micrometres[2], first_preload_n = 0.0, preload_n;
-    failure_t ignored;
-    recordings_range(recordings, count, COLUMN_DRIVE, volts);
-    recordings_range(recordings, count, COLUMN_DISPLACEMENT, micrometres);
-    *s = (probe_setting_t){.drive_low_v = volts[0],
-                           .drive_high_v = volts[1],
-                           .displacement_low_um = micrometres[0],
-                           .displacement_high_um = micrometres[1],
-                           .sample_rate_hz = recordings[0].sample_rate_hz};
-    for (size_t i = 0; i < count; i++) {
-        const recording_t *r = &recordings[i];
-        const double *drive = r->column[COLUMN_DRIVE];
-        for (size_t k = 1; k < r->samples; k++) {
-            s->largest_rate_v_per_s = fmax(s->largest_rate_v_per_s, fabs(drive[k] - drive[k - 1]) * r->sample_rate_hz);
-        }
-        s->longest_s = fmax(s->longest_s, (double)r->samples / r->sample_rate_hz);
-        if (recording_preload(r, &preload_n, &ignored)) {
-            first_preload_n = i == 0 ? preload_n : first_preload_n;
-            s->preloads = s->preloads || preload_n != first_preload_n;
-        }
-    }
-}
-
-/* What all that follows has in common: the recordings, the samples that are included, the steps of the converter. */
-static bool begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count) {
-    diagnosis_setting(recordings, count, &job->setting);
-    job->setting.line_hz = job->line_hz;
-    job->step_um = lattice_step_um(recordings, count, &job->step_sigma_um);
-    diagnosis_t *d = job->diagnosis;
-    d->recordings = allocate(count, sizeof *recordings);
-    memcpy(d->recordings, recordings, count * sizeof *recordings);
-    return samples_open(&d->samples, model, d->recordings, count, job->failure);
-}
-
-/* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is
- * seen. */
-static void count_steps_as_noise(attempt_t *job, noise_t *noise) {
-    const double error_um = job->step_um / sqrt(12.0);
-    if (error_um > noise->sigma_um) {
-        noise->filter = (noise_filter_t){0};
-        noise->sigma_um = error_um;
-        noise->rms_um = fmax(noise->rms_um, error_um);
-        job->coarse = true;
-    }
-}
-
-static bool has_own_clock(const model_t *model) {
-    for (size_t b = 0; b < model->blocks; b++) {
-        if (model->block[b].block->own_clock) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* The noise, with a model that explains the recordings as far as any does by now. */
-static bool find_noise(attempt_t *job, const model_t *model) {
-    diagnosis_t *d = job->diagnosis;
-    double *simulated = samples_column(&d->samples), *residual = samples_column(&d->samples);
-    bool good = samples_simulate(&d->samples, model, simulated, job->failure);
-    if (good) {
-        samples_residual(&d->samples, simulated, residual);
-        job->setting.lines = baseline_lines(&d->samples, residual, job->line_hz);
-        if (!has_own_clock(model)) {
-            line_clock_set(d->recordings, &d->samples, residual, job->line_hz, job->setting.lines);
-        }
-        good = baseline_noise(&d->samples, model, &job->setting, &d->noise, job->failure);
-        count_steps_as_noise(job, &d->noise);
-    }
-    free(simulated);
-    free(residual);
-    attempt_advance(job);
-    return good;
-}
-
-/* Where the drive never rests, the noise was found beside a model of few numbers, and what that leaves of the loops'
- * shape counts as noise. Where the universal operator leaves nothing but noise, it says it better. */
-static void find_noise_beside(attempt_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    const fitted_chain_t *beside = &job->beside;
-    noise_t noise;
-    if (d->noise.at_rest || !d->shape.whole) {
-        return;
-    }
-    double *left = samples_column(&d->samples);
-    for (size_t k = 0; k < d->samples.all; k++) {
-        left[k] = beside->position_um[k] - beside->imitation.simulated_um[k];
-    }
-    noise_of(&d->samples, NULL, left, &noise);
-    if (noise.rms_um < d->noise.rms_um) {
-        job->coarse = false;
-        count_steps_as_noise(job, &noise);
-        d->noise = noise;
-    }
-    free(left);
-}
 
 /* What stands for itself whatever hysteresis the answer has. */
 typedef struct {
     model_t chain;
     double nrmse_percent, held_out_percent, fitted_held_out_percent;
 } as_given_t;
+
+struct diagnosing {
+    attempt_t job;
+    const model_t *given; /* NULL: none */
+    const recording_t *recordings;
+    size_t count;
+    /* The first one is what the search begins with: the given chain, or of the bank and the others the one that fits
+     * best. */
+    baseline_t shape[TRIALS_MOST_SHAPES], rough;
+    size_t shapes; /* that are filled */
+    as_given_t as_given;
+};
+
+static bool take_samples(diagnosing_t *all) {
+    baseline_t *first = &all->shape[0];
+    all->shapes = 1;
+    if (all->given != NULL) {
+        model_copy(&first->model, all->given);
+        attempt_without_noise(&first->model);
+    } else if (!baseline_bank(all->recordings, all->count, first, &all->rough, all->job.failure)) {
+        all->shapes = 0;
+        return false;
+    }
+    return question_begin(&all->job, &first->model, all->recordings, all->count);
+}
+
+static bool take_noise(diagnosing_t *all) {
+    return question_noise(&all->job, &all->shape[0].model);
+}
+
+static bool choose_shape(diagnosing_t *all) {
+    attempt_t *job = &all->job;
+    const diagnosis_t *d = job->diagnosis;
+    return all->given != NULL || (baseline_shapes(&d->samples, &d->noise, &job->setting, all->shape, &all->rough,
+                                                  &all->shapes, job->failure) &&
+                                  (d->noise.at_rest || take_noise(all))); /* with a better model, better */
+}
+
+static bool imitate(diagnosing_t *all) {
+    review_begin(&all->job, &all->shape[0].model);
+    question_noise_beside(&all->job);
+    return true;
+}
 
 static void note_given(const diagnosis_t *d, as_given_t *given) {
     *given = (as_given_t){.nrmse_percent = d->given_nrmse_percent,
@@ -124,9 +66,10 @@ static void note_given(const diagnosis_t *d, as_given_t *given) {
 }
 
 /* Takes what note_given has copied. */
-static void put_given(diagnosis_t *d, const as_given_t *given) {
+static void put_given(diagnosis_t *d, as_given_t *given) {
     model_free(&d->given);
     d->given = given->chain;
+    given->chain = (model_t){0};
     d->given_nrmse_percent = given->nrmse_percent;
     d->given_held_out_percent = given->held_out_percent;
     d->own_shape_held_out_percent = given->fitted_held_out_percent;
@@ -135,99 +78,127 @@ static void put_given(diagnosis_t *d, const as_given_t *given) {
     }
 }
 
-/* The given chain with hystereses of other shapes, behind the given one. Returns how many there are then; they are to
- * be freed. */
-static size_t other_shapes(attempt_t *job, const model_t *chain, baseline_t shape[TRIALS_MOST_SHAPES]) {
-    const diagnosis_t *d = job->diagnosis;
-    baseline_t rough;
-    size_t shapes = 1;
-    failure_t refusal;
-    if (!baseline_bank(d->recordings, d->samples.count, &shape[1], &rough, &refusal)) {
-        return 1;
+static bool search_from_first(diagnosing_t *all) {
+    const bool good = trial_of_first(&all->job, &all->shape[0]);
+    if (good && all->given != NULL) {
+        note_given(all->job.diagnosis, &all->as_given);
     }
-    baseline_shapes(&d->samples, &d->noise, &job->setting, shape + 1, &rough, &shapes, &refusal);
-    for (size_t i = 1; i <= shapes; i++) {
-        baseline_put_into(&shape[i], chain);
-    }
-    baseline_free(&rough, 1);
-    return 1 + shapes;
+    return good;
 }
 
-/* Frees what only the search needs. good: all of it went well. */
-static bool end(attempt_t *job, baseline_t *shape, size_t shapes, bool good) {
-    review_close(job);
-    baseline_free(shape, shapes);
-    progress_end(&job->progress);
-    if (!progress_go_on(job->failure) || !good) {
-        diagnosis_free(job->diagnosis);
-        return false;
+/* The given chain with hystereses of other shapes, behind the given one. */
+static void shapes_beside_given(diagnosing_t *all) {
+    attempt_t *job = &all->job;
+    const diagnosis_t *d = job->diagnosis;
+    failure_t refusal;
+    size_t shapes = 1;
+    if (!baseline_bank(d->recordings, d->samples.count, &all->shape[1], &all->rough, &refusal)) {
+        return;
+    }
+    baseline_shapes(&d->samples, &d->noise, &job->setting, all->shape + 1, &all->rough, &shapes, &refusal);
+    for (size_t i = 1; i <= shapes; i++) {
+        baseline_put_into(&all->shape[i], &all->shape[0].model);
+    }
+    all->shapes = 1 + shapes;
+}
+
+static bool search_from_others(diagnosing_t *all) {
+    if (!trial_leaves_nothing(&all->job, &all->shape[0])) {
+        if (all->given != NULL) {
+            shapes_beside_given(all);
+        }
+        trials_of_others(&all->job, all->shape, all->shapes);
     }
     return true;
 }
 
-bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
-              failure_t *failure) {
-    attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
-    baseline_t shape[TRIALS_MOST_SHAPES] = {0};
-    size_t shapes = 1;
-    bool good;
-    progress_begin(&job.progress, "diagnosing");
-    memset(diagnosis, 0, sizeof *diagnosis);
-    diagnosis->model_given = true;
-    model_copy(&shape[0].model, given);
-    attempt_without_noise(&shape[0].model);
-    good = begin(&job, &shape[0].model, recordings, count) && find_noise(&job, &shape[0].model);
-    if (good) {
-        review_begin(&job, &shape[0].model);
-        find_noise_beside(&job);
-        good = trial_of_first(&job, &shape[0]);
-    }
-    if (good) {
-        as_given_t as_given;
-        note_given(diagnosis, &as_given);
-        if (!trial_leaves_nothing(&job, &shape[0])) {
-            shapes = other_shapes(&job, &shape[0].model, shape);
-            trials_of_others(&job, shape, shapes);
-        }
-        trial_without_the_first(&job);
-        trial_of_contest(&job, &shape[0].model);
-        trial_of_heard(&job);
-        good = review_end(&job);
-        put_given(diagnosis, &as_given);
-        good = good && unseen_complete(&job) && review_delivered(&job) && empirical_describe(&job);
-    }
-    return end(&job, shape, shapes, good);
+static bool search_without_first(diagnosing_t *all) {
+    trial_without_the_first(&all->job);
+    return true;
 }
 
-bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure) {
-    attempt_t job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0};
-    baseline_t baseline[BASELINE_SHAPES], rough;
-    size_t shapes = 1;
-    bool good;
+static bool search_strong(diagnosing_t *all) {
+    trial_of_contest(&all->job, all->given != NULL ? &all->shape[0].model : NULL);
+    return true;
+}
+
+static bool take_heard(diagnosing_t *all) {
+    trial_of_heard(&all->job);
+    return true;
+}
+
+static bool review(diagnosing_t *all) {
+    const bool good = review_end(&all->job);
+    if (all->given != NULL) {
+        put_given(all->job.diagnosis, &all->as_given);
+    }
+    return good;
+}
+
+static bool limits(diagnosing_t *all) {
+    return unseen_complete(&all->job);
+}
+
+static bool deliver(diagnosing_t *all) {
+    return review_delivered(&all->job);
+}
+
+static bool describe_unknown(diagnosing_t *all) {
+    return empirical_describe(&all->job);
+}
+
+const stage_t diagnosis_stages[] = {
+    {"samples", "which samples count, and which are held out of every fit", "noise/samples.h", take_samples},
+    {"noise", "from rests, or from what a rich model leaves", "noise/noise.h", take_noise},
+    {"first shape", "of the hystereses of few numbers the one that leaves least beside every block's best probe",
+     "baseline.h", choose_shape},
+    {"universal operator",
+     "in the hysteresis' place: what it leaves, which blocks speak beside it, and the noise again", "belief/shape.h",
+     imitate},
+    {"search", "block after block, until none convinces; then which stay, their names and their sides", "attempt.h",
+     search_from_first},
+    {"other shapes",
+     "the same from other hystereses, where more than noise is left or a curve was found; the best stands", "trials.h",
+     search_from_others},
+    {"without the first", "the same without the block that came first, where structure is left", "trials.h",
+     search_without_first},
+    {"strong effects", "the same from the hysteresis that is best beside one strong effect, where much is left",
+     "contest.h", search_strong},
+    {"heard", "a block that speaks beside the operator, and was not found, takes the answer's place if it is likelier",
+     "trials.h", take_heard},
+    {"review", "findings are weighed beside the operator: what is only shape goes, and rivals are added", "review.h",
+     review},
+    {"detection limits", "of what was not found", "unseen.h", limits},
+    {"delivered", "the error that the written model has when it is simulated; plain models beside it", "delivered.h",
+     deliver},
+    {"unknown physics", "an empirical term, where structure is left and no block explains it", "empirical.h",
+     describe_unknown},
+};
+const size_t diagnosis_stage_count = sizeof diagnosis_stages / sizeof diagnosis_stages[0];
+
+bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
+              failure_t *failure) {
+    diagnosing_t all = {.job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0},
+                        .given = given,
+                        .recordings = recordings,
+                        .count = count};
+    bool good = true;
     memset(diagnosis, 0, sizeof *diagnosis);
-    if (!baseline_bank(recordings, count, &baseline[0], &rough, failure)) {
+    diagnosis->model_given = given != NULL;
+    progress_begin(&all.job.progress, "diagnosing");
+    for (size_t s = 0; good && s < diagnosis_stage_count; s++) {
+        good = diagnosis_stages[s].run(&all);
+    }
+    review_close(&all.job);
+    baseline_free(all.shape, all.shapes);
+    baseline_free(&all.rough, 1);
+    model_free(&all.as_given.chain);
+    progress_end(&all.job.progress);
+    if (!progress_go_on(failure) || !good) {
+        diagnosis_free(diagnosis);
         return false;
     }
-    progress_begin(&job.progress, "diagnosing");
-    good = begin(&job, &baseline[0].model, recordings, count) && find_noise(&job, &baseline[0].model) &&
-           baseline_shapes(&diagnosis->samples, &diagnosis->noise, &job.setting, baseline, &rough, &shapes, failure) &&
-           (diagnosis->noise.at_rest || find_noise(&job, &baseline[0].model)); /* with a better model, better */
-    if (good) {
-        review_begin(&job, &baseline[0].model);
-        find_noise_beside(&job);
-        good = trial_of_first(&job, &baseline[0]);
-    }
-    if (good) {
-        if (!trial_leaves_nothing(&job, &baseline[0])) {
-            trials_of_others(&job, baseline, shapes);
-        }
-        trial_without_the_first(&job);
-        trial_of_contest(&job, NULL);
-        trial_of_heard(&job);
-        good = review_end(&job) && unseen_complete(&job) && review_delivered(&job) && empirical_describe(&job);
-    }
-    baseline_free(&rough, 1);
-    return end(&job, baseline, shapes, good);
+    return true;
 }
 
 void diagnosis_free_models(diagnosis_t *diagnosis) {

@@ -101,22 +101,19 @@ typedef struct {
 } diagnosis_t;
 
 /**
- * The given chain is fitted again, as far as the recordings determine it (refitted.h). Where that is not the whole
+ * The stages of stages.h, one after another. The recordings must outlive the diagnosis, which is to be freed.
+ *
+ * given: a chain. It is fitted again, as far as the recordings determine it (refitted.h). Where that is not the whole
  * answer, the search is made also with hystereses of other shapes in the given one's place. Such an answer stands if it
- * is better by attempt_naming_margin: a wrong shape of the user's is no missing physics either. The recordings must
- * outlive the diagnosis, which is to be freed.
- */
-bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
-              failure_t *failure);
-/**
- * The same without a model: from the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the
- * signatures of all blocks. Where that leaves more than noise, or finds something, also from the others that come near.
+ * is better by naming_margin: a wrong shape of the user's is no missing physics either.
+ *
+ * NULL: the search begins with the shape of hysteresis (play bank, Bouc-Wen, Preisach) that fits best beside the
+ * signatures of all blocks. Where that leaves more than noise, or finds something, also with the others that come near.
  * The answer that leaves the least error of the held-out samples stands: a wrong shape is no missing physics, and
  * physics is no shape.
  */
-bool diagnose_recordings(const recording_t *recordings, size_t count, diagnosis_t *diagnosis, failure_t *failure);
-/** What a search begins with that knows of no lines. */
-void diagnosis_setting(const recording_t *recordings, size_t count, probe_setting_t *setting);
+bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
+              failure_t *failure);
 void diagnosis_free(diagnosis_t *diagnosis);
 /** Its models only, of one that shares all else with another. */
 void diagnosis_free_models(diagnosis_t *diagnosis);

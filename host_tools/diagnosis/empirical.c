@@ -10,9 +10,9 @@
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/verdict.h"
 #include "diagnosis/where/drive_period.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* A line may be this one of what is periodic, where others hide the rest: the period is then tried as often as longer.
  */
@@ -200,9 +200,9 @@ static double support(const diagnosis_t *d, const term_t *without, const term_t 
 
 static bool is_worth_it(const diagnosis_t *d, const term_t *without, const term_t *with) {
     const double before = missing(d, without);
-    return with->good && before > attempt_worth_explaining * noise_square(d) &&
-           missing(d, with) < (1.0 - candidate_much_of_it) * before &&
-           support(d, without, with) > attempt_least_support && with->delivered_percent < without->delivered_percent;
+    return with->good && before > threshold.worth_explaining * noise_square(d) &&
+           missing(d, with) < (1.0 - threshold.much_of_it) * before &&
+           support(d, without, with) > threshold.least_support && with->delivered_percent < without->delivered_percent;
 }
 
 /* The term becomes a finding. false: its numbers have no standard errors, and all is as it was. */
@@ -211,15 +211,15 @@ static bool take(attempt_t *job, const term_t *without, term_t *with) {
     const model_t before = d->model;
     failure_t refusal;
     d->model = with->model;
-    d->finding[d->findings++] = (finding_t){.block = with->block,
-                                            .certainty = DETECTED,
-                                            .settled = DETECTED,
-                                            .margin = HUGE_VAL,
-                                            .support = support(d, without, with),
-                                            .held_out_before_percent = without->held_out_percent,
-                                            .held_out_after_percent = with->held_out_percent};
+    findings_add(d, &(finding_t){.block = with->block,
+                                 .certainty = DETECTED,
+                                 .settled = DETECTED,
+                                 .margin = HUGE_VAL,
+                                 .support = support(d, without, with),
+                                 .held_out_before_percent = without->held_out_percent,
+                                 .held_out_after_percent = with->held_out_percent});
     if (!findings_errors(d, &refusal)) {
-        d->findings--;
+        findings_remove(d, d->findings - 1);
         with->model = d->model;
         d->model = before;
         return false;
@@ -257,27 +257,26 @@ typedef struct {
 } aside_t;
 
 static void put_aside(diagnosis_t *d, aside_t *aside) {
-    size_t kept = 0;
     model_t all = d->model;
     aside->findings = 0;
-    for (size_t f = 0; f < d->findings; f++) {
+    for (size_t f = 0; f < d->findings;) {
         if (d->finding[f].in_readings) {
             aside->finding[aside->findings++] = d->finding[f];
+            findings_remove(d, f);
         } else {
-            d->finding[kept++] = d->finding[f];
+            f++;
         }
     }
-    d->findings = kept;
     model_copy(&d->model, &all);
     attempt_without_noise(&d->model);
     aside->model = all;
 }
 
 static void put_back(diagnosis_t *d, aside_t *aside) {
-    const size_t named = findings_named(d), terms = d->findings - named;
-    memmove(&d->finding[named + aside->findings], &d->finding[named], terms * sizeof d->finding[0]);
-    memcpy(&d->finding[named], aside->finding, aside->findings * sizeof d->finding[0]);
-    d->findings += aside->findings;
+    const size_t named = findings_named(d);
+    for (size_t f = 0; f < aside->findings; f++) {
+        findings_insert(d, named + f, &aside->finding[f]);
+    }
     for (size_t b = 0; b < aside->model.blocks; b++) {
         const model_block_t *block = &aside->model.block[b];
         if (block->block->readings != READINGS_AS_THEY_ARE) {

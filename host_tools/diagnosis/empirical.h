@@ -17,9 +17,9 @@ enum { EMPIRICAL_MOST = 2 };
  * hysteresis and with what was found. The one that leaves the least error of the held-out samples is taken, then
  * perhaps a second one, if it
  *
- * - takes candidate_much_of_it of the square of that error beyond the noise (of all of it, where the noise is not
- *   known), and this is more than attempt_worth_explaining of the noise's;
- * - is worth attempt_least_support to them;
+ * - takes much_of_it of the square of that error beyond the noise (of all of it, where the noise is not
+ *   known), and this is more than worth_explaining of the noise's;
+ * - is worth least_support to them;
  * - and the error of whole recordings, as `hyst simulate` tells it, does not grow.
  *
  * A term stands behind the findings, detected and no more. The verdict stays, and so does what cannot be seen: a term

@@ -3,12 +3,10 @@
 #include "diagnosis/evidence/joint_fit.h"
 #include "diagnosis/evidence/searched.h"
 #include "diagnosis/refitted.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-
-/* Standard errors that a number has to be away from nothing, and the largest one of a number that has no nothing (a
- * frequency, a time), in parts of itself. */
-static const double least_deviations = 3.0, least_precision = 1.0 / 3.0;
+#include <string.h>
 
 bool finding_is_empirical(const finding_t *finding) {
     return finding->block->empirical != NULL;
@@ -49,10 +47,8 @@ const finding_t *finding_of(const diagnosis_t *diagnosis, const block_t *block) 
 
 bool finding_may_be(const diagnosis_t *diagnosis, const block_t *block) {
     for (size_t f = 0; f < diagnosis->findings; f++) {
-        for (size_t r = 0; r < diagnosis->finding[f].rivals; r++) {
-            if (diagnosis->finding[f].rival[r] == block) {
-                return true;
-            }
+        if (finding_has_rival(&diagnosis->finding[f], block)) {
+            return true;
         }
     }
     return finding_of(diagnosis, block) != NULL;
@@ -86,6 +82,54 @@ void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block) {
             diagnosis->consideration[c].outcome = TAKEN;
             return;
         }
+    }
+}
+
+void findings_insert(diagnosis_t *diagnosis, size_t index, const finding_t *finding) {
+    memmove(&diagnosis->finding[index + 1], &diagnosis->finding[index],
+            (diagnosis->findings - index) * sizeof *finding);
+    diagnosis->finding[index] = *finding;
+    diagnosis->findings++;
+}
+
+void findings_add(diagnosis_t *diagnosis, const finding_t *finding) {
+    findings_insert(diagnosis, diagnosis->findings, finding);
+}
+
+void findings_remove(diagnosis_t *diagnosis, size_t index) {
+    diagnosis->findings--;
+    memmove(&diagnosis->finding[index], &diagnosis->finding[index + 1],
+            (diagnosis->findings - index) * sizeof diagnosis->finding[0]);
+}
+
+void finding_rename(diagnosis_t *diagnosis, finding_t *finding, const block_t *block, outcome_t why) {
+    if (block != finding->block) {
+        finding_considered_gone(diagnosis, finding->block, why);
+        finding_considered_taken(diagnosis, block);
+        finding->block = block;
+    }
+}
+
+bool finding_has_rival(const finding_t *finding, const block_t *rival) {
+    for (size_t r = 0; r < finding->rivals; r++) {
+        if (finding->rival[r] == rival) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool finding_add_rival(finding_t *finding, const block_t *rival) {
+    if (finding->rivals == DIAGNOSIS_MOST_RIVALS || finding_has_rival(finding, rival)) {
+        return false;
+    }
+    finding->rival[finding->rivals++] = rival;
+    return true;
+}
+
+void finding_at_most(finding_t *finding, certainty_t certainty) {
+    if (finding->certainty > certainty) {
+        finding->certainty = certainty;
     }
 }
 
@@ -137,7 +181,8 @@ bool block_determined(const model_block_t *block) {
         const parameter_t *parameter = &block->parameter[p];
         if (is_searched(block->block, p) && parameter->sigma != NULL) {
             const double value = fabs(parameter->value[0]), sigma = parameter->sigma[0];
-            const double most = block->block->parameter[p].proportional ? 1.0 / least_deviations : least_precision;
+            const double most =
+                block->block->parameter[p].proportional ? 1.0 / threshold.deviations : threshold.least_precision;
             if (sigma < most * value) {
                 return true;
             }

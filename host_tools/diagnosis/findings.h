@@ -25,6 +25,19 @@ size_t finding_index(const diagnosis_t *diagnosis, const finding_t *finding);
 /** The diagnosis' model without the finding's block; to be freed. */
 void finding_left_out(const diagnosis_t *diagnosis, const finding_t *finding, model_t *without);
 
+/* The only functions that change which findings there are, what they are and how sure. */
+
+void findings_add(diagnosis_t *diagnosis, const finding_t *finding);
+void findings_insert(diagnosis_t *diagnosis, size_t index, const finding_t *finding);
+void findings_remove(diagnosis_t *diagnosis, size_t index);
+/** The finding is of the other block, and says why it is not of the one it had. */
+void finding_rename(diagnosis_t *diagnosis, finding_t *finding, const block_t *block, outcome_t why);
+/** What it can be confused with, one more: each once, and no more than there is room for. Returns whether it is new. */
+bool finding_add_rival(finding_t *finding, const block_t *rival);
+bool finding_has_rival(const finding_t *finding, const block_t *rival);
+/** It is no more certain than that. */
+void finding_at_most(finding_t *finding, certainty_t certainty);
+
 /** In the list of what was considered: blocks of this kind that were taken no longer are, and why; and one is, in the
  * last round in which it was considered. */
 void finding_considered_gone(diagnosis_t *diagnosis, const block_t *block, outcome_t why);

@@ -4,6 +4,7 @@
 #include "diagnosis/contest.h"
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/findings.h"
+#include "diagnosis/question.h"
 
 void instead_of_terms(const diagnosis_t *d, model_t *model) {
     model_copy(model, &d->model);
@@ -24,7 +25,7 @@ bool instead_of_finding(const diagnosis_t *d, const finding_t *finding, const bl
     instead_of_terms(d, &without);
     attempt_without_noise(&without);
     model_remove(&without, (size_t)(model_find(&without, finding->block->name) - without.block));
-    diagnosis_setting(d->recordings, d->samples.count, &setting);
+    question_setting(d->recordings, d->samples.count, &setting);
     const bool good = contest_fit(&d->samples, &setting, &without, rival, &fitted);
     if (good) {
         (void)joint_fit(&d->samples, &d->noise, &fitted.model, attempt_blocks_fitted(d, &fitted.model),

@@ -6,22 +6,16 @@
 #include "diagnosis/sides.h"
 #include "elements/first_order_lag.h"
 #include "numerics/golden_section.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Chance of one false relation in a diagnosis, over all columns, lags and models. */
-static const double false_alarm = 0.01;
-/* 2 log likelihood that a lag has to be worth, as a number of a block is (candidate.h), and its search besides. */
-static const double lag_price = 20.0;
 /* Time constants in parts of the longest recording. */
 static const double lags[] = {0.003, 0.01, 0.03, 0.1, 0.3};
 enum { LAGS = sizeof lags / sizeof lags[0], LAG_STEPS = 10 };
-static const double most_of_a_drift = 0.8;
-static const double least_deviations = 3.0;
 /* Coefficients of the voltage between which the position follows it. */
-static const double least_following = 0.5, most_following = 2.0;
 
 static const column_t looked_at[MEASURED_MOST] = {COLUMN_TEMPERATURE, COLUMN_VOLTAGE, COLUMN_CURRENT};
 
@@ -40,7 +34,7 @@ static column_relation_t relate(column_test_t *test, const double *column, doubl
     if (fast.passed) {
         relation.relation = GOES_WITH_IT;
         relation.share = slow.share;
-    } else if (slow.passed && column_drift_share(test, column) > most_of_a_drift) {
+    } else if (slow.passed && column_drift_share(test, column) > threshold.most_of_a_drift) {
         relation = relation_of(LOOKS_LIKE_IT, &slow, lag_s);
     }
     return relation;
@@ -82,7 +76,7 @@ static bool minus_likelihood(void *context, double log_lag_s, double *value) {
 /* The lag with which the temperature explains most, 0 if none is worth its price. */
 static double best_lag(const lag_search_t *search) {
     const double longest_s = samples_longest_s(search->samples);
-    double best = likelihood_at(search, 0.0) + lag_price;
+    double best = likelihood_at(search, 0.0) + threshold.column_lag_price;
     size_t at = LAGS;
     for (size_t i = 0; i < LAGS; i++) {
         const double likelihood = likelihood_at(search, lags[i] * longest_s);
@@ -146,8 +140,8 @@ static bool relate_column(column_test_t *test, const samples_t *samples, column_
     if (good) {
         *relation = relate(test, column, lag_s);
     }
-    if (which == COLUMN_VOLTAGE &&
-        (relation->coefficient < least_following || relation->coefficient > most_following)) {
+    if (which == COLUMN_VOLTAGE && (relation->coefficient < 1.0 / threshold.follows_voltage ||
+                                    relation->coefficient > threshold.follows_voltage)) {
         relation->relation = GOES_WITH_NOTHING;
     }
     free(column);
@@ -192,7 +186,7 @@ static bool set_all_beside(column_test_t *test, const diagnosis_t *d, measured_c
 
 /* All columns against what one model leaves. */
 static bool relate_all(const diagnosis_t *d, bool found, measured_columns_t *measured, failure_t *failure) {
-    const double chance = false_alarm / (2.0 * (LAGS + 1.0 + MEASURED_MOST - 1.0));
+    const double chance = threshold.false_relation / (2.0 * (LAGS + 1.0 + MEASURED_MOST - 1.0));
     column_test_t *test = column_test_open(d, found ? &d->model : &d->baseline, chance, failure);
     bool good = test != NULL;
     for (size_t c = 0; good && c < measured->count; c++) {
@@ -239,7 +233,7 @@ bool measured_columns_have_it(const diagnosis_t *d, bool *have_it, failure_t *fa
 static bool explained_by_temperature(const finding_t *finding, const finding_columns_t *columns) {
     const electrical_change_t *beside = &columns->beside_temperature;
     return !finding->block->follows_temperature && beside->measured &&
-           (beside->part < least_deviations * beside->sigma || electrical_verdict(beside) == CHANGE_ABSENT);
+           (beside->part < threshold.deviations * beside->sigma || electrical_verdict(beside) == CHANGE_ABSENT);
 }
 
 bool finding_contradicted(const finding_t *finding, const finding_columns_t *columns) {

@@ -7,6 +7,7 @@
 #include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/reconsider.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -39,10 +40,6 @@ typedef struct {
     reading_t *reading;
 } anew_t;
 
-/* Of what the finding itself explains beyond the nuisance subspace: no hysteresis makes up for it, if it is more than
- * so much. */
-static const double part_that_cannot = 0.5, so_much = 1000.0;
-
 /* The least that another block has to explain; everything, where the nuisance subspace says little. */
 static double least_of_others(const evidence_t *evidence, const model_t *model, const block_t *block) {
     const size_t at = (size_t)(model_find(model, block->name) - model->block);
@@ -51,7 +48,9 @@ static double least_of_others(const evidence_t *evidence, const model_t *model, 
         own = evidence_likelihood(evidence, 1.0 - evidence_test(evidence, signature).explained);
     }
     free(signature);
-    return own > so_much ? fmin(part_that_cannot * own, own - so_much) : -HUGE_VAL;
+    return own > threshold.cannot_be_likelihood
+               ? fmin(threshold.cannot_be_part * own, own - threshold.cannot_be_likelihood)
+               : -HUGE_VAL;
 }
 
 /* Another block's best numbers, in the finding's place. */
@@ -101,11 +100,7 @@ static size_t list_others(const finding_t *finding, const model_t *without, bool
 
 static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
     diagnosis_t *d = job->diagnosis;
-    if (reading->block != finding->block) {
-        finding_considered_gone(d, finding->block, LESS_LIKELY);
-        finding_considered_taken(d, reading->block);
-    }
-    finding->block = reading->block;
+    finding_rename(d, finding, reading->block, LESS_LIKELY);
     model_free(&d->model);
     model_copy(&d->model, &reading->model);
     job->power = reading->power;
@@ -148,40 +143,34 @@ static size_t take_determined(attempt_t *job, finding_t *finding, reading_t *rea
     return taken;
 }
 
-/* 2 log likelihood by which a name has to win where the held-out samples by themselves are for the other one. */
-static const double margin_if_contradicted = 100.0;
-
 /* Of the group, those that are nearly as likely; others stay what they were. */
 static void list_rivals(finding_t *finding, const reading_t *reading, size_t count, size_t best) {
-    size_t rivals = 0;
-    bool outside = false;
-    finding_t before = *finding;
+    const finding_t before = *finding;
+    finding->rivals = 0;
     for (size_t r = 0; r < before.rivals; r++) {
         if (!block_same_group(before.rival[r], finding->block)) {
-            finding->rival[rivals++] = before.rival[r];
-            outside = true;
+            finding_add_rival(finding, before.rival[r]);
         }
     }
+    const bool outside = finding->rivals > 0;
     finding->margin = HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
         const double margin = reading[best].likelihood - reading[i].likelihood;
         if (i != best) {
             const bool contradicted = reading[i].power.held < reading[best].power.held;
             finding->margin = fmin(finding->margin, margin);
-            if (margin < (contradicted ? margin_if_contradicted : attempt_naming_margin) &&
-                rivals < DIAGNOSIS_MOST_RIVALS) {
-                finding->rival[rivals++] = reading[i].block;
+            if (margin < (contradicted ? threshold.naming_margin_if_contradicted : threshold.naming_margin)) {
+                finding_add_rival(finding, reading[i].block);
             }
         }
     }
-    finding->rivals = rivals;
-    finding->certainty = rivals == 0 ? NAMED : outside && before.certainty == DETECTED ? DETECTED : ISOLATED;
+    finding->certainty = finding->rivals == 0 ? NAMED : outside && before.certainty == DETECTED ? DETECTED : ISOLATED;
 }
 
 /* With more the hysteresis is not quite right, and fits of everything together decide by what that leaves: held-out
  * samples then have to agree. */
 static bool leaves_only_noise(const attempt_t *job) {
-    return attempt_excess(job->diagnosis, job->power.held) < attempt_worth_explaining;
+    return attempt_excess(job->diagnosis, job->power.held) < threshold.worth_explaining;
 }
 
 static bool settle(attempt_t *job, finding_t *finding) {
@@ -245,14 +234,14 @@ static bool found_beside(const diagnosis_t *d, const finding_t *finding, const b
 
 /* Rivals of which one has been found, too, are none: both are there. */
 static void forget_found(const diagnosis_t *d, finding_t *finding) {
-    size_t rivals = 0;
-    for (size_t r = 0; r < finding->rivals; r++) {
-        if (!found_beside(d, finding, finding->rival[r])) {
-            finding->rival[rivals++] = finding->rival[r];
+    const finding_t before = *finding;
+    finding->rivals = 0;
+    for (size_t r = 0; r < before.rivals; r++) {
+        if (!found_beside(d, finding, before.rival[r])) {
+            finding_add_rival(finding, before.rival[r]);
         }
     }
-    finding->certainty = rivals > 0 || finding->rivals == 0 ? finding->certainty : NAMED;
-    finding->rivals = rivals;
+    finding->certainty = finding->rivals > 0 || before.rivals == 0 ? before.certainty : NAMED;
 }
 
 /* What came before the recording may look like an effect that is small beside another one (probe_t.doubtful): a creep
@@ -272,8 +261,8 @@ static void doubt(diagnosis_t *d, finding_t *finding) {
     const double part_of_range = *model_parameter(other, probe->doubtful.part_of_range)->value;
     const double past_um = part_of_range * (range_um[1] - range_um[0]);
     if (fabs(*model_parameter(found, probe->doubtful.size_um)->value) < past_um) {
-        finding->rival[finding->rivals++] = other->block;
-        finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
+        finding_add_rival(finding, other->block);
+        finding_at_most(finding, ISOLATED);
     }
 }
 
@@ -290,7 +279,7 @@ bool names_settle(attempt_t *job) {
             richer = richer || !probe_is_first(d->finding[f].block->probe);
         }
     }
-    good = good && (!richer || reconsider_superfluous(job, candidate_least_size, 0));
+    good = good && (!richer || reconsider_superfluous(job, threshold.least_size, 0));
     for (size_t f = 0; f < d->findings; f++) {
         doubt(d, &d->finding[f]);
     }

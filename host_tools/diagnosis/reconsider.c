@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/reconsider.h"
 #include "diagnosis/findings.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
-#include <string.h>
 
 /* The model without a finding, fitted again. */
 static bool fit_without(attempt_t *job, const finding_t *finding, model_t *without, joint_power_t *power) {
@@ -21,8 +21,7 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
 static void drop(attempt_t *job, size_t finding, outcome_t why, model_t *without, const joint_power_t *power) {
     diagnosis_t *d = job->diagnosis;
     finding_considered_gone(d, d->finding[finding].block, why);
-    memmove(&d->finding[finding], &d->finding[finding + 1], (d->findings - finding - 1) * sizeof d->finding[0]);
-    d->findings--;
+    findings_remove(d, finding);
     model_free(&d->model);
     d->model = *without;
     job->power = *power;
@@ -51,7 +50,7 @@ bool reconsider_superfluous(attempt_t *job, double least_size, unsigned spared) 
             return false;
         }
         if ((double)d->samples.fitted * log(power.fitted / job->power.fitted) < least ||
-            (double)d->samples.held * log(power.held / job->power.held) < attempt_least_support) {
+            (double)d->samples.held * log(power.held / job->power.held) < threshold.least_support) {
             drop(job, f, SUPERFLUOUS, &without, &power);
         } else {
             model_free(&without);

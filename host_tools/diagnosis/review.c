@@ -7,17 +7,8 @@
 #include "diagnosis/findings.h"
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/reconsider.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
-
-/* Error of the model over the operator's, on held-out samples, from which on the difference is reported. Lower: chance.
- * Higher: a model seems to leave noise that leaves half as much again. */
-static const double clearly_more = 1.2;
-/* Natural units of evidence that a block has to be worth with its few numbers beside an operator that imitates it. The
- * operator's weights and their sizes are found anew with it and without it. It is what a name has to win by
- * (attempt_naming_margin is twice that). The search has found the block beside one shape, so less than least_gain is
- * required. Lower: curves stay that are a hysteresis' own bend. Higher: a low pass on a path that is always travelled
- * at one speed is a shape; of 30 times the noise it had 34. */
-static const double worth_beside_imitation = 10.0;
 
 void review_begin(attempt_t *job, const model_t *chain) {
     diagnosis_t *d = job->diagnosis;
@@ -41,7 +32,8 @@ static bool is_only_shape(const diagnosis_t *d) {
 /* Whether an operator leaves only noise, and the model clearly more. Where the drive never rests the noise was found
  * beside a model, and what that leaves counts as noise: so their errors are compared, too. */
 static bool leaves_a_shape(const diagnosis_t *d, const shape_t *shape) {
-    return shape->whole && (d->remainder.structured || d->held_out_percent > clearly_more * shape->operator_percent);
+    return shape->whole &&
+           (d->remainder.structured || d->held_out_percent > threshold.clearly_more * shape->operator_percent);
 }
 
 /* The operator beside what was found. */
@@ -62,7 +54,7 @@ static bool is_worth_it(const attempt_t *job, size_t finding) {
     shape_ask(&d->samples, &left_out, &job->setting, job->step_um, false, &without);
     model_free(&left_out);
     return d->shape_after.fitted &&
-           (!without.fitted || d->shape_after.log_evidence > without.log_evidence + worth_beside_imitation);
+           (!without.fitted || d->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin);
 }
 
 /* Takes out what is not, the latest first. So goes all that only comes near, beside one shape, where no block says
@@ -91,21 +83,13 @@ static bool rivals_are_of_its_group(const finding_t *finding) {
     return true;
 }
 
-static bool is_rival(const finding_t *finding, const block_t *block) {
-    for (size_t r = 0; r < finding->rivals; r++) {
-        if (finding->rival[r] == block) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
  * little. Only a strong finding can tell. Within a group a block may fail only because its form is too narrow: creep
  * that is free below 10 ms is nearer to a dielectric loss than to the catalogue's creep. */
 static bool can_be(const attempt_t *job, const finding_t *finding, const model_t *left_out, const block_t *block) {
     const diagnosis_t *d = job->diagnosis;
-    const bool strong = finding->held_out_after_percent < sqrt(contest_worth) * finding->held_out_before_percent;
+    const bool strong =
+        finding->held_out_after_percent < sqrt(threshold.contest_worth) * finding->held_out_before_percent;
     return !strong || leaves_a_shape(d, &d->shape_after) || block_same_group(block, finding->block) ||
            model_find(left_out, block->name) != NULL ||
            contest_stands(&d->samples, &job->setting, &d->model, left_out, block);
@@ -128,8 +112,8 @@ static void add_rivals(attempt_t *job, finding_t *finding) {
         fitted_chain_close(&fitted);
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
-        if (!is_rival(finding, rivals.rival[r]) && can_be(job, finding, &left_out, rivals.rival[r])) {
-            finding->rival[finding->rivals++] = rivals.rival[r];
+        if (!finding_has_rival(finding, rivals.rival[r]) && can_be(job, finding, &left_out, rivals.rival[r])) {
+            finding_add_rival(finding, rivals.rival[r]);
         }
     }
     model_free(&left_out);
@@ -138,10 +122,7 @@ static void add_rivals(attempt_t *job, finding_t *finding) {
         return;
     }
     finding->margin = fmin(finding->margin, fmax(0.0, 2.0 * (rivals.gain - rivals.best_gain)));
-    finding->certainty = finding->certainty == NAMED ? ISOLATED : finding->certainty;
-    if (!rivals_are_of_its_group(finding)) {
-        finding->certainty = DETECTED;
-    }
+    finding_at_most(finding, rivals_are_of_its_group(finding) ? ISOLATED : DETECTED);
 }
 
 /* Where voltage or current was measured, sides.h has settled the lags: these columns say more than the position. */

@@ -3,16 +3,11 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/candidate_judgement.h"
 #include "diagnosis/evidence/search.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/unseen.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <string.h>
-
-/* Cosine from which on these recordings can hardly tell two signatures apart. */
-static const double same_signature = 0.95;
-/* What the held-out samples have to say for it, in parts of what the others say, sample by sample. */
-static const double least_support = 0.3;
-/* And in any case enough. */
-static const double support_enough = 100.0;
 
 static void name(const evidence_t *evidence, const candidates_t *found, finding_t *finding) {
     const candidate_t *best = &found->candidate[0];
@@ -28,14 +23,11 @@ static void name(const evidence_t *evidence, const candidates_t *found, finding_
         }
         const double margin = search_margin(found, i);
         finding->margin = fmin(finding->margin, margin);
-        if (margin < attempt_naming_margin && finding->rivals < DIAGNOSIS_MOST_RIVALS) {
-            finding->rival[finding->rivals++] = rival->block;
-            if (finding->certainty == NAMED) {
-                finding->certainty = ISOLATED;
-            }
+        if (margin < threshold.naming_margin && finding_add_rival(finding, rival->block)) {
+            finding_at_most(finding, ISOLATED);
             if (!block_same_group(rival->block, best->block) &&
-                fabs(evidence_cosine(evidence, best->signature, rival->signature)) < same_signature) {
-                finding->certainty = DETECTED;
+                fabs(evidence_cosine(evidence, best->signature, rival->signature)) < threshold.same_signature) {
+                finding_at_most(finding, DETECTED);
             }
         }
     }
@@ -60,11 +52,12 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
     finding->support = (double)d->samples.held * log(job->power.held / power.held);
     *accepted = finding->held_out_after_percent < finding->held_out_before_percent &&
                 finding->support >
-                    fmax(attempt_least_support, fmin(least_support * share * candidate->likelihood, support_enough));
+                    fmax(threshold.least_support,
+                         fmin(threshold.least_support_part * share * candidate->likelihood, threshold.support_enough));
     if (*accepted) {
         model_free(&d->model);
         d->model = augmented;
-        d->finding[d->findings++] = *finding;
+        findings_add(d, finding);
         job->power = power;
         job->found_um = hypot(job->found_um, candidate_own_um(candidate));
     } else {
@@ -159,7 +152,7 @@ bool search_round(attempt_t *job, bool *found_one) {
         job->setting.lines = baseline_lines(&d->samples, evidence_residual(evidence), job->line_hz);
     }
     for (question_t question = ASK_EFFECTS; good && !*found_one && question <= ASK_ANYTHING; question++) {
-        if (question != ASK_ANYTHING || attempt_excess(d, job->power.held) > attempt_worth_explaining) {
+        if (question != ASK_ANYTHING || attempt_excess(d, job->power.held) > threshold.worth_explaining) {
             good = find_among(job, evidence, question, found_one);
         }
     }

@@ -5,13 +5,12 @@
 #include "diagnosis/findings.h"
 #include "diagnosis/reconsider.h"
 #include "numerics/golden_section.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Parts of a change. Numbers from the position are right to some percent: more is all, less is nothing. */
-static const double nearly_all = 0.85, hardly_any = 0.08, deviations = 3.0;
 enum { LAG_STEPS = 24 };
 /* How far from where it begins a lag in the voltage may be. */
 static const double lag_range = 8.0;
@@ -65,7 +64,7 @@ electrical_change_t sides_change(const diagnosis_t *d, const finding_t *finding,
 }
 
 bool sides_only_part(const electrical_change_t *change) {
-    return change->part + deviations * change->sigma < nearly_all;
+    return change->part + threshold.deviations * change->sigma < threshold.nearly_all;
 }
 
 /* 2 log likelihood that the columns give the electronics of a model, compared with the baseline's. */
@@ -102,9 +101,7 @@ static void keep(attempt_t *job, model_t *proposal, const joint_power_t *power) 
 
 /* The finding is of the other block. */
 static void rename_finding(diagnosis_t *d, finding_t *finding, const block_t *block, double margin) {
-    finding_considered_gone(d, finding->block, CONTRADICTED);
-    finding_considered_taken(d, block);
-    finding->block = block;
+    finding_rename(d, finding, block, CONTRADICTED);
     finding->certainty = NAMED;
     finding->rivals = 0;
     finding->margin = margin;
@@ -119,7 +116,7 @@ static bool swap(attempt_t *job, finding_t *finding) {
     finding_left_out(d, finding, &proposal);
     add_lag(&proposal, block, lag_of(d, finding));
     const bool good = weigh(job, &proposal, 0, &power, &preference);
-    if (good && preference.position + preference.columns > attempt_naming_margin) {
+    if (good && preference.position + preference.columns > threshold.naming_margin) {
         rename_finding(d, finding, block, preference.position + preference.columns);
         keep(job, &proposal, &power);
     } else {
@@ -182,7 +179,7 @@ static bool tidy(attempt_t *job, const block_t *before, unsigned spared) {
     model_t again;
     joint_power_t power;
     preference_t ignored;
-    if (!reconsider_superfluous(job, attempt_least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
+    if (!reconsider_superfluous(job, threshold.least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
         return false;
     }
     model_copy(&again, &d->model);
@@ -280,8 +277,8 @@ static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_
     const unsigned held_fast = set_by_voltage(d, &proposal.model, pair->before);
     const bool good = weigh(job, &proposal.model, held_fast, &proposal.power, &proposal.preference);
     const preference_t *p = &proposal.preference;
-    if (good && p->held_out > attempt_least_support && p->position > attempt_naming_margin + candidate_number_price &&
-        p->columns > 0.0 &&
+    if (good && p->held_out > threshold.least_support &&
+        p->position > threshold.naming_margin + threshold.number_price && p->columns > 0.0 &&
         (best->pair == NULL || p->position + p->columns > best->preference.position + best->preference.columns)) {
         if (best->pair != NULL) {
             model_free(&best->model);
@@ -309,7 +306,7 @@ static bool take_pair(attempt_t *job, const lags_t *lags, proposal_t *best) {
             return false;
         }
         spared |= 1U << d->findings;
-        d->finding[d->findings++] = added;
+        findings_add(d, &added);
         finding_considered_taken(d, other);
     } else {
         spared |= 1U << (lags->finding[1] - d->finding);
@@ -340,7 +337,8 @@ static bool split(attempt_t *job, const lags_t *lags, double part) {
 
 /* Whether the voltage shows some of a lag, but not all. */
 static bool shows_a_part(const electrical_change_t *change) {
-    return change->measured && change->part - deviations * change->sigma > hardly_any && sides_only_part(change);
+    return change->measured && change->part - threshold.deviations * change->sigma > threshold.hardly_any &&
+           sides_only_part(change);
 }
 
 static bool settle(attempt_t *job, finding_t *finding) {

@@ -5,27 +5,11 @@
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
-/* 2 log likelihood of the held-out samples for each number of its hysteresis, by which a diagnosis has to be better.
- * One that contains a block which another shape can imitate has to be better by what a name has to win by. */
-static const double number_price = 1.0;
-/* In parts of the square of what is left, by how much a diagnosis has to be better that is not the whole answer. And
- * one with a curve, or with a hysteresis that imitates curves: 0.15 of the noise, since no shape of few numbers is
- * right to much less. */
-static const double incomplete_handicap = 0.1025, curve_handicap = 0.0225;
-/* What the held-out samples have beyond the noise, in parts of its square, that is worth trying another shape for; or
- * one that promises to leave less. */
-static const double worth_another_shape = 0.03, little_more = 0.1;
-/* A free plane promises more than a symmetric one if it leaves less than this part of what that leaves. */
-static const double better_plane = 0.99;
-/* Of what the first shape leaves: another one that promises to leave more is not tried even where that is not the whole
- * answer. */
-static const double worth_trying = 1.3;
 enum { PROMISE_ITERATIONS = 8 };
-/* What the held-out samples have beyond the noise, in parts of its square, that is worth a contest. */
-static const double worth_contest = 1.0;
 
 static bool shape_found(const diagnosis_t *d) {
     for (size_t i = 0; i < d->findings; i++) {
@@ -39,16 +23,17 @@ static bool shape_found(const diagnosis_t *d) {
 /* Of a model: what it leaves, raised by what its hysteresis may imitate. named: and by something that another shape can
  * imitate: a block that is a curve, or another shape than the given one. */
 static double raised(const samples_t *samples, const model_t *model, bool named, double held) {
-    const double price = number_price * (double)hysteresis_numbers_count(model) + (named ? attempt_naming_margin : 0.0);
+    const double price = threshold.hysteresis_number_price * (double)hysteresis_numbers_count(model) +
+                         (named ? threshold.naming_margin : 0.0);
     return held * exp(price / (double)samples->held) *
-           (1.0 + (named || hysteresis_imitates_curves(model) ? curve_handicap : 0.0));
+           (1.0 + (named || hysteresis_imitates_curves(model) ? threshold.curve_handicap : 0.0));
 }
 
 /* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
  * it is not the whole answer. */
 static double cost_of(const diagnosis_t *d, double held) {
     return raised(&d->samples, &d->model, shape_found(d) || (d->model_given && d->family != NULL), held) *
-           (1.0 + (d->remainder.structured ? incomplete_handicap : 0.0));
+           (1.0 + (d->remainder.structured ? threshold.incomplete_handicap : 0.0));
 }
 
 /* The search from one shape. */
@@ -148,7 +133,7 @@ void trial_of_heard(attempt_t *job) {
         const diagnosis_t *other = &trial.diagnosis;
         (void)keep_one(job, &trial,
                        other->held_out_percent < other->baseline_held_out_percent &&
-                           2.0 * (log_evidence_of(job, other) - log_evidence_of(job, d)) > attempt_naming_margin);
+                           2.0 * (log_evidence_of(job, other) - log_evidence_of(job, d)) > threshold.naming_margin);
     } else {
         diagnosis_free_models(&trial.diagnosis);
     }
@@ -227,15 +212,16 @@ static void find_promise(void *context, size_t index) {
 bool trial_leaves_nothing(const attempt_t *job, const baseline_t *first) {
     const diagnosis_t *d = job->diagnosis;
     return !d->remainder.structured && !shape_found(d) && !first->many_numbers &&
-           attempt_excess(d, job->power.held) < worth_another_shape;
+           attempt_excess(d, job->power.held) < threshold.worth_another_shape;
 }
 
 /* Whether another shape may do better than the answer so far, by what that leaves and the other promises. */
 static bool may_do_better(const attempt_t *job, double promise) {
     const diagnosis_t *d = job->diagnosis;
     const bool whole = !d->remainder.structured && !hysteresis_imitates_curves(&d->model) &&
-                       attempt_excess(d, job->power.held) <= little_more;
-    return promise < (whole ? 1.0 : worth_trying) * raised(&d->samples, &d->model, shape_found(d), job->power.held);
+                       attempt_excess(d, job->power.held) <= threshold.little_more;
+    return promise <
+           (whole ? 1.0 : threshold.promising_shape) * raised(&d->samples, &d->model, shape_found(d), job->power.held);
 }
 
 /* The symmetric plane among them, if the last one is the free one; else none: shapes. */
@@ -275,7 +261,7 @@ void trials_of_others(attempt_t *job, const baseline_t *baseline, size_t shapes)
     /* A free plane that promises no more than a symmetric one. What it has and the others have not is that it imitates
      * curves. */
     const bool for_curves_only = remainder_knows_noise(&d->samples, &d->noise) && symmetric < shapes &&
-                                 least[shapes - 1] > better_plane * least[symmetric];
+                                 least[shapes - 1] > threshold.better_plane * least[symmetric];
     for (size_t next = most_promising(least, tried, shapes); next > 0; next = most_promising(least, tried, shapes)) {
         tried[next] = true;
         if (may_do_better(job, least[next]) &&
@@ -325,7 +311,7 @@ static void try_winner(attempt_t *job, const baseline_t *bank, const samples_t *
     trial.diagnosis.samples = *shared;
     begin_from_winner(&trial, winner, known_value, &begin);
     if (try_shape(job, &trial)) {
-        const bool better = trial.diagnosis.held_out_percent < sqrt(contest_worth) * d->held_out_percent;
+        const bool better = trial.diagnosis.held_out_percent < sqrt(threshold.contest_worth) * d->held_out_percent;
         free(keep_one(job, &trial, better).part);
     } else {
         free(shared->part);
@@ -339,7 +325,7 @@ void trial_of_contest(attempt_t *job, const model_t *chain) {
     contest_winner_t winner;
     failure_t refusal;
     if (!d->remainder.structured || !d->shape.fitted || d->shape.whole ||
-        attempt_excess(d, job->power.held) < worth_contest ||
+        attempt_excess(d, job->power.held) < threshold.worth_contest ||
         !baseline_bank(d->recordings, d->samples.count, &bank, &rough, &refusal)) {
         return;
     }

@@ -6,17 +6,12 @@
 #include "diagnosis/noise/lattice.h"
 #include "diagnosis/nuisance/nuisance.h"
 #include "diagnosis/where/loop_parts.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
-
-/* Where the shape of the hysteresis is free, another one takes the place of a smaller curve: in parts of the noise.
- * In two sealed sets 9 of 12 curves of that size were reported as curves, and all 24 of 1 and 3 times the noise. */
-static const double least_curve = 0.3;
-/* A drive that goes back by this part of its range turns round. */
-static const double turns_round = 0.01;
 
 /* Why the nuisance subspace leaves nothing of a block, as far as the drive says it. */
 static const char *why_imitated(const diagnosis_t *d, const block_t *block) {
-    if (samples_reversals(&d->samples, turns_round) == 0) {
+    if (samples_reversals(&d->samples, threshold.turns_round) == 0) {
         return "the drive never turns round, and on the way in one direction other numbers imitate it";
     }
     if (nuisance_loop_hz(&d->samples) > 0.0) {
@@ -40,7 +35,7 @@ static void note_untestable(diagnosis_t *d, const block_t *block, const char *wh
 
 static void note_candidate(diagnosis_t *d, const candidate_t *c) {
     const block_t *block = c->block;
-    const double least_um = block->probe->shape && d->family != NULL ? least_curve * d->noise.rms_um : 0.0;
+    const double least_um = block->probe->shape && d->family != NULL ? threshold.least_curve * d->noise.rms_um : 0.0;
     const double smallest_um = fmax(c->smallest_um, least_um), larger = smallest_um / c->smallest_um;
     unseen_t unseen = {.block = block, .testable = true, .smallest_um = smallest_um, .parameter = block->parameters};
     if (!isfinite(c->smallest_um)) {
@@ -79,7 +74,7 @@ static void note_steps(attempt_t *job, const block_t *block) {
     diagnosis_t *d = job->diagnosis;
     double range[2];
     lattice_visible_steps(d->samples.recordings, d->samples.count, range);
-    const double smallest = fmax(range[0], attempt_least_steps * sqrt(12.0) * d->noise.rms_um);
+    const double smallest = fmax(range[0], threshold.least_steps * sqrt(12.0) * d->noise.rms_um);
     if (smallest < range[1]) {
         note(d, (unseen_t){.block = block, .testable = true, .smallest_um = smallest / sqrt(12.0), .value = smallest});
     } else {

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/verdict.h"
+#include "diagnosis/findings.h"
 #include "diagnosis/nuisance/past.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-
-/* Blocks that leave so much of what was missing, and structure in it, are not what is missing but what comes nearest to
- * it. In parts of the square. */
-static const double leaves_too_much = 1.0 / 12.0;
 
 /* A curve of few numbers takes most of any other curve. If nothing else was found, and what it leaves goes with the
  * position, it is another one. */
@@ -24,14 +22,15 @@ static bool comes_near_only(const attempt_t *job, double missing) {
     const diagnosis_t *d = job->diagnosis;
     const double noise = remainder_knows_noise(&d->samples, &d->noise) ? 0.0 : 1.0;
     return attempt_blocks_found(d, &d->model) != 0 &&
-           (is_another_curve(d) || attempt_excess(d, job->power.held) + noise > leaves_too_much * (missing + noise));
+           (is_another_curve(d) ||
+            attempt_excess(d, job->power.held) + noise > threshold.leaves_too_much * (missing + noise));
 }
 
 /* Where more than noise remains, what that is may be in the place of any finding: no name is without reservation. */
 static void reserve(diagnosis_t *d, certainty_t at_most) {
     for (size_t f = 0; f < d->findings; f++) {
-        if (!d->finding[f].in_readings && d->finding[f].certainty > at_most) {
-            d->finding[f].certainty = at_most;
+        if (!d->finding[f].in_readings) {
+            finding_at_most(&d->finding[f], at_most);
         }
     }
 }

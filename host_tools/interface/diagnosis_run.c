@@ -30,8 +30,7 @@ static void look_away(diagnosis_run_t *run) {
 
 static bool find_and_account(const model_t *given, const recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
-    if (!(given != NULL ? diagnose(given, recordings, count, &run->diagnosis, failure)
-                        : diagnose_recordings(recordings, count, &run->diagnosis, failure))) {
+    if (!diagnose(given, recordings, count, &run->diagnosis, failure)) {
         return false;
     }
     if (!account_for(&run->diagnosis, recordings, count, &run->account, failure)) {

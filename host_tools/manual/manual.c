@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * hyst_manual FOLDER DATE: writes FOLDER/hyst.1, FOLDER/hyst-COMMAND.1 and the completion of each shell. Part of the
- * build, not installed. Each command is run with --help, and what --help does is replaced: so a page has the options
+ * hyst_manual FOLDER DATE: writes FOLDER/hyst.1, FOLDER/hyst-COMMAND.1, the completion of each shell, and tables for
+ * the documents (THRESHOLDS.md, STAGES.md). Part of the build, not installed. Each command is run with --help, and what --help does is replaced: so a page has the options
  * that the command reads, and no list of them stands twice.
  */
 #include "manual/manual.h"
@@ -42,6 +42,13 @@ static void write_command(const command_t *command, const option_t *options, siz
     }
 }
 
+static void write_table(const char *name, void (*table)(FILE *out)) {
+    output_file_t page;
+    open_file(&page, name);
+    table(page.file);
+    close_file(&page);
+}
+
 int main(int argc, char **argv) {
     char program[] = "hyst", ask[] = "--help";
     if (argc != 3) {
@@ -54,6 +61,8 @@ int main(int argc, char **argv) {
     open_file(&page, "hyst.1");
     manual_overview(page.file, date);
     close_file(&page);
+    write_table("THRESHOLDS.md", manual_thresholds);
+    write_table("STAGES.md", manual_stages);
     for (size_t i = 0; i < SHELLS; i++) {
         open_file(&completion_file[i], completions[i]->file);
         completions[i]->begin(completion_file[i].file);

@@ -15,6 +15,10 @@ void manual_page(FILE *out, const char *date, const command_t *command, const op
 /** Page hyst(1), of the whole. */
 void manual_overview(FILE *out, const char *date);
 
+/** Tables of the program for the documents: docs/THRESHOLDS.md, and the stages in docs/DIAGNOSIS.md. */
+void manual_thresholds(FILE *out);
+void manual_stages(FILE *out);
+
 /** What can stand as the argument of an option. */
 typedef enum {
     VALUES_FREE,   /**< a number or a text */

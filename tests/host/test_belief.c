@@ -2,8 +2,8 @@
 /* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
 #include "belief/rivals.h"
 #include "belief/shape.h"
-#include "belief/thresholds.h"
 #include "support.h"
+#include "thresholds/thresholds.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -125,7 +125,7 @@ static void test_an_effect_is_heard_whatever_the_law(void) {
             TEST_ASSERT_EQUAL_STRING(group[effect], shape.loudest->probe->group);
             TEST_ASSERT_EQUAL_STRING(group[effect], loudest.block->probe->group);
             TEST_ASSERT_TRUE(loudest.refined);
-            TEST_ASSERT_TRUE(loudest.gain >= least_gain);
+            TEST_ASSERT_TRUE(loudest.gain >= threshold.least_gain);
             model_free(&loudest.chain);
             recording_free(&recording);
         }

@@ -96,8 +96,7 @@ static void measure(double step_um) {
 
 static void look(bool with_model) {
     diagnosis_free(&diagnosis);
-    const bool good = with_model ? diagnose(&given, &recording, 1, &diagnosis, &failure)
-                                 : diagnose_recordings(&recording, 1, &diagnosis, &failure);
+    const bool good = diagnose(with_model ? &given : NULL, &recording, 1, &diagnosis, &failure);
     TEST_ASSERT_TRUE_MESSAGE(good, failure.text);
     for (size_t f = 0; f < diagnosis.findings; f++) {
         printf("%s%s: t %.0f, support %.0f", with_model ? "with a model: " : "", diagnosis.finding[f].block->name,
@@ -522,7 +521,7 @@ static void test_too_few_samples_are_refused(void) {
         recording.samples = some[i];
         TEST_ASSERT_FALSE(diagnose(&given, &recording, 1, &diagnosis, &failure));
         expect_line(&failure, "planted.csv");
-        TEST_ASSERT_FALSE(diagnose_recordings(&recording, 1, &diagnosis, &failure));
+        TEST_ASSERT_FALSE(diagnose(NULL, &recording, 1, &diagnosis, &failure));
         expect_line(&failure, "planted.csv");
     }
 }

@@ -106,7 +106,7 @@ static void ask(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
         x[k] += noise_um * random_normal(&rng);
     }
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     verdict_sentence(&diagnosis, text);
     printf("%s\n", text);
 }

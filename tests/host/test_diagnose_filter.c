@@ -62,7 +62,7 @@ static const finding_t *ask(const block_t *block, const double *value) {
     for (size_t k = 0; k < SAMPLES; k++) {
         recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
     }
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     printf("verdict %d, held out %.4f %%, noise %.4f %%\n", diagnosis.verdict, diagnosis.held_out_percent,
            diagnosis.noise_percent);
     for (size_t f = 0; f < diagnosis.findings; f++) {

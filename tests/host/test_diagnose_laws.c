@@ -69,7 +69,7 @@ void tearDown(void) {
 
 static void test_another_law_is_no_physics_and_no_noise(void) {
     make_recording(0.0);
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
     TEST_ASSERT_EQUAL_UINT(0, diagnosis.findings);
     TEST_ASSERT_TRUE(diagnosis.another_shape);
@@ -84,7 +84,7 @@ static void test_another_law_is_no_physics_and_no_noise(void) {
  * more than a set. */
 static void test_a_lag_is_in_the_set_whatever_the_law(void) {
     make_recording(1e-3);
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     TEST_ASSERT_TRUE(diagnosis.findings > 0);
     const finding_t *finding = &diagnosis.finding[0];
     printf("%s, %zu rivals, verdict %d\n", finding->block->name, finding->rivals, (int)diagnosis.verdict);

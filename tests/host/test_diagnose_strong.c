@@ -67,7 +67,7 @@ static void expect_found(const block_t *block, const double *value) {
     for (size_t k = 0; k < SAMPLES; k++) {
         recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
     }
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
     TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
     const finding_t *finding = &diagnosis.finding[0];

@@ -88,7 +88,7 @@ static void test_without_lines_no_clock_is_set(void) {
 static void test_hum_of_several_recordings_is_one_finding(void) {
     static const double truth[] = {hum_hz, hum_um};
     diagnosis_t diagnosis;
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(recordings, RECORDINGS, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, recordings, RECORDINGS, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, recordings[1].clock_s); /* who asked keeps his own */
     TEST_ASSERT_EQUAL_STRING("mains_interference", diagnosis.finding[0].block->name);

@@ -229,7 +229,7 @@ static void test_an_early_drift_is_found(void) {
         recording.column[COLUMN_DISPLACEMENT][k] +=
             noise_um * random_normal(&rng) - drift_um * expm1(-(double)k / (rate_hz * time_constant_s));
     }
-    TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
     TEST_ASSERT_EQUAL_STRING("thermal_drift", diagnosis.finding[0].block->name);
     TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
@@ -252,7 +252,7 @@ static void test_a_past_is_no_effect(void) {
         for (size_t k = 0; k < SAMPLES; k++) {
             recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
         }
-        TEST_ASSERT_TRUE_MESSAGE(diagnose_recordings(&recording, 1, &diagnosis, &failure), failure.text);
+        TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
         TEST_ASSERT_EQUAL_UINT64(0, diagnosis.findings);
         TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
         diagnosis_free(&diagnosis);

@@ -2,6 +2,7 @@
 #include "diagnosis/evidence/block_pair.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/probing.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <string.h>
 
@@ -68,5 +69,5 @@ size_t block_pair_first(const search_problem_t *problem, const candidates_t *fou
     }
     const double left = left_together(problem, &found->candidate[first], catalogue_find(names[1]));
     const double gain = (double)evidence_samples(problem->evidence)->fitted * log(best->power.fitted / left);
-    return gain > 3.0 * candidate_number_price ? first : 0;
+    return gain > 3.0 * threshold.number_price ? first : 0;
 }

@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/evidence/searched.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-const double candidate_least_size = 0.08;
-/* About the logarithm of the number of samples. */
-const double candidate_number_price = 10.0;
 enum { FIT_ITERATIONS = 3 };
 
 void candidate_value(const model_block_t *block, double *value) {
@@ -130,5 +128,5 @@ double candidate_price(const block_t *block) {
     for (unsigned bits = block_search(block)->searched; bits != 0; bits >>= 1) {
         numbers += bits & 1U;
     }
-    return candidate_number_price * (double)numbers;
+    return threshold.number_price * (double)numbers;
 }

@@ -88,14 +88,7 @@ void candidate_take_amplitude(model_block_t *inserted, double amplitude);
 /** Root mean square of what the nuisance subspace leaves of its signature, at its amplitude. */
 double candidate_own_um(const candidate_t *candidate);
 
-/**
- * Root mean square of what a finding changes beyond the nuisance subspace, whitened, in parts of the noise: below it, a
- * model that is not quite right is as likely a reason.
- */
-extern const double candidate_least_size;
-
-/** What a searched number has to be worth, in 2 log likelihood; and all those of a block. */
-extern const double candidate_number_price;
+/** What all searched numbers of a block have to be worth, in 2 log likelihood. */
 double candidate_price(const block_t *block);
 
 #endif

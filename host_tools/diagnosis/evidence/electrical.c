@@ -2,6 +2,7 @@
 #include "diagnosis/evidence/electrical.h"
 #include "numerics/least_squares.h"
 #include "numerics/regression.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <math.h>
@@ -11,7 +12,6 @@
 const double electrical_least_sigma = 1e-3;
 /* Of the simulated signal: a change that is smaller is none. */
 static const double no_change = 1e-9;
-static const double deviations = 3.0, half_of_it = 0.5, too_much = 1.5;
 enum { VOLTAGE_PREDICTORS = 1, CURRENT_PREDICTORS = 4, MOST_PREDICTORS = CURRENT_PREDICTORS };
 
 bool column_measured(const samples_t *samples, column_t column) {
@@ -192,12 +192,12 @@ static double sigma_of(const electrical_change_t *change) {
 }
 
 change_verdict_t electrical_verdict(const electrical_change_t *change) {
-    const double margin = deviations * sigma_of(change);
-    return !change->measured                    ? CHANGE_NOT_SEEN
-           : change->part - margin > too_much   ? CHANGE_TOO_LARGE
-           : change->part - margin > half_of_it ? CHANGE_PRESENT
-           : change->part + margin < half_of_it ? CHANGE_ABSENT
-                                                : CHANGE_UNDECIDED;
+    const double margin = threshold.deviations * sigma_of(change);
+    return !change->measured                                    ? CHANGE_NOT_SEEN
+           : change->part - margin > threshold.present_too_much ? CHANGE_TOO_LARGE
+           : change->part - margin > threshold.present          ? CHANGE_PRESENT
+           : change->part + margin < threshold.present          ? CHANGE_ABSENT
+                                                                : CHANGE_UNDECIDED;
 }
 
 /* Squares of (part - 0) less (part - 1), in standard errors. */

@@ -2,13 +2,11 @@
 #include "diagnosis/evidence/probing.h"
 #include "base/parallel.h"
 #include "chain/catalogue.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* What the nuisance subspace leaves less than this part of is imitated: its size would be a matter of the model's last
- * digits. */
-static const double least_own_part = 1e-3;
 enum { PROBES_AT_ONCE = 16 };
 
 /* The probing of one block. */
@@ -63,8 +61,8 @@ static void test_probes(probing_t *probing) {
 /* How small it could be and still be seen. */
 static void note_smallest(const search_problem_t *problem, const candidate_t *trial, candidate_t *best) {
     const evidence_test_t *test = &trial->test;
-    if (test->own_part > least_own_part && test->own_um > 0.0) {
-        const double amplitude = candidate_least_size * problem->noise->sigma_um / test->own_um;
+    if (test->own_part > threshold.imitated_part && test->own_um > 0.0) {
+        const double amplitude = threshold.least_size * problem->noise->sigma_um / test->own_um;
         const double smallest = amplitude * samples_rms(evidence_samples(problem->evidence), trial->signature);
         if (smallest < best->smallest_um) {
             best->smallest_um = smallest;

@@ -4,15 +4,11 @@
 #include "diagnosis/evidence/block_pair.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/evidence/probing.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
-/* Candidates whose best probe explains at least this part of what the best of all explains are refined; and then at
- * least this part, or so close, are fitted together with the hysteresis. */
-static const double worth_refining = 0.2, worth_fitting = 0.5, close_likelihood = 60.0;
 enum { MOST_REFINED = 8, MOST_FITTED = 4 };
-/* And at least this much: nothing below it is significant. */
-static const double least_likelihood = 15.0;
 
 /* 2 log likelihood that is left when each searched number has been paid for: one more makes any block fit better. */
 static double merit(const search_problem_t *problem, const candidate_t *candidate) {
@@ -76,7 +72,7 @@ static void refine_best(choice_t *choice) {
     size_t count = 0;
     for (size_t i = 0; i < found->count && i < MOST_REFINED; i++) {
         const double likelihood = found->candidate[i].likelihood;
-        if (likelihood > fmax(least_likelihood, worth_refining * found->candidate[0].likelihood)) {
+        if (likelihood > fmax(threshold.least_likelihood, threshold.worth_refining * found->candidate[0].likelihood)) {
             choice->chosen[i == 0 ? 0 : count++] = i;
             if (i == 0) {
                 refine_chosen(choice, 0);
@@ -93,8 +89,8 @@ static void fit_best(choice_t *choice) {
     size_t count = 0;
     for (size_t i = 0; i < found->count && i < MOST_FITTED; i++) {
         const double likelihood = found->candidate[i].likelihood;
-        if (likelihood > least_likelihood &&
-            (anything || likelihood > fmin(worth_fitting * best, best - close_likelihood))) {
+        if (likelihood > threshold.least_likelihood &&
+            (anything || likelihood > fmin(threshold.worth_fitting * best, best - threshold.close_likelihood))) {
             choice->chosen[count++] = i;
         }
     }
@@ -104,8 +100,9 @@ static void fit_best(choice_t *choice) {
 /* Whether the best one could be confused with it: one of its group, or what explains about as much beyond the nuisance
  * subspace. */
 static bool to_be_compared(const candidate_t *best, const candidate_t *rival) {
-    return rival->likelihood > least_likelihood &&
-           (block_same_group(rival->block, best->block) || rival->likelihood > best->likelihood - close_likelihood);
+    return rival->likelihood > threshold.least_likelihood &&
+           (block_same_group(rival->block, best->block) ||
+            rival->likelihood > best->likelihood - threshold.close_likelihood);
 }
 
 /* What the best one can be confused with is judged as it is. */

@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/by_level.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 
 enum { LEVELS = 48, WAYS = 2 /* falling, rising */, LEAST_SAMPLES = 20 };
-/* The sum of squares is more than chance gives beyond so many of its deviations. */
-static const double beyond_chance = 6.0;
-/* Levels belong to those that hold most of it while they, and what is between, add at least half of their share. */
-static const double worth_adding = 0.5;
 
 typedef struct {
     double sum, count;
@@ -39,7 +36,7 @@ static void take_means(const samples_t *samples, const double range[2], const do
 
 /* The run of levels whose sum, each less what chance and a part of the mean share give it, is largest. */
 static void find_levels(const double beyond[LEVELS], double all, const double range[2], by_level_t *found) {
-    const double least = worth_adding * all / LEVELS, step_um = (range[1] - range[0]) / LEVELS;
+    const double least = threshold.worth_adding * all / LEVELS, step_um = (range[1] - range[0]) / LEVELS;
     double run = 0.0, most = 0.0;
     size_t first = 0;
     for (size_t level = 0; level < LEVELS; level++) {
@@ -72,7 +69,7 @@ by_level_t by_level(const samples_t *samples, double sigma_um, const double *pos
             counted += here->count;
         }
     }
-    if (all > beyond_chance * sqrt(2.0 * means)) {
+    if (all > threshold.beyond_chance * sqrt(2.0 * means)) {
         found.part = sqrt(all / counted);
         find_levels(beyond, all, range, &found);
     }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/lattice.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_fit.h>
 #include <gsl/gsl_sort.h>
 #include <gsl/gsl_statistics_double.h>
@@ -7,13 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double tolerance = 0.1;
-/* Samples for each distinct reading, at least. */
-static const size_t seldom = 4;
 enum { FEWEST_LEVELS = 6 };
 
 double lattice_likelihood_per_sample(void) {
-    return -2.0 * log(2.0 * tolerance);
+    return -2.0 * log(2.0 * threshold.lattice_tolerance);
 }
 
 /* Sorted, without repetitions. */
@@ -43,7 +41,7 @@ static double step_of(const double *level, size_t levels, double *sigma_um) {
     gsl_fit_linear(number, 1, level, 1, levels, &at0, &step, &c00, &c01, &c11, &squares);
     *sigma_um = sqrt(c11);
     for (size_t i = 0; i < levels; i++) {
-        if (!(fabs(level[i] - at0 - step * number[i]) < tolerance * step)) {
+        if (!(fabs(level[i] - at0 - step * number[i]) < threshold.lattice_tolerance * step)) {
             step = 0.0;
             break;
         }
@@ -59,9 +57,11 @@ double lattice_step_um(const recording_t *recordings, size_t count, double *sigm
         const size_t samples = recordings[i].samples;
         double *level = allocate(samples, sizeof(double));
         const size_t levels = distinct(recordings[i].column[COLUMN_DISPLACEMENT], samples, level);
-        const double own = levels < FEWEST_LEVELS || levels > samples / seldom ? 0.0 : step_of(level, levels, sigma_um);
+        const double own = levels < FEWEST_LEVELS || (double)levels * threshold.samples_per_reading > (double)samples
+                               ? 0.0
+                               : step_of(level, levels, sigma_um);
         free(level);
-        if (own <= 0.0 || (i > 0 && fabs(own / step - 1.0) > tolerance)) {
+        if (own <= 0.0 || (i > 0 && fabs(own / step - 1.0) > threshold.lattice_tolerance)) {
             return 0.0;
         }
         step = own;
@@ -76,7 +76,7 @@ void lattice_visible_steps(const recording_t *recordings, size_t count, double r
         const size_t samples = recordings[i].samples;
         double ends[2];
         values_range(recordings[i].column[COLUMN_DISPLACEMENT], samples, ends);
-        range_um[0] = fmax(range_um[0], (ends[1] - ends[0]) * (double)seldom / (double)samples);
+        range_um[0] = fmax(range_um[0], (ends[1] - ends[0]) * threshold.samples_per_reading / (double)samples);
         range_um[1] = fmin(range_um[1], (ends[1] - ends[0]) / (FEWEST_LEVELS - 1));
     }
 }

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/line_clock.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 
-static const double mains_hz[] = {50.0, 60.0}, mains_within = 0.01;
+static const double mains_hz[] = {50.0, 60.0};
 
 static bool is_mains(double hz) {
     for (size_t i = 0; i < sizeof mains_hz / sizeof mains_hz[0]; i++) {
         const double multiple = round(hz / mains_hz[i]);
-        if (multiple >= 1.0 && fabs(hz / (multiple * mains_hz[i]) - 1.0) < mains_within) {
+        if (multiple >= 1.0 && fabs(hz / (multiple * mains_hz[i]) - 1.0) < threshold.mains_within) {
             return true;
         }
     }

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/lines.h"
 #include "numerics/spectrum.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <string.h>
 
 enum { AROUND = 40 };
-static const double stands_out = 20.0;
 
 static double median_around(const double *power, size_t f, size_t count) {
     double around[2 * AROUND + 1];
@@ -27,7 +27,7 @@ size_t find_lines(const double *signal, size_t samples, double sample_rate_hz, d
     for (size_t f = 3; f + 3 < spectrum.count; f++) {
         if (power[f] > power[f - 1] && power[f] >= power[f + 1]) {
             const double ratio = power[f] / median_around(power, f, spectrum.count - 1);
-            if (ratio > stands_out) {
+            if (ratio > threshold.line_stands_out) {
                 /* Between the bins, where the parabola through their logarithms has its top. */
                 const double a = log(power[f - 1]), b = log(power[f]), c = log(power[f + 1]);
                 const double top = (double)f + 0.5 * (a - c) / (a - 2.0 * b + c);

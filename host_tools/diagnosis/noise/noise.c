@@ -2,6 +2,7 @@
 #include "diagnosis/noise/noise.h"
 #include "diagnosis/noise/noise_filter.h"
 #include "numerics/simplex.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_sort.h>
@@ -9,12 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The drive rests while it stays within this part of its range. */
-static const double still = 1e-3;
-static const double shortest_s = 0.05, settling_s = 0.1, settling_part = 1.0 / 3.0;
 enum { LEAST_SAMPLES = 1000, LEAST_RUN = 40, MOST_RUNS = 1024 };
-/* A run whose noise is larger than that of the others by this factor (its variance) has something else in it. */
-static const double disturbed = 1.6;
 /* Deviation of the noise, in parts of the displacement's range, where a recording shows none: the last digit. */
 static const double least_noise = 1e-7;
 
@@ -82,7 +78,7 @@ static bool leave_out_disturbed(runs_t *runs, const noise_t *noise) {
     }
     const double median = gsl_stats_median(sorted, 1, runs->runs);
     for (size_t i = 0; i < runs->runs; i++) {
-        runs->left_out[i] = power[i] > disturbed * median;
+        runs->left_out[i] = power[i] > threshold.disturbed * median;
         any = any || runs->left_out[i];
     }
     return any;
@@ -125,11 +121,6 @@ static void trends(size_t length, double rate_hz, double start_s, const double *
     free(column);
 }
 
-/* Of the samples: where less is undisturbed, the columns have not explained what they should. */
-static const double least_undisturbed = 0.7;
-/* With less memory than this, what a few columns take is no matter. */
-static const double slow = 0.5;
-
 static void take_restricted(const explained_noise_t *explained, size_t count, noise_t *noise) {
     noise_filter_t filter = noise->filter;
     const double variance = noise_filter_restricted(explained, count, &filter);
@@ -161,8 +152,8 @@ static void restrict_rests(const runs_t *runs, noise_t *noise) {
 static void add_run(runs_t *runs, const double *readings, double rate_hz, size_t from, size_t to, const double *line_hz,
                     size_t lines) {
     const double length = (double)(to - from);
-    const size_t settled = from + (size_t)fmin(settling_s * rate_hz, settling_part * length);
-    if (length < shortest_s * rate_hz || to - settled < LEAST_RUN + 4 * lines || runs->runs == MOST_RUNS) {
+    const size_t settled = from + (size_t)fmin(threshold.settling_s * rate_hz, threshold.settling_part * length);
+    if (length < threshold.least_rest_s * rate_hz || to - settled < LEAST_RUN + 4 * lines || runs->runs == MOST_RUNS) {
         return;
     }
     double *x = allocate(to - settled, sizeof(double));
@@ -185,7 +176,7 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
         size_t from = samples->from[i];
         values_range(drive, recording->samples, range);
         for (size_t k = from + 1; k <= recording->samples; k++) {
-            if (k == recording->samples || fabs(drive[k] - drive[from]) > still * (range[1] - range[0])) {
+            if (k == recording->samples || fabs(drive[k] - drive[from]) > threshold.still * (range[1] - range[0])) {
                 add_run(runs, readings, recording->sample_rate_hz, from, k, line_hz, lines);
                 from = k;
             }
@@ -196,7 +187,7 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
     }
     if (total >= LEAST_SAMPLES) {
         find(runs, samples, noise);
-        if (noise->filter.memory > slow) {
+        if (noise->filter.memory > threshold.slow_noise) {
             restrict_rests(runs, noise);
         }
     }
@@ -208,7 +199,7 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
     return total >= LEAST_SAMPLES;
 }
 
-/* Cuts a column into pieces, of which some may turn out to be disturbed. */
+/* Cuts a column into pieces, of which some may turn out to be threshold.disturbed. */
 static void cut(const samples_t *samples, double *column, runs_t *runs) {
     enum { PIECES = 36 };
     *runs = (runs_t){0};
@@ -226,7 +217,7 @@ static void cut(const samples_t *samples, double *column, runs_t *runs) {
     }
 }
 
-/* Runs of a column that are not disturbed; neighbours make one piece. */
+/* Runs of a column that are not threshold.disturbed; neighbours make one piece. */
 static void restrict_column(const basis_t *basis, double *left, const runs_t *runs, noise_t *noise) {
     size_t *begin = allocate(runs->runs, sizeof *begin), *end = allocate(runs->runs, sizeof *end), pieces = 0;
     for (size_t i = 0; i < runs->runs; i++) {
@@ -252,8 +243,8 @@ void noise_of(const samples_t *samples, const basis_t *explained, const double *
     memcpy(copy, left, samples->all * sizeof(double));
     cut(samples, copy, runs);
     find(runs, samples, noise);
-    if (explained != NULL && noise->filter.memory > slow &&
-        (double)noise->samples > least_undisturbed * (double)(samples->fitted + samples->held)) {
+    if (explained != NULL && noise->filter.memory > threshold.slow_noise &&
+        (double)noise->samples > threshold.least_undisturbed * (double)(samples->fitted + samples->held)) {
         restrict_column(explained, copy, runs, noise);
     }
     free(copy);

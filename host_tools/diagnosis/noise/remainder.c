@@ -1,23 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/remainder.h"
 #include "numerics/spectrum.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_statistics_double.h>
 #include <stdlib.h>
 
-/* What is left counts when it is larger than this part of the noise: below it, a model that is not quite right is as
- * likely a reason. */
-static const double worth_mentioning = 0.4;
-/* By how much the simulation of what was found may be off, in parts of it: altogether, and at one sample. */
-static const double part_of_effect = 0.05, part_of_sample = 0.2;
-/* The same for what goes with the position: errors of a simulation are where the drive is fast or turns, so that little
- * of them does. */
-static const double worth_mentioning_at_levels = 0.15, part_of_effect_at_levels = 0.02;
-static const double outlier = 7.0;
-static const size_t few_outliers = 4;
-/* A band, or all of them together, hold more than noise when chance explains it less often than this many deviations.
- */
-static const double beyond_chance = 6.0, beyond_chance_altogether = 4.0;
 enum { BANDS = 64, LEVEL_BANDS = 64 };
 
 typedef struct {
@@ -85,9 +73,9 @@ static bool is_more(const columns_t *c, samples_part_t part, double noise_um, do
                     const double *found) {
     const double count = (double)(part == SAMPLE_FITTED ? c->samples->fitted : c->samples->held);
     const double neighbours = (1.0 + memory * memory) / (1.0 - memory * memory);
-    const double chance = beyond_chance_altogether * sqrt(2.0 * neighbours / count);
-    const double least_um =
-        worth_mentioning * noise_um + c->floor_um + part_of_effect * rms_of(c->samples, part, found);
+    const double chance = threshold.beyond_chance_altogether * sqrt(2.0 * neighbours / count);
+    const double least_um = threshold.worth_mentioning * noise_um + c->floor_um +
+                            threshold.wrong_altogether * rms_of(c->samples, part, found);
     return rms_of(c->samples, part, left) > hypot(noise_um * sqrt(1.0 + chance), least_um);
 }
 
@@ -97,11 +85,8 @@ static bool more_than_noise(const columns_t *c, samples_part_t part) {
            is_more(c, part, c->noise->rms_um, c->noise->filter.memory, c->left, c->found);
 }
 
-/* Of a stroke: more noise than that no sensor has. */
-static const double most_noise_percent = 5.0;
-
 bool remainder_knows_noise(const samples_t *samples, const noise_t *noise) {
-    return noise->at_rest || samples_percent(samples, noise->rms_um) < most_noise_percent;
+    return noise->at_rest || samples_percent(samples, noise->rms_um) < threshold.most_noise_percent;
 }
 
 static void take_columns(columns_t *c, const double *simulated) {
@@ -119,8 +104,8 @@ static void look_at_bands(const columns_t *c, remainder_t *remainder) {
     }
     for (size_t b = 0; b < BANDS; b++) {
         if (band[b].ordinates > 0.0 &&
-            band[b].energy / band[b].expected >
-                1.0 + beyond_chance / sqrt(band[b].ordinates) + gsl_pow_2(beyond_chance) / (4.0 * band[b].ordinates)) {
+            band[b].energy / band[b].expected > 1.0 + threshold.beyond_chance / sqrt(band[b].ordinates) +
+                                                    gsl_pow_2(threshold.beyond_chance) / (4.0 * band[b].ordinates)) {
             excess += band[b].raw;
             if (band[b].raw > most) {
                 most = band[b].raw;
@@ -134,16 +119,16 @@ static void look_at_bands(const columns_t *c, remainder_t *remainder) {
 
 static bool look_at_levels(const columns_t *c, const double *simulated, remainder_t *remainder) {
     const double sigma_um = c->noise->sigma_um;
-    const double off_um = part_of_effect_at_levels * rms_of(c->samples, SAMPLE_FITTED, c->found_white) + c->floor_um;
+    const double off_um = threshold.wrong_at_levels * rms_of(c->samples, SAMPLE_FITTED, c->found_white) + c->floor_um;
     remainder->by_level = by_level(c->samples, sigma_um, simulated, c->white);
-    return remainder->by_level.part > worth_mentioning_at_levels + off_um / sigma_um;
+    return remainder->by_level.part > threshold.worth_mentioning_at_levels + off_um / sigma_um;
 }
 
 static size_t count_outliers(const columns_t *c) {
     size_t outliers = 0;
     for (size_t k = 0; k < c->samples->all; k++) {
-        const double expected =
-            outlier * hypot(c->noise->sigma_um, c->floor_um) + part_of_sample * fabs(c->found_white[k]);
+        const double expected = threshold.outlier * hypot(c->noise->sigma_um, c->floor_um) +
+                                threshold.wrong_at_a_sample * fabs(c->found_white[k]);
         outliers += c->samples->part[k] != SAMPLE_LEFT_OUT && fabs(c->white[k]) > expected ? 1 : 0;
     }
     return outliers;
@@ -164,9 +149,9 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     remainder.at_levels = look_at_levels(&c, simulated, &remainder);
     remainder.outliers = count_outliers(&c);
     remainder.structured = !remainder_knows_noise(samples, noise) || remainder.at_levels ||
-                           remainder.rms_um > worth_mentioning * noise->rms_um + floor_um +
-                                                  part_of_effect * samples_rms(samples, effect) ||
-                           remainder.outliers > few_outliers || more_than_noise(&c, SAMPLE_HELD_OUT) ||
+                           remainder.rms_um > threshold.worth_mentioning * noise->rms_um + floor_um +
+                                                  threshold.wrong_altogether * samples_rms(samples, effect) ||
+                           remainder.outliers > threshold.few_outliers || more_than_noise(&c, SAMPLE_HELD_OUT) ||
                            more_than_noise(&c, SAMPLE_FITTED);
     free(c.left);
     free(c.white);

@@ -1,23 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/samples.h"
 #include "diagnosis/where/loop_parts.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Nearer to an end of the range than this part of it counts as having been there. */
-static const double at_the_end = 0.02;
-/* Of a recording. A past that takes longer to be forgotten is a matter of the model; but several recordings have one
- * model, and each its own past. */
-static const double most_left_out = 0.2, most_of_several = 0.75;
 enum { FEWEST = 24, FEWEST_OF_ALL = 600 };
 
 /* Which of three blocks of time is held out, if nothing speaks against it. */
 enum { EVERY = 3, USUALLY = 2 };
-/* An amplifier's rails show where the drive is so near to an end of its range. */
-static const double rails_show = 0.05;
-/* Of the samples there, in parts of what would be each part's share: fewer than this are too few. */
-static const double least_share = 0.3;
 
 static bool held_out(size_t samples, size_t sample, size_t which) {
     return sample * SAMPLES_TIME_BLOCKS / samples % EVERY == which;
@@ -25,7 +17,7 @@ static bool held_out(size_t samples, size_t sample, size_t which) {
 
 /* Near one end of the range (0: the low one). */
 static bool near_end(double drive_v, size_t end, const double range[2]) {
-    return fabs(drive_v - range[end]) <= rails_show * (range[1] - range[0]);
+    return fabs(drive_v - range[end]) <= threshold.rails_show * (range[1] - range[0]);
 }
 
 /* How evenly the samples near one end of the range (0: the low one) fall to both parts: 1, or less. */
@@ -48,7 +40,7 @@ static size_t choose_held_out(const recording_t *recording, size_t from) {
     double range[2], most = 0.0;
     size_t best = USUALLY;
     values_range(recording->column[COLUMN_DRIVE] + from, recording->samples - from, range);
-    for (size_t i = 0; i < EVERY && most < least_share; i++) {
+    for (size_t i = 0; i < EVERY && most < threshold.least_share_at_rails; i++) {
         const size_t which = (USUALLY + i) % EVERY;
         const double even =
             fmin(evenness(recording, from, which, 0, range), evenness(recording, from, which, 1, range));
@@ -66,7 +58,7 @@ static size_t covered(const recording_t *recording, size_t until) {
     size_t at_low = until, at_high = until;
     double range[2];
     values_range(drive, until, range);
-    const double margin = at_the_end * (range[1] - range[0]);
+    const double margin = threshold.been_at_the_end * (range[1] - range[0]);
     for (size_t k = until; k-- > 0;) {
         at_low = drive[k] <= range[0] + margin ? k : at_low;
         at_high = drive[k] >= range[1] - margin ? k : at_high;
@@ -81,7 +73,7 @@ static size_t first_that_counts(const model_t *model, const recording_t *recordi
         return known;
     }
     *past_matters = true;
-    return covered(recording, (size_t)(most_left_out * (double)samples));
+    return covered(recording, (size_t)(threshold.most_left_out * (double)samples));
 }
 
 bool samples_open(samples_t *samples, const model_t *model, const recording_t *recordings, size_t count,
@@ -93,7 +85,8 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
                            .from = allocate(count, sizeof(size_t))};
     for (size_t i = 0; i < count; i++) {
         samples->begin[i + 1] = samples->begin[i] + recordings[i].samples;
-        samples->from[i] = first_that_counts(model, &recordings[i], count == 1 ? most_left_out : most_of_several,
+        samples->from[i] = first_that_counts(model, &recordings[i],
+                                             count == 1 ? threshold.most_left_out : threshold.most_left_out_of_several,
                                              &samples->past_matters);
         if (recordings[i].samples - samples->from[i] < FEWEST) {
             fail(failure, "%s: %zu samples are too few for a diagnosis", recordings[i].name, recordings[i].samples);

@@ -4,15 +4,13 @@
 #include "base/progress.h"
 #include "diagnosis/nuisance/past.h"
 #include "diagnosis/where/drive_period.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { OPERATORS = 24, SHAPES = 6, BRANCH_NODES = 11, TRENDS = 12, HARMONICS = 40, AT_ONCE = 16 };
-/* A period is one loop when the drive goes up once and down once in it: not further than this, in parts of twice its
- * range. */
-static const double one_loop = 1.02;
 
 typedef struct job job_t;
 
@@ -157,7 +155,7 @@ double nuisance_loop_hz(const samples_t *s) {
     for (size_t k = 1; k < length; k++) {
         way += fabs(drive[k] - drive[k - 1]);
     }
-    return period > 0.0 && way * period < one_loop * 2.0 * (range[1] - range[0]) * (double)length
+    return period > 0.0 && way * period < threshold.one_loop * 2.0 * (range[1] - range[0]) * (double)length
                ? recording->sample_rate_hz / period
                : 0.0;
 }

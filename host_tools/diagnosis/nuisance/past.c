@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/nuisance/past.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { NODES = PAST_COLUMNS / 2 };
-/* A column of which those before leave less than this part is taken for one of them. Where the drive goes further in a
- * held-out block, the fitted samples can hardly tell two ramps apart, and would give them any weight. */
-static const double dependent = 0.1;
 
 /* Of the way from one end of the range to the other, how much of the part from one node to the next lies behind the
  * furthest drive until now. */
@@ -46,7 +44,7 @@ static bool make_orthonormal(const past_t *past, double *of_fitted, double *of_h
         cblas_daxpy((int)past->all, -share, past->raw + i * past->all, 1, raw, 1);
     }
     const double length = cblas_dnrm2(fitted, of_fitted, 1);
-    if (!(length > dependent * before)) {
+    if (!(length > threshold.past_dependent * before)) {
         return false;
     }
     cblas_dscal(fitted, 1.0 / length, of_fitted, 1);

@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/where/cells.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-
-static const double most_of_it = 0.8;
-const double cells_no_place = 0.5;
-/* A cell with fewer of the samples says nothing. */
-static const double least_visited = 0.002;
 
 static int by_energy(const void *one, const void *other) {
     const cell_t *a = *(const cell_t *const *)one, *b = *(const cell_t *const *)other;
@@ -23,7 +19,7 @@ size_t cells_choose(cell_t *cell, size_t count) {
         total += cell[i].energy;
     }
     qsort(sorted, count, sizeof(cell_t *), by_energy);
-    while (total > 0.0 && chosen < count && sum < most_of_it * total) {
+    while (total > 0.0 && chosen < count && sum < threshold.most_of_it * total) {
         sorted[chosen]->chosen = true;
         sum += sorted[chosen++]->energy;
     }
@@ -89,9 +85,9 @@ bool cells_have_no_place(cell_t *cell, size_t count, double floor_um) {
         all += cell[i].visits;
     }
     for (size_t i = 0; i < count; i++) {
-        const bool visited = cell[i].visits > least_visited * all;
+        const bool visited = cell[i].visits > threshold.least_visited * all;
         used += visited ? 1 : 0;
         cell[i].energy = visited ? fmax(0.0, cell[i].energy / cell[i].visits - floor_um * floor_um) : 0.0;
     }
-    return (double)cells_choose(cell, count) > cells_no_place * (double)used;
+    return (double)cells_choose(cell, count) > threshold.no_place * (double)used;
 }

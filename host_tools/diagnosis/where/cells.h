@@ -12,9 +12,6 @@ typedef struct {
     bool chosen;
 } cell_t;
 
-/** What takes more than this part of the cells has no place among them. */
-extern const double cells_no_place;
-
 /** Chooses the fewest cells that hold most of it. Returns how many, 0 if there is nothing. */
 size_t cells_choose(cell_t *cell, size_t count);
 /** The same for mean squares, above the floor's, in place of energies: a drive is not equally long in every cell. Cells

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/where/drive_period.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdbool.h>
 
 enum { LOOKED_AT = 4096 };
-static const double alike = 0.002, similar = 0.05;
 
 /* Mean square of x[k + lag] - x[k], for every step-th k, or HUGE_VAL once it must exceed `most`. */
 static double difference_at(const double *x, size_t samples, size_t step, size_t lag, double most) {
@@ -39,17 +39,18 @@ static size_t best_lag(const double *x, size_t samples, size_t step, size_t low,
 static size_t first_return(const double *x, size_t samples, size_t step, double variance) {
     const size_t longest = samples / 3 + samples / 20 + step; /* a little more, to see it pass */
     size_t lag = step, begin;
-    while (lag <= longest && difference_at(x, samples, step, lag, similar * variance) < HUGE_VAL) {
+    while (lag <= longest && difference_at(x, samples, step, lag, threshold.similar_loop * variance) < HUGE_VAL) {
         lag += step; /* still the neighbourhood of 0 */
     }
-    while (lag <= longest && difference_at(x, samples, step, lag, similar * variance) == HUGE_VAL) {
+    while (lag <= longest && difference_at(x, samples, step, lag, threshold.similar_loop * variance) == HUGE_VAL) {
         lag += step;
     }
     begin = lag;
-    while (lag <= longest && difference_at(x, samples, step, lag, similar * variance) < HUGE_VAL) {
+    while (lag <= longest && difference_at(x, samples, step, lag, threshold.similar_loop * variance) < HUGE_VAL) {
         lag += step;
     }
-    return begin < lag && lag <= longest ? best_lag(x, samples, step, begin, lag, similar * variance) : 0;
+    return begin < lag && lag <= longest ? best_lag(x, samples, step, begin, lag, threshold.similar_loop * variance)
+                                         : 0;
 }
 
 /* A coarse look at ever longer beginnings of the drive; what is found there has to hold for the whole. Then the period
@@ -63,14 +64,15 @@ double drive_period(const double *drive, size_t samples) {
         variance += gsl_pow_2(drive[k] - mean) / (double)samples;
     }
     /* A shift by half a sample changes the drive by half a step, and is unavoidable. */
-    const double most = variance > 0.0 ? alike * variance + 0.3 * difference_at(drive, samples, 1, 1, HUGE_VAL) : 0.0;
+    const double most =
+        variance > 0.0 ? threshold.same_loop * variance + 0.3 * difference_at(drive, samples, 1, 1, HUGE_VAL) : 0.0;
     bool whole = false;
     for (size_t step = 1; variance > 0.0 && !whole; step *= 2) {
         whole = samples / step <= LOOKED_AT;
         const size_t length = whole ? samples : LOOKED_AT * step;
         const size_t coarse = first_return(drive, length, step, variance);
         const size_t lag = coarse > 0 ? best_lag(drive, samples, 1, coarse > step ? coarse - step : 1, coarse + step,
-                                                 fmin(most, similar * variance))
+                                                 fmin(most, threshold.similar_loop * variance))
                                       : 0;
         if (lag > 0 && 3 * lag <= samples) {
             double period = (double)lag;

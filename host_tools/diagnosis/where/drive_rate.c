@@ -2,14 +2,12 @@
 #include "diagnosis/where/drive_rate.h"
 #include "diagnosis/where/cells.h"
 #include "diagnosis/where/loop_parts.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
 enum { RATE_CELLS = 24, CELLS = 1 + RATE_CELLS /* the first one is that of the holds */ };
 static const double slowest_part = 1e-4;
-/* What a limit of the rate, a lag or a mode makes of a step acts while the drive already rests: as long as the noise is
- * not measured there either (noise.h). */
-static const double still_moving_s = 0.1;
 
 /* The rate of the motion that led to a hold, over its beginning; then none. */
 static void rest(const double *drive, size_t samples, double sample_rate_hz, const loop_part_t *part, double *rate) {
@@ -25,7 +23,7 @@ static void rest(const double *drive, size_t samples, double sample_rate_hz, con
             last = step * sample_rate_hz;
             begun = k;
         }
-        rate[k] = part[k] != LOOP_HOLDS || (double)(k - begun) < still_moving_s * sample_rate_hz ? last : 0.0;
+        rate[k] = part[k] != LOOP_HOLDS || (double)(k - begun) < threshold.hold_part_s * sample_rate_hz ? last : 0.0;
     }
 }
 

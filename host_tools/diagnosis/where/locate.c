@@ -5,14 +5,12 @@
 #include "diagnosis/where/drive_rate.h"
 #include "diagnosis/where/loop_parts.h"
 #include "numerics/spectrum.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 
 enum { TIME_CELLS = 60, DRIVE_CELLS = 24, CELLS_PER_OCTAVE = 24, OCTAVES = 26 };
-static const double least_harmonic = 0.05;
-/* Frequencies closer than a third of an octave are one range. */
-static const double one_range = 1.26;
 
 static double mean_square(const recording_t *r, const double *difference, size_t from) {
     double sum = 0.0;
@@ -36,7 +34,7 @@ static void locate_in_time(const recording_t *r, const double *difference, size_
         cell[i].to = r->start_s + (double)end / r->sample_rate_hz;
     }
     const double width = (double)samples / r->sample_rate_hz / TIME_CELLS;
-    if ((double)cells_choose(cell, TIME_CELLS) > cells_no_place * (double)TIME_CELLS) {
+    if ((double)cells_choose(cell, TIME_CELLS) > threshold.no_place * (double)TIME_CELLS) {
         *ranges = (ranges_t){1, {{cell[0].from, cell[TIME_CELLS - 1].to}}};
     } else {
         cells_collect(cell, TIME_CELLS, cells_linear_gap, 1.5 * width, ranges);
@@ -102,7 +100,7 @@ static void locate_in_frequency(const recording_t *recordings, size_t count, dou
         cell[c].energy = fmax(0.0, cell[c].energy);
     }
     cells_choose(cell, CELLS);
-    cells_collect(cell, CELLS, cells_octave_gap, log(one_range), ranges);
+    cells_collect(cell, CELLS, cells_octave_gap, log(threshold.one_range), ranges);
     free(cell);
 }
 
@@ -128,7 +126,7 @@ static void find_harmonics(const recording_t *r, const double *difference, size_
             imaginary += (difference[from + k] - mean) * sin(angle);
         }
         const double power = 2.0 * (real * real + imaginary * imaginary) / ((double)samples * (double)samples);
-        if (power > least_harmonic * variance) {
+        if (power > threshold.least_harmonic * variance) {
             location->harmonic[location->harmonics++] = h;
         }
     }

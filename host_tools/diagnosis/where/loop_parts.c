@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/where/loop_parts.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
 const double loop_still = 2e-5;
-static const double turning_part = 0.15, least_way = 0.01, hold_part = 0.05, stands_out = 2.0;
-/* A part with fewer of the samples is not asked. */
-static const double least_share = 0.01;
 enum { SHORTEST_HOLD = 20 };
 
 /* Samples at which the drive turns round, with the first and the last one. Returns how many; free *at. */
@@ -46,15 +44,16 @@ void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
     double ends[2];
     values_range(drive, samples, ends);
     const double range = ends[1] - ends[0];
-    size_t *reversal, reversals = find_reversals(drive, samples, least_way * range, &reversal);
+    size_t *reversal, reversals = find_reversals(drive, samples, threshold.turns_round * range, &reversal);
     for (size_t i = 0; i + 1 < reversals; i++) {
         const double begin = drive[reversal[i]], way = drive[reversal[i + 1]] - begin;
         for (size_t k = reversal[i]; k <= reversal[i + 1]; k++) {
             const double passed = way != 0.0 ? (drive[k] - begin) / way : 0.5;
-            part[k] = passed < turning_part || passed > 1.0 - turning_part ? LOOP_TURNING_POINTS : LOOP_MID_BRANCH;
+            part[k] = passed < threshold.turning_part || passed > 1.0 - threshold.turning_part ? LOOP_TURNING_POINTS
+                                                                                               : LOOP_MID_BRANCH;
         }
     }
-    const double least = fmax(SHORTEST_HOLD, hold_part * (double)samples / (double)(reversals - 1));
+    const double least = fmax(SHORTEST_HOLD, threshold.hold_part * (double)samples / (double)(reversals - 1));
     for (size_t first = 0, next; first < samples; first = next) {
         double low = drive[first], high = drive[first];
         for (next = first + 1; next < samples; next++) {
@@ -86,12 +85,13 @@ loop_part_t find_loop_part(const recording_t *recordings, size_t count, double *
         free(part);
     }
     for (size_t p = 0; p <= LOOP_HOLDS; p++) {
-        sum[p] = samples[p] > least_share * all ? fmax(0.0, sum[p] / samples[p] - floor_um * floor_um) : 0.0;
+        sum[p] = samples[p] > threshold.least_part_of_loop * all ? fmax(0.0, sum[p] / samples[p] - floor_um * floor_um)
+                                                                 : 0.0;
     }
     for (loop_part_t p = LOOP_TURNING_POINTS; p <= LOOP_HOLDS; p++) {
         bool alone = true;
         for (loop_part_t other = LOOP_TURNING_POINTS; other <= LOOP_HOLDS; other++) {
-            alone = alone && (other == p || sum[p] > stands_out * sum[other]);
+            alone = alone && (other == p || sum[p] > threshold.part_stands_out * sum[other]);
         }
         if (alone) {
             return p;
