@@ -128,7 +128,7 @@ void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t 
     probing_t *probing = allocate(catalogue_count, sizeof *probing);
     size_t blocks = 0, tried = 0;
     for (size_t i = 0; i < catalogue_count; i++) {
-        if (catalogue[i]->probe != NULL && model_find(&scan->imitation->chain, catalogue[i]->name) == NULL) {
+        if (probe_is_first(catalogue[i]->probe) && model_find(&scan->imitation->chain, catalogue[i]->name) == NULL) {
             probing[blocks++] = (probing_t){.scan = scan, .block = catalogue[i]};
         }
     }

@@ -1,87 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * One mode of the mechanics: y'' + 2 zeta omega y' + omega^2 y = omega^2 u, gain 1 at rest.
- *
- * Between samples u is a polynomial of the time since the last one, a0 + a1 t + a2 t^2 + a3 t^3: the cubic or the line
- * of smooth_drive.h. Another polynomial, b, solves the equation for it; what y deviates from that obeys the equation
- * without input, whose solution over one sample is a constant 2-by-2 matrix. All of it is linear in y - a0, y' and the
- * differences of u that a1 to a3 are made of: what each of these adds is made once.
- */
+/* One mode of the mechanics: y'' + 2 zeta omega y' + omega^2 y = omega^2 u, gain 1 at rest. */
 #include "chain/catalogue.h"
-#include "chain/smooth_drive.h"
 #include "compile/compile_job.h"
-#include <gsl/gsl_math.h>
+#include "elements/oscillator.h"
 
 static const parameter_info_t parameters[] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e9, .text = "undamped natural frequency"},
     {.name = "damping_ratio", .unit = "1", .low = 1e-5, .high = 0.999, .text = "of critical damping"}};
-
-enum { OUTPUT, RATE, STATES }; /* y, y'; per sample */
-enum { FIRST, SECOND, THIRD, DIFFERENCES };
-
-typedef struct {
-    drive_window_t drive;
-    double state[STATES]; /* at the last sample */
-    bool line;            /* whatever the drive does: see `slow` */
-    double transition[STATES][STATES], input[STATES][DIFFERENCES];
-} state_t;
-
-/* Slower modes, in rad per sample, do not see the difference between a line and a cubic, and b would be large. */
-static const double slow = 0.01;
-
-/* What a1 t + a2 t^2 + a3 t^3 leads to in one sample from rest at 0. lag, square: 2 zeta / omega and 1 / omega^2. */
-static void respond(const state_t *state, double lag, double square, const double a[3], double after[STATES]) {
-    const double b3 = a[2], b2 = a[1] - 3.0 * lag * b3, b1 = a[0] - 2.0 * lag * b2 - 6.0 * square * b3,
-                 b0 = -lag * b1 - 2.0 * square * b2;
-    after[OUTPUT] = b0 + b1 + b2 + b3 - state->transition[OUTPUT][OUTPUT] * b0 - state->transition[OUTPUT][RATE] * b1;
-    after[RATE] = b1 + 2.0 * b2 + 3.0 * b3 - state->transition[RATE][OUTPUT] * b0 - state->transition[RATE][RATE] * b1;
-}
-
-static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
-    /* A difference of one, of three samples: half of t^2 - t, of four: a sixth of t^3 - t. */
-    static const double polynomial[DIFFERENCES][3] = {{1.0, 0.0, 0.0}, {-0.5, 0.5, 0.0}, {-1.0 / 6.0, 0.0, 1.0 / 6.0}};
-    state_t *state = memory;
-    const double omega = 2.0 * M_PI * parameter[0].value[0] / setup->sample_rate_hz; /* rad per sample */
-    const double zeta = parameter[1].value[0], damped = omega * sqrt(1.0 - zeta * zeta);
-    const double decay = exp(-zeta * omega), c = decay * cos(damped), s = decay * sin(damped) / damped;
-    state->line = omega <= slow;
-    state->transition[OUTPUT][OUTPUT] = c + zeta * omega * s;
-    state->transition[OUTPUT][RATE] = s;
-    state->transition[RATE][OUTPUT] = -omega * omega * s;
-    state->transition[RATE][RATE] = c - zeta * omega * s;
-    for (size_t i = 0; i < DIFFERENCES; i++) {
-        double after[STATES];
-        respond(state, 2.0 * zeta / omega, 1.0 / (omega * omega), polynomial[i], after);
-        state->input[OUTPUT][i] = after[OUTPUT];
-        state->input[RATE][i] = after[RATE];
-    }
-}
-
-static void settle(void *memory, signal_t *signal) {
-    state_t *state = memory;
-    drive_window_settle(&state->drive, signal->value);
-    state->state[OUTPUT] = signal->value;
-    state->state[RATE] = 0.0;
-}
-
-static void step(void *memory, signal_t *signal) {
-    state_t *state = memory;
-    const double *x = state->drive.x;
-    drive_window_next(&state->drive, signal);
-    const double cubic = state->line ? 0.0 : state->drive.smooth;
-    const double behind = state->state[OUTPUT] - x[3], rate = state->state[RATE];
-    const double first = x[2] - x[3], second = cubic * (x[2] - 2.0 * x[3] + x[4]),
-                 third = cubic * (x[1] - 3.0 * x[2] + 3.0 * x[3] - x[4]);
-    double next[STATES];
-    for (size_t i = 0; i < STATES; i++) {
-        next[i] =
-            (state->transition[i][OUTPUT] * behind + state->transition[i][RATE] * rate) +
-            (state->input[i][FIRST] * first + (state->input[i][SECOND] * second + state->input[i][THIRD] * third));
-    }
-    state->state[OUTPUT] = x[3] + next[OUTPUT];
-    state->state[RATE] = next[RATE];
-    signal->value = state->state[OUTPUT];
-}
 
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     return compile_shape(
@@ -116,9 +41,9 @@ const block_t block_resonance = {.name = "resonance",
                                  .text = "inertia and damping: one mode of the mechanics",
                                  .parameter = parameters,
                                  .parameters = 2,
-                                 .state_bytes = sizeof(state_t),
-                                 .open = open,
-                                 .settle = settle,
-                                 .step = step,
+                                 .state_bytes = sizeof(oscillator_stage_t),
+                                 .open = oscillator_stage_open,
+                                 .settle = oscillator_stage_settle,
+                                 .step = oscillator_stage_step,
                                  .compile = compile,
                                  .probe = &looked_for};

@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "chain/probe.h"
 #include <math.h>
+#include <string.h>
 
 bool probe_between(double low, double high, size_t count, size_t index, double *value) {
     *value = low * pow(high / low, (double)index / (double)(count - 1));
     return index < count;
+}
+
+bool probe_may_replace(const probe_t *probe, const char *group) {
+    const char *const *of = probe->in_place_of;
+    return (of[0] != NULL && strcmp(of[0], group) == 0) || (of[1] != NULL && strcmp(of[1], group) == 0);
 }

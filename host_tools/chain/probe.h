@@ -16,7 +16,8 @@ typedef struct {
     bool preloads;                    /**< the recordings differ in their preload */
     size_t lines;                     /**< frequencies at which the residual has a narrow peak */
     const double *line_hz;
-    bool strong; /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
+    size_t harmonic; /**< that these lines are taken for, of something periodic; 0: the first */
+    bool strong;     /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
     const struct block *known; /**< a block of which a fit has found numbers; NULL: none */
     const double *known_value; /**< these, one per parameter: the first of its probes */
 } probe_setting_t;
@@ -41,6 +42,10 @@ typedef struct {
     /** Effects that are hard to distinguish from position alone share a group: "lag", "slow" ..; a unique name
      * otherwise. */
     const char *group;
+    /** Groups whose findings this block, a richer form of them, may take the place of where these leave more than
+     * noise. It is looked for nowhere else: with one number more it is as good as they are in their place, and says no
+     * more. All NULL: it is looked for by itself. */
+    const char *in_place_of[2];
     /** One or two plain sentences: what it is and how it shows. */
     const char *explanation;
     /** What to record to detect it, or to distinguish it within its group. */
@@ -81,6 +86,14 @@ typedef struct {
      * it explains as much as they do. */
     const char *together[2];
 } probe_t;
+
+/** Whether a block with this probe (NULL: none) is looked for by itself. */
+static inline bool probe_is_first(const probe_t *probe) {
+    return probe != NULL && probe->in_place_of[0] == NULL;
+}
+
+/** Whether a block with this probe is a richer form of the findings of a group. */
+bool probe_may_replace(const probe_t *probe, const char *group);
 
 /** The middle and half the width of a range. */
 static inline void probe_range(double low, double high, double *center, double *half_range) {

@@ -64,6 +64,9 @@ static void print_probe(const block_t *block) {
     }
     printf("%s%s%s\n  revealed by: %s\n", count > 0 ? " (group " : "", count > 0 ? block->probe->group : "",
            count > 0 ? ")" : "", block->probe->excitation);
+    if (!probe_is_first(block->probe)) {
+        printf("  looked for: where a finding of its group leaves more than noise\n");
+    }
     free(others);
 }
 
@@ -78,13 +81,23 @@ static json_t *rest_of_group_json(const block_t *block) {
     return names;
 }
 
+/* The groups whose findings it may take the place of, or null. */
+static json_t *in_place_of_json(const probe_t *probe) {
+    const size_t most = sizeof probe->in_place_of / sizeof probe->in_place_of[0];
+    json_t *groups = probe->in_place_of[0] != NULL ? json_array() : json_null();
+    for (size_t i = 0; i < most && probe->in_place_of[i] != NULL; i++) {
+        json_array_append_new(groups, json_string(probe->in_place_of[i]));
+    }
+    return groups;
+}
+
 /* All null for a block that diagnose does not search for. */
 static json_t *probe_json(const block_t *block) {
     static const probe_t none = {0};
     const probe_t *probe = block->probe != NULL ? block->probe : &none;
-    return json_pack("{s:s?, s:s?, s:o, s:s?}", "group", probe->group, "looks_like", probe->explanation,
+    return json_pack("{s:s?, s:s?, s:o, s:s?, s:o}", "group", probe->group, "looks_like", probe->explanation,
                      "confused_with", block->probe != NULL ? rest_of_group_json(block) : json_null(), "revealed_by",
-                     probe->excitation);
+                     probe->excitation, "in_place_of", in_place_of_json(probe));
 }
 
 static json_t *block_json(const block_t *block) {

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/monotonic_clock.h"
 #include "commands/command.h"
 #include "commands/diagnose_script.h"
 #include "commands/recording_input.h"
-#include "interface/diagnosis_run.h"
+#include "interface/sure.h"
 #include <malloc.h>
+#include <math.h>
 #include <stdlib.h>
 
 /* OpenBLAS: its columns are short, and threads would spend their time waiting for each other. */
@@ -39,24 +41,55 @@ const command_t command_diagnose = {
                 "hyst diagnose probe.csv --model model.json -o better.json --report diagnosis.html\n"
                 "# Start without a model, from two recordings\n"
                 "hyst diagnose first.csv second.csv\n"
+                "# How sure is the answer? Ask 10 recordings of each kind, simulated like this one\n"
+                "hyst diagnose probe.csv --sure=10\n"
                 "# Go on from there in Python\n"
                 "hyst diagnose probe.csv --model model.json --emit-python diagnose.py\n"};
 
 typedef struct {
     const char *model, *report, *output, *script;
     bool json;
+    unsigned long sure, seed; /* sure: 0: not asked */
 } outputs_t;
+
+/* "about 40 s", "about 5 min". */
+static void tell_duration(const sure_work_t *work) {
+    const bool minutes = work->seconds >= 120.0;
+    fprintf(stderr, "hyst diagnose: %zu recordings of each of %zu kinds are simulated and asked: about %.0f %s\n",
+            work->sure.each, work->worlds, ceil(minutes ? work->seconds / 60.0 : work->seconds), minutes ? "min" : "s");
+}
+
+/* The diagnosis; and, where it is wanted, how sure it is. */
+static bool diagnose_chain(const outputs_t *outputs, const model_t *given, recording_t *recordings, size_t count,
+                           diagnosis_run_t *run, failure_t *failure) {
+    const double begun_s = monotonic_s();
+    if (!diagnosis_run(given, recordings, count, run, failure)) {
+        return false;
+    }
+    if (outputs->sure == 0) {
+        return true;
+    }
+    sure_work_t work;
+    sure_prepare(run, outputs->sure == OPTION_NO_COUNT ? 0 : outputs->sure, outputs->seed, monotonic_s() - begun_s,
+                 &work);
+    tell_duration(&work);
+    if (!sure_ask(&work, given, recordings, count, run, failure)) {
+        diagnosis_run_free(run);
+        return false;
+    }
+    return true;
+}
 
 static bool diagnose_files(const outputs_t *outputs, recording_t *recordings, size_t count, diagnosis_run_t *diagnosis,
                            failure_t *failure) {
     model_t given;
     if (outputs->model == NULL) {
-        return diagnosis_run(NULL, recordings, count, diagnosis, failure);
+        return diagnose_chain(outputs, NULL, recordings, count, diagnosis, failure);
     }
     if (!model_read(&given, outputs->model, failure)) {
         return false;
     }
-    const bool good = diagnosis_run(&given, recordings, count, diagnosis, failure);
+    const bool good = diagnose_chain(outputs, &given, recordings, count, diagnosis, failure);
     model_free(&given);
     return good;
 }
@@ -82,12 +115,16 @@ static bool write_outputs(const outputs_t *outputs, const diagnosis_run_t *run, 
 }
 
 static int run(int argc, char **argv) {
-    outputs_t outputs = {0};
+    outputs_t outputs = {.seed = 1};
     const option_t options[] = {
         {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain to begin with", &outputs.model},
         {"--output", "-o", OPTION_OUTPUT, "BETTER.json", "write the chain with what was found, fitted",
          &outputs.output},
         JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &outputs.json),
+        {"--sure", NULL, OPTION_COUNT_IF, NULL,
+         "simulate N recordings like these from the answer and from what may be meant instead, and ask again",
+         &outputs.sure},
+        {"--seed", NULL, OPTION_COUNT, "N", "of the noise of --sure; 1", &outputs.seed},
         {"--report", NULL, OPTION_OUTPUT, "F.html", "write it as a page with pictures", &outputs.report},
         {"--emit-python", NULL, OPTION_OUTPUT, "F.py", "write the Python script that repeats this", &outputs.script}};
     size_t count;
@@ -103,13 +140,15 @@ static int run(int argc, char **argv) {
     recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
     bool good = recordings != NULL;
     good = good && diagnose_files(&outputs, recordings, count, &diagnosis, &failure);
-    const diagnose_script_t script = {.recordings = argv + 1,
-                                      .count = count,
-                                      .model = outputs.model,
-                                      .json = json_file(),
-                                      .report = outputs.report,
-                                      .output = outputs.output};
+    diagnose_script_t script = {.recordings = argv + 1,
+                                .count = count,
+                                .model = outputs.model,
+                                .json = json_file(),
+                                .report = outputs.report,
+                                .output = outputs.output,
+                                .seed = outputs.seed};
     if (good) {
+        script.sure = diagnosis.sure_asked ? diagnosis.sure.each : 0;
         good = write_outputs(&outputs, &diagnosis, recordings, count, &failure);
         diagnosis_run_free(&diagnosis);
         good = good && (outputs.script == NULL || diagnose_script_write(&script, outputs.script, &failure));

@@ -25,15 +25,17 @@ static bool option_is_json(option_kind_t kind) {
     return kind == OPTION_JSON || kind == OPTION_JSON_OR_WORD;
 }
 
+const char *option_optional(option_kind_t kind) {
+    return option_is_json(kind) ? "[=FILE]" : kind == OPTION_COUNT_IF ? "[=N]" : "";
+}
+
 static void print_help(const command_t *command, const option_t *options, size_t count) {
     printf("hyst %s %s\n%s\n\n", command->name, command->arguments, command->summary);
     for (size_t i = 0; i < count; i++) {
         char left[80];
         snprintf(left, sizeof left, "%s%s%s%s%s", options[i].letter != NULL ? options[i].letter : "",
                  options[i].letter != NULL ? ", " : "", options[i].name, options[i].argument != NULL ? " " : "",
-                 options[i].argument != NULL       ? options[i].argument
-                 : option_is_json(options[i].kind) ? "[=FILE]"
-                                                   : "");
+                 options[i].argument != NULL ? options[i].argument : option_optional(options[i].kind));
         printf("  %-30s %s\n", left, options[i].help);
     }
     printf("  %-30s %s\n", "--help", "this text");
@@ -78,12 +80,15 @@ static bool read_value(const option_t *option, const char *text) {
         *(double *)option->target = number[0];
         return true;
     case OPTION_COUNT:
+    case OPTION_COUNT_IF:
         if (text[0] < '0' || text[0] > '9') { /* strtoul would accept and wrap a sign */
             return false;
         }
         errno = 0;
         *(unsigned long *)option->target = strtoul(text, &end, 10);
-        return *end == '\0' && errno == 0;
+        return *end == '\0' && errno == 0 &&
+               (option->kind == OPTION_COUNT ||
+                (*(unsigned long *)option->target > 0 && *(unsigned long *)option->target < OPTION_NO_COUNT));
     case OPTION_RANGE:
         colon = strchr(text, ':');
         if (colon == NULL || !read_number(text, (size_t)(colon - text), &number[0]) ||
@@ -216,6 +221,10 @@ int options_parse(const command_t *command, const option_t *options, size_t coun
             *(bool *)option->target = true;
             continue;
         }
+        if (option->kind == OPTION_COUNT_IF && value == NULL) {
+            *(unsigned long *)option->target = OPTION_NO_COUNT;
+            continue;
+        }
         if (value == NULL) {
             if (i + 1 >= argc) {
                 return usage_error(command, "%s needs a value: %s", option->name, option->argument);
@@ -223,7 +232,8 @@ int options_parse(const command_t *command, const option_t *options, size_t coun
             value = argv[++i];
         }
         if (!read_value(option, value)) {
-            return usage_error(command, "%s: '%s' is not a valid %s", option->name, value, option->argument);
+            return usage_error(command, "%s: '%s' is not a valid %s", option->name, value,
+                               option->argument != NULL ? option->argument : "number above 0");
         }
     }
     if (*positionals < least) {

@@ -6,6 +6,7 @@
 #define COMMAND_LINE_H
 
 #include "base/failure.h"
+#include <limits.h>
 #include <stddef.h>
 
 typedef struct {
@@ -28,10 +29,14 @@ typedef enum {
     OPTION_OUTPUT,      /**< const char *, a file that is written: see options_parse */
     OPTION_NUMBER,      /**< double, finite */
     OPTION_COUNT,       /**< unsigned long, not negative */
+    OPTION_COUNT_IF,    /**< unsigned long, "--name=N" above 0, or "--name" alone: OPTION_NO_COUNT */
     OPTION_RANGE,       /**< double[2] from LO:HI, finite, LO < HI */
     OPTION_JSON,        /**< bool, set to true; "--json" or "--json=FILE": JSON_OPTION */
     OPTION_JSON_OR_WORD /**< the same; a next word that ends in .json is the FILE, as it was in earlier versions */
 } option_kind_t;
+
+/** Of an OPTION_COUNT_IF that was given without a number. */
+#define OPTION_NO_COUNT ULONG_MAX
 
 typedef struct {
     const char *name;   /**< "--operators" */
@@ -41,6 +46,9 @@ typedef struct {
     const char *help;
     void *target; /**< left alone when the option is not given, so it holds the default */
 } option_t;
+
+/** "[=FILE]", "[=N]": what may follow the name of an option of this kind; "" for others. */
+const char *option_optional(option_kind_t kind);
 
 /** The line of an option_t table for --json[=FILE], alike in all commands; print.h writes what it asks for. */
 #define JSON_OPTION(target) JSON_OPTION_KIND(OPTION_JSON, target)

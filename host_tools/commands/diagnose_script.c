@@ -40,7 +40,11 @@ static void write_script(FILE *file, const diagnose_script_t *script) {
     } else {
         fputs("model = None # begin with the hysteresis that fits best\n", file);
     }
-    fputs("diagnosis = hyst.diagnose(recordings, model)\nprint(diagnosis, end=\"\")\n", file);
+    fputs("diagnosis = hyst.diagnose(recordings, model", file);
+    if (script->sure > 0) {
+        fprintf(file, ", sure=%zu, seed=%lu", script->sure, script->seed);
+    }
+    fputs(")\nprint(diagnosis, end=\"\")\n", file);
     if (script->output != NULL) {
         write_call(file, "diagnosis.model.save(", script->output, ")\n");
     }

@@ -10,6 +10,8 @@ typedef struct {
     char *const *recordings;
     size_t count;
     const char *model, *json, *report, *output;
+    size_t sure; /**< 0: not asked */
+    unsigned long seed;
 } diagnose_script_t;
 
 bool diagnose_script_write(const diagnose_script_t *script, const char *path, failure_t *failure);

@@ -4,7 +4,8 @@
 
 static const double highest_rolloff =
     0.2; /* of the sample rate: the bilinear transform bends frequencies by 14 % there */
-static const double lag_rolloff_ratio = 4.0; /* keeps every coefficient inside Q28 and the noise gain at 4 */
+static const double lag_rolloff_ratio = 4.0;      /* keeps every coefficient inside Q28 and the noise gain at 4 */
+static const double low_pass_rolloff_ratio = 2.0; /* likewise: the gain goes with its square */
 static const double mode_rolloff_damping = 0.7;
 
 /* Group delay at frequency 0 in samples: that of the numerator less that of the denominator, whose sums are equal. */
@@ -30,24 +31,40 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
     return filter;
 }
 
-inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters) {
-    inverse_filter_t filter = {.delay_s = damping_ratio / (M_PI * frequency_hz)};
-    if (no_filters || frequency_hz > highest_rolloff * sample_rate_hz) {
-        return filter;
-    }
-    /* Bilinear transform prewarped at the mode, so that the notch is where the mode is. */
+/* 1 + 2 damping p + p^2 over the same with mode_rolloff_damping at another frequency. Bilinear transforms, each
+ * prewarped there, so that the notch is where the mode is. */
+static inverse_filter_t invert_oscillator(double frequency_hz, double damping_ratio, double rolloff_hz,
+                                          double sample_rate_hz) {
     const double k = 1.0 / tan(M_PI * frequency_hz / sample_rate_hz), k2 = k * k;
-    const double numerator = 2.0 * damping_ratio * k, denominator = 2.0 * mode_rolloff_damping * k;
-    const double a0 = k2 + denominator + 1.0;
-    filter.section = true;
-    filter.rolloff_hz = frequency_hz;
-    filter.b0 = (k2 + numerator + 1.0) / a0;
-    filter.b1 = 2.0 * (1.0 - k2) / a0;
-    filter.b2 = (k2 - numerator + 1.0) / a0;
-    filter.a1 = filter.b1;
-    filter.a2 = (k2 - denominator + 1.0) / a0;
-    filter.delay_s += delay_at_rest(&filter) / sample_rate_hz;
+    const double r = 1.0 / tan(M_PI * rolloff_hz / sample_rate_hz), r2 = r * r;
+    const double numerator = 2.0 * damping_ratio * k, denominator = 2.0 * mode_rolloff_damping * r;
+    const double a0 = r2 + denominator + 1.0;
+    inverse_filter_t filter = {.section = true,
+                               .rolloff_hz = rolloff_hz,
+                               .b0 = (k2 + numerator + 1.0) / a0,
+                               .b1 = 2.0 * (1.0 - k2) / a0,
+                               .b2 = (k2 - numerator + 1.0) / a0,
+                               .a1 = 2.0 * (1.0 - r2) / a0,
+                               .a2 = (r2 - denominator + 1.0) / a0};
+    filter.delay_s = damping_ratio / (M_PI * frequency_hz) + delay_at_rest(&filter) / sample_rate_hz;
     return filter;
+}
+
+static inverse_filter_t oscillator_as_delay(double frequency_hz, double damping_ratio) {
+    return (inverse_filter_t){.delay_s = damping_ratio / (M_PI * frequency_hz)};
+}
+
+inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters) {
+    return no_filters || frequency_hz > highest_rolloff * sample_rate_hz
+               ? oscillator_as_delay(frequency_hz, damping_ratio)
+               : invert_oscillator(frequency_hz, damping_ratio, frequency_hz, sample_rate_hz);
+}
+
+inverse_filter_t invert_low_pass(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters) {
+    const double rolloff_hz = fmin(low_pass_rolloff_ratio * frequency_hz, highest_rolloff * sample_rate_hz);
+    return no_filters || rolloff_hz <= frequency_hz
+               ? oscillator_as_delay(frequency_hz, damping_ratio)
+               : invert_oscillator(frequency_hz, damping_ratio, rolloff_hz, sample_rate_hz);
 }
 
 bool invert_second_order(const second_order_t *filter, double sample_rate_hz, bool no_filters,

@@ -23,6 +23,10 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
 /** The mode inverted, times a mode of the same frequency and damping 0.7; without a section above fs / 5. */
 inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters);
 
+/** A low pass of second order inverted, times one of damping 0.7 at min(2 frequency, fs / 5); without a section if that
+ * would not exceed its frequency. */
+inverse_filter_t invert_low_pass(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters);
+
 /** The filter itself inverted, without a roll-off. false: that is not stable, or does not fit the number format. */
 bool invert_second_order(const second_order_t *filter, double sample_rate_hz, bool no_filters,
                          inverse_filter_t *inverse);

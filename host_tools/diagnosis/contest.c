@@ -103,7 +103,7 @@ bool contest(const samples_t *samples, const probe_setting_t *setting, const mod
         return false;
     }
     for (size_t i = 0; i < catalogue_count; i++) {
-        if (catalogue[i]->probe != NULL && model_find(chain, catalogue[i]->name) == NULL) {
+        if (probe_is_first(catalogue[i]->probe) && model_find(chain, catalogue[i]->name) == NULL) {
             add_starts(setting, chain, catalogue[i], &starts);
         }
     }
@@ -116,6 +116,19 @@ bool contest(const samples_t *samples, const probe_setting_t *setting, const mod
     }
     free_starts(&starts, won ? 1 : 0);
     return won;
+}
+
+bool contest_fit(const samples_t *samples, const probe_setting_t *setting, const model_t *chain, const block_t *block,
+                 contest_winner_t *fitted) {
+    starts_t starts = {0};
+    add_starts(setting, chain, block, &starts);
+    fit_starts(samples, &starts);
+    const bool good = starts.count > 0 && isfinite(starts.start[0].left);
+    if (good) {
+        *fitted = starts.start[0].entry;
+    }
+    free_starts(&starts, good ? 1 : 0);
+    return good;
 }
 
 bool contest_stands(const samples_t *samples, const probe_setting_t *setting, const model_t *standing,

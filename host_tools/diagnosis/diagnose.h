@@ -62,6 +62,7 @@ typedef struct {
     double smallest_um; /**< root mean square of the change of the position that would have been seen */
     size_t parameter;   /**< index of the one that the effect is proportional to; block->parameters: none */
     double value;       /**< of that parameter at this size */
+    double form[BLOCK_MAX_PARAMETERS]; /**< all numbers of the block at this size, where it is proportional to some */
 } unseen_t;
 
 typedef enum { NOTHING_MISSING, EXPLAINED, PARTLY_EXPLAINED, UNKNOWN_PHYSICS } verdict_t;

@@ -2,19 +2,26 @@
 #include "diagnosis/empirical.h"
 #include "base/parallel.h"
 #include "chain/catalogue.h"
+#include "diagnosis/baseline.h"
 #include "diagnosis/candidate_judgement.h"
 #include "diagnosis/delivered.h"
 #include "diagnosis/evidence/probing.h"
 #include "diagnosis/findings.h"
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/verdict.h"
+#include "diagnosis/where/drive_period.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
+/* A line may be this one of what is periodic, where others hide the rest: the period is then tried as often as longer.
+ */
+enum { HARMONICS = 3 };
+
 /* A chain with a term, or without one, fitted. */
 typedef struct {
     const block_t *block; /* NULL: the chain as it is, fitted again for comparison */
+    size_t harmonic;      /* that the lines are taken for */
     model_t model;
     joint_power_t power;
     double percent, held_out_percent, delivered_percent;
@@ -27,13 +34,59 @@ typedef struct {
     term_t *term;
 } terms_t;
 
-/* Where its fit begins: the best of its probes, refined beside the hysteresis as it is, or the only one. */
-static bool begin(const terms_t *terms, const block_t *block, model_t *model, size_t *at) {
-    const search_problem_t *problem = terms->problem;
+/* Whether a drive has this line itself: it repeats itself with it, or its spectrum has a peak there. What follows the
+ * drive is no tone. */
+static bool is_of_drive(const recording_t *recording, size_t from, double hz) {
+    const double *drive = recording->column[COLUMN_DRIVE] + from;
+    const size_t samples = recording->samples - from;
+    const double bin_hz = recording->sample_rate_hz / (double)samples, period = drive_period(drive, samples);
+    const double of_period = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.5; /* turns */
+    double line_hz[LINES_MOST];
+    const size_t lines = find_lines(drive, samples, recording->sample_rate_hz, line_hz);
+    bool is = fabs(remainder(of_period, 1.0)) * recording->sample_rate_hz < bin_hz * period;
+    for (size_t i = 0; i < lines; i++) {
+        is = is || fabs(hz - line_hz[i]) < bin_hz;
+    }
+    return is;
+}
+
+/* The lines of what the chain leaves now, but for those of the drive. */
+static bool find_tones(const attempt_t *job, probe_setting_t *setting, double line_hz[LINES_MOST]) {
+    const diagnosis_t *d = job->diagnosis;
+    const samples_t *samples = &d->samples;
+    double *residual = samples_column(samples);
+    const bool good = samples_simulate(samples, &d->model, residual, job->failure);
+    setting->lines = 0;
+    setting->line_hz = line_hz;
+    if (good) {
+        double found_hz[LINES_MOST];
+        samples_residual(samples, residual, residual);
+        const size_t longest = samples_longest(samples), found = baseline_lines(samples, residual, found_hz);
+        for (size_t i = 0; i < found; i++) {
+            if (!is_of_drive(&samples->recordings[longest], samples->from[longest], found_hz[i])) {
+                line_hz[setting->lines++] = found_hz[i];
+            }
+        }
+    }
+    free(residual);
+    return good;
+}
+
+/* Where its fit begins: the best of its probes, refined beside the hysteresis as it is, or the only one. false: it has
+ * none. */
+static bool begin(const terms_t *terms, const term_t *term, model_t *model, size_t *at) {
+    const block_t *block = term->block;
+    probe_setting_t setting = *terms->problem->setting;
+    search_problem_t own = *terms->problem;
+    const search_problem_t *problem = &own;
+    setting.harmonic = term->harmonic;
+    own.setting = &setting;
     double value[BLOCK_MAX_PARAMETERS];
     candidate_t best;
     if (!candidate_probe(block, problem->setting, 1, value)) {
-        (void)candidate_probe(block, problem->setting, 0, value);
+        if (!candidate_probe(block, problem->setting, 0, value)) {
+            return false;
+        }
         *at = candidate_insert(model, problem->baseline, block, value);
         return true;
     }
@@ -78,7 +131,7 @@ static void fit(void *context, size_t index) {
     own.failure = &refusal;
     if (term->block == NULL) {
         model_copy(&term->model, terms->problem->baseline);
-    } else if (!begin(terms, term->block, &term->model, &at)) {
+    } else if (!begin(terms, term, &term->model, &at)) {
         return;
     }
     term->good = fit_together(&own, term->block, term->block != NULL ? 1U << at : 0U, term) &&
@@ -98,17 +151,23 @@ static void free_terms(term_t *term, size_t count) {
 static bool fit_terms(attempt_t *job, term_t *term, size_t *count) {
     const diagnosis_t *d = job->diagnosis;
     evidence_t *evidence = evidence_open(&d->model, &d->samples, &d->noise, job->failure);
+    probe_setting_t setting = job->setting;
+    double line_hz[LINES_MOST];
     const search_problem_t problem = {
-        .evidence = evidence, .noise = &d->noise, .baseline = &d->model, .setting = &job->setting};
+        .evidence = evidence, .noise = &d->noise, .baseline = &d->model, .setting = &setting};
     terms_t terms = {.job = job, .problem = &problem, .term = term};
     *count = 1;
-    if (evidence == NULL) {
+    if (evidence == NULL || !find_tones(job, &setting, line_hz)) {
+        evidence_close(evidence);
         return false;
     }
     evidence_ask(evidence, ASK_ANYTHING);
     for (size_t i = 0; i < catalogue_count; i++) {
         if (catalogue[i]->empirical != NULL && model_find(&d->model, catalogue[i]->name) == NULL) {
-            term[(*count)++].block = catalogue[i];
+            for (size_t harmonic = 1; harmonic <= (catalogue[i]->own_clock ? HARMONICS : 1); harmonic++) {
+                term[*count].harmonic = harmonic;
+                term[(*count)++].block = catalogue[i];
+            }
         }
     }
     parallel(*count, fit, &terms);
@@ -176,7 +235,7 @@ static bool take(attempt_t *job, const term_t *without, term_t *with) {
 static bool add_term(attempt_t *job, bool *added) {
     size_t count = 0, best = 0;
     const diagnosis_t *d = job->diagnosis;
-    term_t *term = allocate(catalogue_count + 1, sizeof *term);
+    term_t *term = allocate(HARMONICS * catalogue_count + 1, sizeof *term);
     const bool good = fit_terms(job, term, &count);
     for (size_t i = 1; good && i < count; i++) {
         if (is_worth_it(d, &term[0], &term[i]) &&

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * What no physical effect explains is described all the same, so that the model gets better although the cause is
- * unknown: by empirical blocks (block_t.empirical), a curve of the position, of time, a linear filter.
+ * unknown: by empirical blocks (block_t.empirical), a curve of the position, of time, a linear filter, a tone.
  */
 #ifndef EMPIRICAL_H
 #define EMPIRICAL_H

@@ -6,6 +6,7 @@
 #include "diagnosis/evidence/probing.h"
 #include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "diagnosis/reconsider.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -75,13 +76,21 @@ static void read_anew(void *context, size_t index) {
     fit(anew->job, without, reading);
 }
 
-/* The finding's own block, and every other one of its group that can stand there. Returns how many. */
-static size_t list_group(const finding_t *finding, const model_t *without, reading_t *reading) {
+/* Whether a block can be it: one of its group that is looked for by itself, or, where it leaves more than noise, a
+ * richer form of it. */
+static bool can_take_place(const block_t *block, const block_t *of, bool only_noise) {
+    return probe_is_first(block->probe)
+               ? block_same_group(block, of)
+               : block->probe != NULL && !only_noise && probe_may_replace(block->probe, of->probe->group);
+}
+
+/* The finding's own block, and every other one that can stand there. Returns how many. */
+static size_t list_others(const finding_t *finding, const model_t *without, bool only_noise, reading_t *reading) {
     size_t count = 1;
     reading[0] = (reading_t){.block = finding->block};
     for (size_t i = 0; i < catalogue_count; i++) {
         const block_t *block = catalogue[i];
-        if (block != finding->block && block->probe != NULL && block_same_group(block, finding->block) &&
+        if (block != finding->block && can_take_place(block, finding->block, only_noise) &&
             model_find(without, block->name) == NULL) {
             reading[count++] = (reading_t){.block = block};
         }
@@ -158,15 +167,19 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
     finding->certainty = finding->rivals == 0 ? NAMED : outside && before.certainty == DETECTED ? DETECTED : ISOLATED;
 }
 
+/* With more the hysteresis is not quite right, and fits of everything together decide by what that leaves: held-out
+ * samples then have to agree. */
+static bool leaves_only_noise(const attempt_t *job) {
+    return attempt_excess(job->diagnosis, job->power.held) < threshold.worth_explaining;
+}
+
 static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
-    /* With more the hysteresis is not quite right, and fits of everything together decide by what that leaves:
-     * held-out samples then have to agree. */
-    const bool noise_is_left = attempt_excess(d, job->power.held) < threshold.worth_explaining;
+    const bool only_noise = leaves_only_noise(job);
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
     finding_left_out(d, finding, &without);
-    const size_t count = list_group(finding, &without, reading);
+    const size_t count = list_others(finding, &without, only_noise, reading);
     model_copy(&reading[0].model, &d->model);
     evidence_t *evidence = evidence_open(&without, &d->samples, &d->noise, job->failure);
     if (evidence != NULL) {
@@ -179,14 +192,14 @@ static bool settle(attempt_t *job, finding_t *finding) {
         anew.least = least_of_others(evidence, &d->model, finding->block);
         parallel(count, read_anew, &anew);
         for (size_t i = 1; i < count; i++) {
-            best = (noise_is_left || reading[i].power.held < reading[0].power.held) &&
+            best = (only_noise || reading[i].power.held < reading[0].power.held) &&
                            reading[i].likelihood > reading[best].likelihood
                        ? i
                        : best;
         }
         if (isfinite(reading[best].likelihood)) {
             best = take_determined(job, finding, reading, count, best);
-            if (noise_is_left || best > 0) {
+            if (only_noise || best > 0) {
                 list_rivals(finding, reading, count, best);
             }
         }
@@ -201,12 +214,13 @@ static bool settle(attempt_t *job, finding_t *finding) {
     return good;
 }
 
-static bool alone_in_group(const block_t *block) {
-    size_t members = 0;
+static bool has_others(const block_t *block, bool only_noise) {
     for (size_t i = 0; i < catalogue_count; i++) {
-        members += catalogue[i]->probe != NULL && block_same_group(catalogue[i], block);
+        if (catalogue[i] != block && can_take_place(catalogue[i], block, only_noise)) {
+            return true;
+        }
     }
-    return members == 1;
+    return false;
 }
 
 static bool found_beside(const diagnosis_t *d, const finding_t *finding, const block_t *rival) {
@@ -254,16 +268,18 @@ static void doubt(diagnosis_t *d, finding_t *finding) {
 
 bool names_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
-    bool good = true;
+    bool good = true, richer = false;
     for (size_t f = 0; f < d->findings; f++) {
         forget_found(d, &d->finding[f]);
     }
     for (size_t f = 0; good && f < d->findings; f++) {
-        if (!d->finding[f].in_readings && !alone_in_group(d->finding[f].block)) {
+        if (!d->finding[f].in_readings && has_others(d->finding[f].block, leaves_only_noise(job))) {
             attempt_advance(job);
             good = settle(job, &d->finding[f]);
+            richer = richer || !probe_is_first(d->finding[f].block->probe);
         }
     }
+    good = good && (!richer || reconsider_superfluous(job, threshold.least_size, 0));
     for (size_t f = 0; f < d->findings; f++) {
         doubt(d, &d->finding[f]);
     }

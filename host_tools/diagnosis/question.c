@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void describe(attempt_t *job, const recording_t *recordings, size_t count) {
-    probe_setting_t *s = &job->setting;
+void question_setting(const recording_t *recordings, size_t count, probe_setting_t *s) {
     double volts[2], micrometres[2], first_preload_n = 0.0, preload_n;
     failure_t ignored;
     recordings_range(recordings, count, COLUMN_DRIVE, volts);
@@ -17,8 +16,7 @@ static void describe(attempt_t *job, const recording_t *recordings, size_t count
                            .drive_high_v = volts[1],
                            .displacement_low_um = micrometres[0],
                            .displacement_high_um = micrometres[1],
-                           .sample_rate_hz = recordings[0].sample_rate_hz,
-                           .line_hz = job->line_hz};
+                           .sample_rate_hz = recordings[0].sample_rate_hz};
     for (size_t i = 0; i < count; i++) {
         const recording_t *r = &recordings[i];
         const double *drive = r->column[COLUMN_DRIVE];
@@ -34,7 +32,8 @@ static void describe(attempt_t *job, const recording_t *recordings, size_t count
 }
 
 bool question_begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count) {
-    describe(job, recordings, count);
+    question_setting(recordings, count, &job->setting);
+    job->setting.line_hz = job->line_hz;
     job->step_um = lattice_step_um(recordings, count, &job->step_sigma_um);
     diagnosis_t *d = job->diagnosis;
     d->recordings = allocate(count, sizeof *recordings);

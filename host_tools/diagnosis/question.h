@@ -5,6 +5,9 @@
 
 #include "diagnosis/attempt.h"
 
+/** What a search begins with that knows of no lines. */
+void question_setting(const recording_t *recordings, size_t count, probe_setting_t *setting);
+
 /** Fills what all that follows has in common: the recordings, the samples that are included, the steps of the
  * converter. The model says how long its memory is. */
 bool question_begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count);

@@ -43,9 +43,10 @@ static void note_candidate(diagnosis_t *d, const candidate_t *c) {
         return;
     }
     for (size_t p = block->parameters; p-- > 0;) {
+        unseen.form[p] = c->smallest_value[p] * (block->parameter[p].proportional ? larger : 1.0);
         if (block->parameter[p].proportional && c->smallest_value[p] != 0.0) {
             unseen.parameter = p;
-            unseen.value = larger * c->smallest_value[p];
+            unseen.value = unseen.form[p];
             unseen.testable = unseen.testable && fabs(unseen.value) <= block->parameter[p].high;
         }
     }
@@ -128,7 +129,7 @@ bool unseen_complete(attempt_t *job) {
     size_t count = 0;
     for (size_t i = 0; i < catalogue_count; i++) {
         const block_t *block = catalogue[i];
-        if (block->probe == NULL || is_noted(d, block) || model_find(&d->model, block->name) != NULL ||
+        if (!probe_is_first(block->probe) || is_noted(d, block) || model_find(&d->model, block->name) != NULL ||
             finding_may_be(d, block)) {
             continue;
         }

@@ -97,12 +97,18 @@ bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, 
 json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
     json_t *json = diagnosis_to_json(&run->diagnosis, &run->account, recordings, count);
     looks_into_diagnosis(json, run->looks, run->looked_at, &run->faults, run->masked);
+    if (run->sure_asked) {
+        json_object_set_new(json, "sure", sure_to_json(&run->sure));
+    }
     return json;
 }
 
 void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
     looks_print_shortly(file, run->looks, run->looked_at, &run->faults, run->masked);
     diagnosis_print(file, &run->diagnosis, &run->account, recordings, count);
+    if (run->sure_asked) {
+        sure_print(file, &run->sure);
+    }
 }
 
 bool diagnosis_run_report(const diagnosis_run_t *run, const recording_t *recordings, size_t count, const char *path,

@@ -5,6 +5,7 @@
 
 #include "diagnosis/account.h"
 #include "look/fault.h"
+#include "report/sure_report.h"
 
 typedef struct {
     look_t *looks; /**< what the recordings show without a model */
@@ -13,6 +14,8 @@ typedef struct {
     size_t masked;    /**< samples that faults spoil, left out */
     diagnosis_t diagnosis;
     account_t account;
+    bool sure_asked;
+    sure_t sure; /**< where that was wanted (sure.h) */
 } diagnosis_run_t;
 
 /**

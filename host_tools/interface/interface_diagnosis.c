@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Diagnoses of hyst_interface.h. */
-#include "interface/diagnosis_run.h"
+#include "base/monotonic_clock.h"
 #include "interface/handles.h"
 #include "interface/interface_work.h"
+#include "interface/sure.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,6 +11,7 @@ struct hyst_host_diagnosis {
     size_t count;
     recording_t *recordings; /* copies: faults mask samples, and the caller may free his */
     diagnosis_run_t run;
+    double took_s;
     provenance_note_t *note;
 };
 
@@ -36,14 +38,27 @@ hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *re
         recording_copy(&diagnosis->recordings[i], &recordings[i]->recording);
     }
     interface_work_begin();
+    const double begun_s = monotonic_s();
     const bool good = diagnosis_run(model != NULL ? &model->model : NULL, diagnosis->recordings, count, &diagnosis->run,
                                     interface_failure());
     interface_work_end();
+    diagnosis->took_s = monotonic_s() - begun_s;
     if (!good) {
         free_recordings(diagnosis);
         return NULL;
     }
     return diagnosis;
+}
+
+size_t hyst_host_diagnosis_sure(hyst_host_diagnosis_t *diagnosis, const hyst_host_model_t *model, size_t each,
+                                unsigned long seed) {
+    sure_work_t work;
+    interface_work_begin();
+    sure_prepare(&diagnosis->run, each, seed, diagnosis->took_s, &work);
+    const bool good = sure_ask(&work, model != NULL ? &model->model : NULL, diagnosis->recordings, diagnosis->count,
+                               &diagnosis->run, interface_failure());
+    interface_work_end();
+    return good ? diagnosis->run.sure.each : 0;
 }
 
 char *hyst_host_diagnosis_json(const hyst_host_diagnosis_t *diagnosis) {

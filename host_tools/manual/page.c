@@ -125,8 +125,9 @@ static void put_option(FILE *out, const option_t *option) {
         fputs(" \\fI", out);
         put_text(out, option->argument, strlen(option->argument));
         fputs("\\fR", out);
-    } else if (option->kind == OPTION_JSON || option->kind == OPTION_JSON_OR_WORD) {
-        fputs("[=\\fIFILE\\fR]", out);
+    } else if (option_optional(option->kind)[0] != '\0') { /* "[=FILE]": all but the frame is a name */
+        const char *name = option_optional(option->kind) + strlen("[=");
+        fprintf(out, "[=\\fI%.*s\\fR]", (int)strcspn(name, "]"), name);
     }
     fputc('\n', out);
     const char *text = option->help;

@@ -9,7 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { INDENT = 11, WIDTH = 110 };
 /* Below this number of reversals of at least this travel no loop occurs twice. The shortest recordings of the proof
  * have eight. Cut to two or fewer, one in four of them yields a finding that is not there. */
 static const double large_way = 0.5;
@@ -476,31 +475,6 @@ const char *next_probe(const diagnosis_t *d) {
     return "all";
 }
 
-/* Wraps the text, indented behind a heading. */
-static void print_wrapped(FILE *file, const char *heading, const char *text) {
-    fprintf(file, "%-*s", INDENT, heading);
-    for (size_t column = INDENT; *text != '\0';) {
-        const size_t word = strcspn(text, " ");
-        if (column > INDENT && column + word >= WIDTH) {
-            fprintf(file, "\n%*s", INDENT, "");
-            column = INDENT;
-        }
-        fprintf(file, "%.*s", (int)word, text);
-        column += word;
-        text += word;
-        if (*text == ' ') {
-            text++;
-            if (*text != '\0' && column + 1 + strcspn(text, " ") < WIDTH) {
-                fputc(' ', file);
-                column++;
-            } else if (*text != '\0') {
-                column = WIDTH;
-            }
-        }
-    }
-    fputc('\n', file);
-}
-
 static void print_finding(FILE *file, const diagnosis_t *d, const account_t *account, size_t index,
                           const recording_t *recordings, size_t count) {
     const finding_t *finding = &d->finding[index];
@@ -510,7 +484,7 @@ static void print_finding(FILE *file, const diagnosis_t *d, const account_t *acc
     fprintf(file, "\n%zu. %s, %s (%s, confidence %.2f)\n", index + 1, finding->block->name,
             in_place(finding->block->place), certainty_name(finding->certainty), account->confidence[index]);
     finding_explanation(finding, text);
-    print_wrapped(file, "   what", text);
+    text_wrapped(file, "   what", text);
     text[0] = '\0';
     for (size_t p = 0; p < block->block->parameters; p++) {
         if (finding_tells(finding, p)) {
@@ -519,23 +493,23 @@ static void print_finding(FILE *file, const diagnosis_t *d, const account_t *acc
             first = false;
         }
     }
-    print_wrapped(file, "   numbers", text);
+    text_wrapped(file, "   numbers", text);
     location_text(&account->where[index], recordings, count, text);
-    print_wrapped(file, "   where", text);
+    text_wrapped(file, "   where", text);
     if (!finding->in_readings) {
         text[0] = '\0';
         text_append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent,
                     finding->held_out_after_percent);
-        print_wrapped(file, "   error", text);
+        text_wrapped(file, "   error", text);
     }
     if (finding_columns_text(finding, &account->measured.finding[index], text)) {
-        print_wrapped(file, "   beside", text);
+        text_wrapped(file, "   beside", text);
     }
     if (finding->certainty != NAMED) {
         text[0] = '\0';
         text_append(text, "%s: hyst record --port DEV --probe %s", block_search(finding->block)->excitation,
                     finding_probe(finding));
-        print_wrapped(file, "   record", text);
+        text_wrapped(file, "   record", text);
     }
 }
 
@@ -549,7 +523,7 @@ static void print_chain(FILE *file, const diagnosis_t *d) {
         const bool found = finding_of(d, block) != NULL;
         text_append(text, "%s%s%s%s", i > 0 ? " -> " : "", found ? "[" : "", block->name, found ? "]" : "");
     }
-    print_wrapped(file, "chain", text);
+    text_wrapped(file, "chain", text);
 }
 
 /* "0.9000 % -> 0.5000 % -> 0.1000 %": the given chain, fitted again, with the findings. */
@@ -572,19 +546,19 @@ static void print_errors(FILE *file, const diagnosis_t *d) {
         text_append(text, "; noise %.4f %%", d->noise_percent);
     }
     fputc('\n', file);
-    print_wrapped(file, "error", text);
+    text_wrapped(file, "error", text);
     text[0] = '\0';
     text_append(text,
                 "as `hyst simulate` tells it of the whole recording, nothing taken out: %.4f %% (a straight line "
                 "%.4f %%, 30 play operators %.4f %%)",
                 d->delivered_percent, d->line_percent, d->plays_percent);
-    print_wrapped(file, "", text);
+    text_wrapped(file, "", text);
     if (d->model_given) {
         text[0] = '\0';
         text_append(text, "(the chain as it came in -> its numbers fitted again%s%s)",
                     diagnosis_other_shape(d) != NULL ? ", with another shape of hysteresis" : "",
                     d->findings > 0 ? " -> with what was found" : "");
-        print_wrapped(file, "", text);
+        text_wrapped(file, "", text);
     }
 }
 
@@ -606,7 +580,7 @@ static void print_refitted(FILE *file, const diagnosis_t *d) {
     for (size_t i = 0; i < d->refitted; i++) {
         for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
             if (refitted_text(d, d->refitted_block[i], p, text)) {
-                print_wrapped(file, "refitted", text);
+                text_wrapped(file, "refitted", text);
             }
         }
     }
@@ -639,25 +613,25 @@ void diagnosis_print(FILE *file, const diagnosis_t *d, const account_t *account,
     char text[DIAGNOSIS_LINE];
     verdict_sentence(d, text);
     measured_columns_verdict(d, &account->measured, text);
-    print_wrapped(file, "verdict", text);
+    text_wrapped(file, "verdict", text);
     print_chain(file, d);
     for (size_t f = 0; f < d->findings; f++) {
         print_finding(file, d, account, f, recordings, count);
     }
     print_errors(file, d);
     if (errors_caveat(d) != NULL) {
-        print_wrapped(file, "", errors_caveat(d));
+        text_wrapped(file, "", errors_caveat(d));
     }
     print_refitted(file, d);
     remainder_text(d, text);
-    print_wrapped(file, "remaining", text);
+    text_wrapped(file, "remaining", text);
     if (something_remains(d) && account->remaining.somewhere) {
         location_text(&account->remaining, recordings, count, text);
-        print_wrapped(file, "   where", text);
+        text_wrapped(file, "   where", text);
     }
     for (size_t c = 0; c < account->measured.count; c++) {
         measured_column_text(d, &account->measured.column[c], text);
-        print_wrapped(file, "measured", text);
+        text_wrapped(file, "measured", text);
     }
     fprintf(file, "tested     %zu signatures\n", d->tested);
     print_unseen(file, d);

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+enum { INDENT = 11, WIDTH = 110 };
+
 void text_append(char text[DIAGNOSIS_LINE], const char *format, ...) {
     const size_t length = strlen(text);
     va_list arguments;
@@ -29,4 +31,28 @@ void text_append_value(char text[DIAGNOSIS_LINE], double value, double sigma) {
     } else {
         text_append(text, "%.4g", value);
     }
+}
+
+void text_wrapped(FILE *file, const char *heading, const char *text) {
+    fprintf(file, "%-*s", INDENT, heading);
+    for (size_t column = INDENT; *text != '\0';) {
+        const size_t word = strcspn(text, " ");
+        if (column > INDENT && column + word >= WIDTH) {
+            fprintf(file, "\n%*s", INDENT, "");
+            column = INDENT;
+        }
+        fprintf(file, "%.*s", (int)word, text);
+        column += word;
+        text += word;
+        if (*text == ' ') {
+            text++;
+            if (*text != '\0' && column + 1 + strcspn(text, " ") < WIDTH) {
+                fputc(' ', file);
+                column++;
+            } else if (*text != '\0') {
+                column = WIDTH;
+            }
+        }
+    }
+    fputc('\n', file);
 }

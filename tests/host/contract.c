@@ -156,6 +156,9 @@ static void check_probe(complaints_t *to, const block_t *block) {
     if (probe->parts == 0 || (probe->parts & ~(unsigned)PROBE_EVERYTHING) != 0) {
         complain(to, "probe: no parts of the excitation");
     }
+    if (probe->in_place_of[0] == NULL && probe->in_place_of[1] != NULL) {
+        complain(to, "probe: in_place_of begins with none");
+    }
     for (size_t i = 0; i < 2 && probe->together[i] != NULL; i++) {
         (void)named(to, "probe: together", probe->together[i]);
     }

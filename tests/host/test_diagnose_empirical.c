@@ -83,6 +83,16 @@ static void add_waves(double *x, double height_um) {
     }
 }
 
+static const double tone_hz = 23.7;
+
+/* Something that repeats itself with a period of its own: three harmonics. */
+static void add_tone(double *x, double height_um) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double angle = 2.0 * M_PI * tone_hz * (double)k / rate_hz;
+        x[k] += height_um * (sin(angle + 0.4) + 0.6 * sin(2.0 * angle + 1.9) + 0.4 * cos(3.0 * angle));
+    }
+}
+
 /* Single readings that are far off, at random. */
 static void add_spikes(double *x) {
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -218,6 +228,24 @@ static void test_a_second_term_stands_beside_the_first(void) {
     TEST_ASSERT_EQUAL_UINT64(1, report.uncorrected);
 }
 
+/* Hum is one line: where a tone has several, what hum leaves of it has no name. */
+static void test_what_repeats_itself_without_the_drive_is_a_tone(void) {
+    add_tone(recording.column[COLUMN_DISPLACEMENT], 0.1);
+    ask();
+    const model_block_t *tone = model_find(&diagnosis.model, "empirical_tone");
+    TEST_ASSERT_NOT_NULL(tone);
+    TEST_ASSERT_TRUE(diagnosis.held_out_percent < 1.15 * noise_percent());
+    const double harmonic = tone->parameter[0].value[0] / tone_hz;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, floor(harmonic + 0.5), harmonic);
+    for (size_t f = 0; f < diagnosis.findings; f++) {
+        const block_t *block = diagnosis.finding[f].block;
+        TEST_ASSERT_TRUE(block == &block_empirical_tone || block == &block_mains_interference);
+    }
+    compile_report_t report;
+    expect_written(&report);
+    TEST_ASSERT_TRUE(report.uncorrected > 0);
+}
+
 static void expect_no_terms(void) {
     TEST_ASSERT_EQUAL_UINT64(diagnosis.findings, findings_named(&diagnosis));
     for (size_t b = 0; b < diagnosis.model.blocks; b++) {
@@ -266,6 +294,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_drift_without_a_name_is_a_trend);
     RUN_TEST(test_a_response_without_a_name_is_a_filter);
+    RUN_TEST(test_what_repeats_itself_without_the_drive_is_a_tone);
     RUN_TEST(test_a_second_term_stands_beside_the_first);
     RUN_TEST(test_where_nothing_is_missing_there_is_no_term);
     RUN_TEST(test_another_shape_has_no_term);

@@ -11,7 +11,7 @@ import json
 import os
 import signal
 import threading
-from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint, c_void_p
+from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint, c_ulong, c_void_p
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -54,6 +54,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "simulate": (c_int, [c_void_p, c_double, c_size_t, _doubles, c_char_p, _doubles]),
     "compile": (c_void_p, [c_void_p, c_char_p, POINTER(c_size_t), POINTER(c_void_p)]),
     "diagnose": (c_void_p, [POINTER(c_void_p), c_size_t, c_void_p]),
+    "diagnosis_sure": (c_size_t, [c_void_p, c_void_p, c_size_t, c_ulong]),
     "diagnosis_json": (c_void_p, [c_void_p]),
     "diagnosis_text": (c_void_p, [c_void_p]),
     "diagnosis_report": (c_int, [c_void_p, c_char_p]),

@@ -171,16 +171,25 @@ def diagnose(
     recordings: Recording | Sequence[Recording],
     model: Model | None = None,
     *,
+    sure: int | bool = False,
+    seed: int = 1,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Finds out which physics a model of the recordings leaves out, as `hyst diagnose` does.
 
     Several recordings are one question with one answer. Without a model it begins with the hysteresis that fits best.
+    sure: how sure the answer is, in its text and in json["sure"]: so many recordings of each kind are simulated like
+    these, and asked (True: as many as end in about five minutes); seed: of their noise.
     progress(what, fraction) is called as the work comes on; if it returns False, it ends with hyst.Cancelled.
     """
     several = listed(recordings)
     given = None if model is None else model._handle
     handle = long_work(lambda: lib.diagnose(handles(several), len(several), given), progress)
+    if sure and handle:
+        each = 0 if sure is True else int(sure)
+        if not long_work(lambda: lib.diagnosis_sure(handle, given, each, seed), progress):
+            lib.diagnosis_free(handle)
+            checked(None)
     return Diagnosis(handle, several)
 
 

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*
+ * No physical effect: a periodic term on the reading, any frequency with its second and third harmonic, for a
+ * tone that hum does not describe. With p = 2 pi f t,
+ *
+ *     reading = position + sum of cos_h cos(h p) + sin_h sin(h p),     h = 1, 2, 3
+ *
+ * A harmonic from half of the sample rate on is left out.
+ */
+#include "chain/catalogue.h"
+#include <gsl/gsl_math.h>
+
+enum { HARMONICS = 3, FREQUENCY = 0, FIRST = 1, PARAMETERS = FIRST + 2 * HARMONICS };
+
+#define PART(wave, number, its_text)                                                                                   \
+    { .name = #wave "_" #number "_um", .proportional = true, .unit = "um", .low = -1e6, .high = 1e6, .text = its_text }
+
+static const parameter_info_t parameters[PARAMETERS] = {
+    {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e6, .text = "of the period"},
+    PART(cos, 1, "cosine of the frequency itself; the recording begins at angle 0"),
+    PART(sin, 1, "its sine"),
+    PART(cos, 2, "cosine of the second harmonic"),
+    PART(sin, 2, "its sine"),
+    PART(cos, 3, "cosine of the third harmonic"),
+    PART(sin, 3, "its sine")};
+
+typedef struct {
+    double turns_per_sample, turns; /* turns: at the first sample */
+    double part[2 * HARMONICS];
+    uint64_t samples; /* since the recording began */
+} state_t;
+
+static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
+    state_t *state = memory;
+    const double hz = parameter[FREQUENCY].value[0];
+    state->turns_per_sample = hz / setup->sample_rate_hz;
+    state->turns = remainder(hz * setup->clock_s, 1.0);
+    for (size_t i = 0; i < 2 * HARMONICS; i++) {
+        const bool seen = (double)(i / 2 + 1) * state->turns_per_sample < 0.5;
+        state->part[i] = seen ? parameter[FIRST + i].value[0] : 0.0;
+    }
+}
+
+static void settle(void *memory, signal_t *signal) {
+    (void)signal;
+    ((state_t *)memory)->samples = 0;
+}
+
+static void step(void *memory, signal_t *signal) {
+    state_t *state = memory;
+    const double turns = state->turns + fmod(state->turns_per_sample * (double)state->samples++, 1.0);
+    const double one_cos = cos(2.0 * M_PI * turns), one_sin = sin(2.0 * M_PI * turns);
+    double c = one_cos, s = one_sin;
+    for (size_t i = 0; i < 2 * HARMONICS; i += 2) {
+        signal->value += state->part[i] * c + state->part[i + 1] * s;
+        const double next = c * one_cos - s * one_sin;
+        s = s * one_cos + c * one_sin;
+        c = next;
+    }
+}
+
+/* Where the residual has lines, which are this harmonic; it is linear in all but the frequency. */
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    const size_t harmonic = setting->harmonic > 0 ? setting->harmonic : 1;
+    if (index / 2 >= setting->lines || harmonic > HARMONICS) {
+        return false;
+    }
+    for (size_t i = 0; i < 2 * HARMONICS; i++) {
+        value[FIRST + i] = 0.0;
+    }
+    value[FREQUENCY] = setting->line_hz[index / 2] / (double)harmonic;
+    value[FIRST + 2 * (harmonic - 1) + index % 2] =
+        1e-3 * (setting->displacement_high_um - setting->displacement_low_um);
+    return true;
+}
+
+static const probe_t fitted = {
+    .explanation = "No known effect fits. This periodic term, which does not follow the drive, describes it, without a "
+                   "cause.",
+    .excitation = "silence; the same drive at another speed: what does not follow it stays where it is",
+    .probe = probe,
+    .searched = (1U << PARAMETERS) - 1U};
+
+const block_t block_empirical_tone = {
+    .name = "empirical_tone",
+    .place = PLACE_SENSOR,
+    .order = 120,
+    .adds = true,
+    .own_clock = true,
+    .text = "no physical effect: a tone on the reading with harmonics, of any frequency",
+    .parameter = parameters,
+    .parameters = PARAMETERS,
+    .state_bytes = sizeof(state_t),
+    .open = open,
+    .settle = settle,
+    .step = step,
+    .uncorrected = "it is on the reading, with a phase that the amplifier does not know",
+    .empirical = &fitted};

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* A low pass of second order is found where a lag of first order leaves more than noise, and only there. */
+#include "diagnosis/findings.h"
+#include "support.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+#include <math.h>
+
+enum { SAMPLES = 12000, PLAYS = 100, TONES = 40 };
+static const double rate_hz = 2000.0, noise_um = 0.004;
+static recording_t recording;
+static model_t truth;
+static diagnosis_t diagnosis;
+static failure_t failure;
+static random_t rng;
+
+/* Many frequencies that repeat nothing, from 0.5 to 100 Hz, their amplitudes falling; three rests. */
+static void fill_drive(double *drive) {
+    double phase[TONES], range[2];
+    for (size_t i = 0; i < TONES; i++) {
+        phase[i] = 2.0 * M_PI * random_unit(&rng);
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive[k] = 0.0;
+        for (size_t i = 0; i < TONES; i++) {
+            const double hz = 0.5 * pow(200.0, ((double)i + 0.3 * sin((double)i)) / TONES);
+            drive[k] += pow(hz, -0.7) * sin(2.0 * M_PI * hz * (double)k / rate_hz + phase[i]);
+        }
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const size_t in_third = k % (SAMPLES / 3);
+        drive[k] = in_third > SAMPLES / 4 ? drive[k - 1] : drive[k];
+    }
+    values_range(drive, SAMPLES, range);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive[k] = 2.0 + 96.0 * (drive[k] - range[0]) / (range[1] - range[0]);
+    }
+}
+
+void setUp(void) {
+    double weights[PLAYS + 1] = {0.05}, thresholds[PLAYS];
+    for (size_t i = 0; i < PLAYS; i++) {
+        thresholds[i] = 48.0 * ((double)i + 0.5) / PLAYS;
+        weights[i + 1] = 0.005 * exp(-thresholds[i] / 12.0);
+    }
+    recording_create(&recording, "filter.csv", rate_hz, SAMPLES);
+    fill_drive(recording.column[COLUMN_DRIVE]);
+    make_bank_model(&truth, rate_hz, 0.0, PLAYS, weights, thresholds);
+}
+
+void tearDown(void) {
+    diagnosis_free(&diagnosis);
+    model_free(&truth);
+    recording_free(&recording);
+}
+
+static const finding_t *ask(const block_t *block, const double *value) {
+    model_t with;
+    insert_block(&with, &truth, block, value);
+    simulate_into(&recording, &with, 1);
+    model_free(&with);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
+    }
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
+    printf("verdict %d, held out %.4f %%, noise %.4f %%\n", diagnosis.verdict, diagnosis.held_out_percent,
+           diagnosis.noise_percent);
+    for (size_t f = 0; f < diagnosis.findings; f++) {
+        const finding_t *finding = &diagnosis.finding[f];
+        const model_block_t *found = &diagnosis.model.block[finding_index(&diagnosis, finding)];
+        printf("%s, certainty %d, %zu rivals", finding->block->name, finding->certainty, finding->rivals);
+        for (size_t r = 0; r < finding->rivals; r++) {
+            printf(" %s", finding->rival[r]->name);
+        }
+        for (size_t p = 0; p < finding->block->parameters; p++) {
+            printf(", %g", found->parameter[p].count > 0 ? found->parameter[p].value[0] : 0.0);
+        }
+        printf("\n");
+    }
+    TEST_ASSERT_TRUE(diagnosis.findings > 0);
+    return &diagnosis.finding[0];
+}
+
+/* Or its like on the other side, which the reply then names. */
+static bool may_be(const finding_t *finding, const block_t *block) {
+    bool may = finding->block == block;
+    for (size_t r = 0; r < finding->rivals; r++) {
+        may = may || finding->rival[r] == block;
+    }
+    return may;
+}
+
+/* It alone, with its numbers. Standard errors have the block's accuracy in them, 2 and 4 %. */
+static void expect_found(const block_t *block, const double *value) {
+    const finding_t *finding = ask(block, value);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
+    TEST_ASSERT_TRUE(may_be(finding, block));
+    TEST_ASSERT_TRUE(finding->held_out_after_percent < 0.5 * finding->held_out_before_percent);
+    const model_block_t *found = &diagnosis.model.block[finding_index(&diagnosis, finding)];
+    for (size_t p = 0; p < block->parameters; p++) {
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * found->parameter[p].sigma[0], value[p], found->parameter[p].value[0]);
+    }
+}
+
+static void test_a_butterworth_amplifier(void) {
+    expect_found(&block_amplifier_filter, (double[]){150.0, M_SQRT1_2});
+}
+
+static void test_a_sensor_with_an_anti_alias_filter(void) {
+    expect_found(&block_sensor_filter, (double[]){200.0, 0.87});
+}
+
+static void test_what_is_of_first_order_stays_so(void) {
+    const finding_t *finding = ask(&block_sensor_bandwidth, (double[]){200.0});
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_STRING("sensor_bandwidth", finding->block->name);
+    TEST_ASSERT_FALSE(may_be(finding, &block_sensor_filter) || may_be(finding, &block_amplifier_filter));
+}
+
+int main(void) {
+    rng = random_start("diagnose_filter", 20261123);
+    UNITY_BEGIN();
+    RUN_TEST(test_a_butterworth_amplifier);
+    RUN_TEST(test_a_sensor_with_an_anti_alias_filter);
+    RUN_TEST(test_what_is_of_first_order_stays_so);
+    return UNITY_END();
+}
