@@ -9,6 +9,7 @@
 #include "model_watch.h"
 #include "parameter_store.h"
 #include "register_blocks.h"
+#include <string.h>
 
 enum { WAVEFORM_CAPACITY = LENGTH_waveform / 4 };
 
@@ -61,6 +62,62 @@ static void unlock(uint32_t value[REGISTER_COUNT], uint32_t key) {
                                                             : value[INDEX_unlocked] | CONTROL_OUTPUT;
 }
 
+/* The limits that are stored with the image (command 11): what a lab sets once for its stack. Not the communication
+ * timeout: a start has it on, whatever was set. */
+static const struct {
+    uint16_t index, address;
+} kept[] = {
+#define KEPT(name)                                                                                                     \
+    { INDEX_##name, ADDRESS_##name }
+    KEPT(setpoint_slew),  KEPT(model_error_limit), KEPT(model_error_time),  KEPT(current_limit),
+    KEPT(drive_low),      KEPT(drive_high),        KEPT(reference_low),     KEPT(reference_high),
+    KEPT(reference_slew), KEPT(temperature_alert), KEPT(temperature_trip),  KEPT(supply_low),
+    KEPT(supply_high),    KEPT(high_voltage_low),  KEPT(high_voltage_high), KEPT(health_looks),
+#undef KEPT
+};
+#define KEPT_COUNT (sizeof kept / sizeof kept[0])
+_Static_assert(KEPT_COUNT <= IMAGE_STORE_LIMITS_MAX, "they fit into a copy");
+
+static bool put_stored(const stored_limit_t *limit, uint32_t candidate[REGISTER_COUNT]) {
+    for (size_t k = 0; k < KEPT_COUNT; k++) {
+        if (kept[k].address == limit->address) {
+            candidate[kept[k].index] = limit->value;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Puts the stored limits in force, all or none. */
+static bool restore_limits(uint32_t value[REGISTER_COUNT]) {
+    stored_limit_t stored[IMAGE_STORE_LIMITS_MAX];
+    uint32_t candidate[REGISTER_COUNT];
+    const size_t count = parameter_store_limits(stored);
+    memcpy(candidate, value, sizeof candidate);
+    bool good = true;
+    for (size_t i = 0; good && i < count; i++) {
+        good = put_stored(&stored[i], candidate);
+    }
+    for (size_t k = 0; good && k < KEPT_COUNT; k++) {
+        good = control_setting_valid(kept[k].index, candidate);
+    }
+    for (size_t k = 0; good && k < KEPT_COUNT; k++) {
+        value[kept[k].index] = candidate[kept[k].index];
+    }
+    for (size_t k = 0; good && k < KEPT_COUNT; k++) {
+        control_apply(kept[k].index, value);
+    }
+    return good;
+}
+
+static void save(const uint32_t value[REGISTER_COUNT]) {
+    stored_limit_t limits[KEPT_COUNT];
+    for (size_t k = 0; k < KEPT_COUNT; k++) {
+        limits[k] = (stored_limit_t){.address = kept[k].address, .value = value[kept[k].index]};
+    }
+    parameter_store_save(limits, KEPT_COUNT);
+}
+
 void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, const line_settings_t *line) {
     value[INDEX_magic] = REGISTERS_MAGIC;
     value[INDEX_abi] = REGISTERS_ABI;
@@ -102,6 +159,9 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, co
     value[INDEX_line_address] = line->address;
     value[INDEX_line_baud] = line->baud;
     value[INDEX_line_parity] = line->parity;
+    if (!restore_limits(value)) {
+        parameter_store_refuse_limits();
+    }
 }
 
 static line_settings_t line_settings(const uint32_t value[REGISTER_COUNT]) {
@@ -351,7 +411,7 @@ void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) 
         loop_disarm();
         break;
     case COMMAND_SAVE:
-        parameter_store_save();
+        save(value);
         break;
     case COMMAND_END_CAPTURE:
         end_capture();

@@ -52,7 +52,7 @@ enum { CONTROL_PARAMETERS = 1, CONTROL_OUTPUT = 2 };
 /** What writing this value to register `index` needs; 0: nothing, it makes nothing move and changes no parameter. */
 uint32_t control_needs(unsigned index, uint32_t value);
 
-/** Identity and defaults. */
+/** Identity, defaults, and the limits that were stored with the image: they are put in force. After loop_init. */
 void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, const line_settings_t *line);
 
 /** Could these values be in force, as far as register `index` is concerned? For the command: is it possible now? */

@@ -2,7 +2,6 @@
 #include "parameter_store.h"
 #include "board.h"
 #include "hyst/cost.h"
-#include "image_store.h"
 #include <string.h>
 
 #define WORD_LENGTH 2U /* hyst/parameters.h: word 2 is the length */
@@ -108,8 +107,17 @@ static bool note_saved(bool saved) {
     return saved;
 }
 
-void parameter_store_save(void) {
-    (void)note_saved(image_store_save(store.active, store.active[WORD_LENGTH]));
+void parameter_store_save(const stored_limit_t *limits, size_t count) {
+    (void)note_saved(image_store_save(store.active, store.active[WORD_LENGTH], limits, count));
+}
+
+size_t parameter_store_limits(stored_limit_t limits[IMAGE_STORE_LIMITS_MAX]) {
+    return store.status.stored == STORE_LOADED ? image_store_limits(limits) : 0;
+}
+
+void parameter_store_refuse_limits(void) {
+    store.status.stored = STORE_REFUSED;
+    store.image_given = false;
 }
 
 bool parameter_store_save_line(const line_settings_t *line) {

@@ -15,6 +15,7 @@
 #ifndef PARAMETER_STORE_H
 #define PARAMETER_STORE_H
 
+#include "image_store.h"
 #include "loop.h"
 
 /** Words of each of the two register blocks: the longest image. */
@@ -51,8 +52,15 @@ typedef struct {
 
 parameter_store_status_t parameter_store_status(void);
 
-/** Stores the image in force. Only while loop_off(). */
-void parameter_store_save(void);
+/** Stores the image in force with these limits, at most IMAGE_STORE_LIMITS_MAX. Only while loop_off(). */
+void parameter_store_save(const stored_limit_t *limits, size_t count);
+
+/** The limits that were stored with the image that is in force since start. 0 where it is not a stored one. */
+size_t parameter_store_limits(stored_limit_t limits[IMAGE_STORE_LIMITS_MAX]);
+
+/** The stored image came with limits that this firmware does not have, or that do not go together: STORE_REFUSED. It
+ * still says where to park, and the amplifier cannot be armed. */
+void parameter_store_refuse_limits(void);
 
 /** The stored settings of the line; the default ones if none are stored, if this board cannot have them, or to forget
  * them. */

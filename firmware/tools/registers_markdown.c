@@ -148,13 +148,24 @@ static void print_duties(void) {
         "`reset_cause` 16 |\n"
         "| interrupt or main loop stands still | within 1.9 s, by the hardware watchdog | restart, stage off; "
         "`reset_cause` 4 |\n\n"
-        "`reset_cause` and `starts` tell a master that the amplifier has started anew: everything it had set is gone. "
-        "The "
-        "image in force is the stored one (`store_state`), or none.\n\n"
-        "Command 11 stores the image in force, while off and parked: an h405 stands still for up to 0.5 s then. The "
-        "next start has it in force and begins at its `drive_park`. Two flash sectors are written in turn: a supply "
-        "that goes meanwhile leaves the image before or the new one, whole. They wear after 20,000 saves.\n\n",
+        "`reset_cause` and `starts` tell a master that the amplifier has started anew. What it had set and not stored "
+        "is gone, locks and the communication timeout are on.\n\n",
         POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP, HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
+}
+
+static void print_store(void) {
+    printf("## What a start finds\n\n"
+           "Command 11 stores the image in force, and with it the limits that a lab sets once for its stack: "
+           "`setpoint_slew`, `model_error_limit`, `model_error_time`, `current_limit`, `drive_low`, `drive_high`, "
+           "`reference_low`, `reference_high`, `reference_slew`, `temperature_alert`, `temperature_trip`, "
+           "`supply_low`, `supply_high`, `high_voltage_low`, `high_voltage_high` and `health_looks`. Only while off "
+           "and parked: an h405 stands still for up to 0.5 s then. The next start has all of it in force and begins at "
+           "the image's `drive_park`. Where an image or one of its limits is refused at start (`store_state` 2), none "
+           "of the limits is in force, and the amplifier cannot be armed before another image is committed. The values "
+           "\"after start\" below are those of an amplifier that has nothing stored.\n\n"
+           "The communication timeout is not stored, nor are the locks: a start has both.\n\n"
+           "Two flash sectors are written in turn: a supply that goes meanwhile leaves what was there before or the "
+           "new copy, whole. They wear after 20,000 saves.\n\n");
 }
 
 static void print_faults(void) {
@@ -244,6 +255,7 @@ int main(void) {
     print_introduction();
     print_numbers();
     print_duties();
+    print_store();
     print_table();
     print_faults();
     print_examples();

@@ -79,7 +79,7 @@ static void test_an_image_is_accepted_where_its_worst_sample_fits_the_period(voi
 static void test_a_stored_image_that_no_longer_fits_is_not_started_with(void) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
     const hyst_parameters_t p = plays(64);
-    TEST_ASSERT_TRUE(image_store_save(words, hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS)));
+    TEST_ASSERT_TRUE(image_store_save(words, hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS), NULL, 0));
     start_at(FAST_HZ);
     TEST_ASSERT_EQUAL_UINT32(STORE_LOADED, master_get(INDEX_store_state));
     start_at(16000000);

@@ -185,10 +185,10 @@ static bool stored(uint32_t model) {
 
 static bool supply_goes_while_storing(void) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
-    TEST_ASSERT_TRUE(image_store_save(words, image(words, 10)));
+    TEST_ASSERT_TRUE(image_store_save(words, image(words, 10), NULL, 0));
     const size_t length = image(words, 11);
     fake_store_cut_after((unsigned)random_between(&rng, 0, 45), any_bits);
-    const bool done = image_store_save(words, length);
+    const bool done = image_store_save(words, length, NULL, 0);
     (void)fake_store_power_on();
     const bool whole = done ? stored(11) : stored(10) || stored(11);
     start();

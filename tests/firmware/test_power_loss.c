@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The supply goes while an image or the settings of the line are being stored: after every program and every erase
- * step, within each of them, and again while the start after that stores anew. What the amplifier then finds is exactly
- * what was there before or exactly what was being stored, and always one of them.
+ * The supply goes while an image with its limits or the settings of the line are being stored: after every program and
+ * every erase step, within each of them, and again while the start after that stores anew. What the amplifier then
+ * finds is exactly what was there before or exactly what was being stored, and always one of them.
  *
  * The flash of fake_board.c: an erase that is cut leaves any word erased, untouched or torn; a word that is being
  * programmed when the cut comes has lost any of the bits it was to lose.
@@ -17,6 +17,9 @@
 #include "unity.h"
 #include <stdio.h>
 #include <string.h>
+
+/* Words of a copy before its limits and its image. */
+enum { HEADER = 7 };
 
 static random_t rng;
 
@@ -54,7 +57,7 @@ static void test_what_is_saved_is_loaded(void) {
     TEST_ASSERT_EQUAL_UINT_MESSAGE(0, image_store_load(words, HYST_IMAGE_MAX_WORDS), "an erased flash");
     for (unsigned i = 0; i < 100; i++) {
         const image_t image = random_image(HYST_IMAGE_MAX_WORDS);
-        TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
+        TEST_ASSERT_TRUE(image_store_save(image.words, image.length, NULL, 0));
         TEST_ASSERT_TRUE(stored(&image));
         TEST_ASSERT_EQUAL_UINT32(i + 1U, image_store_sequence());
     }
@@ -65,13 +68,13 @@ static void test_what_is_saved_is_loaded(void) {
 static void test_a_cut_after_every_step(void) {
     unsigned cuts = 0, kept = 0, renewed = 0;
     image_t old = random_image(40);
-    TEST_ASSERT_TRUE(image_store_save(old.words, old.length));
+    TEST_ASSERT_TRUE(image_store_save(old.words, old.length, NULL, 0));
     for (unsigned run = 0; run < 400; run++) {
         const image_t next = random_image(run % 50 == 0 ? HYST_IMAGE_MAX_WORDS : 40);
         for (unsigned step = 0;; step++) {
             const fake_store_t before = fake_store;
             fake_store_cut_after(step, any_bits);
-            const bool done = image_store_save(next.words, next.length);
+            const bool done = image_store_save(next.words, next.length, NULL, 0);
             const bool cut = fake_store_power_on();
             cuts += cut ? 1U : 0U;
             const bool is_old = stored(&old), is_new = stored(&next);
@@ -98,11 +101,11 @@ static void test_a_cut_after_every_step(void) {
 /* Cut upon cut: each start tries to store, and is cut, many times in a row. */
 static void test_a_row_of_cuts(void) {
     image_t last = random_image(60);
-    TEST_ASSERT_TRUE(image_store_save(last.words, last.length));
+    TEST_ASSERT_TRUE(image_store_save(last.words, last.length, NULL, 0));
     for (unsigned run = 0; run < 20000; run++) {
         const image_t next = random_image(60);
         fake_store_cut_after((unsigned)random_between(&rng, 0, 80), any_bits);
-        (void)image_store_save(next.words, next.length);
+        (void)image_store_save(next.words, next.length, NULL, 0);
         (void)fake_store_power_on();
         const bool is_new = stored(&next);
         TEST_ASSERT_TRUE(is_new || stored(&last));
@@ -112,11 +115,20 @@ static void test_a_row_of_cuts(void) {
     }
 }
 
-/* An image, or none, and the settings of the line beside it. */
+/* An image, or none, its limits, and the settings of the line beside it. */
 typedef struct {
     image_t image;
+    stored_limit_t limits[IMAGE_STORE_LIMITS_MAX];
+    size_t limit_count;
     line_settings_t line;
 } copy_t;
+
+static void random_limits(copy_t *copy) {
+    copy->limit_count = (size_t)random_between(&rng, 0, IMAGE_STORE_LIMITS_MAX);
+    for (size_t i = 0; i < copy->limit_count; i++) {
+        copy->limits[i] = (stored_limit_t){.address = any_bits() & 0xFFFFU, .value = any_bits()};
+    }
+}
 
 static line_settings_t random_line(void) {
     static const uint32_t rates[] = {9600, 19200, 38400, 57600, 115200, 230400};
@@ -127,8 +139,11 @@ static line_settings_t random_line(void) {
 
 static bool stored_copy(const copy_t *copy) {
     const line_settings_t line = image_store_line();
-    return stored(&copy->image) && line.address == copy->line.address && line.baud == copy->line.baud &&
-           line.parity == copy->line.parity;
+    stored_limit_t limits[IMAGE_STORE_LIMITS_MAX];
+    const size_t count = image_store_limits(limits);
+    return stored(&copy->image) && count == copy->limit_count &&
+           memcmp(limits, copy->limits, count * sizeof limits[0]) == 0 && line.address == copy->line.address &&
+           line.baud == copy->line.baud && line.parity == copy->line.parity;
 }
 
 /* Saves of images and of lines in any order, from an erased flash on: the one never touches the other. */
@@ -143,12 +158,14 @@ static void test_a_cut_while_image_or_line_is_saved(void) {
             next.line = random_line();
         } else {
             next.image = random_image(40);
+            random_limits(&next);
         }
         for (unsigned step = 0;; step++) {
             const fake_store_t before = fake_store;
             fake_store_cut_after(step, any_bits);
             const bool done =
-                is_line ? image_store_save_line(&next.line) : image_store_save(next.image.words, next.image.length);
+                is_line ? image_store_save_line(&next.line)
+                        : image_store_save(next.image.words, next.image.length, next.limits, next.limit_count);
             const bool cut = fake_store_power_on();
             const bool is_new = stored_copy(&next);
             TEST_ASSERT_TRUE_MESSAGE(is_new || stored_copy(&last), "neither the old nor the new copy");
@@ -170,23 +187,33 @@ static void test_a_cut_while_image_or_line_is_saved(void) {
     TEST_ASSERT_GREATER_THAN_UINT(2000, lines);
 }
 
-/* What a firmware stored that knew no settings of the line. */
-static void test_a_copy_of_the_layout_before_is_read(void) {
-    const image_t image = random_image(40);
-    uint32_t *sector = fake_store.words[1];
-    sector[0] = 0x48595053;
-    sector[1] = 1;
-    sector[2] = 7;
-    sector[3] = (uint32_t)image.length;
-    memcpy(sector + 4, image.words, image.length * sizeof image.words[0]);
-    sector[4 + image.length] = hyst_crc32(sector, 4 + image.length);
-    copy_t copy = {.image = image, .line = LINE_SETTINGS_DEFAULT};
-    TEST_ASSERT_TRUE(stored_copy(&copy));
-    TEST_ASSERT_EQUAL_UINT32(7, image_store_sequence());
-    copy.line = (line_settings_t){.address = 9, .baud = 19200, .parity = LINE_PARITY_EVEN};
-    TEST_ASSERT_TRUE(image_store_save_line(&copy.line));
-    TEST_ASSERT_TRUE_MESSAGE(stored_copy(&copy), "the image of the old copy goes along");
-    TEST_ASSERT_EQUAL_UINT32(8, image_store_sequence());
+/* What a firmware stored that knew no settings of the line (layout 1), or no limits (2). */
+static void test_a_copy_of_a_layout_before_is_read(void) {
+    for (uint32_t layout = 1; layout <= 2; layout++) {
+        const image_t image = random_image(40);
+        copy_t copy = {.image = image, .line = LINE_SETTINGS_DEFAULT};
+        uint32_t *sector = fake_store.words[1];
+        fake_store_clear();
+        sector[0] = 0x48595053;
+        sector[1] = layout;
+        sector[2] = 7;
+        sector[3] = (uint32_t)image.length;
+        size_t at = 4;
+        if (layout == 2) {
+            copy.line = random_line();
+            sector[at++] = copy.line.address | copy.line.parity << 8;
+            sector[at++] = copy.line.baud;
+        }
+        memcpy(sector + at, image.words, image.length * sizeof image.words[0]);
+        at += image.length;
+        sector[at] = hyst_crc32(sector, at);
+        TEST_ASSERT_TRUE(stored_copy(&copy));
+        TEST_ASSERT_EQUAL_UINT32(7, image_store_sequence());
+        copy.line = (line_settings_t){.address = 9, .baud = 19200, .parity = LINE_PARITY_EVEN};
+        TEST_ASSERT_TRUE(image_store_save_line(&copy.line));
+        TEST_ASSERT_TRUE_MESSAGE(stored_copy(&copy), "the image of the old copy goes along");
+        TEST_ASSERT_EQUAL_UINT32(8, image_store_sequence());
+    }
 }
 
 static void test_a_flash_that_does_not_take_a_word_is_noticed(void) {
@@ -195,11 +222,11 @@ static void test_a_flash_that_does_not_take_a_word_is_noticed(void) {
     for (size_t i = 0; i < next.length; i++) {
         next.words[i] &= 0x7FFFFFFFU; /* all ones need no programming */
     }
-    TEST_ASSERT_TRUE(image_store_save(old.words, old.length));
-    for (size_t word = 0; word <= 6 + next.length; word++) {
+    TEST_ASSERT_TRUE(image_store_save(old.words, old.length, NULL, 0));
+    for (size_t word = 0; word <= HEADER + next.length; word++) {
         fake_store.stuck_word = word;
         fake_store.stuck = true;
-        TEST_ASSERT_FALSE(image_store_save(next.words, next.length));
+        TEST_ASSERT_FALSE(image_store_save(next.words, next.length, NULL, 0));
         fake_store.stuck = false;
         TEST_ASSERT_TRUE(stored(&old));
     }
@@ -207,13 +234,13 @@ static void test_a_flash_that_does_not_take_a_word_is_noticed(void) {
 
 static void test_the_sequence_may_wrap(void) {
     image_t image = random_image(10);
-    TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
+    TEST_ASSERT_TRUE(image_store_save(image.words, image.length, NULL, 0));
     uint32_t *sector = fake_store.words[0];
     sector[2] = UINT32_MAX;
-    sector[6 + image.length] = hyst_crc32(sector, 6 + image.length);
+    sector[HEADER + image.length] = hyst_crc32(sector, HEADER + image.length);
     for (unsigned i = 0; i < 4; i++) {
         image = random_image(10);
-        TEST_ASSERT_TRUE(image_store_save(image.words, image.length));
+        TEST_ASSERT_TRUE(image_store_save(image.words, image.length, NULL, 0));
         TEST_ASSERT_TRUE(stored(&image));
     }
 }
@@ -255,11 +282,120 @@ static void test_the_amplifier_starts_with_what_was_saved(void) {
     /* An image that this firmware refuses, in a whole copy: as if there were none. */
     words[14] = 1; /* a transition that never arrives */
     words[length - 1] = hyst_crc32(words, length - 1);
-    TEST_ASSERT_TRUE(image_store_save(words, length));
+    TEST_ASSERT_TRUE(image_store_save(words, length, NULL, 0));
     fake_board_start(&start);
     TEST_ASSERT_EQUAL_HEX16(FAKE_SAFE_CODE, fake_board_sample(0));
     TEST_ASSERT_EQUAL_UINT32(STORE_REFUSED, master_get(INDEX_store_state));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+}
+
+/* Off, with this image in force. */
+static void commit(const uint32_t *words, size_t length) {
+    master_write_words(ADDRESS_staging, words, length);
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, master_get(INDEX_fault_code));
+    (void)fake_board_run(3000);
+}
+
+/* What a lab sets once for its stack. */
+static const struct {
+    unsigned index;
+    uint32_t value;
+} limits[] = {{INDEX_setpoint_slew, 4321},
+              {INDEX_model_error_limit, 1 << 20},
+              {INDEX_model_error_time, 700},
+              {INDEX_current_limit, 1 << 22},
+              {INDEX_drive_low, (uint32_t) - (1 << 28)},
+              {INDEX_drive_high, 1 << 29},
+              {INDEX_reference_low, (uint32_t) - (1 << 27)},
+              {INDEX_reference_high, 1 << 27},
+              {INDEX_reference_slew, 1 << 18},
+              {INDEX_temperature_alert, 60000},
+              {INDEX_temperature_trip, 65000},
+              {INDEX_supply_low, 3100},
+              {INDEX_supply_high, 3500},
+              {INDEX_high_voltage_low, 155000},
+              {INDEX_high_voltage_high, 165000},
+              {INDEX_health_looks, 3}};
+enum { LIMITS = sizeof limits / sizeof limits[0] };
+
+static void set_limits(void) {
+    for (size_t i = 0; i < LIMITS; i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(limits[i].index, limits[i].value),
+                                  register_table[limits[i].index].name);
+    }
+}
+
+/* They are read back, and in force: the whole range cannot be swept any more, nor by conditioning. */
+static void test_limits_survive_a_reset_with_their_image(void) {
+    const board_start_t start = {.reset_cause = RESET_PIN};
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    fake_board_start(&start);
+    commit(words, parked_at(0, words));
+    set_limits();
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_watchdog, 0));
+    master_command(COMMAND_SAVE);
+    TEST_ASSERT_EQUAL_UINT32(STORE_SAVED, master_get(INDEX_store_state));
+
+    fake_board_start(&start);
+    for (size_t i = 0; i < LIMITS; i++) {
+        TEST_ASSERT_EQUAL_HEX32_MESSAGE(limits[i].value, master_get(limits[i].index),
+                                        register_table[limits[i].index].name);
+    }
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(LOOP_DEFAULT_TIMEOUT_MS, master_get(INDEX_watchdog), "on at every start");
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_watchdog, 0));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_current_limit, 0)); /* conditioning may take what it takes */
+    master_command(COMMAND_ARM);
+    (void)fake_board_run(1100);
+    master_command(COMMAND_CONDITION);
+    hyst_q31_t low = 0, high = 0;
+    for (unsigned i = 0; i < 30000 && loop_conditioning(); i++) {
+        const hyst_q31_t drive = fake_board_run(1);
+        low = drive < low ? drive : low;
+        high = drive > high ? drive : high;
+    }
+    TEST_ASSERT_FALSE(loop_conditioning());
+    TEST_ASSERT_EQUAL_INT32(-(1 << 28), low);
+    TEST_ASSERT_EQUAL_INT32(1 << 29, high);
+    fake_board.health[HEALTH_SUPPLY] = 3050; /* within the board's limits */
+    (void)fake_board_run(3 * 96 + 96);
+    TEST_ASSERT_TRUE(loop_in_fault());
+}
+
+/* A save of the line takes them along; a commit without a save does not change what is stored. */
+static void test_limits_stay_with_what_is_stored(void) {
+    const board_start_t start = {.reset_cause = RESET_PIN};
+    const line_settings_t line = {.address = 9, .baud = 19200, .parity = LINE_PARITY_EVEN};
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    fake_board_start(&start);
+    commit(words, parked_at(0, words));
+    set_limits();
+    master_command(COMMAND_SAVE);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_drive_high, 1 << 30));
+    TEST_ASSERT_TRUE(image_store_save_line(&line));
+    fake_board_start(&start);
+    TEST_ASSERT_EQUAL_UINT32(1 << 29, master_get(INDEX_drive_high));
+}
+
+/* Limits that this firmware does not have, or that exclude the parking drive: it parks there, and cannot be armed
+ * before somebody commits an image. */
+static void test_limits_that_cannot_be_in_force_keep_the_amplifier_disarmed(void) {
+    static const stored_limit_t bad[][2] = {{{ADDRESS_drive_high, 1 << 29}, {0x7777, 1}},
+                                            {{ADDRESS_drive_high, 0}, {ADDRESS_setpoint_slew, 5}},
+                                            {{ADDRESS_setpoint_slew, 0}, {ADDRESS_current_limit, 5}}};
+    const board_start_t start = {.reset_cause = RESET_POWER};
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    const size_t length = parked_at(1 << 28, words);
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        TEST_ASSERT_TRUE(image_store_save(words, length, bad[i], 2));
+        fake_board_start(&start);
+        TEST_ASSERT_EQUAL_UINT32(STORE_REFUSED, master_get(INDEX_store_state));
+        TEST_ASSERT_EQUAL_INT32(1 << 28, fake_board_run(1));
+        TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+        TEST_ASSERT_EQUAL_HEX32_MESSAGE(HYST_Q31_MAX, master_get(INDEX_drive_high), "all or none");
+        commit(words, length);
+        master_command(COMMAND_ARM);
+    }
 }
 
 int main(void) {
@@ -269,9 +405,12 @@ int main(void) {
     RUN_TEST(test_a_cut_after_every_step);
     RUN_TEST(test_a_row_of_cuts);
     RUN_TEST(test_a_cut_while_image_or_line_is_saved);
-    RUN_TEST(test_a_copy_of_the_layout_before_is_read);
+    RUN_TEST(test_a_copy_of_a_layout_before_is_read);
     RUN_TEST(test_a_flash_that_does_not_take_a_word_is_noticed);
     RUN_TEST(test_the_sequence_may_wrap);
     RUN_TEST(test_the_amplifier_starts_with_what_was_saved);
+    RUN_TEST(test_limits_survive_a_reset_with_their_image);
+    RUN_TEST(test_limits_stay_with_what_is_stored);
+    RUN_TEST(test_limits_that_cannot_be_in_force_keep_the_amplifier_disarmed);
     return UNITY_END();
 }
