@@ -113,6 +113,12 @@ void modbus_server_change_line(const line_settings_t *settings) {
     line.changes = true;
 }
 
+void modbus_server_take_line(void) {
+    if (line.changes) {
+        set_line(&line.next);
+    }
+}
+
 uint32_t modbus_server_address(void) {
     return line.now.address;
 }
@@ -175,9 +181,7 @@ static void serve_frame(void) {
     if (answer.length > 0) {
         send_answer();
     }
-    if (line.changes) {
-        set_line(&line.next);
-    }
+    modbus_server_take_line();
 }
 
 /* Appends a byte to the frame, or begins one with it. */

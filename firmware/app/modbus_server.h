@@ -55,6 +55,9 @@ void modbus_server_init(const line_settings_t *settings);
  * broadcast has none. Main loop only. */
 void modbus_server_change_line(const line_settings_t *settings);
 
+/** Makes it so, once the answer is out: modbus_server_poll does. For who serves frames by itself. */
+void modbus_server_take_line(void);
+
 /** The server's address. Main loop only. */
 uint32_t modbus_server_address(void);
 

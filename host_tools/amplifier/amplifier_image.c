@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
+#include "base/monotonic_clock.h"
 #include "hyst/cost.h"
+#include "parameter_store.h"
 #include <inttypes.h>
 #include <string.h>
 
@@ -130,4 +132,32 @@ bool amplifier_image_write(device_t *device, const hyst_parameters_t *parameters
         return false;
     }
     return committed && verify(device, words, count, failure);
+}
+
+/* A ramp over the whole range takes a board at most 10 s (hyst/board_limits.h). */
+#define REST_S 12.0
+#define POLL_S 0.1
+
+bool amplifier_image_store(device_t *device, failure_t *failure) {
+    if (!device_expect_off(device, "its image", failure) || !device_unlock(device, CONTROL_PARAMETERS, failure)) {
+        return false;
+    }
+    const double until_s = monotonic_s() + REST_S;
+    while (!device_command(device, COMMAND_SAVE, failure)) {
+        const failure_t refused = *failure; /* not yet at rest, or for good */
+        if (!device_expect_off(device, "its image", failure)) {
+            return false;
+        }
+        if (monotonic_s() > until_s) {
+            *failure = refused;
+            return false;
+        }
+        sleep_until(monotonic_s() + POLL_S);
+    }
+    int64_t state = STORE_NONE;
+    return device_read(device, INDEX_store_state, &state, failure) &&
+           (state == STORE_SAVED ||
+            fail(failure,
+                 "the amplifier did not store its image (store_state %" PRId64 "): what was stored before still is",
+                 state));
 }

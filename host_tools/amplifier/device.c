@@ -471,6 +471,13 @@ bool device_command(device_t *device, control_command_t command, failure_t *fail
     return device_write(device, INDEX_command, (int64_t)command, failure);
 }
 
+bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
+    int64_t state = 0;
+    return device_read(device, INDEX_amplifier_state, &state, failure) &&
+           (state == AMPLIFIER_OFF ||
+            fail(failure, "the amplifier is on, and stores %s only while it is off: disarm it (command 10)", what));
+}
+
 bool device_arm(device_t *device, failure_t *failure) {
     int64_t now[REGISTER_COUNT];
     if (!device_command(device, COMMAND_STOP, failure) ||

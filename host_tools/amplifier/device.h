@@ -93,6 +93,9 @@ void device_forget_locks(device_t *device);
 /** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
 
+/** Fails, with what to do, unless the amplifier is off; `what` it would store then. */
+bool device_expect_off(device_t *device, const char *what, failure_t *failure);
+
 /**
  * Makes the amplifier ready to move: out of a fault if there is one, unlocked, communication timeout long enough for
  * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started.

@@ -29,6 +29,8 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
     if (!device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
         !device_read(device, INDEX_watchdog, &before_ms, failure) ||
         !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
+        device_stop_when(device, NULL); /* what comes next, and the caller's own, is not to be interrupted */
+        device_lock(device);
         return false;
     }
     const int64_t after_ms = driving->silence_s > 0.0 ? (int64_t)lround(1000.0 * driving->silence_s) : before_ms;

@@ -21,7 +21,9 @@ typedef struct {
 
 /**
  * Sets the communication timeout (device_communication_timeout_ms) and plays. After success the amplifier stays as it
- * is. Otherwise, or after a signal, stops and parks it, and appends that to *failure. Returns whether all is well.
+ * is. Otherwise, or after a signal, stops and parks it, and appends that to *failure. Where it cannot even be unlocked,
+ * nothing was driven and nothing is parked. In any case it is locked again, and the signals no longer end requests.
+ * Returns whether all is well.
  */
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure);
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/line_change.h"
 #include "parameter_store.h"
-#include "telemetry.h"
 #include <inttypes.h>
 
 bool line_read(device_t *device, line_settings_t *line, failure_t *failure) {
@@ -16,14 +15,7 @@ bool line_read(device_t *device, line_settings_t *line, failure_t *failure) {
 }
 
 static bool note_and_store(device_t *device, const line_settings_t *line, failure_t *failure) {
-    int64_t state = 0;
-    if (!device_read(device, INDEX_amplifier_state, &state, failure)) {
-        return false;
-    }
-    if (state != AMPLIFIER_OFF) {
-        return fail(failure, "the amplifier is on, and stores its line only while it is off: disarm it (command 10)");
-    }
-    return device_unlock(device, CONTROL_PARAMETERS, failure) &&
+    return device_expect_off(device, "its line", failure) && device_unlock(device, CONTROL_PARAMETERS, failure) &&
            device_write(device, INDEX_line_address, line->address, failure) &&
            device_write(device, INDEX_line_baud, line->baud, failure) &&
            device_write(device, INDEX_line_parity, line->parity, failure) &&
@@ -35,20 +27,42 @@ static bool has(const device_options_t *options, const line_settings_t *line, fa
     device_t *device = device_open(options, failure);
     line_settings_t held;
     int64_t state = STORE_NONE;
-    bool ok = device != NULL && line_read(device, &held, failure) &&
-              device_read(device, INDEX_store_state, &state, failure) && device_write(device, INDEX_unlock, 0, failure);
+    const bool read = device != NULL && line_read(device, &held, failure) &&
+                      device_read(device, INDEX_store_state, &state, failure) &&
+                      device_write(device, INDEX_unlock, 0, failure);
     device_close(device);
-    if (ok && (state != STORE_SAVED || held.address != line->address || held.baud != line->baud ||
-               held.parity != line->parity)) {
-        ok = fail(failure, "%s: the amplifier did not store the settings of the line (store_state %" PRId64 ")",
-                  options->port, state);
+    return read && ((state == STORE_SAVED && held.address == line->address && held.baud == line->baud &&
+                     held.parity == line->parity) ||
+                    fail(failure, "%s: another amplifier, or one with other settings, answers at address %lu",
+                         options->port, options->slave));
+}
+
+/* It does not answer at the new settings: says where it is. */
+static bool whereabouts(const device_options_t *now, const line_settings_t *line, failure_t *failure) {
+    failure_t why = *failure;
+    device_t *device = device_open(now, failure);
+    int64_t state = STORE_NONE;
+    const bool there = device != NULL && device_read(device, INDEX_store_state, &state, failure);
+    device_close(device);
+    if (there && state == STORE_FAILED) {
+        return fail(failure,
+                    "%s: the amplifier did not store the settings of the line, and has the old ones: its "
+                    "flash did not take them",
+                    now->port);
     }
-    return ok;
+    if (there) {
+        return fail(failure, "%s: the amplifier still has the old settings of the line; nothing was changed: try again",
+                    now->port);
+    }
+    return fail(failure,
+                "%.300s. The amplifier has address %lu, %lu baud, parity %s, or address %u, %u baud, parity %s: ask "
+                "`hyst info` with both when the line is good, or start it with its button held (docs/WIRING.md)",
+                why.text, now->slave, now->baud, now->parity, (unsigned)line->address, (unsigned)line->baud,
+                parity_name(line->parity));
 }
 
 bool line_change(const device_options_t *now, const line_settings_t *line, failure_t *failure) {
     device_options_t next = *now;
-    failure_t ignored;
     next.baud = line->baud;
     next.slave = line->address;
     next.parity = parity_name(line->parity);
@@ -58,10 +72,14 @@ bool line_change(const device_options_t *now, const line_settings_t *line, failu
     }
     const bool stored = note_and_store(device, line, failure);
     line_settings_t held;
-    const bool is_there = !stored && line_read(device, &held, &ignored); /* refused, and still as before */
-    if (stored) {
+    failure_t silent;
+    const bool is_there = !stored && line_read(device, &held, &silent); /* refused, and still as before */
+    if (!is_there) {
         device_forget_locks(device); /* it no longer answers there */
     }
     device_close(device);
-    return !is_there && has(&next, line, failure);
+    if (is_there) {
+        return false;
+    }
+    return has(&next, line, failure) || whereabouts(now, line, failure);
 }

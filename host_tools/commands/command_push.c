@@ -54,7 +54,7 @@ static bool dry_run(const char *path, const device_options_t *line, bool json, f
     return true;
 }
 
-static bool push(const char *path, const device_options_t *line, bool json, failure_t *failure) {
+static bool push(const char *path, const device_options_t *line, bool store, bool json, failure_t *failure) {
     hyst_parameters_t parameters;
     if (!image_read(&parameters, path, failure)) {
         return false;
@@ -63,24 +63,26 @@ static bool push(const char *path, const device_options_t *line, bool json, fail
     if (device == NULL) {
         return false;
     }
-    const bool done = amplifier_image_write(device, &parameters, failure);
+    const bool done =
+        amplifier_image_write(device, &parameters, failure) && (!store || amplifier_image_store(device, failure));
     device_close(device);
     if (!done) {
         return false;
     }
     if (json) {
-        const bool good =
-            json_print(json_pack("{s:s, s:s, s:I, s:s, s:I, s:b}", "format", "hyst-push-1", "image", path, "model_id",
-                                 (json_int_t)parameters.model_id, "hysteresis", hysteresis_name(&parameters),
-                                 "operators", (json_int_t)hysteresis_size(&parameters), "verified", true),
-                       JSON_INDENT(2), failure);
+        const bool good = json_print(
+            json_pack("{s:s, s:s, s:I, s:s, s:I, s:b, s:b}", "format", "hyst-push-1", "image", path, "model_id",
+                      (json_int_t)parameters.model_id, "hysteresis", hysteresis_name(&parameters), "operators",
+                      (json_int_t)hysteresis_size(&parameters), "verified", true, "stored", store),
+            JSON_INDENT(2), failure);
         if (!good || !text_wanted(true)) {
             return good;
         }
     }
     char hysteresis[120];
     hysteresis_text(&parameters, hysteresis);
-    printf("%s is in force and read back the same: model 0x%08" PRIX32 ", %s\n", path, parameters.model_id, hysteresis);
+    printf("%s is in force and read back the same: model 0x%08" PRIX32 ", %s%s\n", path, parameters.model_id,
+           hysteresis, store ? "; stored for the next start, with the limits that are set" : "");
     return true;
 }
 
@@ -88,17 +90,24 @@ static int run(int argc, char **argv) {
     device_options_t line = DEVICE_OPTIONS_DEFAULT;
     bool json = false;
     bool dry = false;
+    bool store = false;
     const option_t options[] = {
         DEVICE_OPTIONS(line),
         {"--dry-run", NULL, OPTION_FLAG, NULL, "only say what would change, in units", &dry},
+        {"--store", NULL, OPTION_FLAG, NULL, "and store it with the limits that are set; the amplifier has to be off",
+         &store},
         JSON_OPTION(&json),
     };
     int status = device_options_parse(&command_push, options, sizeof options / sizeof options[0], argc, argv, 1, &line);
     if (status != OPTIONS_RUN) {
         return status;
     }
+    if (dry && store) {
+        return usage_error(&command_push, "--dry-run and --store exclude each other");
+    }
     failure_t failure = {0};
-    return (dry ? dry_run : push)(argv[1], &line, json, &failure) ? STATUS_DONE : failure_print(&failure);
+    const bool good = dry ? dry_run(argv[1], &line, json, &failure) : push(argv[1], &line, store, json, &failure);
+    return good ? STATUS_DONE : failure_print(&failure);
 }
 
 const command_t command_push = {
@@ -108,12 +117,17 @@ const command_t command_push = {
     .summary = "Put a parameter image into the amplifier",
     .details = "Checks the image as the amplifier would, uploads and commits it, and reads it back. The amplifier "
                "changes over\n"
-               "between two samples and without a step of the drive. What it refuses changes nothing.",
+               "between two samples and without a step of the drive. What it refuses changes nothing.\n"
+               "With --store the next start has this image, and the limits that are set now: output range, limits of "
+               "the reference,\n"
+               "current, temperature and supplies. Without it a start has what was stored before, or nothing.",
     .run = run,
     .files = FILE_IMAGE,
     .examples = "# What would change?\n"
                 "hyst push model.image --port /dev/ttyUSB0 --dry-run\n"
                 "# Put an image into the amplifier and read it back\n"
                 "hyst push model.image --port /dev/ttyUSB0\n"
+                "# And keep it over a reset\n"
+                "hyst push model.image --port /dev/ttyUSB0 --store\n"
                 "# A slower line, and another address\n"
                 "hyst push model.image --port /dev/ttyUSB0 --baud 57600 --slave 3\n"};

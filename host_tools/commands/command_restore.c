@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "amplifier/amplifier_image.h"
 #include "amplifier/backup.h"
 #include "commands/command.h"
 #include "commands/device_options.h"
@@ -8,24 +9,27 @@ typedef struct {
     device_options_t line;
     const char *input;
     json_t *backup;
+    bool store;
     bool json;
 } settings_t;
 
 static bool restore(device_t *device, const settings_t *s, failure_t *failure) {
     backup_done_t done;
-    if (!backup_write(device, s->backup, s->input, &done, failure)) {
+    if (!backup_write(device, s->backup, s->input, &done, failure) ||
+        (s->store && !amplifier_image_store(device, failure))) {
         return false;
     }
-    if (s->json && !json_print(json_pack("{s:s, s:s, s:I, s:b, s:I}", "format", "hyst-restore-1", "backup", s->input,
-                                         "settings", (json_int_t)done.settings, "image", (int)done.image, "not_there",
-                                         (json_int_t)done.not_there),
+    if (s->json && !json_print(json_pack("{s:s, s:s, s:I, s:b, s:I, s:b}", "format", "hyst-restore-1", "backup",
+                                         s->input, "settings", (json_int_t)done.settings, "image", (int)done.image,
+                                         "not_there", (json_int_t)done.not_there, "stored", (int)s->store),
                                JSON_INDENT(2), failure)) {
         return false;
     }
     if (!text_wanted(s->json)) {
         return true;
     }
-    printf("%s: %zu settings%s, read back the same\n", s->input, done.settings, done.image ? " and the image" : "");
+    printf("%s: %zu settings%s, read back the same%s\n", s->input, done.settings, done.image ? " and the image" : "",
+           s->store ? "; stored for the next start" : "");
     if (done.not_there > 0) {
         printf("note: %zu settings of it are not in this amplifier's firmware\n", done.not_there);
     }
@@ -54,6 +58,7 @@ static int run(int argc, char **argv) {
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--from", NULL, OPTION_INPUT, "BACKUP.json", "what `hyst backup` wrote", &s.input},
+        {"--store", NULL, OPTION_FLAG, NULL, "and store image and limits; the amplifier has to be off", &s.store},
         JSON_OPTION(&s.json),
     };
     const device_work_t job = {.settings = &s, .line = &s.line, .check = check, .prepare = prepare, .work = work};
@@ -74,4 +79,4 @@ const command_t command_restore = {
     .run = run,
     .files = "BACKUP.json: image and settings, format hyst-backup-1.\n",
     .examples = "# After an exchange of the board\n"
-                "hyst restore --port /dev/ttyUSB0 --from before.json\n"};
+                "hyst restore --port /dev/ttyUSB0 --from before.json --store\n"};

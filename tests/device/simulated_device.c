@@ -146,7 +146,9 @@ static void answer(int file, const uint8_t *request, size_t length) {
         send_bytes(file, reply, 5);
         return;
     }
-    (void)modbus_serve(request, length, reply, &reply_length);
+    if (modbus_serve(request, length, reply, &reply_length) == MODBUS_FRAME_FOREIGN) {
+        return; /* for another address */
+    }
     loop_set_timeout(0); /* time runs too fast here for one, and stops and goes with this machine's load */
     if (is_start(request)) {
         line->starts++;
@@ -190,6 +192,22 @@ static void answer(int file, const uint8_t *request, size_t length) {
     send_bytes(file, reply, reply_length);
 }
 
+/* The rate that the master has set on the terminal; a pseudo-terminal keeps it, and knows no parity. */
+static bool at_our_rate(int file) {
+    static const struct {
+        speed_t speed;
+        uint32_t baud;
+    } rates[] = {{B9600, 9600},   {B19200, 19200},   {B38400, 38400},
+                 {B57600, 57600}, {B115200, 115200}, {B230400, 230400}};
+    struct termios settings;
+    for (size_t i = 0; i < sizeof rates / sizeof rates[0] && tcgetattr(file, &settings) == 0; i++) {
+        if (rates[i].baud == fake_board.baud) {
+            return cfgetospeed(&settings) == rates[i].speed;
+        }
+    }
+    return false;
+}
+
 static void serve(int file) {
     uint8_t request[512];
     size_t count = 0;
@@ -214,7 +232,10 @@ static void serve(int file) {
         const size_t length = request_length(request, count);
         if (length > 0 && count >= length) {
             const unsigned lost = line->lost;
-            answer(file, request, length);
+            if (at_our_rate(file)) {
+                answer(file, request, length);
+                modbus_server_take_line();
+            }
             request_s = line->lost == lost ? monotonic_s() : request_s;
             count = 0;
         }
@@ -227,7 +248,7 @@ static void hold_port(void) {
     holder = open(port, O_RDWR | O_NOCTTY);
     TEST_ASSERT_TRUE(holder >= 0 && tcgetattr(holder, &settings) == 0);
     cfmakeraw(&settings);
-    TEST_ASSERT_EQUAL_INT(0, tcsetattr(holder, TCSANOW, &settings));
+    TEST_ASSERT_TRUE(cfsetspeed(&settings, B115200) == 0 && tcsetattr(holder, TCSANOW, &settings) == 0);
 }
 
 const char *simulated_device_start(twin_t *actuator) {

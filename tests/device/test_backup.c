@@ -5,10 +5,12 @@
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "amplifier/image_difference.h"
+#include "parameter_store.h"
 #include "simulated_device.h"
 #include "source.h"
 #include "telemetry.h"
 #include "unity.h"
+#include <signal.h>
 #include <string.h>
 
 static device_t *device;
@@ -133,6 +135,47 @@ static void test_differences_are_in_units(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 25.0, difference_of(list, count, "pi_threshold")->after);
 }
 
+/* Only while off; waits for the ramp that a commit or a disarmed amplifier is still on. */
+static void test_an_image_is_stored_once_the_amplifier_is_off(void) {
+    must(amplifier_image_write(device, &image, &failure));
+    TEST_ASSERT_FALSE(amplifier_image_store(device, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "the amplifier is on, and stores its image only while it is off"),
+                                 failure.text);
+    TEST_ASSERT_EQUAL_INT64(STORE_NONE, value_of(INDEX_store_state));
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    must(device_write(device, INDEX_setpoint, 1 << 30, &failure));
+    must(device_command(device, COMMAND_DISARM, &failure));
+    while (value_of(INDEX_amplifier_state) != AMPLIFIER_OFF) {
+    }
+    image.drive_park = 1 << 29;
+    image.transition_slew = 1 << 16; /* 0.8 s of this loop's time */
+    must(amplifier_image_write(device, &image, &failure));
+    must(amplifier_image_store(device, &failure));
+    TEST_ASSERT_EQUAL_INT64(STORE_SAVED, value_of(INDEX_store_state));
+    TEST_ASSERT_EQUAL_INT64(1, value_of(INDEX_store_sequence));
+}
+
+static bool play_nothing(device_t *d, void *context, failure_t *f) {
+    (void)d;
+    (void)context;
+    return fail(f, "nothing to play");
+}
+
+/* A signal that comes after a run ends no request of who goes on with the device. */
+static void test_a_run_that_ends_early_no_longer_watches_for_the_stop(void) {
+    volatile sig_atomic_t stop = 0;
+    const driving_t driving = {.play = play_nothing, .stop = &stop};
+    for (unsigned lost = 0; lost < 2; lost++) {
+        stop = 0;
+        simulated_device_fault(LINE_LOSES_REQUEST, 0, lost == 0 ? 3 : 0); /* the unlocking, all tries of it */
+        TEST_ASSERT_FALSE(driving_run(device, &driving, &failure));
+        stop = SIGINT;
+        (void)value_of(INDEX_mode);
+        TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_unlocked));
+        must(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure));
+    }
+}
+
 static bool start_table(device_t *d, void *table, failure_t *f) {
     return experiment_start_table(d, &image, table, f);
 }
@@ -159,6 +202,8 @@ int main(void) {
     RUN_TEST(test_a_damaged_backup_changes_nothing);
     RUN_TEST(test_settings_that_are_not_there);
     RUN_TEST(test_differences_are_in_units);
+    RUN_TEST(test_an_image_is_stored_once_the_amplifier_is_off);
+    RUN_TEST(test_a_run_that_ends_early_no_longer_watches_for_the_stop);
     RUN_TEST(test_a_table_is_read_back_and_plays_on);
     return UNITY_END();
 }

@@ -8,6 +8,7 @@
 #include "capture.h"
 #include "hyst/compensator.h"
 #include "simulated_device.h"
+#include "telemetry.h"
 #include "unity.h"
 #include <fcntl.h>
 #include <math.h>
@@ -251,6 +252,82 @@ static void test_the_line_is_not_changed_while_the_amplifier_is_on(void) {
     TEST_ASSERT_EQUAL_UINT32(LINE_PARITY_NONE, held.parity);
 }
 
+static const line_settings_t new_line = {.address = 9, .baud = 19200, .parity = LINE_PARITY_NONE};
+
+static bool answers_at(const line_settings_t *line) {
+    device_options_t there = options;
+    there.slave = line->address;
+    there.baud = line->baud;
+    failure_t ignored;
+    device_t *found = device_open(&there, &ignored);
+    device_close(found);
+    return found != NULL;
+}
+
+/* Off, and the line as delivered; then it is changed on a line with this fault. */
+static bool changes_line(line_fault_t fault, unsigned after, unsigned times) {
+    tearDown();
+    setUp();
+    options.timeout_s = 0.1; /* many losses, and each is waited for several times */
+    open_device();
+    TEST_ASSERT_TRUE_MESSAGE(device_command(device, COMMAND_DISARM, &failure), failure.text);
+    for (int i = 0; i < 100 && read_register(INDEX_amplifier_state) != AMPLIFIER_OFF; i++) {
+        sleep_until(monotonic_s() + 0.01);
+    }
+    device_close(device);
+    device = NULL;
+    simulated_device_fault(fault, after, times);
+    failure.text[0] = '\0';
+    const bool changed = line_change(&options, &new_line, &failure);
+    simulated_device_fault(LINE_GOOD, 0, 0);
+    return changed;
+}
+
+/* Requests of a change on a good line, at most; the last ones write and command. */
+enum { FIRST_WRITE = 5, REQUESTS_OF_A_CHANGE = 10 };
+
+/* Any one answer is lost, that to the command too, after which the amplifier is elsewhere: it is found. */
+static void test_a_lost_answer_does_not_lose_the_amplifier(void) {
+    for (unsigned after = 0; after < REQUESTS_OF_A_CHANGE; after++) {
+        TEST_ASSERT_TRUE_MESSAGE(changes_line(LINE_LOSES_ANSWER, after, 1), failure.text);
+        TEST_ASSERT_TRUE(answers_at(&new_line));
+    }
+}
+
+/* Every try of one request is lost, or its answer: what is said is where the amplifier is. */
+static void test_where_the_amplifier_is_after_a_change_that_failed(void) {
+    static const line_settings_t old_line = LINE_SETTINGS_DEFAULT;
+    unsigned found = 0, kept = 0;
+    for (unsigned after = FIRST_WRITE; after < REQUESTS_OF_A_CHANGE; after++) {
+        if (changes_line(LINE_LOSES_ANSWER, after, 3)) { /* the command's */
+            TEST_ASSERT_TRUE(answers_at(&new_line));
+            found++;
+        } else if (answers_at(&old_line)) {
+            expect_line("no answer from");
+            kept++;
+        } else {
+            TEST_ASSERT_TRUE(answers_at(&new_line));
+        }
+        TEST_ASSERT_FALSE(changes_line(LINE_LOSES_REQUEST, after, 3) && answers_at(&old_line));
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(0, found);
+    TEST_ASSERT_GREATER_THAN_UINT(1, kept);
+}
+
+/* The line dies with the answer: both that the amplifier can have are said, and the way out. */
+static void test_a_line_that_dies_with_the_answer(void) {
+    unsigned nowhere = 0;
+    for (unsigned after = FIRST_WRITE; after < REQUESTS_OF_A_CHANGE; after++) {
+        TEST_ASSERT_FALSE(changes_line(LINE_LOSES_ANSWER, after, 1000));
+        if (answers_at(&new_line)) {
+            expect_line("The amplifier has address 1, 115200 baud, parity none, or address 9, 19200 baud, parity none");
+            expect_line("start it with its button held");
+            nowhere++;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(0, nowhere);
+}
+
 static void test_a_parity_that_is_none(void) {
     options.parity = "mark";
     TEST_ASSERT_FALSE(device_options_check(&options, &failure));
@@ -345,6 +422,9 @@ int main(void) {
     RUN_TEST(test_something_else_is_not_taken_for_an_amplifier);
     RUN_TEST(test_refusals_name_register_value_and_exception);
     RUN_TEST(test_the_line_is_not_changed_while_the_amplifier_is_on);
+    RUN_TEST(test_a_lost_answer_does_not_lose_the_amplifier);
+    RUN_TEST(test_where_the_amplifier_is_after_a_change_that_failed);
+    RUN_TEST(test_a_line_that_dies_with_the_answer);
     RUN_TEST(test_a_parity_that_is_none);
     RUN_TEST(test_an_unplugged_device);
     RUN_TEST(test_ports_that_are_none);
