@@ -2,19 +2,24 @@
 /*
  * What a line or a bad master can do to the server: cut frames, flipped bits, random bytes, random requests with a
  * right CRC. It must neither act on what is broken, nor answer anything malformed, nor touch a byte outside its buffers
- * (the sanitizers watch; the reply has guard bytes besides).
+ * (the sanitizers watch; the reply has guard bytes besides). HYST_MODBUS_FRAMES sets how many random frames each of the
+ * last three tests sends (200,000 without it).
  */
 #include "amplifier.h"
 #include "fake_board.h"
 #include "loop.h"
 #include "master.h"
 #include "random.h"
+#include "source.h"
+#include "telemetry.h"
 #include "unity.h"
+#include <stdlib.h>
 #include <string.h>
 
 #define GUARD 0xA5
 
 static random_t rng;
+static unsigned long frames = 200000;
 
 void setUp(void) {
     fake_board_power_on(0);
@@ -136,7 +141,7 @@ static void check_answer(const uint8_t *frame, const uint8_t *reply, size_t leng
 }
 
 static void test_random_bytes(void) {
-    for (unsigned run = 0; run < 200000; run++) {
+    for (unsigned long run = 0; run < frames; run++) {
         uint8_t frame[MODBUS_FRAME_MAX + 40] = {0}, reply[MODBUS_FRAME_MAX];
         size_t reply_length;
         const size_t length = (size_t)random_between(&rng, 0, (int32_t)sizeof frame);
@@ -153,38 +158,45 @@ static void test_random_bytes(void) {
 }
 
 /* Right CRC, right address, mostly real functions and addresses near real registers: these get past the first checks.
- * The loop runs in between, so commands and sources really act. */
-static void test_random_requests(void) {
+ * Returns the length. */
+enum { PDU_MAX = 253 };
+static size_t random_request(uint8_t pdu[PDU_MAX]) {
     static const uint8_t functions[] = {3, 4, 6, 16, 16, 23, 43, 1, 2, 5, 8, 15, 22};
     static const uint16_t bases[] = {
         0,      0x0100,           0x0101,          0x0111,         0x0180,         ADDRESS_sequence,
         0xFFF0, ADDRESS_waveform, ADDRESS_staging, ADDRESS_active, ADDRESS_capture};
+    size_t length = (size_t)random_between(&rng, 1, 40);
+    for (size_t i = 0; i < PDU_MAX; i++) {
+        pdu[i] = (uint8_t)(random_between(&rng, 0, random_between(&rng, 0, 2) != 0 ? 8 : 255));
+    }
+    pdu[0] = functions[random_between(&rng, 0, 12)];
+    const uint16_t base = (uint16_t)(bases[random_between(&rng, 0, 10)] + random_between(&rng, 0, 4));
+    const uint8_t count = (uint8_t)random_between(&rng, 0, 12);
+    pdu[1] = (uint8_t)(base >> 8);
+    pdu[2] = (uint8_t)base;
+    pdu[3] = 0;
+    if (pdu[0] == 16 && random_between(&rng, 0, 9) != 0) {
+        pdu[4] = count;
+        pdu[5] = (uint8_t)(2U * count);
+        length = 6U + 2U * (size_t)count;
+    } else if (pdu[0] == 23 && random_between(&rng, 0, 9) != 0) {
+        memcpy(pdu + 5, pdu + 1, 2);
+        pdu[7] = 0;
+        pdu[8] = count;
+        pdu[9] = (uint8_t)(2U * count);
+        length = 10U + 2U * (size_t)count;
+    } else if (pdu[0] <= 6) {
+        length = 5;
+    }
+    return length;
+}
+
+/* The loop runs in between, so commands and sources really act. */
+static void test_random_requests(void) {
     unsigned accepted = 0, refused = 0;
-    for (unsigned run = 0; run < 200000; run++) {
-        uint8_t pdu[253], frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
-        size_t length = (size_t)random_between(&rng, 1, 40);
-        for (size_t i = 0; i < sizeof pdu; i++) {
-            pdu[i] = (uint8_t)(random_between(&rng, 0, random_between(&rng, 0, 2) != 0 ? 8 : 255));
-        }
-        pdu[0] = functions[random_between(&rng, 0, 12)];
-        const uint16_t base = (uint16_t)(bases[random_between(&rng, 0, 10)] + random_between(&rng, 0, 4));
-        const uint8_t count = (uint8_t)random_between(&rng, 0, 12);
-        pdu[1] = (uint8_t)(base >> 8);
-        pdu[2] = (uint8_t)base;
-        pdu[3] = 0;
-        if (pdu[0] == 16 && random_between(&rng, 0, 9) != 0) {
-            pdu[4] = count;
-            pdu[5] = (uint8_t)(2U * count);
-            length = 6U + 2U * (size_t)count;
-        } else if (pdu[0] == 23 && random_between(&rng, 0, 9) != 0) {
-            memcpy(pdu + 5, pdu + 1, 2);
-            pdu[7] = 0;
-            pdu[8] = count;
-            pdu[9] = (uint8_t)(2U * count);
-            length = 10U + 2U * (size_t)count;
-        } else if (pdu[0] <= 6) {
-            length = 5;
-        }
+    for (unsigned long run = 0; run < frames; run++) {
+        uint8_t pdu[PDU_MAX], frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+        const size_t length = random_request(pdu);
         size_t reply_length;
         const size_t frame_length = master_frame(frame, MASTER_SERVER, pdu, length);
         const modbus_outcome_t outcome = serve(frame, frame_length, reply, &reply_length);
@@ -198,10 +210,75 @@ static void test_random_requests(void) {
         (void)fake_board_sample(random_q31(&rng));
         (void)amplifier_serve();
     }
-    TEST_ASSERT_TRUE_MESSAGE(accepted > 20000 && refused > 20000, "the requests must reach both outcomes");
+    TEST_ASSERT_TRUE_MESSAGE(accepted > frames / 10 && refused > frames / 10, "the requests must reach both outcomes");
+}
+
+/* Registers that may be written without a key and do something: what makes the output safe, and the key itself. */
+static bool reaches_what_is_not_locked(const uint8_t *pdu) {
+    const bool writes = pdu[0] == 5 || pdu[0] == 6 || pdu[0] == 15 || pdu[0] == 16 || pdu[0] == 22 || pdu[0] == 23;
+    const unsigned at = (unsigned)pdu[pdu[0] == 23 ? 5 : 1] << 8 | pdu[pdu[0] == 23 ? 6 : 2];
+    const unsigned most = 16; /* longer than any span that random_request makes */
+    return writes && (pdu[0] == 5 || pdu[0] == 15 || (at <= ADDRESS_mode && at + most > ADDRESS_command) ||
+                      (at <= ADDRESS_unlock && at + most > ADDRESS_unlock));
+}
+
+/* One that must change nothing: broken, for somebody else, or locked. */
+static void disturb(void) {
+    uint8_t pdu[PDU_MAX], frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
+    size_t reply_length;
+    size_t length = random_request(pdu);
+    const int kind = random_between(&rng, 0, 4);
+    if (kind <= 1 && reaches_what_is_not_locked(pdu)) {
+        return;
+    }
+    length =
+        master_frame(frame, kind == 2 ? (uint8_t)random_between(&rng, 2, 255) : (uint8_t)MASTER_SERVER, pdu, length);
+    if (kind == 3) {
+        frame[random_between(&rng, 0, (int32_t)length - 1)] ^= (uint8_t)(1U << random_between(&rng, 0, 7));
+    } else if (kind == 4) {
+        length = (size_t)random_between(&rng, 0, (int32_t)length - 1);
+    }
+    if (kind >= 3 && modbus_crc(frame, length) == 0) {
+        return; /* one in 65536 is whole by chance */
+    }
+    const modbus_outcome_t outcome = serve(frame, length, reply, &reply_length);
+    TEST_ASSERT_TRUE(kind <= 1 || outcome == MODBUS_FRAME_BROKEN || outcome == MODBUS_FRAME_FOREIGN);
+}
+
+/* A sine in direct mode, locked again; each drive code of so many samples, by a running sum of Fletcher's kind. */
+static uint64_t life(unsigned long samples, unsigned disturbances) {
+    uint64_t first = 0, second = 0;
+    fake_board_power_on(0);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source, SOURCE_SINE));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_amplitude, 1 << 30));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, 4294967));
+    master_command(COMMAND_START);
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_unlock, 0));
+    for (unsigned long i = 0; i < samples; i++) {
+        for (unsigned k = 0; k < disturbances; k++) {
+            disturb();
+        }
+        first += fake_board_sample((hyst_q31_t)(uint32_t)(i * 2654435761U));
+        second += first;
+        (void)amplifier_serve();
+    }
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_RUN, master_get(INDEX_amplifier_state));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_unlocked));
+    return second;
+}
+
+static void test_the_output_is_the_undisturbed_one_to_the_bit(void) {
+    enum { EACH_SAMPLE = 10 };
+    const unsigned long samples = frames / EACH_SAMPLE;
+    const uint64_t undisturbed = life(samples, 0);
+    const uint64_t disturbed = life(samples, EACH_SAMPLE);
+    TEST_ASSERT_EQUAL_HEX64(undisturbed, disturbed);
 }
 
 int main(void) {
+    const char *wanted = getenv("HYST_MODBUS_FRAMES");
+    frames = wanted != NULL ? strtoul(wanted, NULL, 10) : frames;
     rng = random_start("firmware_modbus_hostile", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_every_truncation_is_dropped);
@@ -209,5 +286,6 @@ int main(void) {
     RUN_TEST(test_every_flip_of_one_and_two_bits_is_dropped);
     RUN_TEST(test_random_bytes);
     RUN_TEST(test_random_requests);
+    RUN_TEST(test_the_output_is_the_undisturbed_one_to_the_bit);
     return UNITY_END();
 }
