@@ -361,9 +361,24 @@ static void test_every_fault(void) {
     }
 }
 
+/* docs/FAULTS.md has each of them, with what is expected. */
+static void test_the_page_has_every_fault(void) {
+    static char page[1 << 16];
+    FILE *file = fopen(FAULTS_PAGE, "r");
+    TEST_ASSERT_NOT_NULL_MESSAGE(file, FAULTS_PAGE);
+    page[fread(page, 1, sizeof page - 1, file)] = '\0';
+    TEST_ASSERT_EQUAL_INT(0, fclose(file));
+    for (unsigned f = 0; f < FAULTS; f++) {
+        char row[300];
+        (void)snprintf(row, sizeof row, "\n| %s | %s | as expected in ", faults[f].fault, faults[f].expected);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(page, row), faults[f].fault);
+    }
+}
+
 int main(void) {
     rng = random_start("firmware_faults", 20261123);
     UNITY_BEGIN();
     RUN_TEST(test_every_fault);
+    RUN_TEST(test_the_page_has_every_fault);
     return UNITY_END();
 }

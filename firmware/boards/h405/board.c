@@ -32,11 +32,15 @@
 #define SAMPLE_PERIOD_US (1000000U / SAMPLE_RATE_HZ)
 #define ADC_AHEAD_US     5U /* a conversion takes 3.2 us */
 
-#define PIN_DEFAULT_LINE 0U /* PA0, the user button of the Olimex board: high while the board starts */
+#define PIN_DEFAULT_LINE 0U /* PA0, the user button of the Olimex board */
 #define PIN_POSITION     1U /* PA1, ADC channel 1 */
 #define PIN_DRIVE        4U /* PA4, DAC channel 1 */
 #define PIN_STAGE_ENABLE 0U /* PB0, high is on */
 #define CHANNEL_POSITION 1U
+
+/* What PA0 is while the button is held: high, and pulled down otherwise. From the board's description, not seen on
+ * silicon; false for a button to ground, and the pull is up then (docs/WIRING.md). */
+#define DEFAULT_LINE_HIGH true
 
 /* The chip's temperature sensor and its reference, in the converter's injected group. They need 10 us of sampling; 480
  * cycles at 21 MHz are 22.9 us. So a conversion that the interrupt starts is over long before the next of the position.
@@ -113,14 +117,14 @@ static void converters_init(void) {
     ADC1->CR2 = ADC_CR2_ADON; /* the first conversion comes long after the 3 us it needs to stabilise */
 }
 
-/* The pull-down has some microseconds to act. */
+/* The pull has some microseconds to act. */
 static bool default_line(void) {
     RCC->AHB1ENR |= RCC_AHB1ENR_GPIOA;
-    GPIOA->PUPDR |= GPIO_PULL_DOWN << (2U * PIN_DEFAULT_LINE);
+    GPIOA->PUPDR |= (DEFAULT_LINE_HIGH ? GPIO_PULL_DOWN : GPIO_PULL_UP) << (2U * PIN_DEFAULT_LINE);
     for (unsigned turn = 0; turn < PULL_TURNS; turn++) {
         __asm__ volatile("nop");
     }
-    return (GPIOA->IDR & 1UL << PIN_DEFAULT_LINE) != 0;
+    return ((GPIOA->IDR & 1UL << PIN_DEFAULT_LINE) != 0) == DEFAULT_LINE_HIGH;
 }
 
 static void stage_init(void) {
