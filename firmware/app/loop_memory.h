@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /**
- * What the files of the loop share, and nobody else includes: its state, and the few steps that more than one of them
+ * What the files of the loop share, and no other file includes: its state, and the few steps that more than one of them
  * needs.
  *
- *   loop.c             the sample, from what the converters delivered to the drive's code
- *   loop_protection.c  what trips, and what stops motion
- *   loop_report.c      what a sample tells: states, faults, limits, the signals of a capture
- *   loop_control.c     the main loop's side: modes, arming, limits, new parameters
+ * loop.c has the sample, from what the converters delivered to the drive's code. loop_protection.c has what trips, and
+ * what stops motion. loop_report.c has what a sample tells: states, faults, limits, the signals of a capture.
+ * loop_control.c is the main loop's side: modes, arming, limits, new parameters.
  */
 #ifndef LOOP_MEMORY_H
 #define LOOP_MEMORY_H

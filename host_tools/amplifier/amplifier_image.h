@@ -22,8 +22,8 @@ bool amplifier_image_is_neutral(const hyst_parameters_t *parameters);
 bool amplifier_image_write(device_t *device, const hyst_parameters_t *parameters, failure_t *failure);
 
 /**
- * Stores the image in force and the limits that are set (docs/REGISTERS.md, What a start finds), for the next start. The
- * amplifier has to be off; waits until its output is at rest.
+ * Stores the image in force and the limits that are set (docs/REGISTERS.md, What a start finds), for the next start.
+ * The amplifier has to be off; waits until its output is at rest.
  */
 bool amplifier_image_store(device_t *device, failure_t *failure);
 
