@@ -5,9 +5,9 @@
  *
  * A copy begins with these words: magic, layout version (3), sequence number, length of the image, address (bits 0 to
  * 7) and parity (8 to 15) of the line, its rate, number of limits. Then come two words for each limit (address of the
- * register, value), the image, and a CRC-32 of all that. A copy may have no image. Layout 2 had no limits, and the image
- * followed the rate. Layout 1 had no line either, and the image followed its length. Both are read: without limits, and
- * layout 1 with LINE_SETTINGS_DEFAULT.
+ * register, value), the image, and a CRC-32 of all that. A copy may have no image. Layout 2 had no limits, and the
+ * image followed the rate. Layout 1 had no line either, and the image followed its length. Both are read: without
+ * limits, and layout 1 with LINE_SETTINGS_DEFAULT.
  *
  * The CRC is programmed last, so a copy is whole or it is none. A save erases the sector that does not hold the newest
  * copy, programs it, reads it back; the other one is not touched. What a save does not change it takes from the newest
