@@ -11,7 +11,8 @@
 function ticksOf(low, high, most) {
   const raw = (high - low) / most;
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * (raw / power > 5 ? 10 : raw / power > 2 ? 5 : raw / power > 1 ? 2 : 1);
+  const step = power * [1, 2, 5, 10].reduce((best, one) => // the nearest by ratio
+    Math.abs(Math.log(one * power / raw)) < Math.abs(Math.log(best * power / raw)) ? one : best);
   const ticks = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
     ticks.push(k * step);
@@ -248,7 +249,7 @@ class Plot {
     }
     c.textAlign = "center";
     c.textBaseline = "top";
-    for (const tick of ticksOf(x[0], x[1], Math.max(2, (box.right - box.left) / 80))) {
+    for (const tick of ticksOf(x[0], x[1], Math.max(2, (box.right - box.left) / 110))) {
       c.beginPath();
       c.moveTo(px(tick.value), box.top);
       c.lineTo(px(tick.value), box.bottom);
