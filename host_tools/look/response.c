@@ -6,8 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HALF_WIDTH = 8, ORDER = 3, UNKNOWNS = 4 * ORDER, POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64 };
+/* Coefficients of a complex parabola, as real numbers; of leakage and response; rows are real and imaginary parts. */
+enum { HALF_WIDTH = 8, ORDER = 3, LEAKAGE = 2 * ORDER, UNKNOWNS = 2 * LEAKAGE, LINES = 2 * HALF_WIDTH + 1 };
+enum { ROWS = 2 * LINES, POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64 };
 static const double least_line = 1e-5, highest_part_of_nyquist = 0.98;
+static const double least_drive = 1e-9; /* of the power of drive and leakage; look_regress leaves out less than 1e-10 */
+static const double false_response = 0.01; /* chance that noise passes for a response at one of a recording's points */
 
 static const double complex j = (double complex)I; /* I alone is single precision */
 
@@ -26,43 +30,82 @@ static void set_point(response_point_t *point, double f, double complex gain, do
     point->lag_s = -point->phase_rad / (2.0 * M_PI * f);
 }
 
-/* Local polynomials around line `middle`. false: the drive has no power there. */
+/* Local polynomials around line `middle`. The leakage's columns come first: of a drive that is nothing but leakage
+ * there, they leave nothing. false: the drive has no power there. */
 static bool local_fit(const double *u, const double *y, size_t middle, double f, response_point_t *point) {
-    enum { LINES = 2 * HALF_WIDTH + 1, ROWS = 2 * LINES };
-    double columns[UNKNOWNS][ROWS], value[ROWS], power = 0.0;
+    double columns[UNKNOWNS][ROWS], drive[ROWS], position[ROWS], all = 0.0;
     const double *column[UNKNOWNS];
-    look_regression_t fit;
+    look_regression_t leaked, fit;
     for (size_t l = 0; l < LINES; l++) {
         const size_t h = middle + l - HALF_WIDTH;
         const double r = ((double)l - HALF_WIDTH) / HALF_WIDTH;
         double x = 1.0;
         for (size_t p = 0; p < ORDER; p++) {
             const double re = u[2 * h] * x, im = u[2 * h + 1] * x;
-            columns[4 * p][2 * l] = re;
-            columns[4 * p][2 * l + 1] = im;
-            columns[4 * p + 1][2 * l] = -im;
-            columns[4 * p + 1][2 * l + 1] = re;
-            columns[4 * p + 2][2 * l] = x;
-            columns[4 * p + 2][2 * l + 1] = 0.0;
-            columns[4 * p + 3][2 * l] = 0.0;
-            columns[4 * p + 3][2 * l + 1] = x;
+            double(*const leakage)[ROWS] = &columns[2 * p], (*const response)[ROWS] = &columns[LEAKAGE + 2 * p];
+            leakage[0][2 * l] = x;
+            leakage[0][2 * l + 1] = 0.0;
+            leakage[1][2 * l] = 0.0;
+            leakage[1][2 * l + 1] = x;
+            response[0][2 * l] = re;
+            response[0][2 * l + 1] = im;
+            response[1][2 * l] = -im;
+            response[1][2 * l + 1] = re;
             x *= r;
         }
-        value[2 * l] = y[2 * h];
-        value[2 * l + 1] = y[2 * h + 1];
-        power += cabs(at_line(u, h)) * cabs(at_line(u, h)) / LINES;
+        drive[2 * l] = u[2 * h];
+        drive[2 * l + 1] = u[2 * h + 1];
+        all += u[2 * h] * u[2 * h] + u[2 * h + 1] * u[2 * h + 1];
+        position[2 * l] = y[2 * h];
+        position[2 * l + 1] = y[2 * h + 1];
     }
     for (size_t i = 0; i < UNKNOWNS; i++) {
         column[i] = columns[i];
     }
-    if (!(power > 0.0) || !look_regress(column, UNKNOWNS, value, NULL, ROWS, &fit)) {
+    if (!look_regress(column, LEAKAGE, drive, NULL, ROWS, &leaked) ||
+        !look_regress(column, UNKNOWNS, position, NULL, ROWS, &fit) ||
+        !(ROWS * leaked.rms * leaked.rms > least_drive * all)) {
         return false;
     }
-    const double complex gain = fit.coefficient[0] + j * fit.coefficient[1];
-    const double explained = cabs(gain) * cabs(gain) * power, noise = 2.0 * fit.rms * fit.rms;
-    set_point(point, f, gain, fit.sigma[0] * fit.sigma[0] + fit.sigma[1] * fit.sigma[1],
+    const double complex gain = fit.coefficient[LEAKAGE] + j * fit.coefficient[LEAKAGE + 1];
+    const double power = leaked.rms * leaked.rms, noise = fit.rms * fit.rms;
+    const double explained = cabs(gain) * cabs(gain) * power;
+    set_point(point, f, gain, pow(fit.sigma[LEAKAGE], 2.0) + pow(fit.sigma[LEAKAGE + 1], 2.0),
               explained + noise > 0.0 ? explained / (explained + noise) : 0.0);
-    return fit.sigma[0] > 0.0 || noise == 0.0;
+    return true;
+}
+
+/* The square of gain over error that noise exceeds, at any of `points` points, with the chance `false_response`: of two
+ * normal numbers, with an error from ROWS - UNKNOWNS degrees of freedom, it is distributed like 2 F(2, freedom). */
+static double least_square_of_response(size_t points) {
+    const double half_freedom = 0.5 * (ROWS - UNKNOWNS);
+    return 2.0 * half_freedom * (pow(false_response / (double)points, -1.0 / half_freedom) - 1.0);
+}
+
+/* Keeps what was measured: where a gain is seen at all, or would be if it were the one that is known best. Above the
+ * band of a smooth drive, neither holds: what it has there is rounding. */
+static void keep_measured(response_t *response) {
+    const response_point_t *best = response->point;
+    size_t kept = 0;
+    if (response->count == 0) {
+        return;
+    }
+    const double least = least_square_of_response(response->count);
+    for (size_t i = 0; i < response->count; i++) {
+        const response_point_t *p = &response->point[i];
+        if (p->gain_sigma * best->gain_um_per_v < best->gain_sigma * p->gain_um_per_v) {
+            best = p;
+        }
+    }
+    const double known = best->gain_um_per_v;
+    for (size_t i = 0; i < response->count; i++) {
+        const response_point_t p = response->point[i];
+        const double seen = fmax(p.gain_um_per_v, known);
+        if (seen * seen >= least * p.gain_sigma * p.gain_sigma) {
+            response->point[kept++] = p;
+        }
+    }
+    response->count = kept;
 }
 
 static void by_local_polynomials(const recording_t *recording, response_t *response) {
@@ -80,6 +123,7 @@ static void by_local_polynomials(const recording_t *recording, response_t *respo
         }
         last = middle;
     }
+    keep_measured(response);
     free(u);
     free(y);
 }

@@ -6,7 +6,9 @@
  * mean over the passes, from their scatter. Of a drive with one tone only the tone counts: its harmonics in the
  * position are distortion. Any other drive: the local polynomial method (Pintelon and Schoukens, System Identification,
  * 2nd edition, 2012, section 7.2): around each frequency, response and leakage are parabolas over 17 lines, fitted by
- * least squares, which leaves an error. Coherence is the part of the position's power there that goes with the drive.
+ * least squares, which leaves an error. Coherence is the part of the position's power there that goes with the drive,
+ * the leakage left out. A point counts if a gain is seen there, or would be if it were that of the point that is known
+ * best. So there is no point above the band of a smooth drive.
  *
  * It is the best linear description of a system with hysteresis at the amplitudes of this drive: a lag that does not
  * grow with frequency (constant phase) is what hysteresis makes.

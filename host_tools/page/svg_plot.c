@@ -350,7 +350,8 @@ static void write_legend(FILE *file, const plot_t *plot, double y) {
     }
 }
 
-void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns) {
+void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t most_columns) {
+    const size_t columns = plots > 0 && plots < most_columns ? plots : most_columns; /* no empty ones */
     bool common = true; /* one legend at the top for all plots; else one below the title of each */
     for (size_t i = 1; i < plots; i++) {
         common = common && same_legend(&plot[0], &plot[i]);

@@ -32,9 +32,9 @@ void plot_write_logarithmic(FILE *file, const plot_t *plot);
 /** The same with only the x axis logarithmic: a phase over frequency. All x are positive. */
 void plot_write_over_frequency(FILE *file, const plot_t *plot);
 
-/** Writes an SVG document, without data or script, with the plots in rows of `columns`, titles above. Plots with the
- * same legend share one at the top, else each plot has one. */
-void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t columns);
+/** Writes an SVG document, without data or script, with the plots in rows of `most_columns`, or of all where there are
+ * fewer, titles above. Plots with the same legend share one at the top, else each plot has one. */
+void plot_write_sheet(FILE *file, const plot_t *plot, size_t plots, size_t most_columns);
 
 /** Writes text with the reserved characters of HTML escaped. */
 void write_escaped(FILE *file, const char *text);

@@ -120,6 +120,37 @@ static void test_response_to_a_repeated_drive(void) {
     look_free(&look);
 }
 
+/* Twelve tones below 20 Hz that repeat nothing, digits as a file has them, and a play: its corners make the position's
+ * leakage another than the drive's, so that there is something to take for a response above the drive's band. */
+static void test_response_ends_where_the_drive_does(void) {
+    double hz[12], phase[12], held = 0.0;
+    for (size_t i = 0; i < 12; i++) {
+        hz[i] = 0.5 + 19.5 * random_unit(&rng);
+        phase[i] = 2.0 * M_PI * random_unit(&rng);
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        double v = 50.0;
+        for (size_t i = 0; i < 12; i++) {
+            v += 5.0 * sin(2.0 * M_PI * hz[i] * (double)k / rate_hz + phase[i]);
+        }
+        held = fmax(v - 8.0, fmin(v + 8.0, held));
+        drive()[k] = 1e-5 * round(1e5 * v);
+        position()[k] = 0.2 * v + 0.1 * held + 0.005 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_FALSE(look.response.periodic);
+    TEST_ASSERT_TRUE(look.response.count > 0);
+    for (size_t i = 0; i < look.response.count; i++) {
+        const response_point_t *p = &look.response.point[i];
+        char text[120];
+        snprintf(text, sizeof text, "%g Hz: %g +- %g um/V", p->frequency_hz, p->gain_um_per_v, p->gain_sigma);
+        /* One line is 0.12 Hz, and the points there are 15 % apart. */
+        TEST_ASSERT_TRUE_MESSAGE(p->frequency_hz < 20.0 * 1.15 + 17 * 0.13, text);
+        TEST_ASSERT_TRUE_MESSAGE(p->gain_um_per_v < 0.3 + errors * p->gain_sigma, text);
+    }
+    look_free(&look);
+}
+
 static void test_a_period_between_samples(void) {
     const double period = rate_hz / 7.31;
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -283,6 +314,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_response_to_a_random_drive);
     RUN_TEST(test_response_to_a_repeated_drive);
+    RUN_TEST(test_response_ends_where_the_drive_does);
     RUN_TEST(test_a_period_between_samples);
     RUN_TEST(test_kinds_of_drive);
     RUN_TEST(test_header_key_says_what_is_between_samples);

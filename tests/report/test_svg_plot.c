@@ -167,6 +167,29 @@ static void test_a_sheet_has_the_legend_that_its_plots_have(void) {
     }
 }
 
+/* A single plot fills its picture, whatever room for others there is. */
+static void test_a_sheet_has_no_empty_columns(void) {
+    const plot_line_t line = {"after", "ours", x, y, 2};
+    const plot_t plot = {"A", "s", "um", &line, 1, PLOT_NO_SHADE};
+    char *narrow = NULL;
+    x[0] = y[0] = 0.0;
+    x[1] = y[1] = 1.0;
+    for (size_t columns = 1; columns <= 3; columns++) {
+        FILE *file = open_memstream(&text, &length);
+        TEST_ASSERT_NOT_NULL(file);
+        plot_write_sheet(file, &plot, 1, columns);
+        TEST_ASSERT_EQUAL_INT(0, fclose(file));
+        if (columns == 1) {
+            narrow = text;
+        } else {
+            TEST_ASSERT_EQUAL_STRING(narrow, text);
+            free(text);
+        }
+        text = NULL;
+    }
+    free(narrow);
+}
+
 /* Decades are equally far apart, and a tick stands at each. */
 static void test_logarithmic_axes(void) {
     const double decades[] = {1e-4, 1e-2, 1.0, 1e2}, ones[] = {3.0, 3.0, 3.0, 5.0};
@@ -313,6 +336,7 @@ int main(void) {
     RUN_TEST(test_text_cannot_break_the_page);
     RUN_TEST(test_shade_lies_inside_the_frame);
     RUN_TEST(test_a_sheet_has_the_legend_that_its_plots_have);
+    RUN_TEST(test_a_sheet_has_no_empty_columns);
     RUN_TEST(test_logarithmic_axes);
     RUN_TEST(test_short_decades_are_plain_numbers);
     RUN_TEST(test_a_trace_denser_than_the_pixels_is_a_band);

@@ -202,12 +202,12 @@ function drawLive() {
   const position = part("position"), drive = part("drive"), reference = part("reference");
   const against = (y, name) => envelope(t, y, end, span, plots[name].columns());
   plots.position.draw([{ ...against(reference, "position"), colour: "--reference", label: "reference", dash: true },
-    { ...against(position, "position"), colour: "--position", label: "position" }], { x, least: 0.2, values: true });
-  plots.drive.draw([{ ...against(drive, "drive"), colour: "--drive" }], { x, least: 1, values: true });
+    { ...against(position, "position"), colour: "--position", label: "position" }], { x, live: true, least: 0.2, values: true });
+  plots.drive.draw([{ ...against(drive, "drive"), colour: "--drive" }], { x, live: true, least: 1, values: true });
   plots.error.draw([{ ...against(position.map((value, i) => value - reference[i]), "error"), colour: "--error" }],
-    { x, least: 0.02, values: true, empty: "no reference is followed" });
+    { x, live: true, least: 0.02, values: true, empty: "no reference is followed" });
   const loop = { x: drive, y: position, colour: "--position", dots: t.length > 4 * plots.loop.columns() };
-  plots.loop.draw([loop], { x: rangeOf([loop], "x", 1), least: 0.2 });
+  plots.loop.draw([loop], { x: rangeOf([loop], "x", 1), live: true, least: 0.2 });
 }
 
 // ---- Files ----
