@@ -173,6 +173,13 @@ static bool leaves_only_noise(const attempt_t *job) {
     return attempt_excess(job->diagnosis, job->power.held) < threshold.worth_explaining;
 }
 
+/* A richer form only where it completes the answer, by the measure of what only comes near: beside a hysteresis of a
+ * wrong shape it would take a part of that error, and no more. */
+static bool can_stand(const diagnosis_t *d, const reading_t *own, const reading_t *reading) {
+    return probe_is_first(reading->block->probe) ||
+           attempt_excess(d, reading->power.held) < threshold.leaves_too_much * attempt_excess(d, own->power.held);
+}
+
 static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
     const bool only_noise = leaves_only_noise(job);
@@ -192,6 +199,7 @@ static bool settle(attempt_t *job, finding_t *finding) {
         anew.least = least_of_others(evidence, &d->model, finding->block);
         parallel(count, read_anew, &anew);
         for (size_t i = 1; i < count; i++) {
+            reading[i].likelihood = can_stand(d, &reading[0], &reading[i]) ? reading[i].likelihood : -HUGE_VAL;
             best = (only_noise || reading[i].power.held < reading[0].power.held) &&
                            reading[i].likelihood > reading[best].likelihood
                        ? i

@@ -249,7 +249,7 @@ expect 0 '' blocks
 has stdout 'prandtl_ishlinskii (hysteresis)'
 has stdout 'gamma_per_decade   1     -0.1 .. 0.1'
 has stdout 'looks like: The position goes on moving after the drive has stopped'
-has stdout 'confused with: transport_delay, amplifier_bandwidth (group lag)'
+has stdout 'confused with: transport_delay, amplifier_bandwidth, amplifier_filter, sensor_filter (group lag)'
 has stdout 'revealed by: the same drive under three preloads'
 expect 0 '' blocks --json
 has stdout '"format": "hyst-blocks-1"'

@@ -69,6 +69,7 @@ class Prototypes(unittest.TestCase):
         "const unsigned char *": ctypes.POINTER(ctypes.c_ubyte),
         "char **": ctypes.POINTER(ctypes.c_void_p),
         "hyst_host_progress_t *": _library.PROGRESS,
+        "unsigned long": ctypes.c_ulong,
     }
 
     def c_type(self, text):
