@@ -13,7 +13,10 @@
 enum { HARMONICS = 3, FREQUENCY = 0, FIRST = 1, PARAMETERS = FIRST + 2 * HARMONICS };
 
 #define PART(wave, number, its_text)                                                                                   \
-    { .name = #wave "_" #number "_um", .proportional = true, .unit = "um", .low = -1e6, .high = 1e6, .text = its_text }
+    {                                                                                                                  \
+        .name = #wave "_" #number "_um", .proportional = true, .unit = "um", .low = -1e6, .high = 1e6,                 \
+        .text = (its_text)                                                                                             \
+    }
 
 static const parameter_info_t parameters[PARAMETERS] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e6, .text = "of the period"},
@@ -36,7 +39,8 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     state->turns_per_sample = hz / setup->sample_rate_hz;
     state->turns = remainder(hz * setup->clock_s, 1.0);
     for (size_t i = 0; i < 2 * HARMONICS; i++) {
-        const bool seen = (double)(i / 2 + 1) * state->turns_per_sample < 0.5;
+        const size_t harmonic = i / 2 + 1;
+        const bool seen = (double)harmonic * state->turns_per_sample < 0.5;
         state->part[i] = seen ? parameter[FIRST + i].value[0] : 0.0;
     }
 }

@@ -407,7 +407,7 @@ static bool obey(session_t *session, unsigned long client, const char *what, jso
 
 static void on_message(void *context, unsigned long client, const char *text, size_t length) {
     session_t *const session = context;
-    failure_t failure;
+    failure_t failure = {0};
     json_t *const message = json_loadb(text, length, JSON_REJECT_DUPLICATES, NULL);
     const char *const what = json_string_value(json_object_get(message, "do"));
     if (what == NULL) {

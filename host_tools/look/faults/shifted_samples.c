@@ -55,7 +55,8 @@ static double put_back(const look_t *look, int direction, recording_t *recording
         if (last == NULL) {
             break;
         }
-        const size_t at = last->at, by = (size_t)(direction * last->samples);
+        const int readings = direction * last->samples;
+        const size_t at = last->at, by = (size_t)readings;
         below = at;
         if (direction > 0 && at + by < n) {
             memmove(y + at + by, y + at, (n - at - by) * sizeof *y);
