@@ -15,10 +15,11 @@ bool finding_has_reservation(const finding_t *finding) {
 }
 
 double finding_confidence(const finding_t *finding) {
+    const double right[] = {[DETECTED] = threshold.detected_are_right,
+                            [ISOLATED] = threshold.isolated_are_right,
+                            [NAMED] = threshold.named_are_right};
     const double there = -expm1(-fmax(0.0, finding->support) / threshold.support_scale);
-    const double this_one = 1.0 / (1.0 + exp(-fmax(0.0, finding->margin) / threshold.margin_scale));
-    const bool reserved = finding->certainty == DETECTED || finding_has_reservation(finding);
-    return fmin(threshold.never_certain, there * this_one * (reserved ? 0.5 : 1.0));
+    return there * (finding->in_readings ? threshold.never_certain : right[finding->certainty]);
 }
 
 bool something_remains(const diagnosis_t *diagnosis) {

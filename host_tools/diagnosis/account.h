@@ -30,15 +30,14 @@ typedef struct {
 bool finding_has_reservation(const finding_t *finding);
 
 /**
- * How sure it is that there is such an effect and that it is this block, 0 to 0.99:
+ * How often such findings are right: that there is an effect, and that the finding's block, or one that it can be
+ * confused with, is it.
  *
- *     confidence = (1 - exp(-support / 5)) / (1 + exp(-margin / 9.1)),  halved where the finding is only detected,
- *                                                                    or has a reservation
+ *     confidence = (1 - exp(-support / 5)) times how often findings of this certainty were right
  *
- * The first factor is the held-out samples' word (the least that is accepted, 12, gives 0.91), the second the lead over
- * the best other block (none: 0.5; the one that makes a name, 20: 0.9). Both are 2 log likelihood, divided by more than
- * the 2 that independent residuals would allow, because those of a model that is not quite right are not independent.
- * A scale to compare findings by; how often findings of a confidence are right is what the sealed proof counts.
+ * The first factor is the held-out samples' word (the least that is accepted, 12, gives 0.91). The second was counted
+ * on recordings that this was calibrated with (thresholds.def: named_are_right and following). On laws that were not
+ * among them a name was right less often; PROOF counts it.
  */
 double finding_confidence(const finding_t *finding);
 

@@ -2,6 +2,7 @@
 /* What programs get of a diagnosis: JSON against its format, where things are, errors, and the model. */
 #include "diagnosis/unseen.h"
 #include "told_diagnosis.h"
+#include "thresholds/thresholds.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
@@ -56,7 +57,7 @@ static void test_json_has_the_format_of_the_contract(void) {
     TEST_ASSERT_EQUAL_STRING("resonance", text);
     TEST_ASSERT_EQUAL_STRING("mechanics", place);
     TEST_ASSERT_EQUAL_STRING("named", certainty);
-    TEST_ASSERT_TRUE(confidence > 0.9 && confidence < 1.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, threshold.named_are_right, confidence); /* of much support */
     TEST_ASSERT_EQUAL_UINT64(0, json_array_size(confusable));
     expect_format(parameters, "{s:{s:f, s:f, s:s}, s:{s:f, s:f, s:s}}", "frequency_hz", "value", &value, "sigma",
                   &sigma, "unit", &unit, "damping_ratio", "value", &value, "sigma", &sigma, "unit", &unit);
@@ -185,24 +186,18 @@ static void test_the_augmented_model_keeps_what_is_known(void) {
     account_free(&account);
 }
 
-static void test_confidence_rises_with_margin_and_support(void) {
-    finding_t finding = {.block = &block_creep, .certainty = NAMED, .margin = 20.0, .support = 200.0};
-    TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.9, finding_confidence(&finding)); /* as the header says */
-    finding.support = 12.0;
-    TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.9 * 0.909, finding_confidence(&finding));
-    finding.margin = 0.0;
-    finding.support = 1e6;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5, finding_confidence(&finding));
-    finding.margin = HUGE_VAL;
-    TEST_ASSERT_EQUAL_DOUBLE(0.99, finding_confidence(&finding)); /* never certain */
-    finding.support = -5.0;
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, finding_confidence(&finding));
-    double last = 0.0;
-    for (int margin = 0; margin < 100; margin++) {
-        finding = (finding_t){.block = &block_creep, .certainty = NAMED, .margin = margin, .support = 50.0};
-        const double confidence = finding_confidence(&finding);
-        TEST_ASSERT_TRUE(confidence >= last && confidence < 1.0);
-        last = confidence;
+static void test_confidence_is_that_of_its_kind_and_rises_with_support(void) {
+    const certainty_t kinds[] = {DETECTED, NAMED, ISOLATED}; /* in order of how often they were right */
+    double before = 0.0;
+    for (size_t i = 0; i < 3; i++) {
+        finding_t finding = {.block = &block_creep, .certainty = kinds[i], .support = 1e6};
+        const double most = finding_confidence(&finding);
+        TEST_ASSERT_TRUE(most > before && most < 1.0);
+        finding.support = 12.0;
+        TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.909 * most, finding_confidence(&finding)); /* as the header says */
+        finding.support = -5.0;
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, finding_confidence(&finding));
+        before = most;
     }
 }
 
@@ -256,7 +251,7 @@ int main(void) {
     RUN_TEST(test_standard_errors_are_those_of_the_noise);
     RUN_TEST(test_the_augmented_model_is_complete);
     RUN_TEST(test_the_augmented_model_keeps_what_is_known);
-    RUN_TEST(test_confidence_rises_with_margin_and_support);
+    RUN_TEST(test_confidence_is_that_of_its_kind_and_rises_with_support);
     RUN_TEST(test_what_is_not_testable_has_its_reason);
     RUN_TEST(test_what_cannot_be_written_is_one_line);
     return UNITY_END();

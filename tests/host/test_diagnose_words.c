@@ -60,9 +60,6 @@ static void test_what_is_isolated_is_not_sold_as_a_name(void) {
     char text[DIAGNOSIS_LINE];
     finding_t *finding = &diagnosis.finding[0];
     finding->certainty = ISOLATED; /* and no rival */
-    const double certain = finding_confidence(&(finding_t){.certainty = NAMED, .support = 10.0, .margin = 20.0});
-    TEST_ASSERT_EQUAL_DOUBLE(0.5 * certain,
-                             finding_confidence(&(finding_t){.certainty = ISOLATED, .support = 10.0, .margin = 20.0}));
     finding_explanation(finding, text);
     TEST_ASSERT_NOT_NULL(strstr(text, "More than noise remains, which may be the reason in its place."));
     finding->rivals = 2;
