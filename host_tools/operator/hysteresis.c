@@ -443,7 +443,7 @@ void hysteresis_free(hysteresis_t *h) {
 }
 
 void hysteresis_predict(const hysteresis_t *h, const operator_path_t *paths, size_t count, double *position_um) {
-    double *row = allocate(h->operator.columns, sizeof(double)), value = 0.0, level_v = NAN, u = NAN;
+    double *row = allocate(h->operator.columns, sizeof(double)), value = 0.0, level_v = HUGE_VAL, u = HUGE_VAL;
     operator_folded_t folded;
     operator_fold(&h->operator, h->evidence.weight, &folded);
     for (hike_t hike = hike_begin(paths, count, h->turns); hike_on(&hike, &h->operator);) {

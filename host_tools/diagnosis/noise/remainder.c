@@ -151,8 +151,8 @@ remainder_t remainder_of(const samples_t *samples, const noise_t *noise, const d
     remainder.structured = !remainder_knows_noise(samples, noise) || remainder.at_levels ||
                            remainder.rms_um > threshold.worth_mentioning * noise->rms_um + floor_um +
                                                   threshold.wrong_altogether * samples_rms(samples, effect) ||
-                           remainder.outliers > threshold.few_outliers || more_than_noise(&c, SAMPLE_HELD_OUT) ||
-                           more_than_noise(&c, SAMPLE_FITTED);
+                           (double)remainder.outliers > threshold.few_outliers ||
+                           more_than_noise(&c, SAMPLE_HELD_OUT) || more_than_noise(&c, SAMPLE_FITTED);
     free(c.left);
     free(c.white);
     free(c.found_white);
