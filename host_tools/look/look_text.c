@@ -205,9 +205,8 @@ void looks_print_shortly(FILE *file, const look_t *looks, size_t count, const fa
     for (size_t i = 0; i < faults->count; i++) {
         if (faults->fault[i].undone) {
             fprintf(file,
-                    "%s is undone in the readings for everything below, by these numbers. On the file as it is `hyst "
-                    "simulate` says "
-                    "more.\n",
+                    "%s is undone in the readings for everything below, by these numbers. "
+                    "On the file as it is `hyst simulate` says more.\n",
                     faults->fault[i].kind->name);
         }
     }
