@@ -133,6 +133,28 @@ static void test_shifted_samples_are_put_back(void) {
     }
 }
 
+/* 300 parts in a million. The readings stay; the drive is moved to them. */
+static void test_two_clocks_are_undone(void) {
+    double *late = malloc(SCENE_SAMPLES * sizeof *late), sigma, log_gain;
+    size_t seen = 0;
+    for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+        late[k] = 300e-6 * (double)k - round(300e-6 * (double)k);
+    }
+    for (size_t which = 0; which < SCENE_DRIVES; which++) {
+        record(which);
+        recording_free(&recording);
+        scene_record(&scene, late, &rng, &recording);
+        const double before = evidence_of_readings();
+        if (undo_only(&fault_clock_mismatch, &sigma, &log_gain)) {
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, log_gain);
+            TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
+            seen++;
+        }
+    }
+    free(late);
+    TEST_ASSERT_TRUE(seen >= 2); /* of three drives: test_look_faults.c */
+}
+
 static void test_what_is_no_fault_is_not_worth_it(void) {
     record(2);
     const double before = evidence_of_readings();
@@ -167,5 +189,6 @@ int main(void) {
     RUN_TEST(test_shifted_samples_are_put_back);
     RUN_TEST(test_what_is_no_fault_is_not_worth_it);
     RUN_TEST(test_physics_is_looked_for_in_the_readings_set_right);
+    RUN_TEST(test_two_clocks_are_undone);
     return UNITY_END();
 }

@@ -5,6 +5,8 @@
 #include "look/fault.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static double changes_of_lag(const lags_t *lags) {
     double a = 0.0, b = 0.0, squares = 0.0;
@@ -64,6 +66,38 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
     }
 }
 
+/* The drive of so many samples before sample k, as it moves between samples. At the ends it stays what it was. */
+static double drive_before(const double *u, size_t n, drive_between_t between, size_t k, double samples) {
+    const double at = fmin(fmax((double)k - samples, 0.0), (double)(n - 1));
+    const size_t i = (size_t)at;
+    const double x = at - (double)i;
+    if (between == BETWEEN_HELD || i + 1 >= n) {
+        return u[i];
+    }
+    if (between == BETWEEN_SMOOTH && i >= 1 && i + 2 < n) { /* Lagrange's cubic */
+        return u[i] * (1.0 - x) * (1.0 + x) * (2.0 - x) / 2.0 + u[i + 1] * x * (1.0 + x) * (2.0 - x) / 2.0 -
+               (u[i - 1] * (1.0 - x) * (2.0 - x) + u[i + 2] * (1.0 + x) * (1.0 - x)) * x / 6.0;
+    }
+    return u[i] + x * (u[i + 1] - u[i]);
+}
+
+/* The drive of the instants at which the position was read. The readings stay: interpolation would take some of their
+ * noise away, and so would look like a gain. */
+static double undo(const fault_t *fault, const look_t *look, recording_t *recording) {
+    lag_course_t saw;
+    lags_saw(&look->lags, &saw);
+    (void)fault;
+    const size_t n = recording->samples;
+    double *u = recording->column[COLUMN_DRIVE], *old = allocate(n, sizeof *old);
+    memcpy(old, u, n * sizeof *old);
+    for (size_t k = 0; k < n; k++) {
+        const double x = saw.teeth_per_s * (double)k / recording->sample_rate_hz + saw.phase;
+        u[k] = drive_before(old, n, look->drive.between, k, saw.size * (x - round(x)));
+    }
+    free(old);
+    return 0.0;
+}
+
 const fault_kind_t fault_clock_mismatch = {
     .name = "clock_mismatch",
     .order = 110,
@@ -73,4 +107,5 @@ const fault_kind_t fault_clock_mismatch = {
         "Let one clock (one converter board, one trigger) sample both columns; or record the other clock's stamps "
         "and resample by them.",
     .handling = FAULT_MODELLABLE,
-    .find = find};
+    .find = find,
+    .undo = undo};
