@@ -73,11 +73,11 @@ static void look_away(diagnosis_run_t *run) {
 
 static bool find_and_account(const model_t *given, const recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
-    if (!diagnose(given, recordings, count, &run->diagnosis, failure)) {
+    if (!diagnose(given, recordings, count, &run->answer, failure)) {
         return false;
     }
-    if (!account_for(&run->diagnosis, recordings, count, &run->account, failure)) {
-        diagnosis_free(&run->diagnosis);
+    if (!account_for(&run->answer, recordings, count, &run->account, failure)) {
+        answer_free(&run->answer);
         return false;
     }
     return true;
@@ -95,7 +95,7 @@ bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, 
 }
 
 json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
-    json_t *json = diagnosis_to_json(&run->diagnosis, &run->account, recordings, count);
+    json_t *json = diagnosis_to_json(&run->answer, &run->account, recordings, count);
     looks_into_diagnosis(json, run->looks, run->looked_at, &run->faults, run->masked);
     if (run->sure_asked) {
         json_object_set_new(json, "sure", sure_to_json(&run->sure));
@@ -105,7 +105,7 @@ json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *rec
 
 void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
     looks_print_shortly(file, run->looks, run->looked_at, &run->faults, run->masked);
-    diagnosis_print(file, &run->diagnosis, &run->account, recordings, count);
+    diagnosis_print(file, &run->answer, &run->account, recordings, count);
     if (run->sure_asked) {
         sure_print(file, &run->sure);
     }
@@ -113,12 +113,12 @@ void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording
 
 bool diagnosis_run_report(const diagnosis_run_t *run, const recording_t *recordings, size_t count, const char *path,
                           failure_t *failure) {
-    return diagnosis_write_report(&run->diagnosis, &run->account, recordings, count,
+    return diagnosis_write_report(&run->answer, &run->account, recordings, count,
                                   run->looked_at > 0 ? run->looks : NULL, path, failure);
 }
 
 void diagnosis_run_free(diagnosis_run_t *run) {
     account_free(&run->account);
-    diagnosis_free(&run->diagnosis);
+    answer_free(&run->answer);
     look_away(run);
 }

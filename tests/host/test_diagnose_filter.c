@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A low pass of second order is found where a lag of first order leaves more than noise, and only there. */
-#include "diagnosis/findings.h"
+#include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -10,7 +10,7 @@ enum { SAMPLES = 12000, PLAYS = 100, TONES = 40 };
 static const double rate_hz = 2000.0, noise_um = 0.004;
 static recording_t recording;
 static model_t truth;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 static random_t rng;
 
@@ -49,7 +49,7 @@ void setUp(void) {
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&truth);
     recording_free(&recording);
 }

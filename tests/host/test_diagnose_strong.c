@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* An effect of hundreds of times the noise is found, though every hysteresis that is fitted first takes a part of it:
  * rails that cut both ends off, and a mode among the frequencies of the drive. */
-#include "diagnosis/findings.h"
+#include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -11,7 +11,7 @@ enum { SAMPLES = 24000, PLAYS = 200, TONES = 40 };
 static const double rate_hz = 4000.0, noise_um = 0.004;
 static recording_t recording;
 static model_t truth;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 static random_t rng;
 
@@ -52,7 +52,7 @@ void setUp(void) {
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&truth);
     recording_free(&recording);
 }
