@@ -32,16 +32,22 @@ static bool evidence_undone(const recording_t *recordings, size_t count, const d
 /* A fault that can be undone is, before physics is looked for, if a hysteresis of any shape then makes the readings
  * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. */
 static void undo_faults(recording_t *recordings, size_t count, diagnosis_run_t *run) {
+    bool asked = false, possible = false; /* of the recordings as they are now */
+    double as_they_are, undone;
     for (size_t f = run->faults.count; f-- > 0;) {
         fault_t *fault = &run->faults.fault[f];
-        double as_they_are, undone;
-        if (fault->kind->undo == NULL || !operator_evidence(recordings, count, &as_they_are) ||
-            !evidence_undone(recordings, count, run, fault, &undone)) {
+        if (fault->kind->undo == NULL) {
+            continue;
+        }
+        possible = asked ? possible : operator_evidence(recordings, count, &as_they_are);
+        asked = true;
+        if (!possible || !evidence_undone(recordings, count, run, fault, &undone)) {
             continue;
         }
         if (undone > as_they_are + threshold.evidence_margin) {
             fault->kind->undo(fault, &run->looks[fault->recording], &recordings[fault->recording]);
             fault->undone = true;
+            asked = false;
         } else {
             fault_withdraw(&run->faults, f);
         }
