@@ -46,6 +46,14 @@ void model_remove(model_t *model, size_t index) {
     memmove(&model->block[index], &model->block[index + 1], (--model->blocks - index) * sizeof model->block[0]);
 }
 
+void model_without_noise(model_t *model) {
+    for (size_t b = model->blocks; b-- > 0;) {
+        if (model->block[b].block->readings != READINGS_AS_THEY_ARE) {
+            model_remove(model, b);
+        }
+    }
+}
+
 model_block_t *model_append(model_t *model, const block_t *block) {
     model_block_t *const appended = &model->block[model->blocks++];
     assert(model->blocks <= MODEL_MAX_BLOCKS && block->parameters <= BLOCK_MAX_PARAMETERS);

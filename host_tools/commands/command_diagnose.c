@@ -80,16 +80,16 @@ static bool diagnose_chain(const outputs_t *outputs, const model_t *given, recor
     return true;
 }
 
-static bool diagnose_files(const outputs_t *outputs, recording_t *recordings, size_t count, diagnosis_run_t *diagnosis,
+static bool diagnose_files(const outputs_t *outputs, recording_t *recordings, size_t count, diagnosis_run_t *answer,
                            failure_t *failure) {
     model_t given;
     if (outputs->model == NULL) {
-        return diagnose_chain(outputs, NULL, recordings, count, diagnosis, failure);
+        return diagnose_chain(outputs, NULL, recordings, count, answer, failure);
     }
     if (!model_read(&given, outputs->model, failure)) {
         return false;
     }
-    const bool good = diagnose_chain(outputs, &given, recordings, count, diagnosis, failure);
+    const bool good = diagnose_chain(outputs, &given, recordings, count, answer, failure);
     model_free(&given);
     return good;
 }
@@ -103,10 +103,10 @@ static bool write_json(const outputs_t *outputs, const diagnosis_run_t *run, con
 
 static bool write_outputs(const outputs_t *outputs, const diagnosis_run_t *run, const recording_t *recordings,
                           size_t count, failure_t *failure) {
-    const diagnosis_t *diagnosis = &run->diagnosis;
+    const answer_t *answer = &run->answer;
     const bool good =
         write_json(outputs, run, recordings, count, failure) &&
-        (outputs->output == NULL || model_write(&diagnosis->model, outputs->output, failure)) &&
+        (outputs->output == NULL || model_write(&answer->model, outputs->output, failure)) &&
         (outputs->report == NULL || diagnosis_run_report(run, recordings, count, outputs->report, failure));
     if (good && text_wanted(outputs->json)) {
         diagnosis_run_print(stdout, run, recordings, count);
@@ -131,7 +131,7 @@ static int run(int argc, char **argv) {
     failure_t failure;
     openblas_set_num_threads(1);
     keep_memory();
-    diagnosis_run_t diagnosis;
+    diagnosis_run_t answer;
     const int status = options_parse(&command_diagnose, options, sizeof options / sizeof options[0], argc, argv, 1,
                                      (size_t)argc, &count);
     if (status != OPTIONS_RUN) {
@@ -139,7 +139,7 @@ static int run(int argc, char **argv) {
     }
     recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
     bool good = recordings != NULL;
-    good = good && diagnose_files(&outputs, recordings, count, &diagnosis, &failure);
+    good = good && diagnose_files(&outputs, recordings, count, &answer, &failure);
     diagnose_script_t script = {.recordings = argv + 1,
                                 .count = count,
                                 .model = outputs.model,
@@ -148,9 +148,9 @@ static int run(int argc, char **argv) {
                                 .output = outputs.output,
                                 .seed = outputs.seed};
     if (good) {
-        script.sure = diagnosis.sure_asked ? diagnosis.sure.each : 0;
-        good = write_outputs(&outputs, &diagnosis, recordings, count, &failure);
-        diagnosis_run_free(&diagnosis);
+        script.sure = answer.sure_asked ? answer.sure.each : 0;
+        good = write_outputs(&outputs, &answer, recordings, count, &failure);
+        diagnosis_run_free(&answer);
         good = good && (outputs.script == NULL || diagnose_script_write(&script, outputs.script, &failure));
     }
     recordings_free(recordings, count);

@@ -86,7 +86,7 @@ static bool can_compile(const model_t *model, failure_t *why) {
 }
 
 static bool write_files(warning_t *warning, const diagnosis_run_t *run, const recording_t *part, failure_t *failure) {
-    const diagnosis_t *diagnosis = &run->diagnosis;
+    const answer_t *answer = &run->answer;
     char page[PATH_LENGTH], json[PATH_LENGTH], whole[PATH_LENGTH], better[PATH_LENGTH];
     failure_t why = {{0}};
     if (!path_of(warning, ".html", page, failure) || !path_of(warning, ".json", json, failure) ||
@@ -94,13 +94,13 @@ static bool write_files(warning_t *warning, const diagnosis_run_t *run, const re
         return false;
     }
     event_t *event = &warning->event;
-    event->better = diagnosis->verdict != UNKNOWN_PHYSICS && can_compile(&diagnosis->model, &why);
-    event->not_better = event->better                           ? NULL
-                        : diagnosis->verdict == UNKNOWN_PHYSICS ? "What changed is in no catalogue."
-                                                                : why.text;
-    return model_write(&diagnosis->model, better, failure) && diagnosis_run_report(run, part, 1, whole, failure) &&
-           event_write_json(event, diagnosis, &run->account, part, 1, json, failure) &&
-           event_write_page(event, diagnosis, &run->account, page, failure); /* last: it says that all is there */
+    event->better = answer->verdict != UNKNOWN_PHYSICS && can_compile(&answer->model, &why);
+    event->not_better = event->better                        ? NULL
+                        : answer->verdict == UNKNOWN_PHYSICS ? "What changed is in no catalogue."
+                                                             : why.text;
+    return model_write(&answer->model, better, failure) && diagnosis_run_report(run, part, 1, whole, failure) &&
+           event_write_json(event, answer, &run->account, part, 1, json, failure) &&
+           event_write_page(event, answer, &run->account, page, failure); /* last: it says that all is there */
 }
 
 static bool diagnose_warning(warning_t *warning, failure_t *failure) {

@@ -2,9 +2,8 @@
 #include "diagnosis/account.h"
 #include "base/json_output.h"
 #include "chain/fit_ranges.h"
-#include "diagnosis/attempt.h"
-#include "diagnosis/findings.h"
 #include "diagnosis/nuisance/past.h"
+#include "diagnosis/state.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -22,12 +21,12 @@ double finding_confidence(const finding_t *finding) {
     return there * (finding->in_readings ? threshold.never_certain : right[finding->certainty]);
 }
 
-bool something_remains(const diagnosis_t *diagnosis) {
-    return diagnosis->remainder.structured;
+bool something_remains(const answer_t *answer) {
+    return answer->remainder.structured;
 }
 
 typedef struct {
-    diagnosis_t *diagnosis;
+    answer_t *answer;
     const recording_t *recordings;
     size_t count;
     account_t *account;
@@ -35,10 +34,10 @@ typedef struct {
 } job_t;
 
 /* Into a room: the simulation of each recording, with what an unknown past left. */
-static bool simulate(const diagnosis_t *d, const model_t *model, double **room, failure_t *failure) {
-    const samples_t *samples = &d->samples;
+static bool simulate(const answer_t *answer, const model_t *model, double **room, failure_t *failure) {
+    const samples_t *samples = &answer->question->samples;
     double *column = samples_column(samples);
-    const bool good = past_simulate(samples, &d->noise, model, column, failure);
+    const bool good = past_simulate(samples, &answer->question->noise, model, column, failure);
     for (size_t i = 0; good && i < samples->count; i++) {
         memcpy(room[i], column + samples->begin[i], samples->recordings[i].samples * sizeof(double));
     }
@@ -50,8 +49,8 @@ static bool simulate(const diagnosis_t *d, const model_t *model, double **room, 
 static bool simulate_smooth(const job_t *job, const model_t *model, double **room, failure_t *failure) {
     model_t smooth;
     model_copy(&smooth, model);
-    attempt_without_noise(&smooth);
-    const bool good = simulate(job->diagnosis, &smooth, room, failure);
+    model_without_noise(&smooth);
+    const bool good = simulate(job->answer, &smooth, room, failure);
     model_free(&smooth);
     return good;
 }
@@ -59,17 +58,18 @@ static bool simulate_smooth(const job_t *job, const model_t *model, double **roo
 static bool simulate_without(job_t *job, const finding_t *finding, failure_t *failure) {
     model_t without;
     joint_power_t ignored;
-    finding_left_out(job->diagnosis, finding, &without);
-    attempt_without_noise(&without);
-    const bool good = joint_fit(&job->diagnosis->samples, &job->diagnosis->noise, &without, 0, 1, &ignored, failure) &&
-                      simulate(job->diagnosis, &without, job->difference, failure);
+    finding_left_out(job->answer, finding, &without);
+    model_without_noise(&without);
+    const bool good =
+        joint_fit(&job->answer->question->samples, &job->answer->question->noise, &without, 0, 1, &ignored, failure) &&
+        simulate(job->answer, &without, job->difference, failure);
     model_free(&without);
     return good;
 }
 
 static bool locate_finding(job_t *job, const finding_t *finding, location_t *where, double **share,
                            failure_t *failure) {
-    const bool good = finding->in_readings ? simulate(job->diagnosis, &job->diagnosis->model, job->difference, failure)
+    const bool good = finding->in_readings ? simulate(job->answer, &job->answer->model, job->difference, failure)
                                            : simulate_without(job, finding, failure);
     for (size_t i = 0; good && i < job->count; i++) {
         for (size_t k = 0; k < job->recordings[i].samples; k++) {
@@ -91,34 +91,36 @@ static void locate_remaining(job_t *job, location_t *where) {
             job->difference[i][k] = job->recordings[i].column[COLUMN_DISPLACEMENT][k] - job->account->after[i][k];
         }
     }
-    locate(job->recordings, job->count, job->difference, job->account->from, job->diagnosis->noise.rms_um, where);
+    locate(job->recordings, job->count, job->difference, job->account->from, job->answer->question->noise.rms_um,
+           where);
 }
 
 static void describe_fit(const job_t *job) {
-    const diagnosis_t *d = job->diagnosis;
-    json_t *list = json_array(), *found = json_array(), *family = json_object_get(d->model.fit, "family");
+    const answer_t *answer = job->answer;
+    json_t *list = json_array(), *found = json_array(), *family = json_object_get(answer->model.fit, "family");
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *r = &job->recordings[i];
         json_array_append_new(list, json_pack("{s:s, s:f}", "name", r->name, "memory_determined_from_s",
                                               r->start_s + (double)job->account->from[i] / r->sample_rate_hz));
     }
-    for (size_t f = 0; f < d->findings; f++) {
-        json_array_append_new(found, json_string(d->finding[f].block->name));
+    for (size_t f = 0; f < answer->findings; f++) {
+        json_array_append_new(found, json_string(answer->finding[f].block->name));
     }
-    json_t *fit = json_pack("{s:o, s:o, s:o, s:o}", "nrmse_percent", json_number_or_null(d->nrmse_percent),
-                            "held_out_nrmse_percent", json_number_or_null(d->held_out_percent), "recordings", list,
+    json_t *fit = json_pack("{s:o, s:o, s:o, s:o}", "nrmse_percent", json_number_or_null(answer->nrmse_percent),
+                            "held_out_nrmse_percent", json_number_or_null(answer->held_out_percent), "recordings", list,
                             "found_by_diagnosis", found);
     if (family != NULL) {
         json_object_set(fit, "family", family);
     }
-    fit_ranges_set(fit, job->recordings, job->count, &d->model); /* where these say nothing the hysteresis stayed */
-    json_decref(d->model.fit);
-    job->diagnosis->model.fit = fit;
+    fit_ranges_set(fit, job->recordings, job->count,
+                   &answer->model); /* where these say nothing the hysteresis stayed */
+    json_decref(answer->model.fit);
+    job->answer->model.fit = fit;
 }
 
-bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,
+bool account_for(answer_t *answer, const recording_t *recordings, size_t count, account_t *account,
                  failure_t *failure) {
-    job_t job = {.diagnosis = diagnosis,
+    job_t job = {.answer = answer,
                  .recordings = recordings,
                  .count = count,
                  .account = account,
@@ -127,20 +129,20 @@ bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t c
                            .after = recordings_room(recordings, count),
                            .from = allocate(count, sizeof(size_t)),
                            .recordings = count};
-    memcpy(account->from, diagnosis->samples.from, count * sizeof(size_t));
-    bool good = simulate(diagnosis, &diagnosis->baseline, account->before, failure) &&
-                simulate_smooth(&job, &diagnosis->model, account->after, failure);
-    for (size_t f = 0; good && f < diagnosis->findings; f++) {
+    memcpy(account->from, answer->question->samples.from, count * sizeof(size_t));
+    bool good = simulate(answer, &answer->baseline, account->before, failure) &&
+                simulate_smooth(&job, &answer->model, account->after, failure);
+    for (size_t f = 0; good && f < answer->findings; f++) {
         account->share[f] = recordings_room(recordings, count);
-        good = locate_finding(&job, &diagnosis->finding[f], &account->where[f], account->share[f], failure);
+        good = locate_finding(&job, &answer->finding[f], &account->where[f], account->share[f], failure);
     }
-    if (good && something_remains(diagnosis)) {
+    if (good && something_remains(answer)) {
         locate_remaining(&job, &account->remaining);
     }
     recordings_room_free(job.difference, count);
-    good = good && measured_columns(diagnosis, &account->measured, failure);
-    for (size_t f = 0; good && f < diagnosis->findings; f++) {
-        finding_t *finding = &diagnosis->finding[f];
+    good = good && measured_columns(answer, &account->measured, failure);
+    for (size_t f = 0; good && f < answer->findings; f++) {
+        finding_t *finding = &answer->finding[f];
         if (finding_contradicted(finding, &account->measured.finding[f])) {
             finding_at_most(finding, DETECTED);
         }

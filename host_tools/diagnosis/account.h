@@ -3,7 +3,7 @@
 #ifndef ACCOUNT_H
 #define ACCOUNT_H
 
-#include "diagnosis/findings.h"
+#include "diagnosis/answer.h"
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/where/locate.h"
 
@@ -42,7 +42,7 @@ bool finding_has_reservation(const finding_t *finding);
 double finding_confidence(const finding_t *finding);
 
 /** Whether more than noise remains. */
-bool something_remains(const diagnosis_t *diagnosis);
+bool something_remains(const answer_t *answer);
 
 /**
  * Besides filling *account, completes the diagnosis, so that it can be reported, and its model written and compiled:
@@ -53,8 +53,7 @@ bool something_remains(const diagnosis_t *diagnosis);
  *
  * On success the caller frees *account.
  */
-bool account_for(diagnosis_t *diagnosis, const recording_t *recordings, size_t count, account_t *account,
-                 failure_t *failure);
+bool account_for(answer_t *answer, const recording_t *recordings, size_t count, account_t *account, failure_t *failure);
 
 void account_free(account_t *account);
 

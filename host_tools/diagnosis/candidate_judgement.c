@@ -16,35 +16,36 @@ static bool significant(const candidate_t *candidate, size_t tested) {
 }
 
 /* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
-static bool jointly_significant(const attempt_t *job, const candidate_t *candidate, size_t tested) {
+static bool jointly_significant(const state_t *state, const candidate_t *candidate, size_t tested) {
     const double z = gsl_cdf_ugaussian_Qinv(0.5 * threshold.false_alarm / (double)tested);
     return candidate->joint && hysteresis_far_from_linear(&candidate->model) &&
-           (double)job->diagnosis->samples.fitted * log(job->power.fitted / candidate->power.fitted) > z * z;
+           (double)state->answer.question->samples.fitted * log(state->power.fitted / candidate->power.fitted) > z * z;
 }
 
 /* What the blocks that were found change: a column. NULL: the chain does not run without them. */
-static double *change_found(const attempt_t *job) {
-    const diagnosis_t *d = job->diagnosis;
+static double *change_found(const state_t *state) {
+    const answer_t *answer = &state->answer;
     model_t without;
     failure_t refusal;
-    model_copy(&without, &d->model);
+    model_copy(&without, &answer->model);
     for (size_t b = without.blocks; b-- > 0;) {
-        if ((attempt_blocks_found(d, &d->model) >> b & 1U) != 0) {
+        if ((blocks_found(answer, &answer->model) >> b & 1U) != 0) {
             model_remove(&without, b);
         }
     }
-    double *change = samples_change(&d->samples, &d->model, &without, &refusal);
+    double *change = samples_change(&answer->question->samples, &answer->model, &without, &refusal);
     model_free(&without);
     return change;
 }
 
 /* Beyond the nuisance subspace. Where it acts, it has to be more than the error of what was found may be. */
-static bool large_enough(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
-    const diagnosis_t *d = job->diagnosis;
-    const double least_um = (job->coarse ? threshold.least_size_of_steps : threshold.least_size) * d->noise.sigma_um;
+static bool large_enough(const state_t *state, const evidence_t *evidence, const candidate_t *candidate) {
+    const answer_t *answer = &state->answer;
+    const double least_um = (state->answer.question->coarse ? threshold.least_size_of_steps : threshold.least_size) *
+                            answer->question->noise.sigma_um;
     bool large = candidate_own_um(candidate) > least_um;
-    if (large && d->findings > 0) {
-        double *found = change_found(job);
+    if (large && answer->findings > 0) {
+        double *found = change_found(state);
         large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
                                                  threshold.wrong_at_a_sample) > least_um;
         free(found);
@@ -53,9 +54,9 @@ static bool large_enough(const attempt_t *job, const evidence_t *evidence, const
 }
 
 /* Of what it takes out of the residual together with the hysteresis' numbers. */
-static double joint_size_um(const attempt_t *job, const candidate_t *candidate) {
-    const double fall = job->power.fitted - candidate->power.fitted;
-    return candidate->joint ? sqrt(fmax(0.0, fall) / (double)job->diagnosis->samples.fitted) : 0.0;
+static double joint_size_um(const state_t *state, const candidate_t *candidate) {
+    const double fall = state->power.fitted - candidate->power.fitted;
+    return candidate->joint ? sqrt(fmax(0.0, fall) / (double)state->answer.question->samples.fitted) : 0.0;
 }
 
 bool candidate_contradicted(const candidate_t *candidate) {
@@ -64,34 +65,36 @@ bool candidate_contradicted(const candidate_t *candidate) {
 
 /* Where the model's own numbers are so few that other shapes imitate what it lacks: whether the block explains most of
  * it. */
-static bool explains_most(const attempt_t *job, const candidate_t *candidate) {
-    const double before = attempt_excess(job->diagnosis, job->power.held);
-    return candidate->joint && attempt_excess(job->diagnosis, candidate->power.held) <
+static bool explains_most(const state_t *state, const candidate_t *candidate) {
+    const double before = excess(&state->answer, state->power.held);
+    return candidate->joint && excess(&state->answer, candidate->power.held) <
                                    fmax((1.0 - threshold.shape_explains) * before, threshold.shape_leaves);
 }
 
 /* Where the noise is known, others judge that. */
-static bool explains_much(const attempt_t *job, const candidate_t *candidate) {
-    const diagnosis_t *d = job->diagnosis;
-    return remainder_knows_noise(&d->samples, &d->noise) ||
-           (candidate->joint && candidate->power.fitted < (1.0 - threshold.much_of_it) * job->power.fitted);
+static bool explains_much(const state_t *state, const candidate_t *candidate) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    return remainder_knows_noise(&question->samples, &question->noise) ||
+           (candidate->joint && candidate->power.fitted < (1.0 - threshold.much_of_it) * state->power.fitted);
 }
 
 /* Whether it is large enough for a finding. A shape has to explain most of what is left: part of it any shape does. */
-static bool worth_telling(const attempt_t *job, const evidence_t *evidence, const candidate_t *candidate) {
-    const question_t question = evidence_question(evidence);
-    bool large = question == ASK_ANYTHING && !job->coarse
-                     ? joint_size_um(job, candidate) > threshold.least_part_of_found * job->found_um
-                     : large_enough(job, evidence, candidate);
-    large = large && (!job->coarse || question == ASK_EFFECTS ||
-                      joint_size_um(job, candidate) > threshold.least_size_of_shapes * job->diagnosis->noise.sigma_um);
-    return large && explains_much(job, candidate) && (question == ASK_EFFECTS || explains_most(job, candidate));
+static bool worth_telling(const state_t *state, const evidence_t *evidence, const candidate_t *candidate) {
+    const ask_t question = evidence_question(evidence);
+    bool large = question == ASK_ANYTHING && !state->answer.question->coarse
+                     ? joint_size_um(state, candidate) > threshold.least_part_of_found * state->found_um
+                     : large_enough(state, evidence, candidate);
+    large = large &&
+            (!state->answer.question->coarse || question == ASK_EFFECTS ||
+             joint_size_um(state, candidate) > threshold.least_size_of_shapes * state->answer.question->noise.sigma_um);
+    return large && explains_much(state, candidate) && (question == ASK_EFFECTS || explains_most(state, candidate));
 }
 
-bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const candidates_t *found) {
+bool candidate_convinces(const state_t *state, const evidence_t *evidence, const candidates_t *found) {
     const candidate_t *best = &found->candidate[0];
     return !candidate_contradicted(best) &&
            (significant(best, found->tested) ||
-            (evidence_question(evidence) == ASK_ANYTHING && jointly_significant(job, best, found->tested))) &&
-           worth_telling(job, evidence, best);
+            (evidence_question(evidence) == ASK_ANYTHING && jointly_significant(state, best, found->tested))) &&
+           worth_telling(state, evidence, best);
 }

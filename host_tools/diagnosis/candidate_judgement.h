@@ -3,14 +3,14 @@
 #ifndef CANDIDATE_JUDGEMENT_H
 #define CANDIDATE_JUDGEMENT_H
 
-#include "diagnosis/attempt.h"
 #include "diagnosis/evidence/candidate.h"
+#include "diagnosis/state.h"
 
 /** By the measured voltage or current, as surely as it takes to make a name. */
 bool candidate_contradicted(const candidate_t *candidate);
 
 /** The first of the candidates, of which there is one at least. That the held-out samples support it is tested
  * elsewhere (search_round.h). */
-bool candidate_convinces(const attempt_t *job, const evidence_t *evidence, const candidates_t *found);
+bool candidate_convinces(const state_t *state, const evidence_t *evidence, const candidates_t *found);
 
 #endif

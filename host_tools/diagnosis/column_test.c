@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/column_test.h"
-#include "diagnosis/attempt.h"
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/nuisance/nuisance.h"
 #include "diagnosis/nuisance/signals.h"
@@ -24,7 +23,7 @@ typedef struct {
 } rows_t;
 
 struct column_test {
-    const diagnosis_t *diagnosis;
+    const answer_t *answer;
     model_t model;
     signals_t signals;
     rows_t fitted, held;
@@ -43,10 +42,10 @@ static void add_to_rows(rows_t *rows, const samples_t *samples, const double *wh
 
 static void add_column(void *context, const double *column, nuisance_layer_t layer) {
     column_test_t *test = context;
-    const diagnosis_t *d = test->diagnosis;
-    noise_whiten(&d->noise, &d->samples, column, test->white);
-    add_to_rows(&test->fitted, &d->samples, test->white, layer);
-    add_to_rows(&test->held, &d->samples, test->white, layer);
+    const answer_t *answer = test->answer;
+    noise_whiten(&answer->question->noise, &answer->question->samples, column, test->white);
+    add_to_rows(&test->fitted, &answer->question->samples, test->white, layer);
+    add_to_rows(&test->held, &answer->question->samples, test->white, layer);
 }
 
 static void open_rows(rows_t *rows, const signals_t *signals, samples_part_t part, size_t count,
@@ -72,10 +71,10 @@ static double *residual_beyond(rows_t *rows, column_speed_t speed) {
 }
 
 static double *column_beyond(column_test_t *test, rows_t *rows, const double *column, column_speed_t speed) {
-    const diagnosis_t *d = test->diagnosis;
+    const answer_t *answer = test->answer;
     double *x = allocate(rows->rows, sizeof(double));
-    noise_whiten(&d->noise, &d->samples, column, test->white);
-    samples_pick(&d->samples, rows->part, test->white, x);
+    noise_whiten(&answer->question->noise, &answer->question->samples, column, test->white);
+    samples_pick(&answer->question->samples, rows->part, test->white, x);
     return take_out(rows, x, speed);
 }
 
@@ -84,18 +83,18 @@ static double square_of(const rows_t *rows, const double *x) {
 }
 
 static void take_residual(column_test_t *test) {
-    const diagnosis_t *d = test->diagnosis;
-    double *residual = samples_column(&d->samples);
-    samples_residual(&d->samples, test->signals.simulated, residual);
-    noise_whiten(&d->noise, &d->samples, residual, test->white);
-    samples_pick(&d->samples, SAMPLE_FITTED, test->white, test->fitted.residual);
-    samples_pick(&d->samples, SAMPLE_HELD_OUT, test->white, test->held.residual);
+    const answer_t *answer = test->answer;
+    double *residual = samples_column(&answer->question->samples);
+    samples_residual(&answer->question->samples, test->signals.simulated, residual);
+    noise_whiten(&answer->question->noise, &answer->question->samples, residual, test->white);
+    samples_pick(&answer->question->samples, SAMPLE_FITTED, test->white, test->fitted.residual);
+    samples_pick(&answer->question->samples, SAMPLE_HELD_OUT, test->white, test->held.residual);
     free(residual);
 }
 
 static bool measure_found(column_test_t *test, failure_t *failure) {
-    const diagnosis_t *d = test->diagnosis;
-    double *change = samples_change(&d->samples, &test->model, &d->baseline, failure);
+    const answer_t *answer = test->answer;
+    double *change = samples_change(&answer->question->samples, &test->model, &answer->baseline, failure);
     const bool good = change != NULL;
     if (good) {
         double *left = column_beyond(test, &test->fitted, change, TEST_SLOW_TOO);
@@ -106,13 +105,13 @@ static bool measure_found(column_test_t *test, failure_t *failure) {
     return good;
 }
 
-column_test_t *column_test_open(const diagnosis_t *d, const model_t *model, double chance, failure_t *failure) {
+column_test_t *column_test_open(const answer_t *answer, const model_t *model, double chance, failure_t *failure) {
     const nuisance_options_t options = {.past = true, .plays = true, .shapes = true, .trends = true};
-    const samples_t *samples = &d->samples;
+    const samples_t *samples = &answer->question->samples;
     column_test_t *test = allocate(1, sizeof *test);
-    *test = (column_test_t){.diagnosis = d, .chance = chance};
+    *test = (column_test_t){.answer = answer, .chance = chance};
     model_copy(&test->model, model);
-    attempt_without_noise(&test->model);
+    model_without_noise(&test->model);
     test->white = samples_column(samples);
     bool good = signals_open(&test->signals, samples, &test->model, failure);
     if (good) {
@@ -155,7 +154,7 @@ bool column_test_enough(const column_test_t *test) {
 }
 
 column_trial_t column_try(column_test_t *test, const double *column, column_speed_t speed) {
-    const double sigma_um = test->diagnosis->noise.sigma_um;
+    const double sigma_um = test->answer->question->noise.sigma_um;
     rows_t *held = &test->held;
     double *x = column_beyond(test, &test->fitted, column, speed), *y = residual_beyond(&test->fitted, speed);
     const regression_t found = regression_of(x, y, test->fitted.rows);

@@ -18,7 +18,7 @@
 #ifndef COLUMN_TEST_H
 #define COLUMN_TEST_H
 
-#include "diagnosis/diagnose.h"
+#include "diagnosis/answer.h"
 #include "numerics/regression.h"
 
 typedef struct column_test column_test_t;
@@ -37,7 +37,7 @@ typedef struct {
  * chance: of one false alarm in one trial. model: the diagnosis' baseline, or what became of it with all findings. NULL
  * when it cannot be simulated.
  */
-column_test_t *column_test_open(const diagnosis_t *diagnosis, const model_t *model, double chance, failure_t *failure);
+column_test_t *column_test_open(const answer_t *answer, const model_t *model, double chance, failure_t *failure);
 void column_test_close(column_test_t *test);
 /** The model without noise and steps, and its simulation: a column. */
 const model_t *column_test_model(const column_test_t *test);

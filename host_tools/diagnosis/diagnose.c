@@ -2,214 +2,208 @@
 #include "diagnosis/diagnose.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/empirical.h"
-#include "diagnosis/question.h"
 #include "diagnosis/review.h"
 #include "diagnosis/stages.h"
 #include "diagnosis/trials.h"
 #include "diagnosis/unseen.h"
-#include <string.h>
 
-/* What stands for itself whatever hysteresis the answer has. */
+/* A given chain's own answer, which stands for itself whatever hysteresis the answer has in the end. */
 typedef struct {
     model_t chain;
     double nrmse_percent, held_out_percent, fitted_held_out_percent;
 } as_given_t;
 
-struct diagnosing {
-    attempt_t job;
+typedef struct shapes {
     const model_t *given; /* NULL: none */
     const recording_t *recordings;
-    size_t count;
+    size_t recording_count;
     /* The first one is what the search begins with: the given chain, or of the bank and the others the one that fits
      * best. */
     baseline_t shape[TRIALS_MOST_SHAPES], rough;
-    size_t shapes; /* that are filled */
+    size_t count; /* that are filled */
     as_given_t as_given;
-};
+    fitted_chain_t beside; /* may be empty */
+} shapes_t;
 
-static bool take_samples(diagnosing_t *all) {
-    baseline_t *first = &all->shape[0];
-    all->shapes = 1;
-    if (all->given != NULL) {
-        model_copy(&first->model, all->given);
-        attempt_without_noise(&first->model);
-    } else if (!baseline_bank(all->recordings, all->count, first, &all->rough, all->job.failure)) {
-        all->shapes = 0;
+static bool take_samples(question_t *question, shapes_t *shapes, failure_t *failure) {
+    baseline_t *first = &shapes->shape[0];
+    if (shapes->given != NULL) {
+        model_copy(&first->model, shapes->given);
+        model_without_noise(&first->model);
+    } else if (!baseline_bank(shapes->recordings, shapes->recording_count, first, &shapes->rough, failure)) {
         return false;
     }
-    return question_begin(&all->job, &first->model, all->recordings, all->count);
+    shapes->count = 1;
+    return question_begin(question, &first->model, shapes->recordings, shapes->recording_count, failure);
 }
 
-static bool take_noise(diagnosing_t *all) {
-    return question_noise(&all->job, &all->shape[0].model);
+static bool take_noise(question_t *question, shapes_t *shapes, failure_t *failure) {
+    return question_noise(question, &shapes->shape[0].model, failure);
 }
 
-static bool choose_shape(diagnosing_t *all) {
-    attempt_t *job = &all->job;
-    const diagnosis_t *d = job->diagnosis;
-    return all->given != NULL || (baseline_shapes(&d->samples, &d->noise, &job->setting, all->shape, &all->rough,
-                                                  &all->shapes, job->failure) &&
-                                  (d->noise.at_rest || take_noise(all))); /* with a better model, better */
+static bool choose_shape(question_t *question, shapes_t *shapes, failure_t *failure) {
+    return shapes->given != NULL ||
+           (baseline_shapes(&question->samples, &question->noise, &question->setting, shapes->shape, &shapes->rough,
+                            &shapes->count, failure) &&
+            (question->noise.at_rest || take_noise(question, shapes, failure))); /* with a better model, better */
 }
 
-static bool imitate(diagnosing_t *all) {
-    review_begin(&all->job, &all->shape[0].model);
-    question_noise_beside(&all->job);
+static bool imitate(question_t *question, shapes_t *shapes, failure_t *failure) {
+    (void)failure;
+    question_imitate(question, &shapes->shape[0].model, &shapes->beside);
     return true;
 }
 
-static void note_given(const diagnosis_t *d, as_given_t *given) {
-    *given = (as_given_t){.nrmse_percent = d->given_nrmse_percent,
-                          .held_out_percent = d->given_held_out_percent,
-                          .fitted_held_out_percent = d->baseline_held_out_percent};
-    model_copy(&given->chain, &d->given);
+static void note_given(const answer_t *answer, as_given_t *given) {
+    *given = (as_given_t){.nrmse_percent = answer->given_nrmse_percent,
+                          .held_out_percent = answer->given_held_out_percent,
+                          .fitted_held_out_percent = answer->baseline_held_out_percent};
+    model_copy(&given->chain, &answer->given);
 }
 
 /* Takes what note_given has copied. */
-static void put_given(diagnosis_t *d, as_given_t *given) {
-    model_free(&d->given);
-    d->given = given->chain;
+static void put_given(answer_t *answer, as_given_t *given) {
+    model_free(&answer->given);
+    answer->given = given->chain;
     given->chain = (model_t){0};
-    d->given_nrmse_percent = given->nrmse_percent;
-    d->given_held_out_percent = given->held_out_percent;
-    d->own_shape_held_out_percent = given->fitted_held_out_percent;
-    if (d->family != NULL && d->verdict == NOTHING_MISSING) {
-        d->verdict = EXPLAINED;
+    answer->given_nrmse_percent = given->nrmse_percent;
+    answer->given_held_out_percent = given->held_out_percent;
+    answer->own_shape_held_out_percent = given->fitted_held_out_percent;
+    if (answer->family != NULL && answer->verdict == NOTHING_MISSING) {
+        answer->verdict = EXPLAINED;
     }
 }
 
-static bool search_from_first(diagnosing_t *all) {
-    const bool good = trial_of_first(&all->job, &all->shape[0]);
-    if (good && all->given != NULL) {
-        note_given(all->job.diagnosis, &all->as_given);
+static bool search_from_first(state_t *state, shapes_t *shapes) {
+    const bool good = trial_of_first(state, &shapes->shape[0]);
+    if (good && shapes->given != NULL) {
+        note_given(&state->answer, &shapes->as_given);
     }
     return good;
 }
 
 /* The given chain with hystereses of other shapes, behind the given one. */
-static void shapes_beside_given(diagnosing_t *all) {
-    attempt_t *job = &all->job;
-    const diagnosis_t *d = job->diagnosis;
+static void shapes_beside_given(const question_t *question, shapes_t *shapes) {
     failure_t refusal;
-    size_t shapes = 1;
-    if (!baseline_bank(d->recordings, d->samples.count, &all->shape[1], &all->rough, &refusal)) {
+    size_t count = 1;
+    if (!baseline_bank(question->recordings, question->samples.count, &shapes->shape[1], &shapes->rough, &refusal)) {
         return;
     }
-    baseline_shapes(&d->samples, &d->noise, &job->setting, all->shape + 1, &all->rough, &shapes, &refusal);
-    for (size_t i = 1; i <= shapes; i++) {
-        baseline_put_into(&all->shape[i], &all->shape[0].model);
+    baseline_shapes(&question->samples, &question->noise, &question->setting, shapes->shape + 1, &shapes->rough, &count,
+                    &refusal);
+    for (size_t i = 1; i <= count; i++) {
+        baseline_put_into(&shapes->shape[i], &shapes->shape[0].model);
     }
-    all->shapes = 1 + shapes;
+    shapes->count = 1 + count;
 }
 
-static bool search_from_others(diagnosing_t *all) {
-    if (!trial_leaves_nothing(&all->job, &all->shape[0])) {
-        if (all->given != NULL) {
-            shapes_beside_given(all);
+static bool search_from_others(state_t *state, shapes_t *shapes) {
+    if (!trial_leaves_nothing(state, &shapes->shape[0])) {
+        if (shapes->given != NULL) {
+            shapes_beside_given(state->answer.question, shapes);
         }
-        trials_of_others(&all->job, all->shape, all->shapes);
+        trials_of_others(state, shapes->shape, shapes->count);
     }
     return true;
 }
 
-static bool search_without_first(diagnosing_t *all) {
-    trial_without_the_first(&all->job);
+static bool search_without_first(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    trial_without_the_first(state);
     return true;
 }
 
-static bool search_strong(diagnosing_t *all) {
-    trial_of_contest(&all->job, all->given != NULL ? &all->shape[0].model : NULL);
+static bool search_strong(state_t *state, shapes_t *shapes) {
+    trial_of_contest(state, shapes->given != NULL ? &shapes->shape[0].model : NULL);
     return true;
 }
 
-static bool take_heard(diagnosing_t *all) {
-    trial_of_heard(&all->job);
+static bool take_heard(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    trial_of_heard(state);
     return true;
 }
 
-static bool review(diagnosing_t *all) {
-    const bool good = review_end(&all->job);
-    if (all->given != NULL) {
-        put_given(all->job.diagnosis, &all->as_given);
+static bool review(state_t *state, shapes_t *shapes) {
+    const bool good = review_end(state);
+    if (shapes->given != NULL) {
+        put_given(&state->answer, &shapes->as_given);
     }
     return good;
 }
 
-static bool limits(diagnosing_t *all) {
-    return unseen_complete(&all->job);
+static bool limits(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    return unseen_complete(state);
 }
 
-static bool deliver(diagnosing_t *all) {
-    return review_delivered(&all->job);
+static bool deliver(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    return review_delivered(state);
 }
 
-static bool describe_unknown(diagnosing_t *all) {
-    return empirical_describe(&all->job);
+static bool describe_unknown(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    return empirical_describe(state);
 }
 
 const stage_t diagnosis_stages[] = {
-    {"samples", "which samples count, and which are held out of every fit", "noise/samples.h", take_samples},
-    {"noise", "from rests, or from what a rich model leaves", "noise/noise.h", take_noise},
+    {"samples", "which samples count, and which are held out of every fit", "noise/samples.h", .ask = take_samples},
+    {"noise", "from rests, or from what a rich model leaves", "noise/noise.h", .ask = take_noise},
     {"first shape", "of the hystereses of few numbers the one that leaves least beside every block's best probe",
-     "baseline.h", choose_shape},
+     "baseline.h", .ask = choose_shape},
     {"universal operator",
      "in the hysteresis' place: what it leaves, which blocks speak beside it, and the noise again", "belief/shape.h",
-     imitate},
+     .ask = imitate},
     {"search", "block after block, until none convinces; then which stay, their names and their sides", "attempt.h",
-     search_from_first},
+     .search = search_from_first},
     {"other shapes",
      "the same from other hystereses, where more than noise is left or a curve was found; the best stands", "trials.h",
-     search_from_others},
+     .search = search_from_others},
     {"without the first", "the same without the block that came first, where structure is left", "trials.h",
-     search_without_first},
+     .search = search_without_first},
     {"strong effects", "the same from the hysteresis that is best beside one strong effect, where much is left",
-     "contest.h", search_strong},
+     "contest.h", .search = search_strong},
     {"heard", "a block that speaks beside the operator, and was not found, takes the answer's place if it is likelier",
-     "trials.h", take_heard},
+     "trials.h", .search = take_heard},
     {"review", "findings are weighed beside the operator: what is only shape goes, and rivals are added", "review.h",
-     review},
-    {"detection limits", "of what was not found", "unseen.h", limits},
+     .search = review},
+    {"detection limits", "of what was not found", "unseen.h", .search = limits},
     {"delivered", "the error that the written model has when it is simulated; plain models beside it", "delivered.h",
-     deliver},
+     .search = deliver},
     {"unknown physics", "an empirical term, where structure is left and no block explains it", "empirical.h",
-     describe_unknown},
+     .search = describe_unknown},
 };
 const size_t diagnosis_stage_count = sizeof diagnosis_stages / sizeof diagnosis_stages[0];
 
-bool diagnose(const model_t *given, const recording_t *recordings, size_t count, diagnosis_t *diagnosis,
-              failure_t *failure) {
-    diagnosing_t all = {.job = {.diagnosis = diagnosis, .failure = failure, .left = 1.0},
-                        .given = given,
-                        .recordings = recordings,
-                        .count = count};
+bool diagnose(const model_t *given, const recording_t *recordings, size_t count, answer_t *answer, failure_t *failure) {
+    shapes_t shapes = {.given = given, .recordings = recordings, .recording_count = count};
+    question_t *question = question_open(given != NULL);
+    state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside};
     bool good = true;
-    memset(diagnosis, 0, sizeof *diagnosis);
-    diagnosis->model_given = given != NULL;
-    progress_begin(&all.job.progress, "diagnosing");
+    progress_begin(&state.progress, "diagnosing");
     for (size_t s = 0; good && s < diagnosis_stage_count; s++) {
-        good = diagnosis_stages[s].run(&all);
+        const stage_t *stage = &diagnosis_stages[s];
+        if (stage->ask != NULL) {
+            good = stage->ask(question, &shapes, failure);
+            state_begin(&state, question, NULL);
+            state_advance(&state);
+        } else {
+            good = stage->search(&state, &shapes);
+        }
     }
-    review_close(&all.job);
-    baseline_free(all.shape, all.shapes);
-    baseline_free(&all.rough, 1);
-    model_free(&all.as_given.chain);
-    progress_end(&all.job.progress);
+    fitted_chain_close(&shapes.beside);
+    baseline_free(shapes.shape, shapes.count);
+    baseline_free(&shapes.rough, 1);
+    model_free(&shapes.as_given.chain);
+    progress_end(&state.progress);
+    if (state.answer.question != question) { /* asked again with other samples held out */
+        question_free_shared(question);
+    }
+    *answer = state.answer;
     if (!progress_go_on(failure) || !good) {
-        diagnosis_free(diagnosis);
+        answer_free(answer);
         return false;
     }
     return true;
-}
-
-void diagnosis_free_models(diagnosis_t *diagnosis) {
-    model_free(&diagnosis->given);
-    model_free(&diagnosis->baseline);
-    model_free(&diagnosis->model);
-}
-
-void diagnosis_free(diagnosis_t *diagnosis) {
-    samples_close(&diagnosis->samples);
-    free(diagnosis->recordings);
-    diagnosis->recordings = NULL;
-    diagnosis_free_models(diagnosis);
 }

@@ -6,7 +6,7 @@
 #ifndef EMPIRICAL_H
 #define EMPIRICAL_H
 
-#include "diagnosis/attempt.h"
+#include "diagnosis/state.h"
 
 /** Terms that a diagnosis may have. */
 enum { EMPIRICAL_MOST = 2 };
@@ -25,6 +25,6 @@ enum { EMPIRICAL_MOST = 2 };
  * A term stands behind the findings, detected and no more. The verdict stays, and so does what cannot be seen: a term
  * is no cause. The remainder becomes that of the better model, structured as it was.
  */
-bool empirical_describe(attempt_t *job);
+bool empirical_describe(state_t *state);
 
 #endif

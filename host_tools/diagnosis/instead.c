@@ -1,35 +1,35 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/instead.h"
-#include "diagnosis/attempt.h"
 #include "diagnosis/contest.h"
 #include "diagnosis/evidence/candidate.h"
-#include "diagnosis/findings.h"
 #include "diagnosis/question.h"
+#include "diagnosis/state.h"
 
-void instead_of_terms(const diagnosis_t *d, model_t *model) {
-    model_copy(model, &d->model);
+void instead_of_terms(const answer_t *answer, model_t *model) {
+    model_copy(model, &answer->model);
     for (size_t b = model->blocks; b-- > 0;) {
-        const finding_t *finding = finding_of(d, model->block[b].block);
+        const finding_t *finding = finding_of(answer, model->block[b].block);
         if (finding != NULL && finding_is_empirical(finding)) {
             model_remove(model, b);
         }
     }
 }
 
-bool instead_of_finding(const diagnosis_t *d, const finding_t *finding, const block_t *rival, model_t *model) {
+bool instead_of_finding(const answer_t *answer, const finding_t *finding, const block_t *rival, model_t *model) {
+    const question_t *question = answer->question;
     model_t without;
     contest_winner_t fitted;
     probe_setting_t setting;
     joint_power_t power;
     failure_t refusal;
-    instead_of_terms(d, &without);
-    attempt_without_noise(&without);
+    instead_of_terms(answer, &without);
+    model_without_noise(&without);
     model_remove(&without, (size_t)(model_find(&without, finding->block->name) - without.block));
-    question_setting(d->recordings, d->samples.count, &setting);
-    const bool good = contest_fit(&d->samples, &setting, &without, rival, &fitted);
+    question_setting(question->recordings, question->samples.count, &setting);
+    const bool good = contest_fit(&question->samples, &setting, &without, rival, &fitted);
     if (good) {
-        (void)joint_fit(&d->samples, &d->noise, &fitted.model, attempt_blocks_fitted(d, &fitted.model),
-                        ATTEMPT_ITERATIONS, &power, &refusal);
+        (void)joint_fit(&question->samples, &question->noise, &fitted.model, blocks_fitted(answer, &fitted.model),
+                        FIT_ITERATIONS, &power, &refusal);
         *model = fitted.model;
     }
     model_free(&without);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/measured_columns.h"
 #include "diagnosis/column_test.h"
-#include "diagnosis/findings.h"
 #include "diagnosis/reconsider.h"
 #include "diagnosis/sides.h"
+#include "diagnosis/state.h"
 #include "elements/first_order_lag.h"
 #include "numerics/golden_section.h"
 #include "thresholds/thresholds.h"
@@ -149,16 +149,17 @@ static bool relate_column(column_test_t *test, const samples_t *samples, column_
 }
 
 /* How much of a finding stands beside the temperature. */
-static bool set_beside(column_test_t *test, const diagnosis_t *d, const finding_t *finding, double lag_s,
+static bool set_beside(column_test_t *test, const answer_t *answer, const finding_t *finding, double lag_s,
                        electrical_change_t *beside, failure_t *failure) {
-    double *column = samples_column(&d->samples);
+    const question_t *question = answer->question;
+    double *column = samples_column(&question->samples);
     model_t without;
     model_copy(&without, column_test_model(test));
-    model_remove(&without, finding_index(d, finding));
-    double *signature = samples_change(&d->samples, column_test_model(test), &without, failure);
+    model_remove(&without, finding_index(answer, finding));
+    double *signature = samples_change(&question->samples, column_test_model(test), &without, failure);
     const bool good = signature != NULL;
     if (good) {
-        temperature(&d->samples, lag_s, column);
+        temperature(&question->samples, lag_s, column);
         const regression_t stands = column_beside(test, signature, column);
         *beside =
             (electrical_change_t){.measured = isfinite(stands.sigma), .part = stands.amplitude, .sigma = stands.sigma};
@@ -170,57 +171,57 @@ static bool set_beside(column_test_t *test, const diagnosis_t *d, const finding_
 }
 
 /* The findings beside the temperature, where what the baseline leaves goes with it. */
-static bool set_all_beside(column_test_t *test, const diagnosis_t *d, measured_columns_t *measured,
+static bool set_all_beside(column_test_t *test, const answer_t *answer, measured_columns_t *measured,
                            failure_t *failure) {
     const column_relation_t *relation = &measured->column[0].before;
     bool good = true;
     if (measured->column[0].column != COLUMN_TEMPERATURE || relation->relation != GOES_WITH_IT) {
         return true;
     }
-    for (size_t f = 0; good && f < d->findings; f++) {
-        good = d->finding[f].in_readings ||
-               set_beside(test, d, &d->finding[f], relation->lag_s, &measured->finding[f].beside_temperature, failure);
+    for (size_t f = 0; good && f < answer->findings; f++) {
+        good = answer->finding[f].in_readings || set_beside(test, answer, &answer->finding[f], relation->lag_s,
+                                                            &measured->finding[f].beside_temperature, failure);
     }
     return good;
 }
 
 /* All columns against what one model leaves. */
-static bool relate_all(const diagnosis_t *d, bool found, measured_columns_t *measured, failure_t *failure) {
+static bool relate_all(const answer_t *answer, bool found, measured_columns_t *measured, failure_t *failure) {
     const double chance = threshold.false_relation / (2.0 * (LAGS + 1.0 + MEASURED_MOST - 1.0));
-    column_test_t *test = column_test_open(d, found ? &d->model : &d->baseline, chance, failure);
+    column_test_t *test = column_test_open(answer, found ? &answer->model : &answer->baseline, chance, failure);
     bool good = test != NULL;
     for (size_t c = 0; good && c < measured->count; c++) {
         measured_column_t *column = &measured->column[c];
-        good = relate_column(test, &d->samples, column->column, &column->after, failure);
+        good = relate_column(test, &answer->question->samples, column->column, &column->after, failure);
         column->before = found ? column->before : column->after;
     }
-    good = good && (!found || set_all_beside(test, d, measured, failure));
+    good = good && (!found || set_all_beside(test, answer, measured, failure));
     column_test_close(test);
     return good;
 }
 
-bool measured_columns(const diagnosis_t *d, measured_columns_t *measured, failure_t *failure) {
+bool measured_columns(const answer_t *answer, measured_columns_t *measured, failure_t *failure) {
     *measured = (measured_columns_t){0};
     for (size_t c = 0; c < MEASURED_MOST; c++) {
-        if (column_measured(&d->samples, looked_at[c])) {
+        if (column_measured(&answer->question->samples, looked_at[c])) {
             measured->column[measured->count++].column = looked_at[c];
         }
     }
-    for (size_t f = 0; f < d->findings && measured->count > 0; f++) {
-        const finding_t *finding = &d->finding[f];
+    for (size_t f = 0; f < answer->findings && measured->count > 0; f++) {
+        const finding_t *finding = &answer->finding[f];
         finding_columns_t *columns = &measured->finding[f];
         columns->block = sides_block(finding->block);
-        columns->voltage = sides_change(d, finding, COLUMN_VOLTAGE);
-        columns->current = sides_change(d, finding, COLUMN_CURRENT);
+        columns->voltage = sides_change(answer, finding, COLUMN_VOLTAGE);
+        columns->current = sides_change(answer, finding, COLUMN_CURRENT);
     }
-    return measured->count == 0 ||
-           (relate_all(d, false, measured, failure) && (d->findings == 0 || relate_all(d, true, measured, failure)));
+    return measured->count == 0 || (relate_all(answer, false, measured, failure) &&
+                                    (answer->findings == 0 || relate_all(answer, true, measured, failure)));
 }
 
-bool measured_columns_have_it(const diagnosis_t *d, bool *have_it, failure_t *failure) {
+bool measured_columns_have_it(const answer_t *answer, bool *have_it, failure_t *failure) {
     measured_columns_t measured;
     *have_it = false;
-    if (!measured_columns(d, &measured, failure)) {
+    if (!measured_columns(answer, &measured, failure)) {
         return false;
     }
     for (size_t i = 0; i < measured.count; i++) {
@@ -244,19 +245,19 @@ bool finding_contradicted(const finding_t *finding, const finding_columns_t *col
     return (!anywhere && not_there) || explained_by_temperature(finding, columns);
 }
 
-bool temperature_settle(attempt_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    bool good = true, settled = !column_measured(&d->samples, COLUMN_TEMPERATURE);
-    while (good && !settled && d->findings > 0) {
+bool temperature_settle(state_t *state) {
+    answer_t *answer = &state->answer;
+    bool good = true, settled = !column_measured(&answer->question->samples, COLUMN_TEMPERATURE);
+    while (good && !settled && answer->findings > 0) {
         measured_columns_t measured;
-        size_t f = d->findings;
-        good = measured_columns(d, &measured, job->failure);
-        while (good && f > 0 && !explained_by_temperature(&d->finding[f - 1], &measured.finding[f - 1])) {
+        size_t f = answer->findings;
+        good = measured_columns(answer, &measured, state->failure);
+        while (good && f > 0 && !explained_by_temperature(&answer->finding[f - 1], &measured.finding[f - 1])) {
             f--;
         }
         settled = f == 0;
         if (good && !settled) {
-            good = reconsider_take_out(job, f - 1, CONTRADICTED) && findings_errors(d, job->failure);
+            good = reconsider_take_out(state, f - 1, CONTRADICTED) && findings_errors(answer, state->failure);
         }
     }
     return good;

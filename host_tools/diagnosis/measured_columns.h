@@ -20,9 +20,10 @@
 #ifndef MEASURED_COLUMNS_H
 #define MEASURED_COLUMNS_H
 
-#include "diagnosis/attempt.h"
-#include "diagnosis/diagnose.h"
+#include "diagnosis/answer.h"
 #include "diagnosis/evidence/electrical.h"
+
+struct state; /* state.h */
 
 enum { MEASURED_MOST = 3 };
 
@@ -59,10 +60,10 @@ typedef struct {
 } measured_columns_t;
 
 /** Empty when no recording has such a column. */
-bool measured_columns(const diagnosis_t *diagnosis, measured_columns_t *measured, failure_t *failure);
+bool measured_columns(const answer_t *answer, measured_columns_t *measured, failure_t *failure);
 /** Whether what the model leaves goes with one of them: then it is no function of the drive's path, even where the
  * operator's noise is slow enough to hold it, and no empirical term has to describe it. */
-bool measured_columns_have_it(const diagnosis_t *diagnosis, bool *have_it, failure_t *failure);
+bool measured_columns_have_it(const answer_t *answer, bool *have_it, failure_t *failure);
 
 /**
  * Whether the columns contradict a finding: a block of the electronics whose change neither voltage nor current shows
@@ -72,6 +73,6 @@ bool finding_contradicted(const finding_t *finding, const finding_columns_t *col
 
 /** Takes out of an attempt the findings, the latest first, that the temperature explains. Without that column nothing
  * happens. */
-bool temperature_settle(attempt_t *job);
+bool temperature_settle(struct state *state);
 
 #endif

@@ -4,9 +4,9 @@
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/evidence/probing.h"
-#include "diagnosis/findings.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/reconsider.h"
+#include "diagnosis/state.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -20,21 +20,23 @@ typedef struct {
 } reading_t;
 
 /* Fits everything that was found together with it. */
-static void fit(const attempt_t *job, const model_t *without, reading_t *reading) {
-    const diagnosis_t *d = job->diagnosis;
+static void fit(const state_t *state, const model_t *without, reading_t *reading) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
     failure_t refusal;
     reading->likelihood = -HUGE_VAL;
-    if (joint_fit(&d->samples, &d->noise, &reading->model, attempt_blocks_fitted(d, &reading->model),
-                  ATTEMPT_ITERATIONS, &reading->power, &refusal)) {
-        reading->likelihood = -(double)d->samples.fitted * log(reading->power.fitted) -
-                              (double)d->samples.held * log(reading->power.held) - candidate_price(reading->block) +
-                              electrical_likelihood(&d->samples, without, &reading->model, reading->block);
+    if (joint_fit(&question->samples, &question->noise, &reading->model, blocks_fitted(answer, &reading->model),
+                  FIT_ITERATIONS, &reading->power, &refusal)) {
+        reading->likelihood = -(double)question->samples.fitted * log(reading->power.fitted) -
+                              (double)question->samples.held * log(reading->power.held) -
+                              candidate_price(reading->block) +
+                              electrical_likelihood(&question->samples, without, &reading->model, reading->block);
     }
 }
 
 /* What the readings of a finding are made from. */
 typedef struct {
-    const attempt_t *job;
+    const state_t *state;
     search_problem_t problem; /* its baseline: the chain without the finding */
     double least;             /* 2 log likelihood beyond the nuisance subspace, below which a block cannot be it */
     reading_t *reading;
@@ -73,7 +75,7 @@ static void read_anew(void *context, size_t index) {
             return;
         }
     }
-    fit(anew->job, without, reading);
+    fit(anew->state, without, reading);
 }
 
 /* Whether a block can be it: one of its group that is looked for by itself, or, where it leaves more than noise, a
@@ -98,18 +100,18 @@ static size_t list_others(const finding_t *finding, const model_t *without, bool
     return count;
 }
 
-static void take(attempt_t *job, finding_t *finding, reading_t *reading) {
-    diagnosis_t *d = job->diagnosis;
-    finding_rename(d, finding, reading->block, LESS_LIKELY);
-    model_free(&d->model);
-    model_copy(&d->model, &reading->model);
-    job->power = reading->power;
+static void take(state_t *state, finding_t *finding, reading_t *reading) {
+    answer_t *answer = &state->answer;
+    finding_rename(answer, finding, reading->block, LESS_LIKELY);
+    model_t model;
+    model_copy(&model, &reading->model);
+    state_take(state, &model, &reading->power);
 }
 
 /* Whether any number of the finding differs significantly from none, as the model now is. */
-static bool is_determined(attempt_t *job, const finding_t *finding) {
+static bool is_determined(state_t *state, const finding_t *finding) {
     failure_t refusal;
-    return findings_errors(job->diagnosis, &refusal) && finding_determined(job->diagnosis, finding);
+    return findings_errors(&state->answer, &refusal) && finding_determined(&state->answer, finding);
 }
 
 /* The likeliest one but those that are out, from one on; its own index if there is no other. */
@@ -124,19 +126,19 @@ static size_t next_best(const reading_t *reading, size_t count, const bool *out,
 
 /* Takes the best reading; or, where two numbers of that take each other's place so that none of them is known (a creep
  * that begins when the recording ends), the next one that has its numbers. Returns which. */
-static size_t take_determined(attempt_t *job, finding_t *finding, reading_t *reading, size_t count, size_t best) {
+static size_t take_determined(state_t *state, finding_t *finding, reading_t *reading, size_t count, size_t best) {
     bool *out = allocate(count, sizeof *out);
     size_t taken = best;
-    take(job, finding, &reading[best]);
-    while (!is_determined(job, finding)) {
+    take(state, finding, &reading[best]);
+    while (!is_determined(state, finding)) {
         out[taken] = true;
         const size_t next = next_best(reading, count, out, best);
         if (next == best) { /* none has */
-            take(job, finding, &reading[best]);
+            take(state, finding, &reading[best]);
             taken = best;
             break;
         }
-        take(job, finding, &reading[next]);
+        take(state, finding, &reading[next]);
         taken = next;
     }
     free(out);
@@ -169,44 +171,47 @@ static void list_rivals(finding_t *finding, const reading_t *reading, size_t cou
 
 /* With more the hysteresis is not quite right, and fits of everything together decide by what that leaves: held-out
  * samples then have to agree. */
-static bool leaves_only_noise(const attempt_t *job) {
-    return attempt_excess(job->diagnosis, job->power.held) < threshold.worth_explaining;
+static bool leaves_only_noise(const state_t *state) {
+    return excess(&state->answer, state->power.held) < threshold.worth_explaining;
 }
 
 /* A richer form only where it completes the answer, by the measure of what only comes near: beside a hysteresis of a
  * wrong shape it would take a part of that error, and no more. */
-static bool can_stand(const diagnosis_t *d, const reading_t *own, const reading_t *reading) {
+static bool can_stand(const answer_t *answer, const reading_t *own, const reading_t *reading) {
     return probe_is_first(reading->block->probe) ||
-           attempt_excess(d, reading->power.held) < threshold.leaves_too_much * attempt_excess(d, own->power.held);
+           excess(answer, reading->power.held) < threshold.leaves_too_much * excess(answer, own->power.held);
 }
 
-static bool settle(attempt_t *job, finding_t *finding) {
-    diagnosis_t *d = job->diagnosis;
-    const bool only_noise = leaves_only_noise(job);
+static bool settle(state_t *state, finding_t *finding) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    const bool only_noise = leaves_only_noise(state);
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
-    finding_left_out(d, finding, &without);
+    finding_left_out(answer, finding, &without);
     const size_t count = list_others(finding, &without, only_noise, reading);
-    model_copy(&reading[0].model, &d->model);
-    evidence_t *evidence = evidence_open(&without, &d->samples, &d->noise, job->failure);
+    model_copy(&reading[0].model, &answer->model);
+    evidence_t *evidence = evidence_open(&without, &question->samples, &question->noise, state->failure);
     if (evidence != NULL) {
-        anew_t anew = {
-            .job = job,
-            .problem = {.evidence = evidence, .noise = &d->noise, .baseline = &without, .setting = &job->setting},
-            .reading = reading};
+        anew_t anew = {.state = state,
+                       .problem = {.evidence = evidence,
+                                   .noise = &question->noise,
+                                   .baseline = &without,
+                                   .setting = &state->setting},
+                       .reading = reading};
         size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
-        anew.least = least_of_others(evidence, &d->model, finding->block);
+        anew.least = least_of_others(evidence, &answer->model, finding->block);
         parallel(count, read_anew, &anew);
         for (size_t i = 1; i < count; i++) {
-            reading[i].likelihood = can_stand(d, &reading[0], &reading[i]) ? reading[i].likelihood : -HUGE_VAL;
+            reading[i].likelihood = can_stand(answer, &reading[0], &reading[i]) ? reading[i].likelihood : -HUGE_VAL;
             best = (only_noise || reading[i].power.held < reading[0].power.held) &&
                            reading[i].likelihood > reading[best].likelihood
                        ? i
                        : best;
         }
         if (isfinite(reading[best].likelihood)) {
-            best = take_determined(job, finding, reading, count, best);
+            best = take_determined(state, finding, reading, count, best);
             if (only_noise || best > 0) {
                 list_rivals(finding, reading, count, best);
             }
@@ -231,9 +236,10 @@ static bool has_others(const block_t *block, bool only_noise) {
     return false;
 }
 
-static bool found_beside(const diagnosis_t *d, const finding_t *finding, const block_t *rival) {
-    for (size_t f = 0; f < d->findings; f++) {
-        if (&d->finding[f] != finding && !d->finding[f].in_readings && block_same_group(d->finding[f].block, rival)) {
+static bool found_beside(const answer_t *answer, const finding_t *finding, const block_t *rival) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (&answer->finding[f] != finding && !answer->finding[f].in_readings &&
+            block_same_group(answer->finding[f].block, rival)) {
             return true;
         }
     }
@@ -241,11 +247,11 @@ static bool found_beside(const diagnosis_t *d, const finding_t *finding, const b
 }
 
 /* Rivals of which one has been found, too, are none: both are there. */
-static void forget_found(const diagnosis_t *d, finding_t *finding) {
+static void forget_found(const answer_t *answer, finding_t *finding) {
     const finding_t before = *finding;
     finding->rivals = 0;
     for (size_t r = 0; r < before.rivals; r++) {
-        if (!found_beside(d, finding, before.rival[r])) {
+        if (!found_beside(answer, finding, before.rival[r])) {
             finding_add_rival(finding, before.rival[r]);
         }
     }
@@ -254,18 +260,19 @@ static void forget_found(const diagnosis_t *d, finding_t *finding) {
 
 /* What came before the recording may look like an effect that is small beside another one (probe_t.doubtful): a creep
  * goes on, for an unknown number of decades of time, and that looks like a drift which settles. */
-static void doubt(diagnosis_t *d, finding_t *finding) {
+static void doubt(answer_t *answer, finding_t *finding) {
+    const question_t *question = answer->question;
     const probe_t *probe = finding->block->probe;
     if (probe == NULL || probe->doubtful.beside == NULL || finding->rivals == DIAGNOSIS_MOST_RIVALS) {
         return;
     }
-    const model_block_t *found = model_find(&d->model, finding->block->name);
-    const model_block_t *other = model_find(&d->model, probe->doubtful.beside);
+    const model_block_t *found = model_find(&answer->model, finding->block->name);
+    const model_block_t *other = model_find(&answer->model, probe->doubtful.beside);
     if (found == NULL || other == NULL) {
         return;
     }
     double range_um[2];
-    recordings_range(d->recordings, d->samples.count, COLUMN_DISPLACEMENT, range_um);
+    recordings_range(question->recordings, question->samples.count, COLUMN_DISPLACEMENT, range_um);
     const double part_of_range = *model_parameter(other, probe->doubtful.part_of_range)->value;
     const double past_um = part_of_range * (range_um[1] - range_um[0]);
     if (fabs(*model_parameter(found, probe->doubtful.size_um)->value) < past_um) {
@@ -274,22 +281,22 @@ static void doubt(diagnosis_t *d, finding_t *finding) {
     }
 }
 
-bool names_settle(attempt_t *job) {
-    diagnosis_t *d = job->diagnosis;
+bool names_settle(state_t *state) {
+    answer_t *answer = &state->answer;
     bool good = true, richer = false;
-    for (size_t f = 0; f < d->findings; f++) {
-        forget_found(d, &d->finding[f]);
+    for (size_t f = 0; f < answer->findings; f++) {
+        forget_found(answer, &answer->finding[f]);
     }
-    for (size_t f = 0; good && f < d->findings; f++) {
-        if (!d->finding[f].in_readings && has_others(d->finding[f].block, leaves_only_noise(job))) {
-            attempt_advance(job);
-            good = settle(job, &d->finding[f]);
-            richer = richer || !probe_is_first(d->finding[f].block->probe);
+    for (size_t f = 0; good && f < answer->findings; f++) {
+        if (!answer->finding[f].in_readings && has_others(answer->finding[f].block, leaves_only_noise(state))) {
+            state_advance(state);
+            good = settle(state, &answer->finding[f]);
+            richer = richer || !probe_is_first(answer->finding[f].block->probe);
         }
     }
-    good = good && (!richer || reconsider_superfluous(job, threshold.least_size, 0));
-    for (size_t f = 0; f < d->findings; f++) {
-        doubt(d, &d->finding[f]);
+    good = good && (!richer || reconsider_superfluous(state, threshold.least_size, 0));
+    for (size_t f = 0; f < answer->findings; f++) {
+        doubt(answer, &answer->finding[f]);
     }
     return good;
 }

@@ -6,7 +6,7 @@
 #ifndef NAMES_H
 #define NAMES_H
 
-#include "diagnosis/attempt.h"
+#include "diagnosis/state.h"
 
 /**
  * Puts each other block of a finding's group in its place, looks for its best numbers, and fits everything together.
@@ -18,6 +18,6 @@
  *
  * A small drift beside a creep may be the rest of that: it is reported as one of the two.
  */
-bool names_settle(attempt_t *job);
+bool names_settle(state_t *state);
 
 #endif

@@ -31,25 +31,53 @@ void question_setting(const recording_t *recordings, size_t count, probe_setting
     }
 }
 
-bool question_begin(attempt_t *job, const model_t *model, const recording_t *recordings, size_t count) {
-    question_setting(recordings, count, &job->setting);
-    job->setting.line_hz = job->line_hz;
-    job->step_um = lattice_step_um(recordings, count, &job->step_sigma_um);
-    diagnosis_t *d = job->diagnosis;
-    d->recordings = allocate(count, sizeof *recordings);
-    memcpy(d->recordings, recordings, count * sizeof *recordings);
-    return samples_open(&d->samples, model, d->recordings, count, job->failure);
+question_t *question_open(bool model_given) {
+    question_t *question = allocate(1, sizeof *question);
+    question->model_given = model_given;
+    return question;
+}
+
+void question_free(const question_t *question) {
+    if (question != NULL) {
+        question_t *own = (question_t *)question;
+        samples_close(&own->samples);
+        free(own->recordings);
+        free(own);
+    }
+}
+
+question_t *question_share_ends(const question_t *question) {
+    question_t *shared = allocate(1, sizeof *shared);
+    *shared = *question;
+    shared->samples = samples_share_ends(&question->samples);
+    shared->setting.line_hz = shared->line_hz;
+    return shared;
+}
+
+void question_free_shared(const question_t *shared) {
+    free(shared->samples.part);
+    free((question_t *)shared);
+}
+
+bool question_begin(question_t *question, const model_t *model, const recording_t *recordings, size_t count,
+                    failure_t *failure) {
+    question_setting(recordings, count, &question->setting);
+    question->setting.line_hz = question->line_hz;
+    question->step_um = lattice_step_um(recordings, count, &question->step_sigma_um);
+    question->recordings = allocate(count, sizeof *recordings);
+    memcpy(question->recordings, recordings, count * sizeof *recordings);
+    return samples_open(&question->samples, model, question->recordings, count, failure);
 }
 
 /* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is
  * seen. */
-static void count_steps_as_noise(attempt_t *job, noise_t *noise) {
-    const double error_um = job->step_um / sqrt(12.0);
+static void count_steps_as_noise(question_t *question, noise_t *noise) {
+    const double error_um = question->step_um / sqrt(12.0);
     if (error_um > noise->sigma_um) {
         noise->filter = (noise_filter_t){0};
         noise->sigma_um = error_um;
         noise->rms_um = fmax(noise->rms_um, error_um);
-        job->coarse = true;
+        question->coarse = true;
     }
 }
 
@@ -62,41 +90,49 @@ static bool has_own_clock(const model_t *model) {
     return false;
 }
 
-bool question_noise(attempt_t *job, const model_t *model) {
-    diagnosis_t *d = job->diagnosis;
-    double *simulated = samples_column(&d->samples), *residual = samples_column(&d->samples);
-    bool good = samples_simulate(&d->samples, model, simulated, job->failure);
+bool question_noise(question_t *question, const model_t *model, failure_t *failure) {
+    double *simulated = samples_column(&question->samples), *residual = samples_column(&question->samples);
+    bool good = samples_simulate(&question->samples, model, simulated, failure);
     if (good) {
-        samples_residual(&d->samples, simulated, residual);
-        job->setting.lines = baseline_lines(&d->samples, residual, job->line_hz);
+        samples_residual(&question->samples, simulated, residual);
+        question->setting.lines = baseline_lines(&question->samples, residual, question->line_hz);
         if (!has_own_clock(model)) {
-            line_clock_set(d->recordings, &d->samples, residual, job->line_hz, job->setting.lines);
+            line_clock_set(question->recordings, &question->samples, residual, question->line_hz,
+                           question->setting.lines);
         }
-        good = baseline_noise(&d->samples, model, &job->setting, &d->noise, job->failure);
-        count_steps_as_noise(job, &d->noise);
+        good = baseline_noise(&question->samples, model, &question->setting, &question->noise, failure);
+        count_steps_as_noise(question, &question->noise);
     }
     free(simulated);
     free(residual);
-    attempt_advance(job);
     return good;
 }
 
-void question_noise_beside(attempt_t *job) {
-    diagnosis_t *d = job->diagnosis;
-    const fitted_chain_t *beside = &job->beside;
+/* The noise beside the operator, where that says it better. */
+static void take_noise_beside(question_t *question, const fitted_chain_t *beside) {
     noise_t noise;
-    if (d->noise.at_rest || !d->shape.whole) {
+    if (question->noise.at_rest || !question->shape.whole) {
         return;
     }
-    double *left = samples_column(&d->samples);
-    for (size_t k = 0; k < d->samples.all; k++) {
+    double *left = samples_column(&question->samples);
+    for (size_t k = 0; k < question->samples.all; k++) {
         left[k] = beside->position_um[k] - beside->imitation.simulated_um[k];
     }
-    noise_of(&d->samples, NULL, left, &noise);
-    if (noise.rms_um < d->noise.rms_um) {
-        job->coarse = false;
-        count_steps_as_noise(job, &noise);
-        d->noise = noise;
+    noise_of(&question->samples, NULL, left, &noise);
+    if (noise.rms_um < question->noise.rms_um) {
+        question->coarse = false;
+        count_steps_as_noise(question, &noise);
+        question->noise = noise;
     }
     free(left);
+}
+
+void question_imitate(question_t *question, const model_t *chain, fitted_chain_t *beside) {
+    model_t operated;
+    chain_for_operator(chain, &operated);
+    if (fitted_chain_open(beside, &question->samples, &operated)) {
+        shape_of(beside, &question->setting, question->step_um, true, &question->shape);
+    }
+    model_free(&operated);
+    take_noise_beside(question, beside);
 }

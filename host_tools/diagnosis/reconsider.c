@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/reconsider.h"
-#include "diagnosis/findings.h"
+#include "diagnosis/state.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 
 /* The model without a finding, fitted again. */
-static bool fit_without(attempt_t *job, const finding_t *finding, model_t *without, joint_power_t *power) {
-    const diagnosis_t *d = job->diagnosis;
-    finding_left_out(d, finding, without);
-    attempt_advance(job);
-    if (!joint_fit(&d->samples, &d->noise, without, attempt_blocks_fitted(d, without), ATTEMPT_ITERATIONS, power,
-                   job->failure)) {
+static bool fit_without(state_t *state, const finding_t *finding, model_t *without, joint_power_t *power) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    finding_left_out(answer, finding, without);
+    state_advance(state);
+    if (!joint_fit(&question->samples, &question->noise, without, blocks_fitted(answer, without), FIT_ITERATIONS, power,
+                   state->failure)) {
         model_free(without);
         return false;
     }
@@ -18,40 +19,39 @@ static bool fit_without(attempt_t *job, const finding_t *finding, model_t *witho
 }
 
 /* The finding goes, and its model with it. */
-static void drop(attempt_t *job, size_t finding, outcome_t why, model_t *without, const joint_power_t *power) {
-    diagnosis_t *d = job->diagnosis;
-    finding_considered_gone(d, d->finding[finding].block, why);
-    findings_remove(d, finding);
-    model_free(&d->model);
-    d->model = *without;
-    job->power = *power;
+static void drop(state_t *state, size_t finding, outcome_t why, model_t *without, const joint_power_t *power) {
+    answer_t *answer = &state->answer;
+    finding_considered_gone(answer, answer->finding[finding].block, why);
+    findings_remove(answer, finding);
+    state_take(state, without, power);
 }
 
-bool reconsider_take_out(attempt_t *job, size_t finding, outcome_t why) {
+bool reconsider_take_out(state_t *state, size_t finding, outcome_t why) {
     model_t without;
     joint_power_t power;
-    const bool good = fit_without(job, &job->diagnosis->finding[finding], &without, &power);
+    const bool good = fit_without(state, &state->answer.finding[finding], &without, &power);
     if (good) {
-        drop(job, finding, why, &without, &power);
+        drop(state, finding, why, &without, &power);
     }
     return good;
 }
 
-bool reconsider_superfluous(attempt_t *job, double least_size, unsigned spared) {
-    diagnosis_t *d = job->diagnosis;
-    const double least = least_size * least_size * (double)d->samples.fitted;
-    for (size_t f = d->findings; f-- > 0 && d->findings > 1;) {
+bool reconsider_superfluous(state_t *state, double least_size, unsigned spared) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    const double least = least_size * least_size * (double)question->samples.fitted;
+    for (size_t f = answer->findings; f-- > 0 && answer->findings > 1;) {
         model_t without;
         joint_power_t power;
         if ((spared >> f & 1U) != 0) {
             continue;
         }
-        if (!fit_without(job, &d->finding[f], &without, &power)) {
+        if (!fit_without(state, &answer->finding[f], &without, &power)) {
             return false;
         }
-        if ((double)d->samples.fitted * log(power.fitted / job->power.fitted) < least ||
-            (double)d->samples.held * log(power.held / job->power.held) < threshold.least_support) {
-            drop(job, f, SUPERFLUOUS, &without, &power);
+        if ((double)question->samples.fitted * log(power.fitted / state->power.fitted) < least ||
+            (double)question->samples.held * log(power.held / state->power.held) < threshold.least_support) {
+            drop(state, f, SUPERFLUOUS, &without, &power);
         } else {
             model_free(&without);
         }
@@ -59,19 +59,19 @@ bool reconsider_superfluous(attempt_t *job, double least_size, unsigned spared) 
     return true;
 }
 
-bool reconsider_undetermined(attempt_t *job) {
-    diagnosis_t *d = job->diagnosis;
+bool reconsider_undetermined(state_t *state) {
+    answer_t *answer = &state->answer;
     bool settled = false;
     while (!settled) {
-        size_t f = d->findings;
-        if (!findings_errors(d, job->failure)) {
+        size_t f = answer->findings;
+        if (!findings_errors(answer, state->failure)) {
             return false;
         }
-        while (f > 0 && finding_determined(d, &d->finding[f - 1])) {
+        while (f > 0 && finding_determined(answer, &answer->finding[f - 1])) {
             f--;
         }
         settled = f == 0;
-        if (!settled && !reconsider_take_out(job, f - 1, SUPERFLUOUS)) {
+        if (!settled && !reconsider_take_out(state, f - 1, SUPERFLUOUS)) {
             return false;
         }
     }

@@ -6,18 +6,18 @@
 #ifndef RECONSIDER_H
 #define RECONSIDER_H
 
-#include "diagnosis/attempt.h"
+#include "diagnosis/state.h"
 
 /** Takes out the findings, the latest first, that the others make superfluous: without them the fit is worse by less
  * than this size (root mean square, in parts of the noise), or the held-out samples do not miss them. One stays in any
  * case. spared: bits, those that stay, by index. */
-bool reconsider_superfluous(attempt_t *job, double least_size, unsigned spared);
+bool reconsider_superfluous(state_t *state, double least_size, unsigned spared);
 
 /** Standard errors; and takes out the findings, the latest first, of which no number differs significantly from none.
  */
-bool reconsider_undetermined(attempt_t *job);
+bool reconsider_undetermined(state_t *state);
 
 /** Takes a finding out. */
-bool reconsider_take_out(attempt_t *job, size_t finding, outcome_t why);
+bool reconsider_take_out(state_t *state, size_t finding, outcome_t why);
 
 #endif

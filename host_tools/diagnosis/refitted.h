@@ -6,14 +6,10 @@
 #ifndef REFITTED_H
 #define REFITTED_H
 
-#include "diagnosis/diagnose.h"
+#include "diagnosis/answer.h"
 
 /** Chooses those that the recordings determine: at least one number of the block (finding_determined). The others stay
  * as they were given; so do all where the recordings cannot tell them from each other. */
-void refitted_choose(diagnosis_t *diagnosis, const model_t *given);
-/** Whether a number of such a block has changed by more than two of its standard errors. */
-bool refitted_changed(const model_block_t *given, const model_block_t *fitted, size_t parameter);
-/** Where they are in a model, as bits. */
-unsigned refitted_blocks(const diagnosis_t *diagnosis, const model_t *model);
+void refitted_choose(answer_t *answer, const model_t *given);
 
 #endif

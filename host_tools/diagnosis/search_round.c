@@ -3,7 +3,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/candidate_judgement.h"
 #include "diagnosis/evidence/search.h"
-#include "diagnosis/findings.h"
+#include "diagnosis/state.h"
 #include "diagnosis/unseen.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -34,32 +34,32 @@ static void name(const evidence_t *evidence, const candidates_t *found, finding_
 }
 
 /* Takes the candidate into the chain if the held-out samples support it. */
-static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *finding, bool *accepted) {
-    diagnosis_t *d = job->diagnosis;
-    const double share = fmin((double)d->samples.held / (double)d->samples.fitted, candidate->test.held_share);
+static bool accept(state_t *state, const candidate_t *candidate, finding_t *finding, bool *accepted) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    const double share =
+        fmin((double)question->samples.held / (double)question->samples.fitted, candidate->test.held_share);
     joint_power_t power;
     double ignored;
     model_t augmented;
     model_copy(&augmented, &candidate->model);
     *accepted = false;
-    if (!joint_fit(&d->samples, &d->noise, &augmented, attempt_blocks_fitted(d, &augmented), ATTEMPT_ITERATIONS, &power,
-                   job->failure) ||
-        !attempt_measure(job, &d->model, &ignored, &finding->held_out_before_percent) ||
-        !attempt_measure(job, &augmented, &ignored, &finding->held_out_after_percent)) {
+    if (!joint_fit(&question->samples, &question->noise, &augmented, blocks_fitted(answer, &augmented), FIT_ITERATIONS,
+                   &power, state->failure) ||
+        !state_measure(state, &answer->model, &ignored, &finding->held_out_before_percent) ||
+        !state_measure(state, &augmented, &ignored, &finding->held_out_after_percent)) {
         model_free(&augmented);
         return false;
     }
-    finding->support = (double)d->samples.held * log(job->power.held / power.held);
+    finding->support = (double)question->samples.held * log(state->power.held / power.held);
     *accepted = finding->held_out_after_percent < finding->held_out_before_percent &&
                 finding->support >
                     fmax(threshold.least_support,
                          fmin(threshold.least_support_part * share * candidate->likelihood, threshold.support_enough));
     if (*accepted) {
-        model_free(&d->model);
-        d->model = augmented;
-        findings_add(d, finding);
-        job->power = power;
-        job->found_um = hypot(job->found_um, candidate_own_um(candidate));
+        state_take(state, &augmented, &power);
+        findings_add(answer, finding);
+        state->found_um = hypot(state->found_um, candidate_own_um(candidate));
     } else {
         model_free(&augmented);
     }
@@ -67,15 +67,15 @@ static bool accept(attempt_t *job, const candidate_t *candidate, finding_t *find
 }
 
 /* Keeps the best of a round for the outputs. */
-static void remember(diagnosis_t *d, const candidates_t *found, outcome_t best) {
+static void remember(answer_t *answer, const candidates_t *found, outcome_t best) {
     enum { MOST = DIAGNOSIS_MOST_CONSIDERED / 10 };
-    d->rounds++;
-    for (size_t i = 0; i < found->count && i < MOST && d->considered < DIAGNOSIS_MOST_CONSIDERED; i++) {
+    answer->rounds++;
+    for (size_t i = 0; i < found->count && i < MOST && answer->considered < DIAGNOSIS_MOST_CONSIDERED; i++) {
         const candidate_t *c = &found->candidate[i];
         if (c->likelihood > 0.0) {
-            d->consideration[d->considered++] =
+            answer->consideration[answer->considered++] =
                 (considered_t){.block = c->block,
-                               .round = d->rounds,
+                               .round = answer->rounds,
                                .likelihood = c->likelihood,
                                .t = c->test.t,
                                .t_blocks = c->test.t_blocks,
@@ -96,64 +96,65 @@ static void put_first(candidates_t *found, size_t index) {
 
 /* The best one; or, where the held-out samples refuse that, one that explains less: of two effects at once, the larger
  * alone may need numbers that hold nowhere else. */
-static bool take_one(attempt_t *job, const evidence_t *evidence, question_t question, candidates_t *found,
-                     bool *convinces, bool *found_one) {
+static bool take_one(state_t *state, const evidence_t *evidence, ask_t question, candidates_t *found, bool *convinces,
+                     bool *found_one) {
     enum { MOST_TRIED = 3 };
     bool good = true;
     *convinces = false;
     for (size_t i = 0; good && !*found_one && i < found->count && i < MOST_TRIED; i++) {
         finding_t finding;
         put_first(found, i);
-        if (!candidate_convinces(job, evidence, found)) {
+        if (!candidate_convinces(state, evidence, found)) {
             break;
         }
         *convinces = true;
         name(evidence, found, &finding);
         finding.shape = question != ASK_EFFECTS;
-        good = accept(job, &found->candidate[0], &finding, found_one);
+        good = accept(state, &found->candidate[0], &finding, found_one);
         found->candidate[0].refused = good && !*found_one;
     }
     return good;
 }
 
 /* One more block of those that the question is about, or none. */
-static bool find_among(attempt_t *job, evidence_t *evidence, question_t question, bool *found_one) {
-    diagnosis_t *d = job->diagnosis;
+static bool find_among(state_t *state, evidence_t *evidence, ask_t question, bool *found_one) {
+    answer_t *answer = &state->answer;
     const search_problem_t problem = {.evidence = evidence,
-                                      .noise = &d->noise,
-                                      .baseline = &d->model,
-                                      .setting = &job->setting,
-                                      .without = job->without,
-                                      .fitted_along = d->refitted_block,
-                                      .fitted_along_count = d->refitted};
+                                      .noise = &answer->question->noise,
+                                      .baseline = &answer->model,
+                                      .setting = &state->setting,
+                                      .without = state->without,
+                                      .fitted_along = answer->refitted_block,
+                                      .fitted_along_count = answer->refitted};
     candidates_t found;
     bool convinces;
     evidence_ask(evidence, question);
     search(&problem, &found);
-    attempt_advance(job);
-    d->tested += found.tested;
-    const bool good = take_one(job, evidence, question, &found, &convinces, found_one);
-    remember(d, &found, *found_one ? TAKEN : convinces ? LESS_LIKELY : NOT_SIGNIFICANT);
+    state_advance(state);
+    answer->tested += found.tested;
+    const bool good = take_one(state, evidence, question, &found, &convinces, found_one);
+    remember(answer, &found, *found_one ? TAKEN : convinces ? LESS_LIKELY : NOT_SIGNIFICANT);
     if (!*found_one && question != ASK_ANYTHING) {
-        unseen_note(d, &found);
+        unseen_note(answer, &found);
     }
     candidates_free(&found);
     return good;
 }
 
-bool search_round(attempt_t *job, bool *found_one) {
-    diagnosis_t *d = job->diagnosis;
-    evidence_t *evidence = evidence_open(&d->model, &d->samples, &d->noise, job->failure);
+bool search_round(state_t *state, bool *found_one) {
+    answer_t *answer = &state->answer;
+    evidence_t *evidence =
+        evidence_open(&answer->model, &answer->question->samples, &answer->question->noise, state->failure);
     bool good = evidence != NULL;
     *found_one = false;
-    attempt_advance(job);
+    state_advance(state);
     if (good) {
-        d->unseen_count = 0;
-        job->setting.lines = baseline_lines(&d->samples, evidence_residual(evidence), job->line_hz);
+        answer->unseen_count = 0;
+        state->setting.lines = baseline_lines(&answer->question->samples, evidence_residual(evidence), state->line_hz);
     }
-    for (question_t question = ASK_EFFECTS; good && !*found_one && question <= ASK_ANYTHING; question++) {
-        if (question != ASK_ANYTHING || attempt_excess(d, job->power.held) > threshold.worth_explaining) {
-            good = find_among(job, evidence, question, found_one);
+    for (ask_t question = ASK_EFFECTS; good && !*found_one && question <= ASK_ANYTHING; question++) {
+        if (question != ASK_ANYTHING || excess(answer, state->power.held) > threshold.worth_explaining) {
+            good = find_among(state, evidence, question, found_one);
         }
     }
     evidence_close(evidence);

@@ -3,7 +3,7 @@
 #ifndef SEARCH_ROUND_H
 #define SEARCH_ROUND_H
 
-#include "diagnosis/attempt.h"
+#include "diagnosis/state.h"
 
 /**
  * Asks the three questions (evidence.h) one after another, the last only where enough is left. It ends when the best
@@ -11,6 +11,6 @@
  * together with all else that was found. That is a finding then, and in the diagnosis' model. Writes into the diagnosis
  * what was considered, and what the blocks that were looked for in vain would have had to be like.
  */
-bool search_round(attempt_t *job, bool *found_one);
+bool search_round(state_t *state, bool *found_one);
 
 #endif

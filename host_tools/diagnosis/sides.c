@@ -2,8 +2,8 @@
 #include "diagnosis/sides.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/candidate.h"
-#include "diagnosis/findings.h"
 #include "diagnosis/reconsider.h"
+#include "diagnosis/state.h"
 #include "numerics/golden_section.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
@@ -41,35 +41,32 @@ static void add_lag(model_t *model, const block_t *block, double seconds) {
     }
 }
 
-static double lag_of(const diagnosis_t *d, const finding_t *finding) {
-    const double number = d->model.block[finding_index(d, finding)].parameter[0].value[0];
+static double lag_of(const answer_t *answer, const finding_t *finding) {
+    const double number = answer->model.block[finding_index(answer, finding)].parameter[0].value[0];
     return finding->block->lag == LAG_DELAY ? number : 1.0 / (2.0 * M_PI * number);
 }
 
-electrical_change_t sides_change(const diagnosis_t *d, const finding_t *finding, column_t column) {
+electrical_change_t sides_change(const answer_t *answer, const finding_t *finding, column_t column) {
+    const question_t *question = answer->question;
     electrical_change_t change = {0};
     const block_t *block = sides_block(finding->block);
-    if (block != NULL && column_measured(&d->samples, column)) {
+    if (block != NULL && column_measured(&question->samples, column)) {
         model_t without, with;
-        finding_left_out(d, finding, &without);
-        model_copy(&with, block == finding->block ? &d->model : &without);
+        finding_left_out(answer, finding, &without);
+        model_copy(&with, block == finding->block ? &answer->model : &without);
         if (block != finding->block) {
-            add_lag(&with, block, lag_of(d, finding));
+            add_lag(&with, block, lag_of(answer, finding));
         }
-        change = electrical_change(&d->samples, column, &without, &with);
+        change = electrical_change(&question->samples, column, &without, &with);
         model_free(&without);
         model_free(&with);
     }
     return change;
 }
 
-bool sides_only_part(const electrical_change_t *change) {
-    return change->part + threshold.deviations * change->sigma < threshold.nearly_all;
-}
-
 /* 2 log likelihood that the columns give the electronics of a model, compared with the baseline's. */
-static double by_columns(const diagnosis_t *d, const model_t *model) {
-    return electrical_preference(&d->samples, &d->baseline, model);
+static double by_columns(const answer_t *answer, const model_t *model) {
+    return electrical_preference(&answer->question->samples, &answer->baseline, model);
 }
 
 /* How much a proposal is preferred to the model, as 2 log likelihood. */
@@ -80,45 +77,42 @@ typedef struct {
 } preference_t;
 
 /* Fits the proposal except for some blocks (bits). */
-static bool weigh(attempt_t *job, model_t *proposal, unsigned held_fast, joint_power_t *power,
+static bool weigh(state_t *state, model_t *proposal, unsigned held_fast, joint_power_t *power,
                   preference_t *preference) {
-    const diagnosis_t *d = job->diagnosis;
-    const unsigned free_blocks = attempt_blocks_fitted(d, proposal) & ~held_fast;
-    if (!joint_fit(&d->samples, &d->noise, proposal, free_blocks, ATTEMPT_ITERATIONS, power, job->failure)) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    const unsigned free_blocks = blocks_fitted(answer, proposal) & ~held_fast;
+    if (!joint_fit(&question->samples, &question->noise, proposal, free_blocks, FIT_ITERATIONS, power,
+                   state->failure)) {
         return false;
     }
-    preference->held_out = (double)d->samples.held * log(job->power.held / power->held);
-    preference->position = (double)d->samples.fitted * log(job->power.fitted / power->fitted) + preference->held_out;
-    preference->columns = by_columns(d, proposal) - by_columns(d, &d->model);
+    preference->held_out = (double)question->samples.held * log(state->power.held / power->held);
+    preference->position =
+        (double)question->samples.fitted * log(state->power.fitted / power->fitted) + preference->held_out;
+    preference->columns = by_columns(answer, proposal) - by_columns(answer, &answer->model);
     return true;
 }
 
-static void keep(attempt_t *job, model_t *proposal, const joint_power_t *power) {
-    model_free(&job->diagnosis->model);
-    job->diagnosis->model = *proposal;
-    job->power = *power;
-}
-
 /* The finding is of the other block. */
-static void rename_finding(diagnosis_t *d, finding_t *finding, const block_t *block, double margin) {
-    finding_rename(d, finding, block, CONTRADICTED);
+static void rename_finding(answer_t *answer, finding_t *finding, const block_t *block, double margin) {
+    finding_rename(answer, finding, block, CONTRADICTED);
     finding->certainty = NAMED;
     finding->rivals = 0;
     finding->margin = margin;
 }
 
-static bool swap(attempt_t *job, finding_t *finding) {
-    diagnosis_t *d = job->diagnosis;
+static bool swap(state_t *state, finding_t *finding) {
+    answer_t *answer = &state->answer;
     const block_t *block = other_side(finding->block);
     model_t proposal;
     joint_power_t power;
     preference_t preference;
-    finding_left_out(d, finding, &proposal);
-    add_lag(&proposal, block, lag_of(d, finding));
-    const bool good = weigh(job, &proposal, 0, &power, &preference);
+    finding_left_out(answer, finding, &proposal);
+    add_lag(&proposal, block, lag_of(answer, finding));
+    const bool good = weigh(state, &proposal, 0, &power, &preference);
     if (good && preference.position + preference.columns > threshold.naming_margin) {
-        rename_finding(d, finding, block, preference.position + preference.columns);
-        keep(job, &proposal, &power);
+        rename_finding(answer, finding, block, preference.position + preference.columns);
+        state_take(state, &proposal, &power);
     } else {
         model_free(&proposal);
     }
@@ -126,16 +120,18 @@ static bool swap(attempt_t *job, finding_t *finding) {
 }
 
 /* The finding that stands for the second lag: what it explains of what the chain leaves without it. */
-static bool describe(attempt_t *job, const model_t *proposal, finding_t *added) {
-    const diagnosis_t *d = job->diagnosis;
+static bool describe(state_t *state, const model_t *proposal, finding_t *added) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
     double ignored;
-    evidence_t *evidence = evidence_open(&d->model, &d->samples, &d->noise, job->failure);
+    evidence_t *evidence = evidence_open(&answer->model, &question->samples, &question->noise, state->failure);
     if (evidence == NULL) {
         return false;
     }
-    double *change = samples_change(&d->samples, proposal, &d->model, job->failure);
-    const bool good = change != NULL && attempt_measure(job, &d->model, &ignored, &added->held_out_before_percent) &&
-                      attempt_measure(job, proposal, &ignored, &added->held_out_after_percent);
+    double *change = samples_change(&question->samples, proposal, &answer->model, state->failure);
+    const bool good = change != NULL &&
+                      state_measure(state, &answer->model, &ignored, &added->held_out_before_percent) &&
+                      state_measure(state, proposal, &ignored, &added->held_out_after_percent);
     if (good) {
         const evidence_test_t test = evidence_test(evidence, change);
         added->t = test.t;
@@ -160,8 +156,8 @@ static bool left_by_lag(void *context, double log_number, double *left) {
 }
 
 /* The lag before the voltage as the voltage has it. Returns the block, as a bit. */
-static unsigned set_by_voltage(const diagnosis_t *d, model_t *model, const block_t *before) {
-    lag_search_t search = {&d->samples, model, 0};
+static unsigned set_by_voltage(const answer_t *answer, model_t *model, const block_t *before) {
+    lag_search_t search = {&answer->question->samples, model, 0};
     while (model->block[search.at].block != before) {
         search.at++;
     }
@@ -174,18 +170,19 @@ static unsigned set_by_voltage(const diagnosis_t *d, model_t *model, const block
 }
 
 /* Takes out what stood in for the second lag, and now would not be large enough beside the two. */
-static bool tidy(attempt_t *job, const block_t *before, unsigned spared) {
-    diagnosis_t *d = job->diagnosis;
+static bool tidy(state_t *state, const block_t *before, unsigned spared) {
+    answer_t *answer = &state->answer;
     model_t again;
     joint_power_t power;
     preference_t ignored;
-    if (!reconsider_superfluous(job, threshold.least_part_of_found * job->found_um / d->noise.sigma_um, spared)) {
+    if (!reconsider_superfluous(
+            state, threshold.least_part_of_found * state->found_um / answer->question->noise.sigma_um, spared)) {
         return false;
     }
-    model_copy(&again, &d->model);
-    const bool good = weigh(job, &again, set_by_voltage(d, &again, before), &power, &ignored);
+    model_copy(&again, &answer->model);
+    const bool good = weigh(state, &again, set_by_voltage(answer, &again, before), &power, &ignored);
     if (good) {
-        keep(job, &again, &power);
+        state_take(state, &again, &power);
     } else {
         model_free(&again);
     }
@@ -236,17 +233,17 @@ typedef struct {
     finding_t *finding[DIAGNOSIS_MOST_FINDINGS];
 } lags_t;
 
-static void find_lags(diagnosis_t *d, lags_t *lags) {
+static void find_lags(answer_t *answer, lags_t *lags) {
     *lags = (lags_t){0};
-    for (size_t f = 0; f < d->findings; f++) {
-        if (d->finding[f].block->lag != LAG_NONE) {
-            lags->finding[lags->count++] = &d->finding[f];
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (answer->finding[f].block->lag != LAG_NONE) {
+            lags->finding[lags->count++] = &answer->finding[f];
         }
     }
 }
 
-static void without_lags(const diagnosis_t *d, const lags_t *lags, model_t *without) {
-    model_copy(without, &d->model);
+static void without_lags(const answer_t *answer, const lags_t *lags, model_t *without) {
+    model_copy(without, &answer->model);
     for (size_t b = without->blocks; b-- > 0;) {
         for (size_t l = 0; l < lags->count; l++) {
             if (without->block[b].block == lags->finding[l]->block) {
@@ -259,14 +256,14 @@ static void without_lags(const diagnosis_t *d, const lags_t *lags, model_t *with
 
 /* The lags as a pair, if that is preferred to the best so far. That before the voltage is what the voltage says and
  * stays so: from the position the two can hardly be told apart. The other one begins with the rest of it. */
-static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_t *pair, proposal_t *best) {
-    const diagnosis_t *d = job->diagnosis;
+static bool propose(state_t *state, const lags_t *lags, double part, const pair_t *pair, proposal_t *best) {
+    const answer_t *answer = &state->answer;
     double seconds = 0.0;
     proposal_t proposal = {.pair = pair};
     for (size_t l = 0; l < lags->count; l++) {
-        seconds += lag_of(d, lags->finding[l]);
+        seconds += lag_of(answer, lags->finding[l]);
     }
-    without_lags(d, lags, &proposal.model);
+    without_lags(answer, lags, &proposal.model);
     if (model_find(&proposal.model, pair->before->name) != NULL ||
         model_find(&proposal.model, pair->behind->name) != NULL) {
         model_free(&proposal.model);
@@ -274,8 +271,8 @@ static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_
     }
     add_lag(&proposal.model, pair->behind, seconds * (1.0 - part));
     add_lag(&proposal.model, pair->before, seconds * part);
-    const unsigned held_fast = set_by_voltage(d, &proposal.model, pair->before);
-    const bool good = weigh(job, &proposal.model, held_fast, &proposal.power, &proposal.preference);
+    const unsigned held_fast = set_by_voltage(answer, &proposal.model, pair->before);
+    const bool good = weigh(state, &proposal.model, held_fast, &proposal.power, &proposal.preference);
     const preference_t *p = &proposal.preference;
     if (good && p->held_out > threshold.least_support &&
         p->position > threshold.naming_margin + threshold.number_price && p->columns > 0.0 &&
@@ -291,45 +288,45 @@ static bool propose(attempt_t *job, const lags_t *lags, double part, const pair_
 }
 
 /* One finding, or two, become the pair. */
-static bool take_pair(attempt_t *job, const lags_t *lags, proposal_t *best) {
-    diagnosis_t *d = job->diagnosis;
+static bool take_pair(state_t *state, const lags_t *lags, proposal_t *best) {
+    answer_t *answer = &state->answer;
     const double margin = best->preference.position + best->preference.columns;
     const block_t *before = best->pair->before, *behind = best->pair->behind;
     finding_t *first = lags->finding[0];
     const block_t *one =
         first->block == before || (lags->count == 2 && lags->finding[1]->block == behind) ? before : behind;
     const block_t *other = one == before ? behind : before;
-    unsigned spared = 1U << (first - d->finding);
+    unsigned spared = 1U << (first - answer->finding);
     if (lags->count == 1) {
         finding_t added = {.block = other, .certainty = NAMED, .margin = margin, .support = best->preference.held_out};
-        if (!describe(job, &best->model, &added)) {
+        if (!describe(state, &best->model, &added)) {
             return false;
         }
-        spared |= 1U << d->findings;
-        findings_add(d, &added);
-        finding_considered_taken(d, other);
+        spared |= 1U << answer->findings;
+        findings_add(answer, &added);
+        finding_considered_taken(answer, other);
     } else {
-        spared |= 1U << (lags->finding[1] - d->finding);
+        spared |= 1U << (lags->finding[1] - answer->finding);
         if (lags->finding[1]->block != other) {
-            rename_finding(d, lags->finding[1], other, margin);
+            rename_finding(answer, lags->finding[1], other, margin);
         }
     }
     if (first->block != one) {
-        rename_finding(d, first, one, margin);
+        rename_finding(answer, first, one, margin);
     }
-    keep(job, &best->model, &best->power);
-    return tidy(job, before, spared);
+    state_take(state, &best->model, &best->power);
+    return tidy(state, before, spared);
 }
 
-static bool split(attempt_t *job, const lags_t *lags, double part) {
+static bool split(state_t *state, const lags_t *lags, double part) {
     pair_t pairs[MOST_PAIRS];
     const size_t count = list_pairs(pairs);
     proposal_t best = {0};
     bool good = true;
     for (size_t i = 0; good && i < count; i++) {
-        good = propose(job, lags, part, &pairs[i], &best);
+        good = propose(state, lags, part, &pairs[i], &best);
     }
-    if (best.pair != NULL && !(good && take_pair(job, lags, &best))) {
+    if (best.pair != NULL && !(good && take_pair(state, lags, &best))) {
         good = false;
     }
     return good;
@@ -338,39 +335,39 @@ static bool split(attempt_t *job, const lags_t *lags, double part) {
 /* Whether the voltage shows some of a lag, but not all. */
 static bool shows_a_part(const electrical_change_t *change) {
     return change->measured && change->part - threshold.deviations * change->sigma > threshold.hardly_any &&
-           sides_only_part(change);
+           electrical_only_part(change);
 }
 
-static bool settle(attempt_t *job, finding_t *finding) {
-    diagnosis_t *d = job->diagnosis;
-    const size_t findings = d->findings;
-    const electrical_change_t voltage = sides_change(d, finding, COLUMN_VOLTAGE);
+static bool settle(state_t *state, finding_t *finding) {
+    answer_t *answer = &state->answer;
+    const size_t findings = answer->findings;
+    const electrical_change_t voltage = sides_change(answer, finding, COLUMN_VOLTAGE);
     const lags_t alone = {1, {finding}};
-    if (shows_a_part(&voltage) && findings < DIAGNOSIS_MOST_FINDINGS && !split(job, &alone, voltage.part)) {
+    if (shows_a_part(&voltage) && findings < DIAGNOSIS_MOST_FINDINGS && !split(state, &alone, voltage.part)) {
         return false;
     }
     const block_t *other = other_side(finding->block);
-    if (d->findings > findings || other == NULL || model_find(&d->model, other->name) != NULL) {
+    if (answer->findings > findings || other == NULL || model_find(&answer->model, other->name) != NULL) {
         return true;
     }
-    const electrical_change_t change = voltage.measured ? voltage : sides_change(d, finding, COLUMN_CURRENT);
+    const electrical_change_t change = voltage.measured ? voltage : sides_change(answer, finding, COLUMN_CURRENT);
     const change_verdict_t verdict = electrical_verdict(&change);
     const bool contradicted = finding->block->place == PLACE_ELECTRONICS
                                   ? verdict == CHANGE_ABSENT
-                                  : verdict == CHANGE_PRESENT && !sides_only_part(&change);
-    return !contradicted || swap(job, finding);
+                                  : verdict == CHANGE_PRESENT && !electrical_only_part(&change);
+    return !contradicted || swap(state, finding);
 }
 
-bool sides_settle(attempt_t *job) {
-    diagnosis_t *d = job->diagnosis;
+bool sides_settle(state_t *state) {
+    answer_t *answer = &state->answer;
     lags_t lags;
     bool good = true;
-    find_lags(d, &lags);
-    if (lags.count == 2 && column_measured(&d->samples, COLUMN_VOLTAGE)) {
-        return split(job, &lags, 0.5);
+    find_lags(answer, &lags);
+    if (lags.count == 2 && column_measured(&answer->question->samples, COLUMN_VOLTAGE)) {
+        return split(state, &lags, 0.5);
     }
     for (size_t l = 0; good && l < lags.count; l++) {
-        good = settle(job, lags.finding[l]);
+        good = settle(state, lags.finding[l]);
     }
     return good;
 }

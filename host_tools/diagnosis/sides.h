@@ -9,17 +9,17 @@
 #ifndef SIDES_H
 #define SIDES_H
 
-#include "diagnosis/attempt.h"
+#include "diagnosis/answer.h"
 #include "diagnosis/evidence/electrical.h"
+
+struct state; /* state.h */
 
 /** Whose change is looked for in the columns: a block of the electronics itself; amplifier_bandwidth for
  * sensor_bandwidth. NULL: they say nothing of this block. */
 const block_t *sides_block(const block_t *block);
 /** How much of that change is in a column: of the chain without the finding, and with that block with the finding's
  * numbers. */
-electrical_change_t sides_change(const diagnosis_t *diagnosis, const finding_t *finding, column_t column);
-/** Whether a change that is present is clearly less than all of it. */
-bool sides_only_part(const electrical_change_t *change);
+electrical_change_t sides_change(const answer_t *answer, const finding_t *finding, column_t column);
 
 /**
  * A lag that the voltage shows in part becomes two: a low pass or a delay before it, with the number that the voltage
@@ -28,6 +28,6 @@ bool sides_only_part(const electrical_change_t *change);
  * too; of the pairs that do the most preferred. Otherwise a low pass that the columns contradict goes to the other
  * side, if position and columns together prefer it. Nothing happens without these columns.
  */
-bool sides_settle(attempt_t *job);
+bool sides_settle(struct state *state);
 
 #endif

@@ -3,17 +3,20 @@
 #ifndef STAGES_H
 #define STAGES_H
 
-#include <stdbool.h>
+#include "base/failure.h"
 #include <stddef.h>
 
-/** All that the stages hand on; diagnose.c. */
-typedef struct diagnosing diagnosing_t;
+struct question; /* question.h */
+struct state;    /* state.h: it knows the question, and cannot change it */
+struct shapes;   /* diagnose.c: the chains that a search begins with */
 
+/** A stage makes the question, or works at the answer. false: the diagnosis fails, and the failure says why. */
 typedef struct {
     const char *name;
     const char *does;
-    const char *face;               /**< the header to read */
-    bool (*run)(diagnosing_t *all); /**< false: the diagnosis fails, with the failure that it was given */
+    const char *face; /**< the header to read */
+    bool (*ask)(struct question *question, struct shapes *shapes, failure_t *failure);
+    bool (*search)(struct state *state, struct shapes *shapes);
 } stage_t;
 
 extern const stage_t diagnosis_stages[];

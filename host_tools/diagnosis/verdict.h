@@ -3,16 +3,16 @@
 #ifndef VERDICT_H
 #define VERDICT_H
 
-#include "diagnosis/attempt.h"
+#include "diagnosis/state.h"
 
 /** Looks for structure in what the model leaves (remainder.h), and writes the remainder into the diagnosis. */
-bool verdict_look(attempt_t *job);
+bool verdict_look(state_t *state);
 
 /**
  * verdict_look, and the verdict.
  * missing: what the baseline left (attempt_excess). Blocks that leave too much of it, and structure, are not what is
  * missing but what comes nearest to it: they are detected, not named.
  */
-bool verdict_reach(attempt_t *job, double missing);
+bool verdict_reach(state_t *state, double missing);
 
 #endif

@@ -32,16 +32,22 @@ static bool evidence_undone(const recording_t *recordings, size_t count, const d
 /* A fault that can be undone is, before physics is looked for, if a hysteresis of any shape then makes the readings
  * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. */
 static void undo_faults(recording_t *recordings, size_t count, diagnosis_run_t *run) {
+    bool asked = false, possible = false; /* of the recordings as they are now */
+    double as_they_are, undone;
     for (size_t f = run->faults.count; f-- > 0;) {
         fault_t *fault = &run->faults.fault[f];
-        double as_they_are, undone;
-        if (fault->kind->undo == NULL || !operator_evidence(recordings, count, &as_they_are) ||
-            !evidence_undone(recordings, count, run, fault, &undone)) {
+        if (fault->kind->undo == NULL) {
+            continue;
+        }
+        possible = asked ? possible : operator_evidence(recordings, count, &as_they_are);
+        asked = true;
+        if (!possible || !evidence_undone(recordings, count, run, fault, &undone)) {
             continue;
         }
         if (undone > as_they_are + threshold.evidence_margin) {
             fault->kind->undo(fault, &run->looks[fault->recording], &recordings[fault->recording]);
             fault->undone = true;
+            asked = false;
         } else {
             fault_withdraw(&run->faults, f);
         }
@@ -73,11 +79,11 @@ static void look_away(diagnosis_run_t *run) {
 
 static bool find_and_account(const model_t *given, const recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
-    if (!diagnose(given, recordings, count, &run->diagnosis, failure)) {
+    if (!diagnose(given, recordings, count, &run->answer, failure)) {
         return false;
     }
-    if (!account_for(&run->diagnosis, recordings, count, &run->account, failure)) {
-        diagnosis_free(&run->diagnosis);
+    if (!account_for(&run->answer, recordings, count, &run->account, failure)) {
+        answer_free(&run->answer);
         return false;
     }
     return true;
@@ -95,7 +101,7 @@ bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, 
 }
 
 json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
-    json_t *json = diagnosis_to_json(&run->diagnosis, &run->account, recordings, count);
+    json_t *json = diagnosis_to_json(&run->answer, &run->account, recordings, count);
     looks_into_diagnosis(json, run->looks, run->looked_at, &run->faults, run->masked);
     if (run->sure_asked) {
         json_object_set_new(json, "sure", sure_to_json(&run->sure));
@@ -105,7 +111,7 @@ json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *rec
 
 void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording_t *recordings, size_t count) {
     looks_print_shortly(file, run->looks, run->looked_at, &run->faults, run->masked);
-    diagnosis_print(file, &run->diagnosis, &run->account, recordings, count);
+    diagnosis_print(file, &run->answer, &run->account, recordings, count);
     if (run->sure_asked) {
         sure_print(file, &run->sure);
     }
@@ -113,12 +119,12 @@ void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording
 
 bool diagnosis_run_report(const diagnosis_run_t *run, const recording_t *recordings, size_t count, const char *path,
                           failure_t *failure) {
-    return diagnosis_write_report(&run->diagnosis, &run->account, recordings, count,
+    return diagnosis_write_report(&run->answer, &run->account, recordings, count,
                                   run->looked_at > 0 ? run->looks : NULL, path, failure);
 }
 
 void diagnosis_run_free(diagnosis_run_t *run) {
     account_free(&run->account);
-    diagnosis_free(&run->diagnosis);
+    answer_free(&run->answer);
     look_away(run);
 }

@@ -12,7 +12,7 @@ typedef struct {
     fault_list_t faults;
     size_t looked_at; /**< recordings; 0: too short to look at, and the diagnosis says so */
     size_t masked;    /**< samples that faults spoil, left out */
-    diagnosis_t diagnosis;
+    answer_t answer;
     account_t account;
     bool sure_asked;
     sure_t sure; /**< where that was wanted (sure.h) */

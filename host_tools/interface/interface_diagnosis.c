@@ -88,7 +88,7 @@ int hyst_host_diagnosis_report(const hyst_host_diagnosis_t *diagnosis, const cha
 hyst_host_model_t *hyst_host_diagnosis_model(const hyst_host_diagnosis_t *diagnosis) {
     model_t model;
     provenance_note_t *note = provenance_note();
-    model_copy(&model, &diagnosis->run.diagnosis.model);
+    model_copy(&model, &diagnosis->run.answer.model);
     provenance_note_add(note, diagnosis->note);
     return interface_model(&model, note);
 }

@@ -2,8 +2,7 @@
 #include "interface/sure.h"
 #include "chain/catalogue.h"
 #include "chain/chain.h"
-#include "diagnosis/attempt.h"
-#include "diagnosis/findings.h"
+#include "diagnosis/answer.h"
 #include "diagnosis/instead.h"
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +18,7 @@ enum { SIZES = sizeof sizes / sizeof sizes[0], MOST_LIMITS = (SURE_MOST_WORLDS -
 static sure_world_t *add_world(sure_work_t *work, const model_t *model) {
     sure_world_t *world = &work->world[work->worlds++];
     *world = (sure_world_t){.model = *model, .from = work->sure.count, .to = work->sure.count};
-    attempt_without_noise(&world->model);
+    model_without_noise(&world->model);
     return world;
 }
 
@@ -31,14 +30,14 @@ static void add_question(sure_work_t *work, sure_world_t *world, sure_question_t
 }
 
 /* The block that came next when the finding was taken; NULL: none. */
-static const block_t *runner_up(const diagnosis_t *d, const finding_t *finding) {
+static const block_t *runner_up(const answer_t *answer, const finding_t *finding) {
     const considered_t *taken = NULL, *next = NULL;
-    for (size_t i = 0; i < d->considered; i++) {
-        const considered_t *c = &d->consideration[i];
+    for (size_t i = 0; i < answer->considered; i++) {
+        const considered_t *c = &answer->consideration[i];
         taken = c->block == finding->block && c->outcome == TAKEN ? c : taken;
     }
-    for (size_t i = 0; taken != NULL && i < d->considered; i++) {
-        const considered_t *c = &d->consideration[i];
+    for (size_t i = 0; taken != NULL && i < answer->considered; i++) {
+        const considered_t *c = &answer->consideration[i];
         if (c->round == taken->round && c->outcome == LESS_LIKELY &&
             (next == NULL || c->likelihood > next->likelihood)) {
             next = c;
@@ -48,32 +47,32 @@ static const block_t *runner_up(const diagnosis_t *d, const finding_t *finding) 
 }
 
 /* Another block in the finding's place, fitted there. */
-static void add_rival(sure_work_t *work, const diagnosis_t *d, const finding_t *finding, const block_t *rival) {
+static void add_rival(sure_work_t *work, const answer_t *answer, const finding_t *finding, const block_t *rival) {
     model_t model;
-    if (work->worlds < SURE_MOST_WORLDS && model_find(&d->model, rival->name) == NULL &&
-        instead_of_finding(d, finding, rival, &model)) {
+    if (work->worlds < SURE_MOST_WORLDS && model_find(&answer->model, rival->name) == NULL &&
+        instead_of_finding(answer, finding, rival, &model)) {
         add_question(work, add_world(work, &model), (sure_question_t){.hidden = rival, .in_place_of = finding->block});
     }
 }
 
-static void worlds_of_findings(sure_work_t *work, const diagnosis_t *d) {
-    model_t answer;
-    instead_of_terms(d, &answer);
-    sure_world_t *world = add_world(work, &answer);
-    for (size_t f = 0; f < findings_named(d); f++) {
-        const finding_t *finding = &d->finding[f];
+static void worlds_of_findings(sure_work_t *work, const answer_t *answer) {
+    model_t chain;
+    instead_of_terms(answer, &chain);
+    sure_world_t *world = add_world(work, &chain);
+    for (size_t f = 0; f < findings_named(answer); f++) {
+        const finding_t *finding = &answer->finding[f];
         if (!finding->in_readings) {
             add_question(work, world, (sure_question_t){.hidden = finding->block, .in_place_of = finding->block});
         }
     }
-    for (size_t f = 0; f < findings_named(d); f++) {
-        const finding_t *finding = &d->finding[f];
+    for (size_t f = 0; f < findings_named(answer); f++) {
+        const finding_t *finding = &answer->finding[f];
         for (size_t r = 0; r < finding->rivals; r++) {
-            add_rival(work, d, finding, finding->rival[r]);
+            add_rival(work, answer, finding, finding->rival[r]);
         }
-        const block_t *next = finding->rivals == 0 && !finding->in_readings ? runner_up(d, finding) : NULL;
+        const block_t *next = finding->rivals == 0 && !finding->in_readings ? runner_up(answer, finding) : NULL;
         if (next != NULL) {
-            add_rival(work, d, finding, next);
+            add_rival(work, answer, finding, next);
         }
     }
 }
@@ -100,13 +99,13 @@ static void add_sizes(sure_work_t *work, const model_t *chain, const unseen_t *u
     }
 }
 
-static void worlds_of_nothing(sure_work_t *work, const diagnosis_t *d) {
+static void worlds_of_nothing(sure_work_t *work, const answer_t *answer) {
     model_t chain;
     size_t blocks = 0;
-    instead_of_terms(d, &chain);
+    instead_of_terms(answer, &chain);
     add_question(work, add_world(work, &chain), (sure_question_t){0});
-    for (size_t i = 0; i < d->unseen_count && blocks < MOST_LIMITS; i++) {
-        const unseen_t *unseen = &d->unseen[i];
+    for (size_t i = 0; i < answer->unseen_count && blocks < MOST_LIMITS; i++) {
+        const unseen_t *unseen = &answer->unseen[i];
         if (unseen->testable && unseen->parameter < unseen->block->parameters &&
             unseen->block->readings == READINGS_AS_THEY_ARE && !has_asked_group(work, unseen->block)) {
             add_sizes(work, &work->world[0].model, unseen);
@@ -116,9 +115,9 @@ static void worlds_of_nothing(sure_work_t *work, const diagnosis_t *d) {
 }
 
 /* Whether it found an effect; steps of the converter are in all recordings that are simulated. */
-static bool has_found(const diagnosis_t *d) {
-    for (size_t f = 0; f < findings_named(d); f++) {
-        if (!d->finding[f].in_readings) {
+static bool has_found(const answer_t *answer) {
+    for (size_t f = 0; f < findings_named(answer); f++) {
+        if (!answer->finding[f].in_readings) {
             return true;
         }
     }
@@ -137,14 +136,14 @@ static bool has_measured_columns(const samples_t *samples) {
 }
 
 void sure_prepare(const diagnosis_run_t *run, size_t each, unsigned long seed, double took_s, sure_work_t *work) {
-    const diagnosis_t *d = &run->diagnosis;
+    const answer_t *answer = &run->answer;
     *work = (sure_work_t){.sure = {.seed = seed,
-                                   .whole = d->verdict == NOTHING_MISSING || d->verdict == EXPLAINED,
-                                   .columns = has_measured_columns(&d->samples)}};
-    if (has_found(d)) {
-        worlds_of_findings(work, d);
+                                   .whole = answer->verdict == NOTHING_MISSING || answer->verdict == EXPLAINED,
+                                   .columns = has_measured_columns(&answer->question->samples)}};
+    if (has_found(answer)) {
+        worlds_of_findings(work, answer);
     } else {
-        worlds_of_nothing(work, d);
+        worlds_of_nothing(work, answer);
     }
     const double one_s = took_s * (double)work->worlds;
     const double fitting = SURE_DEFAULT_S / fmax(one_s, 1e-3);
@@ -165,31 +164,34 @@ static const block_t *block_of_noise(void) {
 }
 
 /* The converter's step of the recordings, 0 without. */
-static double step_of(const diagnosis_t *d) {
-    for (size_t f = 0; f < d->findings; f++) {
-        if (d->finding[f].in_readings) {
-            return d->model.block[finding_index(d, &d->finding[f])].parameter[0].value[0];
+static double step_of(const answer_t *answer) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (answer->finding[f].in_readings) {
+            return answer->model.block[finding_index(answer, &answer->finding[f])].parameter[0].value[0];
         }
     }
     return 0.0;
 }
 
 /* The steps' error is in the noise where it is larger than that, and is added by rounding. */
-static double deviation_um(const diagnosis_t *d, double step_um) {
-    const double square = d->noise.sigma_um * d->noise.sigma_um - step_um * step_um / 12.0;
-    return sqrt(fmax(0.0, step_um > 0.0 && d->noise.filter.memory == 0.0 ? square : square + step_um * step_um / 12.0));
+static double deviation_um(const answer_t *answer, double step_um) {
+    const question_t *question = answer->question;
+    const double square = question->noise.sigma_um * question->noise.sigma_um - step_um * step_um / 12.0;
+    return sqrt(
+        fmax(0.0, step_um > 0.0 && question->noise.filter.memory == 0.0 ? square : square + step_um * step_um / 12.0));
 }
 
 /* What the world would have shown in this recording, with other noise of the same kind (noise_filter.h). */
-static bool simulate(const diagnosis_t *d, const model_t *world, size_t index, uint64_t seed, double *displacement,
+static bool simulate(const answer_t *answer, const model_t *world, size_t index, uint64_t seed, double *displacement,
                      failure_t *failure) {
-    const recording_t *recording = &d->recordings[index];
-    const noise_filter_t *filter = &d->noise.filter;
-    const double step_um = step_of(d);
+    const question_t *question = answer->question;
+    const recording_t *recording = &question->recordings[index];
+    const noise_filter_t *filter = &question->noise.filter;
+    const double step_um = step_of(answer);
     model_t noisy;
     double *e = allocate(recording->samples, sizeof *e), x = 0.0, last = 0.0;
     model_copy(&noisy, world);
-    *model_append(&noisy, block_of_noise())->parameter[0].value = deviation_um(d, step_um);
+    *model_append(&noisy, block_of_noise())->parameter[0].value = deviation_um(answer, step_um);
     const bool good = chain_simulate_finite(world, recording, seed, displacement, failure) &&
                       chain_simulate_finite(&noisy, recording, seed, e, failure);
     for (size_t k = 0; good && k < recording->samples; k++) {
@@ -235,10 +237,10 @@ static void count_other(sure_question_t *question, const block_t *block) {
 }
 
 /* An answer to a recording of this world. */
-static void count_answer(sure_question_t *question, const model_t *world, const diagnosis_t *d) {
+static void count_answer(sure_question_t *question, const model_t *world, const answer_t *answer) {
     const finding_t *other = NULL;
-    for (size_t f = 0; f < findings_named(d); f++) {
-        const finding_t *finding = &d->finding[f];
+    for (size_t f = 0; f < findings_named(answer); f++) {
+        const finding_t *finding = &answer->finding[f];
         if (question->hidden != NULL && names(finding, question->hidden)) {
             *(finding->rivals == 0 ? &question->right : &question->open) += 1;
             return;
@@ -255,7 +257,7 @@ static void count_answer(sure_question_t *question, const model_t *world, const 
 
 /* One set of recordings of a world, asked. */
 static bool ask_once(sure_work_t *work, size_t index, size_t number, const model_t *given,
-                     const recording_t *recordings, size_t count, const diagnosis_t *d, failure_t *failure) {
+                     const recording_t *recordings, size_t count, const answer_t *answer, failure_t *failure) {
     const sure_world_t *world = &work->world[index];
     recording_t *like = allocate(count, sizeof *like);
     diagnosis_run_t run;
@@ -264,14 +266,14 @@ static bool ask_once(sure_work_t *work, size_t index, size_t number, const model
         const uint64_t seed = ((work->sure.seed * SURE_MOST_WORLDS + index) * 1000003U + number) * 101U + r;
         recording_copy(&like[r], &recordings[r]);
         drop_measured_columns(&like[r]);
-        good = good && simulate(d, &world->model, r, seed, like[r].column[COLUMN_DISPLACEMENT], failure);
+        good = good && simulate(answer, &world->model, r, seed, like[r].column[COLUMN_DISPLACEMENT], failure);
     }
     if (good) {
         good = diagnosis_run(given, like, count, &run, failure);
     }
     if (good) {
         for (size_t q = world->from; q < world->to; q++) {
-            count_answer(&work->sure.question[q], &world->model, &run.diagnosis);
+            count_answer(&work->sure.question[q], &world->model, &run.answer);
         }
         diagnosis_run_free(&run);
     }
@@ -293,7 +295,7 @@ bool sure_ask(sure_work_t *work, const model_t *given, const recording_t *record
     bool good = true;
     for (size_t number = 0; good && number < work->sure.each; number++) {
         for (size_t w = 0; good && w < work->worlds; w++) {
-            good = ask_once(work, w, number, given, recordings, count, &run->diagnosis, failure);
+            good = ask_once(work, w, number, given, recordings, count, &run->answer, failure);
         }
     }
     sure_forget(work);

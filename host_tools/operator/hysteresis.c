@@ -472,6 +472,18 @@ static void take_open(void *context, double *row, const size_t *sample, size_t r
     }
 }
 
+/* Rows at these samples, each one of them. */
+static rows_wanted_t rows_of(const hysteresis_t *h, const operator_path_t *paths, size_t count,
+                             const unsigned char *use) {
+    return (rows_wanted_t){.operator= & h->operator,
+                           .paths = paths,
+                           .count = count,
+                           .turns = h->turns,
+                           .noise = &h->noise,
+                           .use = use,
+                           .thin = 1};
+}
+
 void hysteresis_left(const hysteresis_t *h, const operator_path_t *paths, size_t count, const double *position_um,
                      const unsigned char *use, double *left, double *open) {
     double *memory = pink_memory(&h->noise, 1);
@@ -487,27 +499,16 @@ void hysteresis_left(const hysteresis_t *h, const operator_path_t *paths, size_t
     }
     free(memory);
     if (open != NULL) {
-        const rows_wanted_t wanted = {.operator= & h->operator,
-                                      .paths = paths,
-                                      .count = count,
-                                      .turns = h->turns,
-                                      .noise = &h->noise,
-                                      .use = use,
-                                      .unused = true,
-                                      .thin = 1};
+        rows_wanted_t wanted = rows_of(h, paths, count, use);
+        wanted.unused = true;
         rows_stream(&wanted, take_open, &(open_job_t){.evidence = &h->evidence, .open = open});
     }
 }
 
 void hysteresis_rows_open(hysteresis_rows_t *rows, const hysteresis_t *h, const operator_path_t *paths, size_t count,
                           const unsigned char *use, size_t thin) {
-    const rows_wanted_t wanted = {.operator= & h->operator,
-                                  .paths = paths,
-                                  .count = count,
-                                  .turns = h->turns,
-                                  .noise = &h->noise,
-                                  .use = use,
-                                  .thin = thin};
+    rows_wanted_t wanted = rows_of(h, paths, count, use);
+    wanted.thin = thin;
     *rows = (hysteresis_rows_t){.hysteresis = h, .paths = paths, .count = count};
     kept_rows_open(&rows->kept, &wanted);
 }

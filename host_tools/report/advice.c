@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/advice.h"
-#include "diagnosis/findings.h"
+#include "diagnosis/answer.h"
 #include <string.h>
 
-const char *advice_on_verdict(const diagnosis_t *d) {
-    switch (d->verdict) {
+const char *advice_on_verdict(const answer_t *answer) {
+    switch (answer->verdict) {
     case NOTHING_MISSING:
         return "Use the model. Before you rely on it elsewhere, see below which effects these recordings would have "
                "shown, and which not.";

@@ -3,11 +3,11 @@
 #ifndef ADVICE_H
 #define ADVICE_H
 
-#include "diagnosis/diagnose.h"
+#include "diagnosis/answer.h"
 #include "report/text_line.h"
 
 /** What the verdict asks for. */
-const char *advice_on_verdict(const diagnosis_t *diagnosis);
+const char *advice_on_verdict(const answer_t *answer);
 
 /** Whether the amplifier undoes the block, or why it cannot. */
 void advice_on_block(const block_t *block, char text[DIAGNOSIS_LINE]);

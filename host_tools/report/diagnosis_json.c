@@ -4,7 +4,6 @@
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/searched.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
-#include "diagnosis/refitted.h"
 #include "report/diagnosis_text.h"
 #include "report/measured_columns_text.h"
 #include <math.h>
@@ -36,8 +35,8 @@ static json_t *location_to_json(const location_t *location, const recording_t *r
     return json;
 }
 
-static json_t *parameters_to_json(const diagnosis_t *diagnosis, const finding_t *finding) {
-    const model_block_t *block = &diagnosis->model.block[finding_index(diagnosis, finding)];
+static json_t *parameters_to_json(const answer_t *answer, const finding_t *finding) {
+    const model_block_t *block = &answer->model.block[finding_index(answer, finding)];
     json_t *parameters = json_object();
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
@@ -52,9 +51,9 @@ static json_t *parameters_to_json(const diagnosis_t *diagnosis, const finding_t 
     return parameters;
 }
 
-static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *account, size_t index,
+static json_t *finding_to_json(const answer_t *answer, const account_t *account, size_t index,
                                const recording_t *recordings) {
-    const finding_t *finding = &diagnosis->finding[index];
+    const finding_t *finding = &answer->finding[index];
     char explanation[DIAGNOSIS_LINE];
     json_t *confusable = json_array();
     finding_explanation(finding, explanation);
@@ -64,7 +63,7 @@ static json_t *finding_to_json(const diagnosis_t *diagnosis, const account_t *ac
     json_t *json =
         json_pack("{s:s, s:s, s:s, s:f, s:o, s:o, s:o, s:o, s:s, s:o, s:s}", "block", finding->block->name, "place",
                   place_name(finding->block->place), "certainty", certainty_name(finding->certainty), "confidence",
-                  account->confidence[index], "parameters", parameters_to_json(diagnosis, finding),
+                  account->confidence[index], "parameters", parameters_to_json(answer, finding),
                   "held_out_nrmse_percent_before", json_number_or_null(finding->held_out_before_percent),
                   "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
                   location_to_json(&account->where[index], recordings), "explanation", explanation, "confusable_with",
@@ -100,25 +99,24 @@ static json_t *unseen_to_json(const unseen_t *unseen, bool limits) {
                      json_sprintf("hyst record --probe %s", block->name));
 }
 
-static json_t *all_unseen_to_json(const diagnosis_t *diagnosis) {
+static json_t *all_unseen_to_json(const answer_t *answer) {
     const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
     size_t testable;
-    const size_t count = unseen_in_order(diagnosis, unseen, &testable);
+    const size_t count = unseen_in_order(answer, unseen, &testable);
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
-        json_array_append_new(list, unseen_to_json(unseen[i], unseen_has_limits(diagnosis)));
+        json_array_append_new(list, unseen_to_json(unseen[i], unseen_has_limits(answer)));
     }
     return list;
 }
 
-static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *account,
-                                 const recording_t *recordings) {
-    const remainder_t *remainder = &diagnosis->remainder;
-    json_t *json = errors_to_json(diagnosis->nrmse_percent, diagnosis->held_out_percent);
-    json_object_set_new(json, "simulated_nrmse_percent", json_number_or_null(diagnosis->delivered_percent));
-    json_object_set_new(json, "noise_floor_percent", json_number_or_null(diagnosis->noise_percent));
-    json_object_set_new(json, "past_unknown", json_boolean(diagnosis->samples.past_matters));
-    json_object_set_new(json, "structured", json_boolean(something_remains(diagnosis)));
+static json_t *remaining_to_json(const answer_t *answer, const account_t *account, const recording_t *recordings) {
+    const remainder_t *remainder = &answer->remainder;
+    json_t *json = errors_to_json(answer->nrmse_percent, answer->held_out_percent);
+    json_object_set_new(json, "simulated_nrmse_percent", json_number_or_null(answer->delivered_percent));
+    json_object_set_new(json, "noise_floor_percent", json_number_or_null(answer->noise_percent));
+    json_object_set_new(json, "past_unknown", json_boolean(answer->question->samples.past_matters));
+    json_object_set_new(json, "structured", json_boolean(something_remains(answer)));
     json_object_set_new(json, "rms_um", json_number_or_null(remainder->rms_um));
     json_object_set_new(json, "band_hz",
                         remainder->high_hz > 0.0 ? json_pack("[f, f]", remainder->low_hz, remainder->high_hz)
@@ -133,15 +131,15 @@ static json_t *remaining_to_json(const diagnosis_t *diagnosis, const account_t *
     return json;
 }
 
-static json_t *other_shape_to_json(const diagnosis_t *diagnosis) {
-    const model_t *given = &diagnosis->given;
-    return json_pack("{s:s, s:s, s:o}", "block", diagnosis_other_shape(diagnosis)->name, "instead_of",
+static json_t *other_shape_to_json(const answer_t *answer) {
+    const model_t *given = &answer->given;
+    return json_pack("{s:s, s:s, s:o}", "block", diagnosis_other_shape(answer)->name, "instead_of",
                      given->block[hysteresis_index(given)].block->name, "held_out_nrmse_percent_with_that",
-                     json_number_or_null(diagnosis->own_shape_held_out_percent));
+                     json_number_or_null(answer->own_shape_held_out_percent));
 }
 
-static json_t *shape_to_json(const diagnosis_t *diagnosis) {
-    const shape_t *shape = &diagnosis->shape;
+static json_t *shape_to_json(const answer_t *answer) {
+    const shape_t *shape = &answer->question->shape;
     return json_pack("{s:b, s:o, s:o, s:o, s:f, s:o, s:i, s:b, s:b, s:o, s:o}", "explains", (int)shape->whole,
                      "operator_held_out_nrmse_percent", json_number_or_null(shape->operator_percent), "noise_percent",
                      json_number_or_null(shape->noise_percent), "noise_corner_hz", json_number_or_null(shape->rho_hz),
@@ -152,12 +150,12 @@ static json_t *shape_to_json(const diagnosis_t *diagnosis) {
                      json_number_or_null(shape->gain));
 }
 
-static json_t *refitted_to_json(const diagnosis_t *diagnosis) {
+static json_t *refitted_to_json(const answer_t *answer) {
     json_t *numbers = json_array();
-    for (size_t i = 0; i < diagnosis->refitted; i++) {
-        const block_t *block = diagnosis->refitted_block[i];
-        const model_block_t *was = model_find(&diagnosis->given, block->name);
-        const model_block_t *is = model_find(&diagnosis->model, block->name);
+    for (size_t i = 0; i < answer->refitted; i++) {
+        const block_t *block = answer->refitted_block[i];
+        const model_block_t *was = model_find(&answer->given, block->name);
+        const model_block_t *is = model_find(&answer->model, block->name);
         for (size_t p = 0; p < block->parameters; p++) {
             if (is_searched(block, p)) {
                 const double sigma = is->parameter[p].sigma != NULL ? is->parameter[p].sigma[0] : HUGE_VAL;
@@ -172,40 +170,40 @@ static json_t *refitted_to_json(const diagnosis_t *diagnosis) {
     return numbers;
 }
 
-json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, const recording_t *recordings,
                           size_t count) {
-    const bool was_given = diagnosis->model_given;
+    const question_t *question = answer->question;
+    const bool was_given = question->model_given;
     char caveat[DIAGNOSIS_LINE];
-    const bool doubtful = verdict_caveat(diagnosis, caveat);
-    json_t *names = json_array(), *findings = json_array(), *model = model_to_json(&diagnosis->baseline);
+    const bool doubtful = verdict_caveat(answer, caveat);
+    json_t *names = json_array(), *findings = json_array(), *model = model_to_json(&answer->baseline);
     json_t *baseline = json_pack("{s:O, s:o, s:o}", "chain", json_object_get(model, "chain"), "nrmse_percent",
-                                 json_number_or_null(diagnosis->baseline_nrmse_percent), "held_out_nrmse_percent",
-                                 json_number_or_null(diagnosis->baseline_held_out_percent));
+                                 json_number_or_null(answer->baseline_nrmse_percent), "held_out_nrmse_percent",
+                                 json_number_or_null(answer->baseline_held_out_percent));
     json_decref(model);
-    json_object_set_new(baseline, "simulated_nrmse_percent",
-                        json_number_or_null(diagnosis->baseline_delivered_percent));
-    json_object_set_new(baseline, "straight_line_nrmse_percent", json_number_or_null(diagnosis->line_percent));
-    json_object_set_new(baseline, "plays_nrmse_percent", json_number_or_null(diagnosis->plays_percent));
+    json_object_set_new(baseline, "simulated_nrmse_percent", json_number_or_null(answer->baseline_delivered_percent));
+    json_object_set_new(baseline, "straight_line_nrmse_percent", json_number_or_null(answer->line_percent));
+    json_object_set_new(baseline, "plays_nrmse_percent", json_number_or_null(answer->plays_percent));
     for (size_t i = 0; i < count; i++) {
         json_array_append_new(names, json_string(recordings[i].name));
     }
-    for (size_t f = 0; f < diagnosis->findings; f++) {
-        json_array_append_new(findings, finding_to_json(diagnosis, account, f, recordings));
+    for (size_t f = 0; f < answer->findings; f++) {
+        json_array_append_new(findings, finding_to_json(answer, account, f, recordings));
     }
     json_t *json = json_pack(
         "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s, s:s?}", "format", "hyst-diagnosis-1", "recordings", names, "given",
-        was_given ? errors_to_json(diagnosis->given_nrmse_percent, diagnosis->given_held_out_percent) : json_null(),
-        "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(diagnosis), "remaining",
-        remaining_to_json(diagnosis, account, recordings), "verdict", verdict_name(diagnosis->verdict), "caveat",
+        was_given ? errors_to_json(answer->given_nrmse_percent, answer->given_held_out_percent) : json_null(),
+        "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(answer), "remaining",
+        remaining_to_json(answer, account, recordings), "verdict", verdict_name(answer->verdict), "caveat",
         doubtful ? caveat : NULL);
-    if (diagnosis_other_shape(diagnosis) != NULL) {
-        json_object_set_new(json, "other_shape", other_shape_to_json(diagnosis));
+    if (diagnosis_other_shape(answer) != NULL) {
+        json_object_set_new(json, "other_shape", other_shape_to_json(answer));
     }
-    if (diagnosis->shape.fitted) {
-        json_object_set_new(json, "shape", shape_to_json(diagnosis));
+    if (question->shape.fitted) {
+        json_object_set_new(json, "shape", shape_to_json(answer));
     }
-    if (diagnosis->refitted > 0) {
-        json_object_set_new(json, "refitted", refitted_to_json(diagnosis));
+    if (answer->refitted > 0) {
+        json_object_set_new(json, "refitted", refitted_to_json(answer));
     }
     if (account->measured.count > 0) {
         json_object_set_new(json, "measured_columns", measured_columns_to_json(&account->measured));
@@ -213,7 +211,7 @@ json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account
     return json;
 }
 
-bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
-                          size_t count, const char *path, failure_t *failure) {
-    return json_write(diagnosis_to_json(diagnosis, account, recordings, count), path, failure);
+bool diagnosis_write_json(const answer_t *answer, const account_t *account, const recording_t *recordings, size_t count,
+                          const char *path, failure_t *failure) {
+    return json_write(diagnosis_to_json(answer, account, recordings, count), path, failure);
 }

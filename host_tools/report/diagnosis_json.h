@@ -31,10 +31,10 @@
 #include "diagnosis/account.h"
 
 /** A new reference. */
-json_t *diagnosis_to_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, const recording_t *recordings,
                           size_t count);
 
-bool diagnosis_write_json(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
-                          size_t count, const char *path, failure_t *failure);
+bool diagnosis_write_json(const answer_t *answer, const account_t *account, const recording_t *recordings, size_t count,
+                          const char *path, failure_t *failure);
 
 #endif

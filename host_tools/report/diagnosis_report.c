@@ -42,7 +42,7 @@ static const char style[] =
 
 typedef struct {
     FILE *file;
-    const diagnosis_t *diagnosis;
+    const answer_t *answer;
     const account_t *account;
     const recording_t *recordings;
     size_t count;
@@ -79,72 +79,74 @@ static void write_bar(FILE *file, const char *what, double percent, double most,
 }
 
 /* Whether the chain's error differs from that of the last step, since all findings were fitted once more together. */
-static bool fitted_again(const diagnosis_t *d) {
-    return d->findings > 0 &&
-           fabs(d->held_out_percent - d->finding[d->findings - 1].held_out_after_percent) > shown_percent;
+static bool fitted_again(const answer_t *answer) {
+    return answer->findings > 0 && fabs(answer->held_out_percent -
+                                        answer->finding[answer->findings - 1].held_out_after_percent) > shown_percent;
 }
 
 /* The held-out error after every step. */
 static void write_errors(const page_t *page) {
-    const diagnosis_t *d = page->diagnosis;
-    const bool was_given = d->model_given;
-    const block_t *another = diagnosis_other_shape(d);
-    const bool noise_known = isfinite(d->noise_percent);
-    double most = fmax(fmax(d->baseline_held_out_percent, d->held_out_percent), noise_known ? d->noise_percent : 0.0);
-    most = was_given ? fmax(most, d->given_held_out_percent) : most;
-    most = another != NULL ? fmax(most, d->own_shape_held_out_percent) : most;
-    for (size_t f = 0; f < d->findings; f++) {
-        most = fmax(most, d->finding[f].held_out_after_percent);
+    const answer_t *answer = page->answer;
+    const bool was_given = answer->question->model_given;
+    const block_t *another = diagnosis_other_shape(answer);
+    const bool noise_known = isfinite(answer->noise_percent);
+    double most = fmax(fmax(answer->baseline_held_out_percent, answer->held_out_percent),
+                       noise_known ? answer->noise_percent : 0.0);
+    most = was_given ? fmax(most, answer->given_held_out_percent) : most;
+    most = another != NULL ? fmax(most, answer->own_shape_held_out_percent) : most;
+    for (size_t f = 0; f < answer->findings; f++) {
+        most = fmax(most, answer->finding[f].held_out_after_percent);
     }
     fprintf(page->file,
             "<div class=\"wide\"><table>\n<thead><tr><th>Model</th><th>Held-out error, %%</th><th></th></tr>"
             "</thead>\n<tbody>\n");
     if (was_given) {
-        write_bar(page->file, "as it came in", d->given_held_out_percent, most, "");
+        write_bar(page->file, "as it came in", answer->given_held_out_percent, most, "");
     }
     if (another != NULL) {
-        write_bar(page->file, "numbers fitted again", d->own_shape_held_out_percent, most, "");
+        write_bar(page->file, "numbers fitted again", answer->own_shape_held_out_percent, most, "");
     }
     write_bar(page->file,
-              another != NULL   ? "another hysteresis"
-              : was_given       ? "numbers fitted again"
-              : d->findings > 0 ? "before"
-                                : "the model",
-              d->baseline_held_out_percent, most, d->findings > 0 ? "" : " last");
-    for (size_t f = 0; f < d->findings; f++) {
+              another != NULL        ? "another hysteresis"
+              : was_given            ? "numbers fitted again"
+              : answer->findings > 0 ? "before"
+                                     : "the model",
+              answer->baseline_held_out_percent, most, answer->findings > 0 ? "" : " last");
+    for (size_t f = 0; f < answer->findings; f++) {
         char what[100];
-        snprintf(what, sizeof what, "+&nbsp;%s", d->finding[f].block->name);
-        write_bar(page->file, what, d->finding[f].held_out_after_percent, most,
-                  f + 1 < d->findings || fitted_again(d) ? "" : " last");
+        snprintf(what, sizeof what, "+&nbsp;%s", answer->finding[f].block->name);
+        write_bar(page->file, what, answer->finding[f].held_out_after_percent, most,
+                  f + 1 < answer->findings || fitted_again(answer) ? "" : " last");
     }
-    if (fitted_again(d)) {
-        write_bar(page->file, "all, fitted together", d->held_out_percent, most, " last");
+    if (fitted_again(answer)) {
+        write_bar(page->file, "all, fitted together", answer->held_out_percent, most, " last");
     }
     if (noise_known) {
-        write_bar(page->file, "noise", d->noise_percent, most, " noise");
+        write_bar(page->file, "noise", answer->noise_percent, most, " noise");
     }
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">RMS error over the peak-to-peak displacement, worst recording, "
             "on the blocks of time that were held out: each third one of 36. On the others: ");
     if (was_given) {
-        fprintf(page->file, "%.4f&nbsp;%% as it came in, ", d->given_nrmse_percent);
+        fprintf(page->file, "%.4f&nbsp;%% as it came in, ", answer->given_nrmse_percent);
     }
-    if (d->findings > 0) {
-        fprintf(page->file, "%.4f&nbsp;%% before, ", d->baseline_nrmse_percent);
+    if (answer->findings > 0) {
+        fprintf(page->file, "%.4f&nbsp;%% before, ", answer->baseline_nrmse_percent);
     }
-    fprintf(page->file, "%.4f&nbsp;%%%s. %s%sNoise: %s.</p>\n", d->nrmse_percent, d->findings > 0 ? " after" : "",
-            errors_caveat(d) != NULL ? errors_caveat(d) : "", errors_caveat(d) != NULL ? " " : "",
-            d->noise.at_rest ? "what the reading does while the drive rests"
-                             : "what a rich model leaves, as the drive never rests for long");
+    fprintf(page->file, "%.4f&nbsp;%%%s. %s%sNoise: %s.</p>\n", answer->nrmse_percent,
+            answer->findings > 0 ? " after" : "", errors_caveat(answer) != NULL ? errors_caveat(answer) : "",
+            errors_caveat(answer) != NULL ? " " : "",
+            answer->question->noise.at_rest ? "what the reading does while the drive rests"
+                                            : "what a rich model leaves, as the drive never rests for long");
 }
 
 /* Parameters of the given chain that changed. */
 static void write_refitted(const page_t *page) {
-    const diagnosis_t *d = page->diagnosis;
+    const answer_t *answer = page->answer;
     char text[DIAGNOSIS_LINE];
-    for (size_t i = 0; i < d->refitted; i++) {
-        for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
-            if (refitted_text(d, d->refitted_block[i], p, text)) {
+    for (size_t i = 0; i < answer->refitted; i++) {
+        for (size_t p = 0; p < answer->refitted_block[i]->parameters; p++) {
+            if (refitted_text(answer, answer->refitted_block[i], p, text)) {
                 fputs("<p class=\"note\">Fitted again: ", page->file);
                 write_prose(page->file, text);
                 fputs(".</p>\n", page->file);
@@ -154,19 +156,19 @@ static void write_refitted(const page_t *page) {
 }
 
 static void write_chain(const page_t *page) {
-    const model_t *model = &page->diagnosis->model;
+    const model_t *model = &page->answer->model;
     size_t order[MODEL_MAX_BLOCKS];
     const size_t blocks = chain_order(model, order);
     fprintf(page->file, "<h2>The chain</h2>\n<ol class=\"chain\">\n<li><span class=\"end\">drive</span></li>\n");
     for (size_t i = 0; i < blocks; i++) {
         const block_t *block = model->block[order[i]].block;
-        const finding_t *finding = finding_of(page->diagnosis, block);
-        const bool another = diagnosis_other_shape(page->diagnosis) == block;
+        const finding_t *finding = finding_of(page->answer, block);
+        const bool another = diagnosis_other_shape(page->answer) == block;
         fprintf(page->file, "<li><span class=\"box%s\"><b>%s</b><small>%s%s%s</small></span></li>\n",
                 finding != NULL || another ? " found" : "", block->name, place_name(block->place),
                 finding != NULL || another ? ", " : "",
                 another           ? "in place of the given one"
-                : finding != NULL ? finding_standing(page->diagnosis, finding)
+                : finding != NULL ? finding_standing(page->answer, finding)
                                   : "");
     }
     fprintf(page->file, "<li><span class=\"end\">reading</span></li>\n</ol>\n");
@@ -180,7 +182,7 @@ static void write_row(FILE *file, const char *term, const char *text) {
 }
 
 static void write_numbers(const page_t *page, const finding_t *finding) {
-    const model_block_t *block = &page->diagnosis->model.block[finding_index(page->diagnosis, finding)];
+    const model_block_t *block = &page->answer->model.block[finding_index(page->answer, finding)];
     fprintf(page->file, "<dt>Numbers</dt><dd>");
     for (size_t p = 0, written = 0; p < block->block->parameters; p++) {
         if (finding_tells(finding, p)) {
@@ -199,30 +201,30 @@ static void write_probe(FILE *file, const char *name) {
 
 /* What to do now: with the model, with each finding, and what to record. */
 static void write_advice(const page_t *page) {
-    const diagnosis_t *d = page->diagnosis;
+    const answer_t *answer = page->answer;
     char text[DIAGNOSIS_LINE];
     fprintf(page->file, "<h2>What to do now</h2>\n<ul>\n<li>");
-    write_prose(page->file, advice_on_verdict(d));
+    write_prose(page->file, advice_on_verdict(answer));
     fprintf(page->file, "</li>\n");
-    for (size_t f = 0; f < d->findings; f++) {
-        advice_on_block(d->finding[f].block, text);
+    for (size_t f = 0; f < answer->findings; f++) {
+        advice_on_block(answer->finding[f].block, text);
         fprintf(page->file, "<li>");
         write_prose(page->file, text);
-        if (advice_on_recording(&d->finding[f], text)) {
+        if (advice_on_recording(&answer->finding[f], text)) {
             fprintf(page->file, " ");
             write_prose(page->file, text);
-            fprintf(page->file, " <code>hyst record --port DEV --probe %s</code>", finding_probe(&d->finding[f]));
+            fprintf(page->file, " <code>hyst record --port DEV --probe %s</code>", finding_probe(&answer->finding[f]));
         }
         fprintf(page->file, "</li>\n");
     }
     fprintf(page->file,
             "<li>To check the model, or to go on, record a probe that has a part for each effect: <code>hyst record "
             "--port DEV --probe %s</code></li>\n</ul>\n",
-            next_probe(d));
+            next_probe(answer));
 }
 
 static void write_finding(const page_t *page, size_t index) {
-    const finding_t *finding = &page->diagnosis->finding[index];
+    const finding_t *finding = &page->answer->finding[index];
     char text[DIAGNOSIS_LINE];
     fprintf(page->file, "<h3>%zu. %s (%s)</h3>\n<dl>\n", index + 1, finding->block->name,
             certainty_name(finding->certainty));
@@ -255,13 +257,13 @@ static void write_finding(const page_t *page, size_t index) {
 /* Measured columns besides drive and displacement, which no model contains. */
 static void write_measured(const page_t *page) {
     const measured_columns_t *measured = &page->account->measured;
-    const int level = page->diagnosis->findings > 0 ? 3 : 2;
+    const int level = page->answer->findings > 0 ? 3 : 2;
     if (measured->count > 0) {
         fprintf(page->file, "<h%d>What else was measured</h%d>\n", level, level);
     }
     for (size_t c = 0; c < measured->count; c++) {
         char text[DIAGNOSIS_LINE];
-        measured_column_text(page->diagnosis, &measured->column[c], text);
+        measured_column_text(page->answer, &measured->column[c], text);
         fprintf(page->file, "<p>");
         write_prose(page->file, text);
         fprintf(page->file, "</p>\n");
@@ -269,19 +271,20 @@ static void write_measured(const page_t *page) {
 }
 
 static void write_findings(const page_t *page) {
-    const diagnosis_t *d = page->diagnosis;
+    const answer_t *answer = page->answer;
     char text[DIAGNOSIS_LINE];
-    if (d->findings > 0) {
-        fprintf(page->file, "<h2>%s</h2>\n", d->verdict == UNKNOWN_PHYSICS ? "What comes nearest" : "What was found");
+    if (answer->findings > 0) {
+        fprintf(page->file, "<h2>%s</h2>\n",
+                answer->verdict == UNKNOWN_PHYSICS ? "What comes nearest" : "What was found");
     }
-    for (size_t f = 0; f < d->findings; f++) {
+    for (size_t f = 0; f < answer->findings; f++) {
         write_finding(page, f);
     }
-    const int level = d->findings > 0 ? 3 : 2;
+    const int level = answer->findings > 0 ? 3 : 2;
     fprintf(page->file, "<h%d>What remains</h%d>\n<p>The model leaves ", level, level);
-    remainder_text(d, text);
+    remainder_text(answer, text);
     write_prose(page->file, text);
-    if (something_remains(d) && page->account->remaining.somewhere) {
+    if (something_remains(answer) && page->account->remaining.somewhere) {
         location_text(&page->account->remaining, page->recordings, page->count, text);
         fprintf(page->file, "; ");
         write_prose(page->file, text);
@@ -293,8 +296,8 @@ static void write_findings(const page_t *page) {
 static void write_unseen(const page_t *page) {
     const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
     size_t testable;
-    const size_t count = unseen_in_order(page->diagnosis, unseen, &testable);
-    const bool limits = unseen_has_limits(page->diagnosis);
+    const size_t count = unseen_in_order(page->answer, unseen, &testable);
+    const bool limits = unseen_has_limits(page->answer);
     if (count > 0) {
         fprintf(page->file, "<details>\n<summary>What would have been seen, and what was not testable</summary>\n<div "
                             "class=\"wide\"><table "
@@ -328,9 +331,9 @@ static void write_unseen(const page_t *page) {
 }
 
 static void write_considered(const page_t *page) {
-    const diagnosis_t *d = page->diagnosis;
+    const answer_t *answer = page->answer;
     size_t order[DIAGNOSIS_MOST_CONSIDERED];
-    const size_t count = considered_in_order(d, order);
+    const size_t count = considered_in_order(answer, order);
     fprintf(
         page->file,
         "<details>\n<summary>What else was considered</summary>\n<p class=\"with-next\">Each round asks what one more "
@@ -339,12 +342,12 @@ static void write_considered(const page_t *page) {
         "<table class=\"long\">\n<thead><tr><th>Block</th><th>Round</th><th>Better fit</th><th>Size over its "
         "error</th><th>the same, between blocks of time</th><th class=\"text\">What became of it</th></tr></thead>\n"
         "<tbody>\n",
-        d->tested);
+        answer->tested);
     for (size_t i = 0; i < count; i++) {
-        const considered_t *c = &d->consideration[order[i]];
+        const considered_t *c = &answer->consideration[order[i]];
         fprintf(page->file,
                 "<tr><td>%s</td><td>%zu</td><td>%.1f</td><td>%.1f</td><td>%.1f</td><td class=\"text\">%s</td></tr>\n",
-                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(d, order[i]));
+                c->block->name, c->round, c->likelihood, c->t, c->t_blocks, outcome_text(answer, order[i]));
     }
     fprintf(page->file,
             "</tbody></table></div>\n<p class=\"note\">Better fit: what the block at its best takes off the squared "
@@ -367,11 +370,12 @@ static void write_not_looked_for(const page_t *page) {
 
 /* The recording that shows the first finding best, or what remains. */
 static size_t shown_recording(const page_t *page) {
-    return page->diagnosis->findings > 0 ? page->account->where[0].recording : page->account->remaining.recording;
+    return page->answer->findings > 0 ? page->account->where[0].recording : page->account->remaining.recording;
 }
 
-static const noise_t *known_noise(const diagnosis_t *d) {
-    return isfinite(d->noise_percent) && d->noise.sigma_um > 0.0 ? &d->noise : NULL;
+static const noise_t *known_noise(const answer_t *answer) {
+    const question_t *question = answer->question;
+    return isfinite(answer->noise_percent) && question->noise.sigma_um > 0.0 ? &question->noise : NULL;
 }
 
 static double *residual_of(const page_t *page, size_t recording, const double *model_um) {
@@ -387,23 +391,23 @@ static double *residual_of(const page_t *page, size_t recording, const double *m
 /* What the residual of the shown recording is made of. */
 static void write_budget(const page_t *page) {
     enum { LEAST_SAMPLES = 64 };
-    const diagnosis_t *d = page->diagnosis;
+    const answer_t *answer = page->answer;
     const size_t i = shown_recording(page), from = page->account->from[i];
     const recording_t *r = &page->recordings[i];
     if (r->samples < from + LEAST_SAMPLES) {
         return;
     }
-    double *before = residual_of(page, i, (d->findings > 0 ? page->account->before : page->account->after)[i]);
+    double *before = residual_of(page, i, (answer->findings > 0 ? page->account->before : page->account->after)[i]);
     double *left = residual_of(page, i, page->account->after[i]);
     budget_input_t input = {.residual_um = before,
                             .left_um = left,
-                            .shares = d->findings,
+                            .shares = answer->findings,
                             .samples = r->samples - from,
                             .sample_rate_hz = r->sample_rate_hz,
-                            .noise = known_noise(d)};
-    for (size_t f = 0; f < d->findings; f++) {
+                            .noise = known_noise(answer)};
+    for (size_t f = 0; f < answer->findings; f++) {
         input.share_um[f] = page->account->share[f][i] + from;
-        input.name[f] = d->finding[f].block->name;
+        input.name[f] = answer->finding[f].block->name;
     }
     fprintf(page->file, "<h2>Noise budget: what the residual is made of</h2>\n");
     noise_budget_write(page->file, &input);
@@ -428,7 +432,7 @@ static void write_response(const page_t *page) {
 
 static void write_before_and_after(const page_t *page) {
     const account_t *account = page->account;
-    const bool found = page->diagnosis->findings > 0;
+    const bool found = page->answer->findings > 0;
     const size_t i = shown_recording(page), from = account->from[i];
     const recording_t *r = &page->recordings[i];
     fprintf(page->file, "<h2>%s</h2>\n", found ? "Before and after" : "The model and the recordings");
@@ -445,20 +449,20 @@ static void write_before_and_after(const page_t *page) {
                                              .samples = r->samples - from,
                                              .sample_rate_hz = r->sample_rate_hz,
                                              .start_s = r->start_s + (double)from / r->sample_rate_hz,
-                                             .noise = known_noise(page->diagnosis)});
+                                             .noise = known_noise(page->answer)});
 }
 
-bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+bool diagnosis_write_report(const answer_t *answer, const account_t *account, const recording_t *recordings,
                             size_t count, const look_t *looks, const char *path, failure_t *failure) {
     output_file_t output;
     if (!page_open(&output, path, "What the model leaves out", failure)) {
         return false;
     }
-    const page_t page = {output.file, diagnosis, account, recordings, count, looks};
+    const page_t page = {output.file, answer, account, recordings, count, looks};
     char text[DIAGNOSIS_LINE];
     fprintf(page.file, "%s<p class=\"verdict\">", style);
-    verdict_sentence(diagnosis, text);
-    measured_columns_verdict(diagnosis, &account->measured, text);
+    verdict_sentence(answer, text);
+    measured_columns_verdict(answer, &account->measured, text);
     write_prose(page.file, text);
     fprintf(page.file, "</p>\n");
     write_recordings(&page);

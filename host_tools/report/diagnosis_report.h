@@ -11,7 +11,7 @@
 #include "look/look.h"
 
 /** looks: those at the recordings, for the frequency response; NULL: none was possible. */
-bool diagnosis_write_report(const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+bool diagnosis_write_report(const answer_t *answer, const account_t *account, const recording_t *recordings,
                             size_t count, const look_t *looks, const char *path, failure_t *failure);
 
 #endif

@@ -2,7 +2,6 @@
 #include "report/diagnosis_text.h"
 #include "chain/catalogue.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
-#include "diagnosis/refitted.h"
 #include "diagnosis/where/cells.h"
 #include "report/measured_columns_text.h"
 #include "report/quantity.h"
@@ -25,20 +24,20 @@ const char *certainty_name(certainty_t certainty) {
 }
 
 /* The block accepted in the round, the last if several; NULL: none. */
-static const considered_t *taken_in(const diagnosis_t *d, size_t round) {
+static const considered_t *taken_in(const answer_t *answer, size_t round) {
     const considered_t *taken = NULL;
-    for (size_t i = 0; i < d->considered; i++) {
-        const considered_t *other = &d->consideration[i];
+    for (size_t i = 0; i < answer->considered; i++) {
+        const considered_t *other = &answer->consideration[i];
         taken = other->round == round && other->outcome == TAKEN ? other : taken;
     }
     return taken;
 }
 
 /* Whether the block is a rival of the one accepted in its round. */
-static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
-    const considered_t *taken = taken_in(d, considered->round);
-    for (size_t f = 0; taken != NULL && f < d->findings; f++) {
-        const finding_t *finding = &d->finding[f];
+static bool is_rival(const answer_t *answer, const considered_t *considered) {
+    const considered_t *taken = taken_in(answer, considered->round);
+    for (size_t f = 0; taken != NULL && f < answer->findings; f++) {
+        const finding_t *finding = &answer->finding[f];
         for (size_t r = 0; finding->block == taken->block && r < finding->rivals; r++) {
             if (finding->rival[r] == considered->block) {
                 return true;
@@ -48,15 +47,15 @@ static bool is_rival(const diagnosis_t *d, const considered_t *considered) {
     return false;
 }
 
-const char *outcome_text(const diagnosis_t *d, size_t index) {
+const char *outcome_text(const answer_t *answer, size_t index) {
     static const char *const texts[] = {"taken",
                                         "explains less than the best",
                                         "the held-out samples do not support it",
                                         "could be chance, or an error of the model",
                                         "superfluous beside the others, or none of its numbers determined",
                                         "what was measured beside the position contradicts it"};
-    const considered_t *considered = &d->consideration[index], *taken = taken_in(d, considered->round);
-    if (considered->outcome == LESS_LIKELY && is_rival(d, considered)) {
+    const considered_t *considered = &answer->consideration[index], *taken = taken_in(answer, considered->round);
+    if (considered->outcome == LESS_LIKELY && is_rival(answer, considered)) {
         return "cannot be distinguished from the best";
     }
     if (considered->outcome == LESS_LIKELY && taken != NULL && considered->likelihood > taken->likelihood) {
@@ -71,24 +70,27 @@ static const char *in_place(place_t place) {
     return phrases[place];
 }
 
-const block_t *diagnosis_other_shape(const diagnosis_t *d) {
-    return d->model_given && d->family != NULL ? d->model.block[hysteresis_index(&d->model)].block : NULL;
+const block_t *diagnosis_other_shape(const answer_t *answer) {
+    return answer->question->model_given && answer->family != NULL
+               ? answer->model.block[hysteresis_index(&answer->model)].block
+               : NULL;
 }
 
 /* "creep (or dielectric_loss) and resonance" */
-static void append_names(const diagnosis_t *d, char *text) {
-    const size_t named = findings_named(d);
-    if (diagnosis_other_shape(d) != NULL) {
+static void append_names(const answer_t *answer, char *text) {
+    const size_t named = findings_named(answer);
+    if (diagnosis_other_shape(answer) != NULL) {
         text_append(text, "%s (%s)%s",
-                    model_find(&d->given, diagnosis_other_shape(d)->name) != NULL ? "a hysteresis of other numbers"
-                                                                                  : "another shape of hysteresis",
-                    diagnosis_other_shape(d)->name,
+                    model_find(&answer->given, diagnosis_other_shape(answer)->name) != NULL
+                        ? "a hysteresis of other numbers"
+                        : "another shape of hysteresis",
+                    diagnosis_other_shape(answer)->name,
                     named > 1    ? ", "
                     : named == 1 ? " and "
                                  : "");
     }
     for (size_t f = 0; f < named; f++) {
-        const finding_t *finding = &d->finding[f];
+        const finding_t *finding = &answer->finding[f];
         text_append(text, "%s%s", text_between(f, named), finding->block->name);
         for (size_t r = 0; r < finding->rivals; r++) {
             text_append(text, "%s%s", r == 0 ? " (or " : ", ", finding->rival[r]->name);
@@ -97,24 +99,24 @@ static void append_names(const diagnosis_t *d, char *text) {
     }
 }
 
-static bool tells_names(const diagnosis_t *d) {
-    return findings_named(d) > 0 || diagnosis_other_shape(d) != NULL;
+static bool tells_names(const answer_t *answer) {
+    return findings_named(answer) > 0 || diagnosis_other_shape(answer) != NULL;
 }
 
 /* "the noise is 0.1 %." */
-static void append_noise(const diagnosis_t *d, char *text) {
-    if (isfinite(d->noise_percent)) {
-        text_append(text, "the noise is %.3g %%.", d->noise_percent);
+static void append_noise(const answer_t *answer, char *text) {
+    if (isfinite(answer->noise_percent)) {
+        text_append(text, "the noise is %.3g %%.", answer->noise_percent);
     } else {
         text_append(text, "the noise is not known, as the drive never rests.");
     }
 }
 
 /* NULL: none. */
-static const finding_t *finding_of_steps(const diagnosis_t *d) {
-    for (size_t f = 0; f < d->findings; f++) {
-        if (d->finding[f].block->readings == READINGS_STEPPED) {
-            return &d->finding[f];
+static const finding_t *finding_of_steps(const answer_t *answer) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (answer->finding[f].block->readings == READINGS_STEPPED) {
+            return &answer->finding[f];
         }
     }
     return NULL;
@@ -122,30 +124,30 @@ static const finding_t *finding_of_steps(const diagnosis_t *d) {
 
 /* ": the held-out error falls from 0.9 % to 0.1 %, the noise is 0.1 %." Steps of a converter are found in the readings,
  * and remain in the error. */
-static void append_gain(const diagnosis_t *d, char *text) {
-    const finding_t *steps = finding_of_steps(d);
-    const bool other_shape = diagnosis_other_shape(d) != NULL, more = findings_named(d) > 1 || other_shape;
-    const double before = other_shape ? d->own_shape_held_out_percent : d->baseline_held_out_percent;
-    const double after = findings_named_held_out_percent(d);
+static void append_gain(const answer_t *answer, char *text) {
+    const finding_t *steps = finding_of_steps(answer);
+    const bool other_shape = diagnosis_other_shape(answer) != NULL, more = findings_named(answer) > 1 || other_shape;
+    const double before = other_shape ? answer->own_shape_held_out_percent : answer->baseline_held_out_percent;
+    const double after = findings_named_held_out_percent(answer);
     if (steps == NULL || more) {
         text_append(text, ": the held-out error %s from %.3g %% to %.3g %%, ", after < before ? "falls" : "goes",
                     before, after);
-        append_noise(d, text);
+        append_noise(answer, text);
     }
     if (steps != NULL) {
         text_append(text, "%s readings are multiples of %.4g um, which no model follows.", more ? " The" : ": the",
-                    d->model.block[finding_index(d, steps)].parameter[0].value[0]);
+                    answer->model.block[finding_index(answer, steps)].parameter[0].value[0]);
     }
     if (steps != NULL && !more) {
         text_append(text, " These steps are in the held-out error of %.3g %%; with them ", after);
-        append_noise(d, text);
+        append_noise(answer, text);
     }
 }
 
 /* Of a given chain: its terms explain nothing, whatever is found beside them. */
-static void append_given_terms(const diagnosis_t *d, char *text) {
-    for (size_t b = 0; d->model_given && b < d->given.blocks; b++) {
-        const block_t *block = d->given.block[b].block;
+static void append_given_terms(const answer_t *answer, char *text) {
+    for (size_t b = 0; answer->question->model_given && b < answer->given.blocks; b++) {
+        const block_t *block = answer->given.block[b].block;
         if (block->empirical != NULL) {
             text_append(text, "%sThe given chain has a term without a cause, %s: what that describes is not explained.",
                         text[0] != '\0' ? " " : "", block->name);
@@ -153,8 +155,8 @@ static void append_given_terms(const diagnosis_t *d, char *text) {
     }
 }
 
-bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
-    const size_t reversals = samples_reversals(&d->samples, large_way);
+bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
+    const size_t reversals = samples_reversals(&answer->question->samples, large_way);
     text[0] = '\0';
     if (reversals < fewest_reversals) {
         text_append(text,
@@ -162,53 +164,53 @@ bool verdict_caveat(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
                     "hysteresis of which nothing comes again may be any.",
                     reversals, reversals == 1 ? "" : "s");
     }
-    append_given_terms(d, text);
+    append_given_terms(answer, text);
     return text[0] != '\0';
 }
 
 /* How much of the error only another shape of hysteresis explains. Beside 1/f noise the operator may leave what the
  * model does: that it is noise is then a matter of its spectrum. */
-static void append_shape(const diagnosis_t *d, char *text) {
+static void append_shape(const answer_t *answer, char *text) {
     text_append(text, "the shape of its loops: an operator that imitates a hysteresis of any shape leaves nothing but "
                       "noise");
-    if (d->shape_after.operator_percent < d->held_out_percent) {
-        text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%", d->shape_after.operator_percent,
-                    d->held_out_percent);
+    if (answer->shape_after.operator_percent < answer->held_out_percent) {
+        text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%",
+                    answer->shape_after.operator_percent, answer->held_out_percent);
     }
     text_append(text, ".");
 }
 
 /* " No known effect fits what is left; without a cause, empirical_curve describes it: ..." */
-static void append_terms(const diagnosis_t *d, char *text) {
-    const size_t named = findings_named(d), terms = d->findings - named;
+static void append_terms(const answer_t *answer, char *text) {
+    const size_t named = findings_named(answer), terms = answer->findings - named;
     if (terms == 0) {
         return;
     }
     text_append(text, " No known effect fits what is left; ");
     for (size_t t = 0; t < terms; t++) {
-        text_append(text, "%s%s", text_between(t, terms), d->finding[named + t].block->name);
+        text_append(text, "%s%s", text_between(t, terms), answer->finding[named + t].block->name);
     }
     text_append(text, " describe%s it, without a cause: the held-out error falls from %.3g %% to %.3g %%.",
-                terms > 1 ? "" : "s", findings_named_held_out_percent(d), d->held_out_percent);
+                terms > 1 ? "" : "s", findings_named_held_out_percent(answer), answer->held_out_percent);
 }
 
-void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
-    text_append(text, "%s", verdict_caveat(d, text) ? " As far as it goes: " : "");
-    switch (d->verdict) {
+void verdict_sentence(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
+    text_append(text, "%s", verdict_caveat(answer, text) ? " As far as it goes: " : "");
+    switch (answer->verdict) {
     case NOTHING_MISSING:
-        if (d->another_shape) {
+        if (answer->another_shape) {
             text_append(text, "Nothing is missing that these recordings could show. What the model leaves beside noise "
                               "is a hysteresis of another shape, ");
-            append_shape(d, text);
+            append_shape(answer, text);
             return;
         }
         text_append(text, "Nothing is missing that these recordings could show: what the model leaves%s is noise.",
-                    d->model_given ? ", fitted again," : "");
+                    answer->question->model_given ? ", fitted again," : "");
         return;
     case UNKNOWN_PHYSICS:
         text_append(text,
                     "Unknown physics: the model leaves more than noise, and no block of the catalogue explains it.%s",
-                    tells_names(d) ? " What comes nearest is " : "");
+                    tells_names(answer) ? " What comes nearest is " : "");
         break;
     case EXPLAINED:
         text_append(text, "Explained by ");
@@ -217,19 +219,19 @@ void verdict_sentence(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
         text_append(text, "Partly explained by ");
         break;
     }
-    if (tells_names(d)) {
-        append_names(d, text);
-        append_gain(d, text);
+    if (tells_names(answer)) {
+        append_names(answer, text);
+        append_gain(answer, text);
         text_append(text, "%s",
-                    d->verdict == PARTLY_EXPLAINED
+                    answer->verdict == PARTLY_EXPLAINED
                         ? " What remains is more than noise, and in no block of the catalogue."
                         : "");
-        if (d->verdict == EXPLAINED && d->another_shape) {
+        if (answer->verdict == EXPLAINED && answer->another_shape) {
             text_append(text, " What remains beside noise is a hysteresis of another shape, ");
-            append_shape(d, text);
+            append_shape(answer, text);
         }
     }
-    append_terms(d, text);
+    append_terms(answer, text);
 }
 
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
@@ -363,8 +365,8 @@ void parameter_words(const model_block_t *block, size_t parameter, char text[DIA
     }
 }
 
-void remainder_text(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
-    const remainder_t *remainder = &d->remainder;
+void remainder_text(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
+    const remainder_t *remainder = &answer->remainder;
     text[0] = '\0';
     if (remainder->rms_um > 0.0) {
         text_append(text, "%.2g um rms beside the noise, most of it at %.3g .. %.3g Hz", remainder->rms_um,
@@ -387,11 +389,11 @@ void remainder_text(const diagnosis_t *d, char text[DIAGNOSIS_LINE]) {
 }
 
 /* Appends the blocks of the catalogue that were not found and are, or are not, testable. */
-static size_t add_unseen(const diagnosis_t *d, bool testable, const unseen_t **unseen, size_t count) {
+static size_t add_unseen(const answer_t *answer, bool testable, const unseen_t **unseen, size_t count) {
     for (size_t c = 0; c < catalogue_count; c++) {
-        for (size_t i = 0; i < d->unseen_count; i++) {
-            const unseen_t *u = &d->unseen[i];
-            if (u->block == catalogue[c] && u->testable == testable && !finding_may_be(d, u->block)) {
+        for (size_t i = 0; i < answer->unseen_count; i++) {
+            const unseen_t *u = &answer->unseen[i];
+            if (u->block == catalogue[c] && u->testable == testable && !finding_may_be(answer, u->block)) {
                 unseen[count++] = u;
             }
         }
@@ -399,12 +401,12 @@ static size_t add_unseen(const diagnosis_t *d, bool testable, const unseen_t **u
     return count;
 }
 
-size_t considered_in_order(const diagnosis_t *d, size_t order[DIAGNOSIS_MOST_CONSIDERED]) {
+size_t considered_in_order(const answer_t *answer, size_t order[DIAGNOSIS_MOST_CONSIDERED]) {
     size_t count = 0;
-    for (size_t round = 1; round <= d->rounds; round++) {
+    for (size_t round = 1; round <= answer->rounds; round++) {
         for (int taken = 1; taken >= 0; taken--) {
-            for (size_t i = 0; i < d->considered; i++) {
-                const considered_t *c = &d->consideration[i];
+            for (size_t i = 0; i < answer->considered; i++) {
+                const considered_t *c = &answer->consideration[i];
                 if (c->round == round && (c->outcome == TAKEN) == (taken == 1)) {
                     order[count++] = i;
                 }
@@ -414,11 +416,11 @@ size_t considered_in_order(const diagnosis_t *d, size_t order[DIAGNOSIS_MOST_CON
     return count;
 }
 
-const char *finding_standing(const diagnosis_t *d, const finding_t *finding) {
+const char *finding_standing(const answer_t *answer, const finding_t *finding) {
     if (finding_is_empirical(finding)) {
         return "describes it, without a cause";
     }
-    if (finding->certainty == DETECTED && (d->verdict == UNKNOWN_PHYSICS || finding->rivals == 0)) {
+    if (finding->certainty == DETECTED && (answer->verdict == UNKNOWN_PHYSICS || finding->rivals == 0)) {
         return "comes nearest, does not explain it";
     }
     return finding->rivals > 0 ? "found; or a block it is confused with" : "found";
@@ -431,9 +433,9 @@ const char *excitation_heading(const finding_t *finding) {
                                          : "To see more of it, record";
 }
 
-size_t unseen_in_order(const diagnosis_t *d, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable) {
-    *testable = add_unseen(d, true, unseen, 0);
-    return add_unseen(d, false, unseen, *testable);
+size_t unseen_in_order(const answer_t *answer, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable) {
+    *testable = add_unseen(answer, true, unseen, 0);
+    return add_unseen(answer, false, unseen, *testable);
 }
 
 bool unseen_has_parameter(const unseen_t *unseen) {
@@ -451,12 +453,12 @@ void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
     }
 }
 
-bool unseen_has_limits(const diagnosis_t *d) {
-    return !something_remains(d);
+bool unseen_has_limits(const answer_t *answer) {
+    return !something_remains(answer);
 }
 
-const char *errors_caveat(const diagnosis_t *d) {
-    return d->samples.past_matters
+const char *errors_caveat(const answer_t *answer) {
+    return answer->question->samples.past_matters
                ? "Errors are those beyond what drives before the recording left in it, which it does not erase: a "
                  "function of the highest and the lowest drive since it began."
                : NULL;
@@ -466,19 +468,19 @@ const char *finding_probe(const finding_t *finding) {
     return finding_is_empirical(finding) ? "all" : finding->block->name;
 }
 
-const char *next_probe(const diagnosis_t *d) {
-    for (size_t f = 0; f < d->findings; f++) {
-        if (d->finding[f].certainty != NAMED) {
-            return finding_probe(&d->finding[f]);
+const char *next_probe(const answer_t *answer) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (answer->finding[f].certainty != NAMED) {
+            return finding_probe(&answer->finding[f]);
         }
     }
     return "all";
 }
 
-static void print_finding(FILE *file, const diagnosis_t *d, const account_t *account, size_t index,
+static void print_finding(FILE *file, const answer_t *answer, const account_t *account, size_t index,
                           const recording_t *recordings, size_t count) {
-    const finding_t *finding = &d->finding[index];
-    const model_block_t *block = &d->model.block[finding_index(d, finding)];
+    const finding_t *finding = &answer->finding[index];
+    const model_block_t *block = &answer->model.block[finding_index(answer, finding)];
     char text[DIAGNOSIS_LINE] = "", number[DIAGNOSIS_LINE];
     bool first = true;
     fprintf(file, "\n%zu. %s, %s (%s, confidence %.2f)\n", index + 1, finding->block->name,
@@ -514,36 +516,37 @@ static void print_finding(FILE *file, const diagnosis_t *d, const account_t *acc
 }
 
 /* "transport_delay -> prandtl_ishlinskii -> [creep]": findings in brackets. */
-static void print_chain(FILE *file, const diagnosis_t *d) {
+static void print_chain(FILE *file, const answer_t *answer) {
     char text[DIAGNOSIS_LINE] = "";
     size_t order[MODEL_MAX_BLOCKS];
-    const size_t blocks = chain_order(&d->model, order);
+    const size_t blocks = chain_order(&answer->model, order);
     for (size_t i = 0; i < blocks; i++) {
-        const block_t *block = d->model.block[order[i]].block;
-        const bool found = finding_of(d, block) != NULL;
+        const block_t *block = answer->model.block[order[i]].block;
+        const bool found = finding_of(answer, block) != NULL;
         text_append(text, "%s%s%s%s", i > 0 ? " -> " : "", found ? "[" : "", block->name, found ? "]" : "");
     }
     text_wrapped(file, "chain", text);
 }
 
 /* "0.9000 % -> 0.5000 % -> 0.1000 %": the given chain, fitted again, with the findings. */
-static void append_steps(char *text, const diagnosis_t *d, double given, double baseline, double found) {
-    if (d->model_given) {
+static void append_steps(char *text, const answer_t *answer, double given, double baseline, double found) {
+    if (answer->question->model_given) {
         text_append(text, "%.4f %% -> ", given);
     }
     text_append(text, "%.4f %%", baseline);
-    if (d->findings > 0) {
+    if (answer->findings > 0) {
         text_append(text, " -> %.4f %%", found);
     }
 }
 
-static void print_errors(FILE *file, const diagnosis_t *d) {
+static void print_errors(FILE *file, const answer_t *answer) {
     char text[DIAGNOSIS_LINE] = "NRMSE ";
-    append_steps(text, d, d->given_nrmse_percent, d->baseline_nrmse_percent, d->nrmse_percent);
+    append_steps(text, answer, answer->given_nrmse_percent, answer->baseline_nrmse_percent, answer->nrmse_percent);
     text_append(text, ", held out ");
-    append_steps(text, d, d->given_held_out_percent, d->baseline_held_out_percent, d->held_out_percent);
-    if (isfinite(d->noise_percent)) {
-        text_append(text, "; noise %.4f %%", d->noise_percent);
+    append_steps(text, answer, answer->given_held_out_percent, answer->baseline_held_out_percent,
+                 answer->held_out_percent);
+    if (isfinite(answer->noise_percent)) {
+        text_append(text, "; noise %.4f %%", answer->noise_percent);
     }
     fputc('\n', file);
     text_wrapped(file, "error", text);
@@ -551,19 +554,19 @@ static void print_errors(FILE *file, const diagnosis_t *d) {
     text_append(text,
                 "as `hyst simulate` tells it of the whole recording, nothing taken out: %.4f %% (a straight line "
                 "%.4f %%, 30 play operators %.4f %%)",
-                d->delivered_percent, d->line_percent, d->plays_percent);
+                answer->delivered_percent, answer->line_percent, answer->plays_percent);
     text_wrapped(file, "", text);
-    if (d->model_given) {
+    if (answer->question->model_given) {
         text[0] = '\0';
         text_append(text, "(the chain as it came in -> its numbers fitted again%s%s)",
-                    diagnosis_other_shape(d) != NULL ? ", with another shape of hysteresis" : "",
-                    d->findings > 0 ? " -> with what was found" : "");
+                    diagnosis_other_shape(answer) != NULL ? ", with another shape of hysteresis" : "",
+                    answer->findings > 0 ? " -> with what was found" : "");
         text_wrapped(file, "", text);
     }
 }
 
-bool refitted_text(const diagnosis_t *d, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
-    const model_block_t *was = model_find(&d->given, block->name), *is = model_find(&d->model, block->name);
+bool refitted_text(const answer_t *answer, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
+    const model_block_t *was = model_find(&answer->given, block->name), *is = model_find(&answer->model, block->name);
     char number[DIAGNOSIS_LINE];
     text[0] = '\0';
     if (!refitted_changed(was, is, parameter)) {
@@ -575,26 +578,26 @@ bool refitted_text(const diagnosis_t *d, const block_t *block, size_t parameter,
     return true;
 }
 
-static void print_refitted(FILE *file, const diagnosis_t *d) {
+static void print_refitted(FILE *file, const answer_t *answer) {
     char text[DIAGNOSIS_LINE];
-    for (size_t i = 0; i < d->refitted; i++) {
-        for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
-            if (refitted_text(d, d->refitted_block[i], p, text)) {
+    for (size_t i = 0; i < answer->refitted; i++) {
+        for (size_t p = 0; p < answer->refitted_block[i]->parameters; p++) {
+            if (refitted_text(answer, answer->refitted_block[i], p, text)) {
                 text_wrapped(file, "refitted", text);
             }
         }
     }
 }
 
-static void print_unseen(FILE *file, const diagnosis_t *d) {
+static void print_unseen(FILE *file, const answer_t *answer) {
     enum { NAME_WIDTH = 26 };
     const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN];
     char text[DIAGNOSIS_LINE];
     size_t testable;
-    const size_t count = unseen_in_order(d, unseen, &testable);
-    const bool limits = unseen_has_limits(d);
+    const size_t count = unseen_in_order(answer, unseen, &testable);
+    const bool limits = unseen_has_limits(answer);
     if (count > 0) {
-        fprintf(file, "\nnot seen%s%s\n", d->findings > 0 ? ", beside what was found" : "",
+        fprintf(file, "\nnot seen%s%s\n", answer->findings > 0 ? ", beside what was found" : "",
                 limits ? "; sizes are those of the form of each block that shows best here"
                        : "; more than noise remains, and may hide effects of any size");
     }
@@ -608,32 +611,32 @@ static void print_unseen(FILE *file, const diagnosis_t *d) {
     fprintf(file, "%s", count > 0 ? "\n" : "");
 }
 
-void diagnosis_print(FILE *file, const diagnosis_t *d, const account_t *account, const recording_t *recordings,
+void diagnosis_print(FILE *file, const answer_t *answer, const account_t *account, const recording_t *recordings,
                      size_t count) {
     char text[DIAGNOSIS_LINE];
-    verdict_sentence(d, text);
-    measured_columns_verdict(d, &account->measured, text);
+    verdict_sentence(answer, text);
+    measured_columns_verdict(answer, &account->measured, text);
     text_wrapped(file, "verdict", text);
-    print_chain(file, d);
-    for (size_t f = 0; f < d->findings; f++) {
-        print_finding(file, d, account, f, recordings, count);
+    print_chain(file, answer);
+    for (size_t f = 0; f < answer->findings; f++) {
+        print_finding(file, answer, account, f, recordings, count);
     }
-    print_errors(file, d);
-    if (errors_caveat(d) != NULL) {
-        text_wrapped(file, "", errors_caveat(d));
+    print_errors(file, answer);
+    if (errors_caveat(answer) != NULL) {
+        text_wrapped(file, "", errors_caveat(answer));
     }
-    print_refitted(file, d);
-    remainder_text(d, text);
+    print_refitted(file, answer);
+    remainder_text(answer, text);
     text_wrapped(file, "remaining", text);
-    if (something_remains(d) && account->remaining.somewhere) {
+    if (something_remains(answer) && account->remaining.somewhere) {
         location_text(&account->remaining, recordings, count, text);
         text_wrapped(file, "   where", text);
     }
     for (size_t c = 0; c < account->measured.count; c++) {
-        measured_column_text(d, &account->measured.column[c], text);
+        measured_column_text(answer, &account->measured.column[c], text);
         text_wrapped(file, "measured", text);
     }
-    fprintf(file, "tested     %zu signatures\n", d->tested);
-    print_unseen(file, d);
-    fprintf(file, "next       hyst record --port DEV --probe %s\n", next_probe(d));
+    fprintf(file, "tested     %zu signatures\n", answer->tested);
+    print_unseen(file, answer);
+    fprintf(file, "next       hyst record --port DEV --probe %s\n", next_probe(answer));
 }

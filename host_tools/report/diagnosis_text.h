@@ -13,12 +13,12 @@ const char *verdict_name(verdict_t verdict);
 const char *certainty_name(certainty_t certainty);
 
 /** The hysteresis that replaced that of the given model, or NULL. */
-const block_t *diagnosis_other_shape(const diagnosis_t *diagnosis);
+const block_t *diagnosis_other_shape(const answer_t *answer);
 
 /** Why any verdict on these recordings is a guess, or what a given chain has without a cause; false: neither. */
-bool verdict_caveat(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
+bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]);
 /** The verdict as a sentence or two, after its caveat. */
-void verdict_sentence(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
+void verdict_sentence(const answer_t *answer, char text[DIAGNOSIS_LINE]);
 
 /** Explains a finding: the block's explanation, preceded by "One of .., these recordings cannot tell which" unless it
  * is named. */
@@ -30,13 +30,13 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]);
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]);
 
 /** Why a block that was considered was rejected, or that it was accepted. index < diagnosis->considered. */
-const char *outcome_text(const diagnosis_t *diagnosis, size_t index);
+const char *outcome_text(const answer_t *answer, size_t index);
 
 /** Indices of the blocks considered, round by round, the accepted one of a round first. Returns how many. */
-size_t considered_in_order(const diagnosis_t *diagnosis, size_t order[DIAGNOSIS_MOST_CONSIDERED]);
+size_t considered_in_order(const answer_t *answer, size_t order[DIAGNOSIS_MOST_CONSIDERED]);
 
 /** The word below a found block in the chain: it is the cause, may be, or comes near. */
-const char *finding_standing(const diagnosis_t *diagnosis, const finding_t *finding);
+const char *finding_standing(const answer_t *answer, const finding_t *finding);
 /** The words before the excitation of a finding: "To tell them apart, record" where it has rivals. */
 const char *excitation_heading(const finding_t *finding);
 
@@ -48,33 +48,33 @@ void parameter_words(const model_block_t *block, size_t parameter, char text[DIA
 
 /** "transport_delay in the given chain: delay_s = 0.0009 +- 2e-05 s, it was 0.0005", of a block that was fitted again
  * (refitted.h). false, and empty, where the number did not change. */
-bool refitted_text(const diagnosis_t *diagnosis, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
+bool refitted_text(const answer_t *answer, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
 
 /** The residual of the model with all findings: its size, its frequencies, single samples, or that it is noise. */
-void remainder_text(const diagnosis_t *diagnosis, char text[DIAGNOSIS_LINE]);
+void remainder_text(const answer_t *answer, char text[DIAGNOSIS_LINE]);
 
 /**
  * The blocks that were not found, in the order of the catalogue, testable ones first. Without those that these
  * recordings cannot distinguish from a finding, since these may be present. Returns how many; *testable of them are.
  */
-size_t unseen_in_order(const diagnosis_t *diagnosis, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable);
+size_t unseen_in_order(const answer_t *answer, const unseen_t *unseen[DIAGNOSIS_MOST_UNSEEN], size_t *testable);
 /** Whether the size of a testable block can also be given as one of its parameters. */
 bool unseen_has_parameter(const unseen_t *unseen);
 /** "0.0021 um rms (gamma_per_decade = 0.0004)", of a testable block. */
 void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]);
 /** Whether these sizes mean anything: they follow from the noise alone, and where more remains it may hide as much. */
-bool unseen_has_limits(const diagnosis_t *diagnosis);
+bool unseen_has_limits(const answer_t *answer);
 
 /** Why errors are smaller than those of a simulation from the first sample on, a sentence; NULL: they are not. */
-const char *errors_caveat(const diagnosis_t *diagnosis);
+const char *errors_caveat(const answer_t *answer);
 
 /** What `hyst record --probe` is to play for a finding: its block, or "all" where that is no physical effect. */
 const char *finding_probe(const finding_t *finding);
 /** What `hyst record --probe` is to play next: the first finding that is not named, or "all". */
-const char *next_probe(const diagnosis_t *diagnosis);
+const char *next_probe(const answer_t *answer);
 
 /** At most two screens. */
-void diagnosis_print(FILE *file, const diagnosis_t *diagnosis, const account_t *account, const recording_t *recordings,
+void diagnosis_print(FILE *file, const answer_t *answer, const account_t *account, const recording_t *recordings,
                      size_t count);
 
 #endif

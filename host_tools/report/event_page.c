@@ -66,12 +66,12 @@ static void write_paragraph(FILE *file, const char *text) {
 }
 
 /* The numbers of the given chain that changed: a gain is one of them. Returns how many. */
-static size_t write_refitted(FILE *file, const diagnosis_t *d) {
+static size_t write_refitted(FILE *file, const answer_t *answer) {
     char text[DIAGNOSIS_LINE];
     size_t written = 0;
-    for (size_t i = 0; i < d->refitted; i++) {
-        for (size_t p = 0; p < d->refitted_block[i]->parameters; p++) {
-            if (refitted_text(d, d->refitted_block[i], p, text)) {
+    for (size_t i = 0; i < answer->refitted; i++) {
+        for (size_t p = 0; p < answer->refitted_block[i]->parameters; p++) {
+            if (refitted_text(answer, answer->refitted_block[i], p, text)) {
                 fputs("<li>A number of the model changed: ", file);
                 write_escaped(file, text);
                 fputs("</li>\n", file);
@@ -82,12 +82,12 @@ static size_t write_refitted(FILE *file, const diagnosis_t *d) {
     return written;
 }
 
-static void write_finding(FILE *file, const diagnosis_t *d, const account_t *account, size_t index) {
-    const finding_t *finding = &d->finding[index];
+static void write_finding(FILE *file, const answer_t *answer, const account_t *account, size_t index) {
+    const finding_t *finding = &answer->finding[index];
     char text[DIAGNOSIS_LINE];
     fprintf(file, "<li><b>%s</b> (%s, confidence %.2f)", finding->block->name, certainty_name(finding->certainty),
             account->confidence[index]);
-    const model_block_t *block = &d->model.block[finding_index(d, finding)];
+    const model_block_t *block = &answer->model.block[finding_index(answer, finding)];
     for (size_t p = 0; p < block->block->parameters; p++) {
         if (finding_tells(finding, p)) {
             parameter_text(block, p, text);
@@ -101,47 +101,47 @@ static void write_finding(FILE *file, const diagnosis_t *d, const account_t *acc
     fputs("</li>\n", file);
 }
 
-static void write_what(FILE *file, const diagnosis_t *d, const account_t *account) {
+static void write_what(FILE *file, const answer_t *answer, const account_t *account) {
     char text[DIAGNOSIS_LINE];
-    verdict_sentence(d, text);
+    verdict_sentence(answer, text);
     fputs("<h2>What changed</h2>\n", file);
     write_paragraph(file, text);
     fputs("<ul>\n", file);
-    for (size_t f = 0; f < d->findings; f++) {
-        write_finding(file, d, account, f);
+    for (size_t f = 0; f < answer->findings; f++) {
+        write_finding(file, answer, account, f);
     }
-    const block_t *another = diagnosis_other_shape(d);
+    const block_t *another = diagnosis_other_shape(answer);
     if (another != NULL) {
         fprintf(file, "<li>A hysteresis of another shape, <b>%s</b>, takes the place of the given one</li>\n",
                 another->name);
     }
-    if (write_refitted(file, d) + d->findings == 0 && another == NULL) {
-        fprintf(file, "<li>Nothing that has a name: %s</li>\n", verdict_name(d->verdict));
+    if (write_refitted(file, answer) + answer->findings == 0 && another == NULL) {
+        fprintf(file, "<li>Nothing that has a name: %s</li>\n", verdict_name(answer->verdict));
     }
     fputs("</ul>\n", file);
 }
 
-static void write_sure(FILE *file, const diagnosis_t *d) {
+static void write_sure(FILE *file, const answer_t *answer) {
     char text[DIAGNOSIS_LINE];
     fputs("<h2>How sure</h2>\n", file);
-    if (verdict_caveat(d, text)) {
+    if (verdict_caveat(answer, text)) {
         write_paragraph(file, text);
     }
     text[0] = '\0';
     text_append(text,
                 "Error on the samples that were held out: %.4f %% with the model as it is, %.4f %% with what was "
                 "found",
-                d->given_held_out_percent, d->held_out_percent);
-    if (isfinite(d->noise_percent)) {
-        text_append(text, "; noise alone would be %.4f %%", d->noise_percent);
+                answer->given_held_out_percent, answer->held_out_percent);
+    if (isfinite(answer->noise_percent)) {
+        text_append(text, "; noise alone would be %.4f %%", answer->noise_percent);
     }
     text_append(text, ".");
     write_paragraph(file, text);
-    remainder_text(d, text);
+    remainder_text(answer, text);
     write_paragraph(file, text);
 }
 
-static void write_push(const event_t *event, FILE *file, const diagnosis_t *d) {
+static void write_push(const event_t *event, FILE *file, const answer_t *answer) {
     fputs("<h2>What to push</h2>\n", file);
     if (event->better) {
         fprintf(file, "<p>After you have looked at the <a href=\"%s/diagnosis.html\">whole diagnosis</a>:</p>\n<pre>",
@@ -160,7 +160,7 @@ static void write_push(const event_t *event, FILE *file, const diagnosis_t *d) {
     fputs(!event->better || event->not_better != NULL ? "</p>\n" : "", file);
     fprintf(file,
             "<p>To know more, record on purpose: <code>hyst record --port DEV --probe %s -o probe.csv</code></p>\n",
-            next_probe(d));
+            next_probe(answer));
 }
 
 static void write_picture(FILE *file, const event_t *event) {
@@ -183,7 +183,7 @@ static void write_picture(FILE *file, const event_t *event) {
     free(error);
 }
 
-bool event_write_page(const event_t *event, const diagnosis_t *diagnosis, const account_t *account, const char *path,
+bool event_write_page(const event_t *event, const answer_t *answer, const account_t *account, const char *path,
                       failure_t *failure) {
     output_file_t page;
     char date[EVENT_TIME], since[DIAGNOSIS_LINE], title[100];
@@ -201,9 +201,9 @@ bool event_write_page(const event_t *event, const diagnosis_t *diagnosis, const 
     write_escaped(page.file, since);
     fputs(".</p>\n", page.file);
     write_picture(page.file, event);
-    write_what(page.file, diagnosis, account);
-    write_sure(page.file, diagnosis);
-    write_push(event, page.file, diagnosis);
+    write_what(page.file, answer, account);
+    write_sure(page.file, answer);
+    write_push(event, page.file, answer);
     fprintf(
         page.file,
         "<p class=\"note\">Dates are those of the host's clock, intervals those of the amplifier's samples. Record: "
@@ -213,7 +213,7 @@ bool event_write_page(const event_t *event, const diagnosis_t *diagnosis, const 
     return page_close(&page, true, failure);
 }
 
-bool event_write_json(const event_t *event, const diagnosis_t *diagnosis, const account_t *account,
+bool event_write_json(const event_t *event, const answer_t *answer, const account_t *account,
                       const recording_t *recordings, size_t count, const char *path, failure_t *failure) {
     char warned[EVENT_TIME];
     char since[EVENT_TIME] = "";
@@ -226,6 +226,6 @@ bool event_write_json(const event_t *event, const diagnosis_t *diagnosis, const 
         "sample_time_s", event->sample_time_s, "since", since[0] != '\0' ? since : NULL, "since_s_before_warning",
         json_number_or_null(event->warned_s - event->since_s), "usual_rms_um", event->usual_um, "limit_um",
         event->limit_um, "rms_um", event->rms_um, "better", event->better, "not_better", event->not_better, "folder",
-        event->folder, "diagnosis", diagnosis_to_json(diagnosis, account, recordings, count));
+        event->folder, "diagnosis", diagnosis_to_json(answer, account, recordings, count));
     return json_write(json, path, failure);
 }

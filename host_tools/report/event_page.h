@@ -33,11 +33,11 @@ void event_time_text(time_t time, char text[EVENT_TIME]);
  * amplifier warns after so long. NAN: there is no such stretch. */
 double event_since_s(const recording_t *record, double warned_s, double judged_s, double usual_um, double limit_um);
 
-bool event_write_page(const event_t *event, const diagnosis_t *diagnosis, const account_t *account, const char *path,
+bool event_write_page(const event_t *event, const answer_t *answer, const account_t *account, const char *path,
                       failure_t *failure);
 
 /** Format hyst-watch-1 (docs/FORMATS.md). recordings, count: those of the diagnosis. */
-bool event_write_json(const event_t *event, const diagnosis_t *diagnosis, const account_t *account,
+bool event_write_json(const event_t *event, const answer_t *answer, const account_t *account,
                       const recording_t *recordings, size_t count, const char *path, failure_t *failure);
 
 #endif

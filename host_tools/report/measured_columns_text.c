@@ -2,7 +2,6 @@
 #include "report/measured_columns_text.h"
 #include "base/json_output.h"
 #include "diagnosis/account.h"
-#include "diagnosis/sides.h"
 #include <math.h>
 
 static const char *unit_of(column_t column) {
@@ -55,9 +54,9 @@ static void append_before(char *text, const char *leaves, column_t column, const
     }
 }
 
-void measured_column_text(const diagnosis_t *diagnosis, const measured_column_t *column, char text[DIAGNOSIS_LINE]) {
+void measured_column_text(const answer_t *answer, const measured_column_t *column, char text[DIAGNOSIS_LINE]) {
     const column_relation_t *before = &column->before, *after = &column->after;
-    const bool found = diagnosis->findings > 0;
+    const bool found = answer->findings > 0;
     text[0] = '\0';
     append_before(text, found ? "What the baseline leaves" : "What the model leaves", column->column, before);
     if (found && after->relation != GOES_WITH_NOTHING) {
@@ -91,7 +90,7 @@ static void append_change(char *text, const finding_t *finding, const finding_co
         append_part(text, seen, of);
         text_append(text, "%s",
                     other ? ": the amplifier lags as well."
-                    : sides_only_part(seen)
+                    : electrical_only_part(seen)
                         ? ": only that part of it is in the amplifier, something behind it acts alike."
                         : ": it is in the amplifier.");
         break;
@@ -156,11 +155,10 @@ static void add_change(json_t *json, const char *name, const electrical_change_t
     }
 }
 
-void measured_columns_verdict(const diagnosis_t *diagnosis, const measured_columns_t *measured,
-                              char text[DIAGNOSIS_LINE]) {
+void measured_columns_verdict(const answer_t *answer, const measured_columns_t *measured, char text[DIAGNOSIS_LINE]) {
     bool first = true;
     for (size_t c = 0; c < measured->count; c++) {
-        if (something_remains(diagnosis) && measured->column[c].after.relation == GOES_WITH_IT) {
+        if (something_remains(answer) && measured->column[c].after.relation == GOES_WITH_IT) {
             text_append(text, "%s the %s", first ? " But it goes with" : " and",
                         column_name(measured->column[c].column));
             first = false;

@@ -167,7 +167,7 @@ static void test_what_was_recorded_for_creep_names_creep(void) {
     probe.rest_s = 5.0;
     must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
     make_bank_model(&baseline, r.sample_rate_hz, 1.0, 5, weights, thresholds_v);
-    diagnosis_t diagnosis;
+    answer_t diagnosis;
     must(diagnose(&baseline, &r, 1, &diagnosis, &failure));
     TEST_ASSERT_GREATER_THAN_UINT(0, diagnosis.findings);
     const model_block_t *creep = model_find(&diagnosis.model, "creep");
@@ -178,7 +178,7 @@ static void test_what_was_recorded_for_creep_names_creep(void) {
     TEST_ASSERT_EQUAL_STRING("creep", diagnosis.finding[0].block->name);
     TEST_ASSERT_EQUAL_INT(NAMED, diagnosis.finding[0].certainty);
     TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&baseline);
     model_free(&truth);
     twin_close(twin);

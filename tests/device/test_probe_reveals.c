@@ -87,7 +87,7 @@ static void expect_named(const effect_t *effect) {
         .range_v = {-50.0, 49.99}, .slew_v_per_s = 5000.0, .sample_rate_hz = rate_hz, .decimation = effect->decimation};
     model_t truth, baseline;
     recording_t recording;
-    diagnosis_t diagnosis;
+    answer_t diagnosis;
     make_truth(effect, &truth);
     twin_t *twin = twin_open(&truth, &options, &failure);
     TEST_ASSERT_NOT_NULL_MESSAGE(twin, failure.text);
@@ -104,7 +104,7 @@ static void expect_named(const effect_t *effect) {
     printf("%s: %s = %.4g, in truth %.4g, %zu findings\n", effect->block, number->name, found, number->value,
            diagnosis.findings);
     TEST_ASSERT_DOUBLE_WITHIN(effect->tolerance * fabs(number->value), number->value, found);
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     recording_free(&recording);
     model_free(&baseline);
     model_free(&truth);

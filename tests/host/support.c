@@ -97,6 +97,30 @@ void fill_lines(double *values, size_t samples, const double *corner, size_t cou
     }
 }
 
+void fill_tones(double *drive, size_t samples, double rate_hz, double highest_hz, random_t *rng) {
+    enum { TONES = 40 };
+    const double lowest_hz = 0.5;
+    double phase[TONES], range[2];
+    for (size_t i = 0; i < TONES; i++) {
+        phase[i] = 2.0 * M_PI * random_unit(rng);
+    }
+    for (size_t k = 0; k < samples; k++) {
+        drive[k] = 0.0;
+        for (size_t i = 0; i < TONES; i++) {
+            const double hz = lowest_hz * pow(highest_hz / lowest_hz, ((double)i + 0.3 * sin((double)i)) / TONES);
+            drive[k] += pow(hz, -0.7) * sin(2.0 * M_PI * hz * (double)k / rate_hz + phase[i]);
+        }
+    }
+    for (size_t k = 0; k < samples; k++) {
+        const size_t in_third = k % (samples / 3);
+        drive[k] = in_third > samples / 4 ? drive[k - 1] : drive[k];
+    }
+    values_range(drive, samples, range);
+    for (size_t k = 0; k < samples; k++) {
+        drive[k] = 2.0 + 96.0 * (drive[k] - range[0]) / (range[1] - range[0]);
+    }
+}
+
 void make_modified_play_model(model_t *model, double sample_rate_hz, double bilinear, double frequency_hz) {
     enum { CELLS = 45 };
     static const double mode[3] = {2.35, -1.95, 0.58}, harmonics[6] = {0.03, 0.0, 0.0, -0.05, 0.0, 0.0};

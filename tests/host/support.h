@@ -36,4 +36,8 @@ void simulate_into(recording_t *recording, const model_t *model, uint64_t seed);
  * exactly. */
 void fill_lines(double *values, size_t samples, const double *corner, size_t count, size_t per_line);
 
+/** Fills a drive with forty frequencies that repeat nothing, from 0.5 Hz up to the highest, their amplitudes falling;
+ * with three rests, from 2 to 98 V, where it is a few times. Their phases are random. */
+void fill_tones(double *drive, size_t samples, double rate_hz, double highest_hz, random_t *rng);
+
 #endif

@@ -2,7 +2,8 @@
 /* From recordings to an answer: physics that is planted is named with its numbers, and none where there is none. */
 #include "base/parallel.h"
 #include "chain/catalogue.h"
-#include "diagnosis/findings.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/state.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_text.h"
 #include "support.h"
@@ -17,7 +18,7 @@ static const double rate_hz = 2000.0, noise_um = 0.005;
 static random_t rng;
 static recording_t recording;
 static model_t truth, given;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 
 /* A line to a level, then a rest there, or none. Returns where it ends. */
@@ -71,7 +72,7 @@ void setUp(void) {
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&truth);
     model_free(&given);
     recording_free(&recording);
@@ -95,7 +96,7 @@ static void measure(double step_um) {
 }
 
 static void look(bool with_model) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     const bool good = diagnose(with_model ? &given : NULL, &recording, 1, &diagnosis, &failure);
     TEST_ASSERT_TRUE_MESSAGE(good, failure.text);
     for (size_t f = 0; f < diagnosis.findings; f++) {
@@ -140,7 +141,7 @@ static void expect_needed(void) {
     if (model_find(&smooth, "quantisation") != NULL) {
         model_remove(&smooth, smooth.blocks - 1);
     }
-    TEST_ASSERT_TRUE(joint_power(&diagnosis.samples, &diagnosis.noise, &smooth, &power, &failure));
+    TEST_ASSERT_TRUE(joint_power(&diagnosis.question->samples, &diagnosis.question->noise, &smooth, &power, &failure));
     for (size_t f = 0; f < diagnosis.findings; f++) {
         unsigned others = 0;
         if (diagnosis.finding[f].in_readings) {
@@ -152,8 +153,9 @@ static void expect_needed(void) {
         for (size_t b = 0; b < without.blocks; b++) {
             others |= finding_of(&diagnosis, without.block[b].block) != NULL ? 1U << b : 0U;
         }
-        TEST_ASSERT_TRUE(joint_fit(&diagnosis.samples, &diagnosis.noise, &without, others, 6, &without_it, &failure));
-        TEST_ASSERT_TRUE((double)diagnosis.samples.held * log(without_it.held / power.held) > 12.0);
+        TEST_ASSERT_TRUE(joint_fit(&diagnosis.question->samples, &diagnosis.question->noise, &without, others, 6,
+                                   &without_it, &failure));
+        TEST_ASSERT_TRUE((double)diagnosis.question->samples.held * log(without_it.held / power.held) > 12.0);
         TEST_ASSERT_TRUE(without_it.fitted > power.fitted);
         model_free(&without);
     }
@@ -172,7 +174,7 @@ static void expect_noise_is_left(void) {
     double range[2];
     recordings_range(&recording, 1, COLUMN_DISPLACEMENT, range);
     const double percent = 100.0 * noise_um / (range[1] - range[0]);
-    TEST_ASSERT_TRUE(diagnosis.samples.held > 1700);
+    TEST_ASSERT_TRUE(diagnosis.question->samples.held > 1700);
     TEST_ASSERT_TRUE(diagnosis.held_out_percent > 0.9 * percent && diagnosis.held_out_percent < 1.15 * percent);
     TEST_ASSERT_FALSE(diagnosis.remainder.structured);
 }
@@ -388,7 +390,7 @@ static void test_a_curve_that_leaves_a_curve_is_no_name(void) {
     TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
     TEST_ASSERT_EQUAL_UINT64(0, diagnosis.findings);
     TEST_ASSERT_TRUE(diagnosis.another_shape);
-    TEST_ASSERT_TRUE(diagnosis.shape.whole);
+    TEST_ASSERT_TRUE(diagnosis.question->shape.whole);
 }
 
 static void give(const block_t *block, const double *value) {

@@ -2,6 +2,8 @@
 /* Physics that no block has: it has no name, and the model gets better all the same. */
 #include "compile/compile.h"
 #include "diagnosis/account.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/state.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_text.h"
 #include "support.h"
@@ -16,7 +18,7 @@ static const double rate_hz = 2000.0, noise_um = 0.005;
 static random_t rng;
 static recording_t recording;
 static model_t truth;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 
 /* Triangles between many levels, slow and fast, with rests between them. */
@@ -52,7 +54,7 @@ void setUp(void) {
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&truth);
     recording_free(&recording);
 }

@@ -1,41 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A low pass of second order is found where a lag of first order leaves more than noise, and only there. */
-#include "diagnosis/findings.h"
+#include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
-#include <gsl/gsl_math.h>
 #include <math.h>
 
-enum { SAMPLES = 12000, PLAYS = 100, TONES = 40 };
+enum { SAMPLES = 12000, PLAYS = 100 };
 static const double rate_hz = 2000.0, noise_um = 0.004;
 static recording_t recording;
 static model_t truth;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 static random_t rng;
-
-/* Many frequencies that repeat nothing, from 0.5 to 100 Hz, their amplitudes falling; three rests. */
-static void fill_drive(double *drive) {
-    double phase[TONES], range[2];
-    for (size_t i = 0; i < TONES; i++) {
-        phase[i] = 2.0 * M_PI * random_unit(&rng);
-    }
-    for (size_t k = 0; k < SAMPLES; k++) {
-        drive[k] = 0.0;
-        for (size_t i = 0; i < TONES; i++) {
-            const double hz = 0.5 * pow(200.0, ((double)i + 0.3 * sin((double)i)) / TONES);
-            drive[k] += pow(hz, -0.7) * sin(2.0 * M_PI * hz * (double)k / rate_hz + phase[i]);
-        }
-    }
-    for (size_t k = 0; k < SAMPLES; k++) {
-        const size_t in_third = k % (SAMPLES / 3);
-        drive[k] = in_third > SAMPLES / 4 ? drive[k - 1] : drive[k];
-    }
-    values_range(drive, SAMPLES, range);
-    for (size_t k = 0; k < SAMPLES; k++) {
-        drive[k] = 2.0 + 96.0 * (drive[k] - range[0]) / (range[1] - range[0]);
-    }
-}
 
 void setUp(void) {
     double weights[PLAYS + 1] = {0.05}, thresholds[PLAYS];
@@ -44,12 +20,12 @@ void setUp(void) {
         weights[i + 1] = 0.005 * exp(-thresholds[i] / 12.0);
     }
     recording_create(&recording, "filter.csv", rate_hz, SAMPLES);
-    fill_drive(recording.column[COLUMN_DRIVE]);
+    fill_tones(recording.column[COLUMN_DRIVE], SAMPLES, rate_hz, 100.0, &rng);
     make_bank_model(&truth, rate_hz, 0.0, PLAYS, weights, thresholds);
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&truth);
     recording_free(&recording);
 }

@@ -12,7 +12,7 @@ enum { SAMPLES = 12000, BEFORE = 2000, FINER = 10, TONES = 24, PATHS = 3 };
 static const double rate_hz = 2000.0, noise_um = 0.0035; /* 0.03 % of the stroke */
 static double phase[TONES], range[2];
 static recording_t recording;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 static random_t rng;
 
@@ -63,7 +63,7 @@ void setUp(void) {
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     recording_free(&recording);
 }
 
@@ -75,9 +75,9 @@ static void test_another_law_is_no_physics_and_no_noise(void) {
     TEST_ASSERT_TRUE(diagnosis.another_shape);
     /* Beside the operator the white part is right to a few percent; what that leaves of the loops is slow, and may
      * double the whole. Beside models of few numbers it comes out up to five times too large. */
-    printf("noise %g um (%g)\n", diagnosis.noise.rms_um, noise_um);
-    TEST_ASSERT_TRUE(diagnosis.noise.rms_um < 2.0 * noise_um);
-    TEST_ASSERT_TRUE(diagnosis.noise.rms_um > 0.9 * noise_um);
+    printf("noise %g um (%g)\n", diagnosis.question->noise.rms_um, noise_um);
+    TEST_ASSERT_TRUE(diagnosis.question->noise.rms_um < 2.0 * noise_um);
+    TEST_ASSERT_TRUE(diagnosis.question->noise.rms_um > 0.9 * noise_um);
 }
 
 /* 1 ms, fifteen times the noise. Which of the lags it is nobody can say, and no model of few numbers is near enough for

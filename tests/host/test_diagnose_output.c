@@ -214,10 +214,10 @@ static void expect_reason(const block_t *block, double smallest_um, const char *
 static void test_what_is_not_testable_has_its_reason(void) {
     expect_reason(&block_creep, 0.01, "larger than such a block");
     expect_reason(&block_creep, HUGE_VAL, "other numbers imitate it");
-    diagnosis.noise.at_rest = false;
+    question->noise.at_rest = false;
     expect_reason(&block_creep, HUGE_VAL, "never rests");
     expect_reason(&block_static_nonlinearity, HUGE_VAL, "other numbers imitate it");
-    diagnosis.samples.count = 1; /* triangles of another height again and again: no one loop */
+    question->samples.count = 1; /* triangles of another height again and again: no one loop */
     double *drive = recordings[0].column[COLUMN_DRIVE];
     expect_reason(&block_creep, HUGE_VAL, "never rests");
     for (size_t k = 0; k < SAMPLES; k++) {

@@ -1,43 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* An effect of hundreds of times the noise is found, though every hysteresis that is fitted first takes a part of it:
  * rails that cut both ends off, and a mode among the frequencies of the drive. */
-#include "diagnosis/findings.h"
+#include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
-#include <gsl/gsl_math.h>
 #include <math.h>
 
-enum { SAMPLES = 24000, PLAYS = 200, TONES = 40 };
+enum { SAMPLES = 24000, PLAYS = 200 };
 static const double rate_hz = 4000.0, noise_um = 0.004;
 static recording_t recording;
 static model_t truth;
-static diagnosis_t diagnosis;
+static answer_t diagnosis;
 static failure_t failure;
 static random_t rng;
-
-/* Many frequencies that repeat nothing, from 0.5 to 50 Hz, their amplitudes falling; three rests. From 2 to 98 V, where
- * it is a few times. */
-static void fill_drive(double *drive) {
-    double phase[TONES], range[2];
-    for (size_t i = 0; i < TONES; i++) {
-        phase[i] = 2.0 * M_PI * random_unit(&rng);
-    }
-    for (size_t k = 0; k < SAMPLES; k++) {
-        drive[k] = 0.0;
-        for (size_t i = 0; i < TONES; i++) {
-            const double hz = 0.5 * pow(100.0, ((double)i + 0.3 * sin((double)i)) / TONES);
-            drive[k] += pow(hz, -0.7) * sin(2.0 * M_PI * hz * (double)k / rate_hz + phase[i]);
-        }
-    }
-    for (size_t k = 0; k < SAMPLES; k++) {
-        const size_t in_third = k % (SAMPLES / 3);
-        drive[k] = in_third > SAMPLES / 4 ? drive[k - 1] : drive[k];
-    }
-    values_range(drive, SAMPLES, range);
-    for (size_t k = 0; k < SAMPLES; k++) {
-        drive[k] = 2.0 + 96.0 * (drive[k] - range[0]) / (range[1] - range[0]);
-    }
-}
 
 void setUp(void) {
     double weights[PLAYS + 1] = {0.05}, thresholds[PLAYS];
@@ -47,12 +22,12 @@ void setUp(void) {
     }
     rng = random_start("diagnose_strong", 20261123);
     recording_create(&recording, "strong.csv", rate_hz, SAMPLES);
-    fill_drive(recording.column[COLUMN_DRIVE]);
+    fill_tones(recording.column[COLUMN_DRIVE], SAMPLES, rate_hz, 50.0, &rng);
     make_bank_model(&truth, rate_hz, 0.0, PLAYS, weights, thresholds);
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     model_free(&truth);
     recording_free(&recording);
 }

@@ -150,7 +150,7 @@ static void test_only_a_given_model_came_in(void) {
     work_out();
     expect_all(printed(), told, 2);
     expect_all(page(), shown, 3);
-    diagnosis.model_given = false;
+    question->model_given = false;
     diagnosis.family = families[0];
     json_t *json = as_json();
     TEST_ASSERT_TRUE(json_is_null(json_object_get(json, "given")));
@@ -252,7 +252,7 @@ static void test_an_unknown_past_is_told(void) {
     static const char sentence[] = "those beyond what drives before the recording left in it";
     work_out();
     for (int unknown = 0; unknown < 2; unknown++) {
-        diagnosis.samples.past_matters = unknown != 0;
+        question->samples.past_matters = unknown != 0;
         json_t *json = as_json(), *told = json_object_get(json_object_get(json, "remaining"), "past_unknown");
         char *text = printed(), *html = page();
         TEST_ASSERT_EQUAL_INT(unknown, json_is_true(told));
@@ -468,7 +468,7 @@ static void test_a_given_term_is_no_explanation(void) {
                              text);
     verdict_sentence(&diagnosis, text);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "is not explained. As far as it goes: Explained by resonance"), text);
-    diagnosis.model_given = false;
+    question->model_given = false;
     TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
 }
 

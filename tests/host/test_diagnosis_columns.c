@@ -14,7 +14,8 @@ static const double noise_um = 0.005;
 static random_t rng;
 static recording_t recording;
 static model_t bank; /* fitted to the actuator alone */
-static diagnosis_t diagnosis;
+static question_t *question;
+static answer_t diagnosis;
 static measured_columns_t measured;
 static failure_t failure;
 
@@ -22,7 +23,7 @@ void setUp(void) {
 }
 
 void tearDown(void) {
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
     recording_free(&recording);
 }
 
@@ -42,12 +43,13 @@ static void measure(actuator_t actuator) {
     actuator.samples = SAMPLES;
     actuator.noise_um = noise_um;
     measure_actuator(&actuator, "actuator.csv", &rng, &recording);
-    memset(&diagnosis, 0, sizeof diagnosis);
+    question = question_open(false);
+    diagnosis = (answer_t){.question = question};
     model_copy(&diagnosis.given, &bank);
     model_copy(&diagnosis.baseline, &bank);
     model_copy(&diagnosis.model, &bank);
-    TEST_ASSERT_TRUE_MESSAGE(samples_open(&diagnosis.samples, &bank, &recording, 1, &failure), failure.text);
-    diagnosis.noise = (noise_t){.sigma_um = noise_um, .rms_um = noise_um, .at_rest = true};
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&question->samples, &bank, &recording, 1, &failure), failure.text);
+    question->noise = (noise_t){.sigma_um = noise_um, .rms_um = noise_um, .at_rest = true};
 }
 
 /* Now it has found this block with these numbers. */
@@ -122,7 +124,7 @@ static void test_coloured_noise_is_no_relation(void) {
             recording.column[COLUMN_DISPLACEMENT][k] += 4.0 * noise_um * n;
             n = memory * n + own * random_normal(&rng);
         }
-        TEST_ASSERT_TRUE(noise_at_rest(&diagnosis.samples, NULL, NULL, 0, &diagnosis.noise));
+        TEST_ASSERT_TRUE(noise_at_rest(&question->samples, NULL, NULL, 0, &question->noise));
         TEST_ASSERT_TRUE(measured_columns(&diagnosis, &measured, &failure));
         alarms += measured.column[0].before.relation == GOES_WITH_IT ? 1 : 0;
     }

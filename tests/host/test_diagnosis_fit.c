@@ -352,7 +352,7 @@ static void test_questions_are_nested(void) {
     measure(&altered, noise_um);
     evidence_t *evidence = evidence_of();
     double *signature = evidence_signature(evidence, &altered, 1);
-    for (question_t question = ASK_EFFECTS; question <= ASK_ANYTHING; question++) {
+    for (ask_t question = ASK_EFFECTS; question <= ASK_ANYTHING; question++) {
         evidence_ask(evidence, question);
         TEST_ASSERT_EQUAL_INT(question, evidence_question(evidence));
         const evidence_test_t test = evidence_test(evidence, signature);

@@ -87,7 +87,7 @@ static void test_without_lines_no_clock_is_set(void) {
 
 static void test_hum_of_several_recordings_is_one_finding(void) {
     static const double truth[] = {hum_hz, hum_um};
-    diagnosis_t diagnosis;
+    answer_t diagnosis;
     TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, recordings, RECORDINGS, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, recordings[1].clock_s); /* who asked keeps his own */
@@ -99,7 +99,7 @@ static void test_hum_of_several_recordings_is_one_finding(void) {
         const parameter_t *number = &found->parameter[p];
         TEST_ASSERT_DOUBLE_WITHIN(3.0 * number->sigma[0], truth[p], number->value[0]);
     }
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
 }
 
 int main(void) {

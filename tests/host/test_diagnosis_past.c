@@ -222,7 +222,7 @@ static void test_both_parts_see_the_ends(void) {
 /* A drift that is over when the drive has been at both ends of its range. */
 static void test_an_early_drift_is_found(void) {
     static const double drift_um = 0.1, time_constant_s = 1.2;
-    diagnosis_t diagnosis;
+    answer_t diagnosis;
     sweep(0.0, 1.0);
     simulate_into(&recording, &model, 1);
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -239,14 +239,14 @@ static void test_an_early_drift_is_found(void) {
         printf("%s %.4g +- %.2g\n", found->block->parameter[p].name, number->value[0], number->sigma[0]);
         TEST_ASSERT_DOUBLE_WITHIN(3.0 * number->sigma[0], p == 0 ? drift_um : time_constant_s, number->value[0]);
     }
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
 }
 
 /* And none where there is nothing but a past. */
 static void test_a_past_is_no_effect(void) {
     static const double end_v[] = {-40.0, 140.0};
     for (size_t i = 0; i < 2; i++) {
-        diagnosis_t diagnosis;
+        answer_t diagnosis;
         sweep(end_v[i], i == 0 ? 1.0 : -1.0);
         simulate_into(&recording, &model, 1);
         for (size_t k = 0; k < SAMPLES; k++) {
@@ -255,7 +255,7 @@ static void test_a_past_is_no_effect(void) {
         TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
         TEST_ASSERT_EQUAL_UINT64(0, diagnosis.findings);
         TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, diagnosis.verdict);
-        diagnosis_free(&diagnosis);
+        answer_free(&diagnosis);
     }
 }
 

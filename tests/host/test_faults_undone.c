@@ -176,7 +176,7 @@ static void test_physics_is_looked_for_in_the_readings_set_right(void) {
     TEST_ASSERT_EQUAL(1, run.faults.count);
     TEST_ASSERT_TRUE(run.faults.fault[0].undone);
     TEST_ASSERT_EQUAL(0, run.faults.withdrawn);
-    TEST_ASSERT_EQUAL(0, run.diagnosis.findings);
+    TEST_ASSERT_EQUAL(0, run.answer.findings);
     TEST_ASSERT_TRUE(largest_difference() < 0.03);
     diagnosis_run_free(&run);
 }

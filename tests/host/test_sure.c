@@ -64,7 +64,7 @@ static void expect_all_counted(void) {
 /* Effects of three times their limit are seen, those of a third are not: the limit is where half of them are. */
 static void test_where_nothing_is_missing_the_limits_are_asked(void) {
     record(&bank);
-    TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, run.diagnosis.verdict);
+    TEST_ASSERT_EQUAL_INT(NOTHING_MISSING, run.answer.verdict);
     ask(7);
     expect_all_counted();
     TEST_ASSERT_GREATER_THAN(2, run.sure.count);
@@ -84,11 +84,11 @@ static void test_what_was_found_and_what_it_could_be_are_asked(void) {
     insert_block(&with, &bank, &block_sensor_bandwidth, (double[]){150.0});
     record(&with);
     model_free(&with);
-    TEST_ASSERT_EQUAL_UINT64(1, run.diagnosis.findings);
+    TEST_ASSERT_EQUAL_UINT64(1, run.answer.findings);
     ask(7);
     expect_all_counted();
     TEST_ASSERT_GREATER_THAN(1, sure->count);
-    TEST_ASSERT_EQUAL_PTR(run.diagnosis.finding[0].block, sure->question[0].hidden);
+    TEST_ASSERT_EQUAL_PTR(run.answer.finding[0].block, sure->question[0].hidden);
     TEST_ASSERT_EQUAL_UINT64(EACH, sure->question[0].right + sure->question[0].open);
     TEST_ASSERT_TRUE(sure->question[1].hidden != sure->question[0].hidden);
     TEST_ASSERT_EQUAL_PTR(sure->question[0].hidden, sure->question[1].in_place_of);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "told_diagnosis.h"
+#include "diagnosis/state.h"
 #include "unity.h"
-#include <string.h>
 
 random_t rng;
 recording_t recordings[RECORDINGS];
-diagnosis_t diagnosis;
+question_t *question;
+answer_t diagnosis;
 account_t account;
 failure_t failure;
 
@@ -35,7 +36,8 @@ void setUp(void) {
         recording_set_key(&recordings[i], "actuator", "<script>");
     }
     fill_drive();
-    memset(&diagnosis, 0, sizeof diagnosis);
+    question = question_open(true);
+    diagnosis = (answer_t){.question = question};
     make_bank_model(&diagnosis.baseline, RATE_HZ, 1.0, 3, weights, thresholds);
     model_copy(&diagnosis.given, &diagnosis.baseline);
     model_copy(&diagnosis.model, &diagnosis.baseline);
@@ -46,9 +48,8 @@ void setUp(void) {
             recordings[i].column[COLUMN_DISPLACEMENT][k] += NOISE_UM * random_normal(&rng);
         }
     }
-    TEST_ASSERT_TRUE(samples_open(&diagnosis.samples, &diagnosis.baseline, recordings, RECORDINGS, &failure));
-    diagnosis.noise = (noise_t){.sigma_um = NOISE_UM, .rms_um = NOISE_UM, .at_rest = true};
-    diagnosis.model_given = true;
+    TEST_ASSERT_TRUE(samples_open(&question->samples, &diagnosis.baseline, recordings, RECORDINGS, &failure));
+    question->noise = (noise_t){.sigma_um = NOISE_UM, .rms_um = NOISE_UM, .at_rest = true};
     diagnosis.given_nrmse_percent = 1.9;
     diagnosis.given_held_out_percent = 2.0;
     diagnosis.baseline_nrmse_percent = 0.9;
@@ -73,7 +74,7 @@ void tearDown(void) {
     for (size_t i = 0; i < RECORDINGS; i++) {
         recording_free(&recordings[i]);
     }
-    diagnosis_free(&diagnosis);
+    answer_free(&diagnosis);
 }
 
 void work_out(void) {

@@ -20,7 +20,8 @@ enum { SAMPLES = 6000, RECORDINGS = 2 };
 /** Started by main. */
 extern random_t rng;
 extern recording_t recordings[RECORDINGS];
-extern diagnosis_t diagnosis;
+extern question_t *question;
+extern answer_t diagnosis;
 /** Empty until work_out, to be freed by the test. */
 extern account_t account;
 extern failure_t failure;

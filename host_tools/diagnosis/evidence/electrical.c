@@ -285,3 +285,7 @@ void electrical_unexplained_current(const samples_t *samples, const model_t *mod
     free(factor);
     free(rest);
 }
+
+bool electrical_only_part(const electrical_change_t *change) {
+    return change->part + threshold.deviations * change->sigma < threshold.nearly_all;
+}

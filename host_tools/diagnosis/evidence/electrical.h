@@ -66,4 +66,7 @@ void electrical_measured_voltage(const samples_t *samples, const model_t *model,
  * recordings without. A column. */
 void electrical_unexplained_current(const samples_t *samples, const model_t *model, double *current);
 
+/** Whether a change that is present is clearly less than all of it. */
+bool electrical_only_part(const electrical_change_t *change);
+
 #endif

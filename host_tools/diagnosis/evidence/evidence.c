@@ -26,7 +26,7 @@ struct evidence {
     size_t rows;           /* samples that are fitted */
     basis_t basis;         /* the nuisance subspace, whitened */
     size_t columns_for[3]; /* of it, by question */
-    question_t question;
+    ask_t question;
     double *residual; /* whitened, beyond the nuisance subspace */
     double power;     /* of the residual */
 };
@@ -74,7 +74,7 @@ static void fill_basis(evidence_t *e) {
     basis_queue_close(&waiting.queue);
 }
 
-void evidence_ask(evidence_t *e, question_t question) {
+void evidence_ask(evidence_t *e, ask_t question) {
     e->question = question;
     e->basis.columns = e->columns_for[question];
     take_rows(e, e->raw, e->residual);
@@ -107,7 +107,7 @@ void evidence_close(evidence_t *e) {
     }
 }
 
-question_t evidence_question(const evidence_t *e) {
+ask_t evidence_question(const evidence_t *e) {
     return e->question;
 }
 

@@ -36,10 +36,10 @@ typedef struct {
 evidence_t *evidence_open(const model_t *baseline, const samples_t *samples, const noise_t *noise, failure_t *failure);
 /** The question: effects that a hysteresis of no shape can imitate (in the beginning); blocks that such a hysteresis
  * can imitate, against the model's own and play operators; all that the model's own numbers cannot imitate. */
-typedef enum { ASK_EFFECTS, ASK_SHAPES, ASK_ANYTHING } question_t;
+typedef enum { ASK_EFFECTS, ASK_SHAPES, ASK_ANYTHING } ask_t;
 /** From here on the nuisance subspace has the columns of this question. */
-void evidence_ask(evidence_t *evidence, question_t question);
-question_t evidence_question(const evidence_t *evidence);
+void evidence_ask(evidence_t *evidence, ask_t question);
+ask_t evidence_question(const evidence_t *evidence);
 void evidence_close(evidence_t *evidence);
 
 const samples_t *evidence_samples(const evidence_t *evidence);
