@@ -80,7 +80,7 @@ static void expect_found(const block_t *block, const double *value) {
 }
 
 static void test_a_butterworth_amplifier(void) {
-    expect_found(&block_amplifier_filter, (double[]){150.0, M_SQRT1_2});
+    expect_found(&block_amplifier_filter, (double[]){150.0, sqrt(0.5)});
 }
 
 static void test_a_sensor_with_an_anti_alias_filter(void) {
