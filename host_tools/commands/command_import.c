@@ -83,6 +83,9 @@ static bool import_one(const char *path, const table_t *table, const import_opti
         puts(account.line[i]);
     }
     if (good) {
+        if (output != NULL) {
+            recording_take_keys(&recording, path);
+        }
         recording_set_key(&recording, "imported_from", path);
         good = output == NULL || recording_write(&recording, output, failure);
         *json = good && as_json ? to_json(path, table, &account, &recording, output) : NULL;
