@@ -149,6 +149,11 @@ static bool run(const char *path, const import_options_t *wishes, const char *ou
     if (!table_read(&table, path, failure)) {
         return false;
     }
+    if (list && table.damage != NULL) {
+        fail(failure, "%s: %s", path, table.damage);
+        table_free(&table);
+        return false;
+    }
     if (list) {
         const import_account_t nothing = {0};
         good = !as_json || json_print(to_json(path, &table, &nothing, NULL, NULL), JSON_INDENT(1), failure);
