@@ -39,12 +39,7 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     state->whole = whole_samples(parameter, setup);
     state->length = ring_length(state->whole);
     state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)state->whole;
-    for (int i = 0; i < 4; i++) {
-        state->weight[i] = 1.0;
-        for (int j = 0; j < 4; j++) {
-            state->weight[i] *= j == i ? 1.0 : (state->fraction + 1.0 - j) / (double)(i - j);
-        }
-    }
+    smooth_drive_weights(state->fraction, state->weight);
 }
 
 static void settle(void *memory, signal_t *signal) {
@@ -73,10 +68,7 @@ static void step(void *memory, signal_t *signal) {
         x[i] = sample(state, signal, (ptrdiff_t)state->whole - 2 + i);
     }
     /* The delayed instant is between the inner two. */
-    const double line = x[2] + state->fraction * (x[3] - x[2]);
-    const double cubic =
-        state->weight[0] * x[1] + state->weight[1] * x[2] + state->weight[2] * x[3] + state->weight[3] * x[4];
-    state->output = line + smooth_drive(x, signal->known_ahead + state->whole) * (cubic - line);
+    state->output = smooth_drive_value(x, signal->known_ahead + state->whole, state->fraction, state->weight);
     signal->value = state->output;
     signal_turns(signal, last, x[3]); /* the one sample between the two delayed instants */
 }

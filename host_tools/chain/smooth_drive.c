@@ -57,6 +57,21 @@ double smooth_drive(const double x[6], size_t known_ahead) {
     return smoothness(bend, like, known_ahead);
 }
 
+void smooth_drive_weights(double fraction, double weight[4]) {
+    for (int i = 0; i < 4; i++) {
+        weight[i] = 1.0;
+        for (int j = 0; j < 4; j++) {
+            weight[i] *= j == i ? 1.0 : (fraction + 1.0 - j) / (double)(i - j);
+        }
+    }
+}
+
+double smooth_drive_value(const double x[6], size_t known_ahead, double fraction, const double weight[4]) {
+    const double line = x[2] + fraction * (x[3] - x[2]);
+    const double cubic = weight[0] * x[1] + weight[1] * x[2] + weight[2] * x[3] + weight[3] * x[4];
+    return line + smooth_drive(x, known_ahead) * (cubic - line);
+}
+
 void drive_window_settle(drive_window_t *window, double value) {
     for (int i = 0; i < 6; i++) {
         window->x[i] = value;

@@ -19,6 +19,11 @@
  */
 double smooth_drive(const double x[6], size_t known_ahead);
 
+/** Weights of x[1] .. x[4] in the cubic at `fraction` (0 to 1) of the way from x[2] back to x[3]. */
+void smooth_drive_weights(double fraction, double weight[4]);
+/** The value there: the cubic as far as the signal is smooth, else the line. */
+double smooth_drive_value(const double x[6], size_t known_ahead, double fraction, const double weight[4]);
+
 /** The samples about the interval from the last sample, x[3], to this one, x[2], and how smooth the signal is there. */
 typedef struct {
     double x[6], smooth;

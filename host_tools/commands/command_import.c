@@ -83,6 +83,9 @@ static bool import_one(const char *path, const table_t *table, const import_opti
         puts(account.line[i]);
     }
     if (good) {
+        if (output != NULL) {
+            recording_take_keys(&recording, path);
+        }
         recording_set_key(&recording, "imported_from", path);
         good = output == NULL || recording_write(&recording, output, failure);
         *json = good && as_json ? to_json(path, table, &account, &recording, output) : NULL;
@@ -144,6 +147,11 @@ static bool run(const char *path, const import_options_t *wishes, const char *ou
     json_t *json = NULL;
     bool good;
     if (!table_read(&table, path, failure)) {
+        return false;
+    }
+    if (list && table.damage != NULL) {
+        fail(failure, "%s: %s", path, table.damage);
+        table_free(&table);
         return false;
     }
     if (list) {

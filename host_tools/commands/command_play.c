@@ -173,7 +173,9 @@ static int check(void *context) {
 
 static bool prepare(void *context, failure_t *failure) {
     settings_t *s = context;
-    return s->path == NULL || (table_read(&s->table, s->path, failure) && check_table(&s->table, failure));
+    return s->path == NULL || (table_read(&s->table, s->path, failure) &&
+                               (s->table.damage == NULL || fail(failure, "%s: %s", s->path, s->table.damage)) &&
+                               check_table(&s->table, failure));
 }
 
 static int run(int argc, char **argv) {

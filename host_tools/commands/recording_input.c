@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/recording_input.h"
+#include "chain/align.h"
 #include <stdio.h>
 #include <stdlib.h>
 
 bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure) {
     if (!recording_read(recording, path, failure)) {
+        return false;
+    }
+    if (!recording_align(recording, failure)) {
+        recording_free(recording);
         return false;
     }
     if (recording->understood != NULL) {

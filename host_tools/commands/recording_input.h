@@ -4,7 +4,8 @@
 
 #include "recording/recording.h"
 
-/** recording_read, and for a file of another format its interpretation on stderr, before any use of it. */
+/** recording_read, with drive and position at the same instants (chain/align.h); and for a file of another format its
+ * interpretation on stderr, before any use of it. */
 bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure);
 
 /** The same for several, in their order; to be released by recordings_free. NULL: one could not be read. */

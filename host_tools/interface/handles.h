@@ -31,8 +31,10 @@ json_t *interface_options(const char *options, const char *format, ...);
 /** A text of the caller's own; drops the reference. */
 char *interface_text(json_t *json);
 
-/** Shallow copies of the recordings, for functions that want an array; to be freed. */
+/** Copies of the recordings as an array, with drive and position at the same instants (chain/align.h); to be freed
+ * with interface_recordings_free. NULL: a header key is wrong. */
 recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count);
+void interface_recordings_free(recording_t *recordings, size_t count);
 
 /** A note of what these (model may be NULL) were made from, and of a file (NULL: none). */
 provenance_note_t *interface_note(const hyst_host_recording_t *const *recordings, size_t count,

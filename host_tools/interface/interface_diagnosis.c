@@ -16,10 +16,7 @@ struct hyst_host_diagnosis {
 };
 
 static void free_recordings(hyst_host_diagnosis_t *diagnosis) {
-    for (size_t i = 0; i < diagnosis->count; i++) {
-        recording_free(&diagnosis->recordings[i]);
-    }
-    free(diagnosis->recordings);
+    interface_recordings_free(diagnosis->recordings, diagnosis->count);
     provenance_note_free(diagnosis->note);
     free(diagnosis);
 }
@@ -33,9 +30,11 @@ hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *re
     hyst_host_diagnosis_t *diagnosis = allocate(1, sizeof *diagnosis);
     diagnosis->count = count;
     diagnosis->note = interface_note(recordings, count, model, NULL);
-    diagnosis->recordings = allocate(count, sizeof *diagnosis->recordings);
-    for (size_t i = 0; i < count; i++) {
-        recording_copy(&diagnosis->recordings[i], &recordings[i]->recording);
+    diagnosis->recordings = interface_recordings(recordings, count);
+    if (diagnosis->recordings == NULL) {
+        provenance_note_free(diagnosis->note);
+        free(diagnosis);
+        return NULL;
     }
     interface_work_begin();
     const double begun_s = monotonic_s();

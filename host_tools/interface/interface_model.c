@@ -58,10 +58,13 @@ static hyst_host_model_t *fit_family(const family_t *family, const hyst_host_rec
     model_t model;
     fit_report_t report;
     recording_t *copies = interface_recordings(recordings, count);
+    if (copies == NULL) {
+        return NULL;
+    }
     interface_work_begin();
     const bool good = fit_recordings(family, copies, count, options, &model, &report, interface_failure());
     interface_work_end();
-    free(copies);
+    interface_recordings_free(copies, count);
     if (!good) {
         return NULL;
     }

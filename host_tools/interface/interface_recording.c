@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Recordings of hyst_interface.h. */
+#include "chain/align.h"
 #include "interface/handles.h"
 #include "recording/import.h"
 #include <math.h>
@@ -9,9 +10,20 @@
 recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count) {
     recording_t *copies = allocate(count, sizeof *copies);
     for (size_t i = 0; i < count; i++) {
-        copies[i] = recordings[i]->recording;
+        recording_copy(&copies[i], &recordings[i]->recording);
+        if (!recording_align(&copies[i], interface_failure())) {
+            interface_recordings_free(copies, i + 1);
+            return NULL;
+        }
     }
     return copies;
+}
+
+void interface_recordings_free(recording_t *recordings, size_t count) {
+    for (size_t i = 0; recordings != NULL && i < count; i++) {
+        recording_free(&recordings[i]);
+    }
+    free(recordings);
 }
 
 static bool find_column(const char *name, column_t *column) {
@@ -185,6 +197,16 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
     }
     recording_set_key(&recording->recording, key, value);
     return 1;
+}
+
+hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *recording) {
+    recording_t *copy = interface_recordings(&recording, 1);
+    if (copy == NULL) {
+        return NULL;
+    }
+    hyst_host_recording_t *aligned = interface_recording(copy, interface_note(&recording, 1, NULL, NULL));
+    free(copy); /* what it holds is the handle's */
+    return aligned;
 }
 
 int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path) {

@@ -2,6 +2,7 @@
 #include "look/look_json.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
+#include <stdlib.h>
 
 static json_t *share_to_json(const noise_share_t *share) {
     if (share->samples == 0) {
@@ -12,7 +13,10 @@ static json_t *share_to_json(const noise_share_t *share) {
                      share->lowest_hz, "kurtosis", share->kurtosis, "outliers", (json_int_t)share->outliers);
 }
 
-static json_t *drive_to_json(const drive_look_t *d, double rate_hz) {
+static json_t *drive_to_json(const look_t *look) {
+    const drive_look_t *d = &look->drive;
+    const double rate_hz = look->recording->sample_rate_hz;
+    const char *moved = recording_key(look->recording, "drive_moved_s");
     json_t *json =
         json_pack("{s:s, s:[f, f], s:I, s:f, s:I, s:I, s:I, s:s, s:s, s:[f, f]}", "kind", drive_kind_name(d->kind),
                   "range_v", d->range_v[0], d->range_v[1], "rests", (json_int_t)d->rests, "rest_s", d->rest_s, "steps",
@@ -22,6 +26,7 @@ static json_t *drive_to_json(const drive_look_t *d, double rate_hz) {
                   : d->between == BETWEEN_UNKNOWN ? "nothing"
                                                   : "data",
                   "frequency_hz", d->frequency_hz[0], d->frequency_hz[1]);
+    json_object_set_new(json, "moved_s", moved != NULL ? json_real(strtod(moved, NULL)) : json_null());
     json_object_set_new(json, "step_v", d->step_v > 0.0 ? json_real(d->step_v) : json_null());
     json_object_set_new(json, "noise_v", d->noise_v > 0.0 ? json_real(d->noise_v) : json_null());
     json_object_set_new(json, "period_s", d->period > 0.0 ? json_real(d->period / rate_hz) : json_null());
@@ -110,12 +115,11 @@ static json_t *holds_to_json(const look_t *look) {
 
 static json_t *look_to_json(const look_t *look) {
     const noise_look_t *noise = &look->noise;
-    json_t *json =
-        json_pack("{s:s, s:I, s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
-                  (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz, "drive",
-                  drive_to_json(&look->drive, look->recording->sample_rate_hz), "static", map_to_json(&look->map),
-                  "repetition", repetition_to_json(look), "response", response_to_json(&look->response), "ring",
-                  ring_to_json(look), "creep", holds_to_json(look));
+    json_t *json = json_pack(
+        "{s:s, s:I, s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
+        (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz, "drive",
+        drive_to_json(look), "static", map_to_json(&look->map), "repetition", repetition_to_json(look), "response",
+        response_to_json(&look->response), "ring", ring_to_json(look), "creep", holds_to_json(look));
     json_object_set_new(json, "noise",
                         json_pack("{s:o, s:o, s:f, s:o}", "rest", share_to_json(&noise->rest), "repetition",
                                   share_to_json(&noise->repeat), "neighbours_um", look->prediction.noise_um,

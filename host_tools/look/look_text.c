@@ -2,6 +2,7 @@
 #include "look/look_text.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* "212.3 +- 0.4": two digits of the error, and the value as exactly. */
@@ -44,6 +45,10 @@ static void print_drive(FILE *file, const look_t *look) {
     }
     if (d->held_samples > 1) {
         fprintf(file, "; a new value every %zu samples", d->held_samples);
+    }
+    const char *moved = recording_key(look->recording, "drive_moved_s");
+    if (moved != NULL) {
+        fprintf(file, "; moved by %.6g s, to when the position was sampled (header)", strtod(moved, NULL));
     }
     if (d->between == BETWEEN_UNKNOWN) {
         fprintf(file, "\n             %s\n", between[d->between]);

@@ -334,9 +334,12 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
     for (size_t i = 0; i < table->notes; i++) {
         import_account_add(account, "  left out: %s", table->note[i]);
     }
+    if (table->damage != NULL) {
+        import_account_add(&job.problems, "%s", table->damage);
+    }
     find_columns(&job);
     tell_siblings(&job);
-    if (job.problems.lines == 0) {
+    if (options->time == NULL || strcmp(options->time, "none") == 0 || job.column[ROLE_TIME] != NO_COLUMN) {
         const int time = job.column[ROLE_TIME];
         if (!time_axis_find(&axis, table, time, options->sample_rate_hz, &of_time)) {
             import_account_add(&job.problems, "%s", of_time.text);

@@ -65,6 +65,11 @@ const char *column_unit(column_t column);
 /** Reads and checks a file. On success the caller frees *recording with recording_free. */
 bool recording_read(recording_t *recording, const char *path, failure_t *failure);
 
+/** Whether a file has this project's format, CSV or HDF5, and so is not imported. Its contents may still be wrong. */
+bool recording_is_own(const char *path);
+/** Adds the header keys of a file of this project's format; none if it cannot be read as one. */
+void recording_take_keys(recording_t *recording, const char *path);
+
 /** Writes a file that recording_read reads back to the same numbers (17 digits where needed). All present columns. A
  * name that ends in .h5, .hdf5 or .nc makes an HDF5 file (recording_hdf5.h): faster by far, and bit for bit. */
 bool recording_write(const recording_t *recording, const char *path, failure_t *failure);
@@ -85,6 +90,10 @@ void recording_set_key(recording_t *recording, const char *key, const char *valu
 const char *recording_key(const recording_t *recording, const char *key);
 /** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
+
+/** How long after the instant of the drive in the same row the position was sampled, in s; negative: before. Header key
+ * displacement_sampled_after_s, 0 without. Fails unless it is a finite number. */
+bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure);
 
 /** Smallest and largest of count values; count > 0. */
 void values_range(const double *values, size_t count, double range[2]);

@@ -381,11 +381,36 @@ bool recording_read(recording_t *recording, const char *path, failure_t *failure
                             : import_file(recording, path, &nothing, failure);
 }
 
+bool recording_is_own(const char *path) {
+    return hdf5_is_recording(path) || has_header(path);
+}
+
+void recording_take_keys(recording_t *recording, const char *path) {
+    recording_t own;
+    failure_t ignored;
+    if (recording_is_own(path) && recording_read(&own, path, &ignored)) {
+        for (size_t i = 0; i < own.keys; i++) {
+            recording_set_key(recording, own.key[i].key, own.key[i].value);
+        }
+        recording_free(&own);
+    }
+}
+
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure) {
     const char *text = recording_key(recording, "preload_n");
     *preload_n = 0.0;
     if (text != NULL && !(parse_number(text, preload_n) && *preload_n >= 0.0)) {
         return fail(failure, "%s: header key preload_n is '%s', not a force of 0 N or more", recording->name, text);
+    }
+    return true;
+}
+
+bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure) {
+    const char *text = recording_key(recording, "displacement_sampled_after_s");
+    *after_s = 0.0;
+    if (text != NULL && !(parse_number(text, after_s) && isfinite(*after_s))) {
+        return fail(failure, "%s: header key displacement_sampled_after_s is '%s', not a number of seconds",
+                    recording->name, text);
     }
     return true;
 }

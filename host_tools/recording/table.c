@@ -33,6 +33,7 @@ void table_free(table_t *table) {
     free(table->interval_origin);
     free(table->source);
     free(table->kind);
+    free(table->damage);
     memset(table, 0, sizeof *table);
 }
 

@@ -225,10 +225,21 @@ static size_t read_row(const layout_t *layout, const char *line, double *row, co
     return found;
 }
 
+/* `missing` rows before `row` on a line between their neighbours. The first row of data is never missing. */
+static void bridge(double *value[MOST_COLUMNS], size_t columns, size_t row, size_t missing) {
+    for (size_t j = 0; j < columns && missing > 0; j++) {
+        const double *after = &value[j][row];
+        const double step = missing < row ? (*after - value[j][row - missing - 1]) / (double)(missing + 1) : 0.0;
+        for (size_t i = 1; i <= missing; i++) {
+            value[j][row - i] = *after - step * (double)i;
+        }
+    }
+}
+
 /* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
-    size_t problems = 0, used = 0;
+    size_t problems = 0, used = 0, missing = 0;
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
@@ -243,9 +254,13 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             for (size_t j = 0; j < found; j++) {
                 value[j][table->rows] = row[j];
             }
+            bridge(value, layout->columns, table->rows, missing);
+            missing = 0;
             table->rows++;
             continue;
         }
+        missing++;
+        table->rows++;
         if (problems++ >= TOLD_PROBLEMS || used >= sizeof told) {
             continue;
         }
@@ -256,12 +271,18 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
                                  used > 0 ? "; " : "", i + 1, found, layout->columns);
         used += printed > 0 ? (size_t)printed : 0;
     }
+    const size_t read = table->rows - problems;
     if (problems > 0) {
-        return fail(failure, "%s: %zu of %zu lines of data cannot be read: %s%s", table->source, problems,
-                    problems + table->rows, told, problems > TOLD_PROBLEMS ? "; .." : "");
+        char text[700];
+        (void)snprintf(text, sizeof text, "%zu of %zu lines of data cannot be read: %s%s", problems, table->rows, told,
+                       problems > TOLD_PROBLEMS ? "; .." : "");
+        if (read < 2) {
+            return fail(failure, "%s: %s", table->source, text);
+        }
+        table->damage = copy_text(text);
+        table->rows -= missing; /* at the end */
     }
-    return table->rows >= 2 ||
-           fail(failure, "%s: the table ends after %zu rows of numbers", table->source, table->rows);
+    return read >= 2 || fail(failure, "%s: the table ends after %zu rows of numbers", table->source, table->rows);
 }
 
 /* Splits a line of the header like the data, or by whatever makes enough fields of it. */

@@ -25,6 +25,18 @@ def _(path):
     text(path, "t,u,y\n" + "\n".join(lines) + "\n")
 
 
+@export("a bad line, an unknown unit and a gap",
+        refused="line 102: 'overflow' is not a number; line 252: gap in time: from 0.249 s to 0.35 s, one sample is 0.001 s; "
+                "displacement is column 3 'y' in 'bananas', an unknown unit: say how many um")
+def _(path):
+    lines = rows(T, U, Y).splitlines()
+    lines[100] = lines[100].rsplit(",", 1)[0] + ",overflow"
+    for k in range(250, len(lines)):
+        time, rest = lines[k].split(",", 1)
+        lines[k] = f"{float(time) + 0.1:.6f},{rest}"
+    text(path, "t,u,y [bananas]\n" + "\n".join(lines) + "\n")
+
+
 @export("a line cut short", refused="line 301: 2 numbers where others have 3")
 def _(path):
     lines = rows(T, U, Y).splitlines()

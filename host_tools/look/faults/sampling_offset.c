@@ -37,6 +37,6 @@ const fault_kind_t fault_sampling_offset = {
     .statistic = "lag behind the drive over its standard error",
     .change =
         "Sample both columns with one trigger, and write the drive value that was out at that time. Converters that "
-        "are read in turn are a part of a sample apart; shift the column by that.",
+        "are read in turn are a part of a sample apart: header key displacement_sampled_after_s, -late_s, says it.",
     .handling = FAULT_MODELLABLE,
     .find = find};

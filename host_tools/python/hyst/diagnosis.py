@@ -182,7 +182,7 @@ def diagnose(
     these, and asked (True: as many as end in about five minutes); seed: of their noise.
     progress(what, fraction) is called as the work comes on; if it returns False, it ends with hyst.Cancelled.
     """
-    several = listed(recordings)
+    several = [one.aligned() if "displacement_sampled_after_s" in one.keys else one for one in listed(recordings)]
     given = None if model is None else model._handle
     handle = long_work(lambda: lib.diagnose(handles(several), len(several), given), progress)
     if sure and handle:

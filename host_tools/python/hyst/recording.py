@@ -142,6 +142,14 @@ class Recording:
         """What the header says beside rate and units."""
         return json.loads(text(lib.recording_keys(self._handle)))
 
+    def aligned(self) -> Recording:
+        """With the drive at the instants at which the position was sampled, as the key displacement_sampled_after_s says.
+
+        What fit and diagnose use. Rows at an end that have no drive at their instant are dropped. Without the key, or
+        once it is done, nothing changes.
+        """
+        return Recording._of(lib.recording_aligned(self._handle))
+
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the CSV that every command of hyst reads."""
         checked(lib.recording_write(self._handle, as_path(path)))

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "chain/align.h"
+#include "chain/smooth_drive.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Parts of a sample below which a time is a whole number of samples: rounding of a key that was written in decimals. */
+static const double whole_within = 1e-6;
+
+/* The value at `fraction` of the way from sample `newer` back to the one before. Before the first one it rested. */
+static double value_at(const double *u, size_t samples, size_t newer, double fraction, const double weight[4]) {
+    const size_t ahead = samples - 1 - newer;
+    double x[6];
+    for (size_t i = 0; i < 6; i++) {
+        const size_t later = newer + 2; /* index of x[0] */
+        x[i] = later >= i + samples ? 0.0 : u[later < i ? 0 : later - i];
+    }
+    return smooth_drive_value(x, ahead < 2 ? ahead : 2, fraction, weight);
+}
+
+static void take_later(double *u, size_t samples, size_t first, size_t kept, ptrdiff_t newer, double fraction) {
+    double *taken = allocate(kept, sizeof *taken), weight[4];
+    smooth_drive_weights(fraction, weight);
+    for (size_t k = 0; k < kept; k++) {
+        const size_t at = (size_t)((ptrdiff_t)(first + k) + newer);
+        taken[k] = fraction > 0.0 ? value_at(u, samples, at, fraction, weight) : u[at];
+    }
+    memcpy(u, taken, kept * sizeof *u);
+    free(taken);
+}
+
+static void tell(recording_t *recording, double after_s, size_t dropped) {
+    char line[300];
+    const char *before = recording->understood != NULL ? recording->understood : "";
+    (void)snprintf(line, sizeof line,
+                   "drive        taken %.6g s %s, when the position was sampled (header key "
+                   "displacement_sampled_after_s); %zu row%s dropped\n",
+                   fabs(after_s), after_s > 0.0 ? "later" : "earlier", dropped, dropped == 1 ? "" : "s");
+    char *text = allocate(strlen(before) + strlen(line) + 1, 1);
+    memcpy(text, before, strlen(before));
+    memcpy(text + strlen(before), line, strlen(line) + 1);
+    free(recording->understood);
+    recording->understood = text;
+}
+
+bool recording_align(recording_t *recording, failure_t *failure) {
+    double after_s;
+    char text[40];
+    if (!recording_sampled_after(recording, &after_s, failure)) {
+        return false;
+    }
+    if (after_s == 0.0) {
+        return true;
+    }
+    const double shift = after_s * recording->sample_rate_hz;
+    if (!(fabs(shift) + 1.0 <= 0.5 * (double)recording->samples)) {
+        return fail(failure,
+                    "%s: header key displacement_sampled_after_s is %g s: that leaves less than half of %zu "
+                    "samples at %g Hz",
+                    recording->name, after_s, recording->samples, recording->sample_rate_hz);
+    }
+    const double whole = fabs(shift - round(shift)) < whole_within ? round(shift) : ceil(shift);
+    const ptrdiff_t newer = (ptrdiff_t)whole;
+    const double fraction = fmax(0.0, whole - shift) < whole_within ? 0.0 : whole - shift;
+    const ptrdiff_t older = fraction > 0.0 ? newer - 1 : newer;
+    const size_t first = older < 0 ? (size_t)-older : 0, behind = newer > 0 ? (size_t)newer : 0;
+    const size_t samples = recording->samples, kept = samples - first - behind;
+    for (column_t c = 0; c < COLUMN_COUNT; c++) {
+        double *value = recording->column[c];
+        if (value != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
+            take_later(value, samples, first, kept, newer, fraction);
+        } else if (value != NULL) {
+            memmove(value, value + first, kept * sizeof *value);
+        }
+    }
+    if (recording->masked != NULL) {
+        memmove(recording->masked, recording->masked + first, kept);
+    }
+    recording->samples = kept;
+    recording->start_s += (double)first / recording->sample_rate_hz;
+    recording->clock_s += recording->clock_s != 0.0 ? (double)first / recording->sample_rate_hz : 0.0;
+    recording_set_key(recording, "displacement_sampled_after_s", "0");
+    (void)snprintf(text, sizeof text, "%.17g", after_s);
+    recording_set_key(recording, "drive_moved_s", text);
+    tell(recording, after_s, first + behind);
+    return true;
+}
