@@ -176,24 +176,29 @@ static bool leaves_only_noise(const attempt_t *job) {
 /* A richer form only where it completes the answer, by the measure of what only comes near: beside a hysteresis of a
  * wrong shape it would take a part of that error, and no more. */
 static bool can_stand(const diagnosis_t *d, const reading_t *own, const reading_t *reading) {
-    return probe_is_first(reading->block->probe) ||
-           attempt_excess(d, reading->power.held) < threshold.leaves_too_much * attempt_excess(d, own->power.held);
+    const probe_t *probe = reading->block->probe;
+    const double most = probe->extends ? threshold.extended_leaves_too_much : threshold.leaves_too_much;
+    return probe_is_first(probe) || attempt_excess(d, reading->power.held) < most * attempt_excess(d, own->power.held);
 }
 
 static bool settle(attempt_t *job, finding_t *finding) {
     diagnosis_t *d = job->diagnosis;
     const bool only_noise = leaves_only_noise(job);
+    probe_setting_t setting = job->setting;
+    double value[BLOCK_MAX_PARAMETERS];
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
+    candidate_value(model_find(&d->model, finding->block->name), value);
+    setting.replaced = finding->block;
+    setting.replaced_value = value;
     finding_left_out(d, finding, &without);
     const size_t count = list_others(finding, &without, only_noise, reading);
     model_copy(&reading[0].model, &d->model);
     evidence_t *evidence = evidence_open(&without, &d->samples, &d->noise, job->failure);
     if (evidence != NULL) {
-        anew_t anew = {
-            .job = job,
-            .problem = {.evidence = evidence, .noise = &d->noise, .baseline = &without, .setting = &job->setting},
-            .reading = reading};
+        anew_t anew = {.job = job,
+                       .problem = {.evidence = evidence, .noise = &d->noise, .baseline = &without, .setting = &setting},
+                       .reading = reading};
         size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
         anew.least = least_of_others(evidence, &d->model, finding->block);
