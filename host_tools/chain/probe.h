@@ -87,6 +87,14 @@ typedef struct {
     struct {
         const char *beside, *size_um, *part_of_range;
     } doubtful;
+    /**
+     * Of a relaxation: names of its parameters that are the first and the last time in which it acts (a record shows
+     * them from two samples to its length), and of the blocks that it cannot be told from where it begins as fast as
+     * can be told, or where the record shows hardly any of it. All NULL: it is none.
+     */
+    struct {
+        const char *from_s, *to_s, *faster, *slower;
+    } times;
     /** Names of two blocks that together have nearly the effect of this one; NULL: none. This one is preferred only if
      * it explains as much as they do. */
     const char *together[2];

@@ -176,6 +176,18 @@ bool findings_errors(diagnosis_t *diagnosis, failure_t *failure) {
     return true;
 }
 
+bool finding_times(const diagnosis_t *diagnosis, const finding_t *finding, double time_s[2]) {
+    const probe_t *probe = finding->block->probe;
+    if (probe == NULL || probe->times.from_s == NULL) {
+        return false;
+    }
+    const model_block_t *block = &diagnosis->model.block[finding_index(diagnosis, finding)];
+    const double fastest_s = 2.0 / diagnosis->recordings[0].sample_rate_hz;
+    time_s[0] = fmax(fastest_s, *model_parameter(block, probe->times.from_s)->value);
+    time_s[1] = fmin(samples_longest_s(&diagnosis->samples), *model_parameter(block, probe->times.to_s)->value);
+    return time_s[0] < time_s[1];
+}
+
 bool block_determined(const model_block_t *block) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];

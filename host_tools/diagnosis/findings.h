@@ -49,6 +49,8 @@ void finding_considered_taken(diagnosis_t *diagnosis, const block_t *block);
  * all samples and a third was held out of the fit.
  */
 bool findings_errors(diagnosis_t *diagnosis, failure_t *failure);
+/** Of a relaxation (probe_t.times): the times in s in which it acts and the recordings show it. false: it is none. */
+bool finding_times(const diagnosis_t *diagnosis, const finding_t *finding, double time_s[2]);
 /** Whether any number of a block that was searched, with its standard errors, is three of these away from nothing. */
 bool block_determined(const model_block_t *block);
 /** After findings_errors: the finding's. */

@@ -279,6 +279,33 @@ static void doubt(diagnosis_t *d, finding_t *finding) {
     }
 }
 
+static void add_rival_named(const diagnosis_t *d, finding_t *finding, const char *name) {
+    if (model_find(&d->model, name) == NULL) {
+        finding_add_rival(finding, catalogue_find(name));
+        finding_at_most(finding, ISOLATED);
+    }
+}
+
+/* A relaxation that begins as fast as can be told may have begun before, and what begins when the recording nearly ends
+ * may be a drift. */
+static void doubt_times(const diagnosis_t *d, finding_t *finding) {
+    const probe_t *probe = finding->block->probe;
+    const model_block_t *found = model_find(&d->model, finding->block->name);
+    if (probe == NULL || probe->times.from_s == NULL || found == NULL) {
+        return;
+    }
+    const parameter_t *from = model_parameter(found, probe->times.from_s);
+    const parameter_info_t *info = &found->block->parameter[from - found->parameter];
+    const double fastest_s = fmax(info->low, threshold.fast_samples / d->recordings[0].sample_rate_hz);
+    double time_s[2];
+    if (*from->value <= fastest_s * (1.0 + threshold.same_time)) {
+        add_rival_named(d, finding, probe->times.faster);
+    }
+    if (!finding_times(d, finding, time_s) || log10(time_s[1] / time_s[0]) < threshold.least_decades) {
+        add_rival_named(d, finding, probe->times.slower);
+    }
+}
+
 bool names_settle(attempt_t *job) {
     diagnosis_t *d = job->diagnosis;
     bool good = true, richer = false;
@@ -295,6 +322,7 @@ bool names_settle(attempt_t *job) {
     good = good && (!richer || reconsider_superfluous(job, threshold.least_size, 0));
     for (size_t f = 0; f < d->findings; f++) {
         doubt(d, &d->finding[f]);
+        doubt_times(d, &d->finding[f]);
     }
     return good;
 }
