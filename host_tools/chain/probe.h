@@ -88,9 +88,9 @@ typedef struct {
         const char *beside, *size_um, *part_of_range;
     } doubtful;
     /**
-     * Of a relaxation: names of its parameters that are the first and the last time in which it acts (a record shows
-     * them from two samples to its length), and of the blocks that it cannot be told from where it begins as fast as
-     * can be told, or where the record shows hardly any of it. All NULL: it is none.
+     * Of a relaxation; all NULL: it is none. Names of its parameters that are the first and the last time in which it
+     * acts: a recording shows them from two samples to its length. Then two blocks. The first imitates it where it
+     * begins as fast as can be seen, the second where the recording shows hardly any of it.
      */
     struct {
         const char *from_s, *to_s, *faster, *slower;

@@ -182,7 +182,7 @@ bool finding_times(const diagnosis_t *diagnosis, const finding_t *finding, doubl
         return false;
     }
     const model_block_t *block = &diagnosis->model.block[finding_index(diagnosis, finding)];
-    const double fastest_s = 2.0 / diagnosis->recordings[0].sample_rate_hz;
+    const double fastest_s = 2.0 / diagnosis->samples.recordings[0].sample_rate_hz;
     time_s[0] = fmax(fastest_s, *model_parameter(block, probe->times.from_s)->value);
     time_s[1] = fmin(samples_longest_s(&diagnosis->samples), *model_parameter(block, probe->times.to_s)->value);
     return time_s[0] < time_s[1];

@@ -286,7 +286,7 @@ static void add_rival_named(const diagnosis_t *d, finding_t *finding, const char
     }
 }
 
-/* A relaxation that begins as fast as can be told may have begun before, and what begins when the recording nearly ends
+/* A relaxation that begins as fast as can be seen may have begun before, and what begins when the recording nearly ends
  * may be a drift. */
 static void doubt_times(const diagnosis_t *d, finding_t *finding) {
     const probe_t *probe = finding->block->probe;
@@ -296,7 +296,7 @@ static void doubt_times(const diagnosis_t *d, finding_t *finding) {
     }
     const parameter_t *from = model_parameter(found, probe->times.from_s);
     const parameter_info_t *info = &found->block->parameter[from - found->parameter];
-    const double fastest_s = fmax(info->low, threshold.fast_samples / d->recordings[0].sample_rate_hz);
+    const double fastest_s = fmax(info->low, threshold.fast_samples / d->samples.recordings[0].sample_rate_hz);
     double time_s[2];
     if (*from->value <= fastest_s * (1.0 + threshold.same_time)) {
         add_rival_named(d, finding, probe->times.faster);

@@ -17,7 +17,7 @@
  * its place may be superfluous then, and is taken out.
  *
  * A small drift beside a creep may be the rest of that: it is reported as one of the two. So is a relaxation that
- * begins as fast as can be told, or so late that the recordings show hardly any of it (probe_t.times).
+ * begins as fast as can be seen, or so late that the recordings show hardly any of it (probe_t.times).
  */
 bool names_settle(attempt_t *job);
 
