@@ -92,7 +92,8 @@ static const probe_t looked_for = {
     .probe = probe,
     .searched = 3U,
     .positive = 1U, /* creep continues in the direction of the step; a return is charge leakage */
-    .accuracy = {0.03}};
+    .accuracy = {0.03},
+    .times = {"shortest_s", "longest_s", "dielectric_loss", "thermal_drift"}};
 
 const block_t block_creep = {.name = "creep",
                              .place = PLACE_SLOW,

@@ -20,6 +20,9 @@ typedef struct {
     bool strong;     /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
     const struct block *known; /**< a block of which a fit has found numbers; NULL: none */
     const double *known_value; /**< these, one per parameter: the first of its probes */
+    /** A finding in whose place a richer form of it is tried (probe_t.in_place_of), and its numbers; NULL: none. */
+    const struct block *replaced;
+    const double *replaced_value;
 } probe_setting_t;
 
 /**
@@ -46,6 +49,8 @@ typedef struct {
      * noise. It is looked for nowhere else: with one number more it is as good as they are in their place, and says no
      * more. All NULL: it is looked for by itself. */
     const char *in_place_of[2];
+    /** With some numbers it is what they are: a smaller gain shows that it is more than that. */
+    bool extends;
     /** One or two plain sentences: what it is and how it shows. */
     const char *explanation;
     /** What to record to detect it, or to distinguish it within its group. */
@@ -67,10 +72,10 @@ typedef struct {
     /** Those of them that are never negative in an actuator, though a model may allow it, as bits. */
     unsigned positive;
     /** Upper bound of the search, by index; 0: that of the parameter's range. */
-    double most[4];
+    double most[5];
     /** Relative error of each estimate due to approximations in the block, by index; 0: that of the first. Included in
      * the standard errors. */
-    double accuracy[4];
+    double accuracy[5];
     /** The block's output has corners that move from sample to sample with its parameters. The cost then has small
      * local minima beside the global one. */
     bool corners;
@@ -82,6 +87,14 @@ typedef struct {
     struct {
         const char *beside, *size_um, *part_of_range;
     } doubtful;
+    /**
+     * Of a relaxation; all NULL: it is none. Names of its parameters that are the first and the last time in which it
+     * acts: a recording shows them from two samples to its length. Then two blocks. The first imitates it where it
+     * begins as fast as can be seen, the second where the recording shows hardly any of it.
+     */
+    struct {
+        const char *from_s, *to_s, *faster, *slower;
+    } times;
     /** Names of two blocks that together have nearly the effect of this one; NULL: none. This one is preferred only if
      * it explains as much as they do. */
     const char *together[2];

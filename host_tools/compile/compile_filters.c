@@ -31,13 +31,13 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
     return filter;
 }
 
-/* 1 + 2 damping p + p^2 over the same with mode_rolloff_damping at another frequency. Bilinear transforms, each
- * prewarped there, so that the notch is where the mode is. */
-static inverse_filter_t invert_oscillator(double frequency_hz, double damping_ratio, double rolloff_hz,
-                                          double sample_rate_hz) {
+/* 1 + 2 damping p + p^2 over the same of another oscillator. Bilinear transforms, each prewarped there, so that the
+ * notch is where the mode is. */
+static inverse_filter_t replace_oscillator(double frequency_hz, double damping_ratio, double rolloff_hz,
+                                           double rolloff_damping, double sample_rate_hz) {
     const double k = 1.0 / tan(M_PI * frequency_hz / sample_rate_hz), k2 = k * k;
     const double r = 1.0 / tan(M_PI * rolloff_hz / sample_rate_hz), r2 = r * r;
-    const double numerator = 2.0 * damping_ratio * k, denominator = 2.0 * mode_rolloff_damping * r;
+    const double numerator = 2.0 * damping_ratio * k, denominator = 2.0 * rolloff_damping * r;
     const double a0 = r2 + denominator + 1.0;
     inverse_filter_t filter = {.section = true,
                                .rolloff_hz = rolloff_hz,
@@ -50,6 +50,11 @@ static inverse_filter_t invert_oscillator(double frequency_hz, double damping_ra
     return filter;
 }
 
+static inverse_filter_t invert_oscillator(double frequency_hz, double damping_ratio, double rolloff_hz,
+                                          double sample_rate_hz) {
+    return replace_oscillator(frequency_hz, damping_ratio, rolloff_hz, mode_rolloff_damping, sample_rate_hz);
+}
+
 static inverse_filter_t oscillator_as_delay(double frequency_hz, double damping_ratio) {
     return (inverse_filter_t){.delay_s = damping_ratio / (M_PI * frequency_hz)};
 }
@@ -58,6 +63,37 @@ inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double s
     return no_filters || frequency_hz > highest_rolloff * sample_rate_hz
                ? oscillator_as_delay(frequency_hz, damping_ratio)
                : invert_oscillator(frequency_hz, damping_ratio, frequency_hz, sample_rate_hz);
+}
+
+/*
+ * With p = s / 2 pi, both modes over one denominator:
+ *
+ *     (1 - share) / (1 + 2 za p / fa + p^2 / fa^2) + share / (1 + 2 zb p / fb + p^2 / fb^2)
+ *   = (1 + 2 z p / f + p^2 / f^2) / ((1 + 2 za p / fa + p^2 / fa^2) (1 + 2 zb p / fb + p^2 / fb^2))
+ *
+ * 1 / f^2 = (1 - share) / fb^2 + share / fa^2, z / f = (1 - share) zb / fb + share za / fa. The antiresonance f, z has
+ * a stable inverse if both are positive; between the modes it is if both shares are.
+ */
+bool invert_two_modes(oscillation_t lower, oscillation_t upper, double upper_share, double sample_rate_hz,
+                      bool no_filters, inverse_filter_t inverse[2]) {
+    const double rest = 1.0 - upper_share, highest_hz = highest_rolloff * sample_rate_hz;
+    const double square =
+        rest / gsl_pow_2(upper.frequency_hz) + upper_share / gsl_pow_2(lower.frequency_hz); /* 1 / f^2 */
+    const double lag =
+        rest * upper.damping_ratio / upper.frequency_hz + upper_share * lower.damping_ratio / lower.frequency_hz;
+    const oscillation_t zero = {1.0 / sqrt(square),
+                                lag / sqrt(square)}; /* of no meaning where square is not positive */
+    inverse[0] = invert_mode(lower.frequency_hz, lower.damping_ratio, sample_rate_hz, no_filters);
+    if (square > 0.0 && lag > 0.0 && inverse[0].section && upper.frequency_hz <= highest_hz &&
+        zero.frequency_hz <= highest_hz) {
+        inverse[1] = replace_oscillator(upper.frequency_hz, upper.damping_ratio, zero.frequency_hz, zero.damping_ratio,
+                                        sample_rate_hz);
+        inverse[1].delay_s -= lag / M_PI;
+        return true;
+    }
+    inverse[1] = invert_mode(upper.frequency_hz, upper.damping_ratio, sample_rate_hz, no_filters);
+    inverse[1].delay_s -= lag / M_PI;
+    return no_filters;
 }
 
 inverse_filter_t invert_low_pass(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters) {

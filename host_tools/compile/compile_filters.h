@@ -23,6 +23,17 @@ inverse_filter_t invert_lag(double cutoff_hz, double sample_rate_hz, bool no_fil
 /** The mode inverted, times a mode of the same frequency and damping 0.7; without a section above fs / 5. */
 inverse_filter_t invert_mode(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters);
 
+typedef struct {
+    double frequency_hz, damping_ratio;
+} oscillation_t;
+
+/** A sum of two modes inverted, as two sections: the lower mode as invert_mode has it, and the upper one over the
+ * antiresonance between them, exactly. false: that antiresonance has no stable inverse, or is above fs / 5; then the
+ * second section is that of the upper mode alone. upper_share: of the position at rest; the lower mode's is the rest of
+ * 1. */
+bool invert_two_modes(oscillation_t lower, oscillation_t upper, double upper_share, double sample_rate_hz,
+                      bool no_filters, inverse_filter_t inverse[2]);
+
 /** A low pass of second order inverted, times one of damping 0.7 at min(2 frequency, fs / 5); without a section if that
  * would not exceed its frequency. */
 inverse_filter_t invert_low_pass(double frequency_hz, double damping_ratio, double sample_rate_hz, bool no_filters);

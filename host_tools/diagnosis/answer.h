@@ -110,6 +110,8 @@ bool finding_may_be(const answer_t *answer, const block_t *block);
 size_t finding_index(const answer_t *answer, const finding_t *finding);
 /** The answer's model without the finding's block; to be freed. */
 void finding_left_out(const answer_t *answer, const finding_t *finding, model_t *without);
+/** Of a relaxation (probe_t.times): the times in s in which it acts and the recordings show it. false: it is none. */
+bool finding_times(const answer_t *answer, const finding_t *finding, double time_s[2]);
 
 /** Whether a number of a given chain's block has changed by more than two of its standard errors (refitted.h). */
 bool refitted_changed(const model_block_t *given, const model_block_t *fitted, size_t parameter);

@@ -178,16 +178,22 @@ static bool leaves_only_noise(const state_t *state) {
 /* A richer form only where it completes the answer, by the measure of what only comes near: beside a hysteresis of a
  * wrong shape it would take a part of that error, and no more. */
 static bool can_stand(const answer_t *answer, const reading_t *own, const reading_t *reading) {
-    return probe_is_first(reading->block->probe) ||
-           excess(answer, reading->power.held) < threshold.leaves_too_much * excess(answer, own->power.held);
+    const probe_t *probe = reading->block->probe;
+    const double most = probe->extends ? threshold.extended_leaves_too_much : threshold.leaves_too_much;
+    return probe_is_first(probe) || excess(answer, reading->power.held) < most * excess(answer, own->power.held);
 }
 
 static bool settle(state_t *state, finding_t *finding) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     const bool only_noise = leaves_only_noise(state);
+    probe_setting_t setting = state->setting;
+    double value[BLOCK_MAX_PARAMETERS];
     reading_t *reading = allocate(catalogue_count, sizeof *reading);
     model_t without;
+    candidate_value(model_find(&answer->model, finding->block->name), value);
+    setting.replaced = finding->block;
+    setting.replaced_value = value;
     finding_left_out(answer, finding, &without);
     const size_t count = list_others(finding, &without, only_noise, reading);
     model_copy(&reading[0].model, &answer->model);
@@ -197,7 +203,7 @@ static bool settle(state_t *state, finding_t *finding) {
                        .problem = {.evidence = evidence,
                                    .noise = &question->noise,
                                    .baseline = &without,
-                                   .setting = &state->setting},
+                                   .setting = &setting},
                        .reading = reading};
         size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
@@ -281,6 +287,34 @@ static void doubt(answer_t *answer, finding_t *finding) {
     }
 }
 
+static void add_rival_named(const answer_t *answer, finding_t *finding, const char *name) {
+    if (model_find(&answer->model, name) == NULL) {
+        finding_add_rival(finding, catalogue_find(name));
+        finding_at_most(finding, ISOLATED);
+    }
+}
+
+/* A relaxation that begins as fast as can be seen may have begun before, and what begins when the recording nearly ends
+ * may be a drift. */
+static void doubt_times(const answer_t *answer, finding_t *finding) {
+    const probe_t *probe = finding->block->probe;
+    const model_block_t *found = model_find(&answer->model, finding->block->name);
+    if (probe == NULL || probe->times.from_s == NULL || found == NULL) {
+        return;
+    }
+    const parameter_t *from = model_parameter(found, probe->times.from_s);
+    const parameter_info_t *info = &found->block->parameter[from - found->parameter];
+    const double rate_hz = answer->question->samples.recordings[0].sample_rate_hz;
+    const double fastest_s = fmax(info->low, threshold.fast_samples / rate_hz);
+    double time_s[2];
+    if (*from->value <= fastest_s * (1.0 + threshold.same_time)) {
+        add_rival_named(answer, finding, probe->times.faster);
+    }
+    if (!finding_times(answer, finding, time_s) || log10(time_s[1] / time_s[0]) < threshold.least_decades) {
+        add_rival_named(answer, finding, probe->times.slower);
+    }
+}
+
 bool names_settle(state_t *state) {
     answer_t *answer = &state->answer;
     bool good = true, richer = false;
@@ -297,6 +331,7 @@ bool names_settle(state_t *state) {
     good = good && (!richer || reconsider_superfluous(state, threshold.least_size, 0));
     for (size_t f = 0; f < answer->findings; f++) {
         doubt(answer, &answer->finding[f]);
+        doubt_times(answer, &answer->finding[f]);
     }
     return good;
 }

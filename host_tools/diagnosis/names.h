@@ -16,7 +16,8 @@
  * there a richer form of the finding's group is tried, too (probe_t.in_place_of); what was found beside one that took
  * its place may be superfluous then, and is taken out.
  *
- * A small drift beside a creep may be the rest of that: it is reported as one of the two.
+ * A small drift beside a creep may be the rest of that: it is reported as one of the two. So is a relaxation that
+ * begins as fast as can be seen, or so late that the recordings show hardly any of it (probe_t.times).
  */
 bool names_settle(state_t *state);
 

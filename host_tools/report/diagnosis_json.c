@@ -68,6 +68,10 @@ static json_t *finding_to_json(const answer_t *answer, const account_t *account,
                   "held_out_nrmse_percent_after", json_number_or_null(finding->held_out_after_percent), "where",
                   location_to_json(&account->where[index], recordings), "explanation", explanation, "confusable_with",
                   confusable, "separating_excitation", block_search(finding->block)->excitation);
+    double time_s[2];
+    if (finding_times(answer, finding, time_s)) {
+        json_object_set_new(json, "valid_s", json_pack("[f, f]", time_s[0], time_s[1]));
+    }
     if (finding_is_empirical(finding)) {
         json_object_set_new(json, "empirical", json_true());
     }

@@ -231,6 +231,9 @@ static void write_finding(const page_t *page, size_t index) {
     finding_explanation(finding, text);
     write_row(page->file, "What", text);
     write_numbers(page, finding);
+    if (finding_times_text(page->answer, finding, text)) {
+        write_row(page->file, "Valid", text);
+    }
     location_text(&page->account->where[index], page->recordings, page->count, text);
     write_row(page->file, "Where", text);
     if (finding_is_empirical(finding)) {

@@ -254,6 +254,17 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
     }
 }
 
+bool finding_times_text(const answer_t *answer, const finding_t *finding, char text[DIAGNOSIS_LINE]) {
+    double time_s[2];
+    text[0] = '\0';
+    if (!finding_times(answer, finding, time_s)) {
+        return false;
+    }
+    text_append(text, "from %.2g s to %.3g s after a step: what is quicker or slower these recordings do not show",
+                time_s[0], time_s[1]);
+    return true;
+}
+
 /* "12 .. 14 and 30 .. 31 s", at most a few ranges. */
 static void append_ranges(char *text, const ranges_t *all, double (*gap)(const range_t *, const range_t *),
                           const char *unit) {
@@ -496,6 +507,9 @@ static void print_finding(FILE *file, const answer_t *answer, const account_t *a
         }
     }
     text_wrapped(file, "   numbers", text);
+    if (finding_times_text(answer, finding, text)) {
+        text_wrapped(file, "   valid", text);
+    }
     location_text(&account->where[index], recordings, count, text);
     text_wrapped(file, "   where", text);
     if (!finding->in_readings) {

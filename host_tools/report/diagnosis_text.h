@@ -23,6 +23,8 @@ void verdict_sentence(const answer_t *answer, char text[DIAGNOSIS_LINE]);
 /** Explains a finding: the block's explanation, preceded by "One of .., these recordings cannot tell which" unless it
  * is named. */
 void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]);
+/** Over what times the numbers of a relaxation are valid (finding_times). false: it is none. */
+bool finding_times_text(const answer_t *answer, const finding_t *finding, char text[DIAGNOSIS_LINE]);
 
 /** "in all parts of the loop; 80 .. 100 V; where the drive rests and at 20 .. 500 V/s; 190 .. 210 Hz (harmonics 2 and
  * 3); 12 .. 14 and 30 .. 31 s of a.csv". At most three ranges each: the smallest gaps between more are bridged.

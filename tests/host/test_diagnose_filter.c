@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* A low pass of second order is found where a lag of first order leaves more than noise, and only there. */
+/* Richer forms are found where the plain one leaves more than noise, and only there: a low pass of second order in the
+ * place of one of first order, two modes in the place of one. */
 #include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
@@ -94,11 +95,35 @@ static void test_what_is_of_first_order_stays_so(void) {
     TEST_ASSERT_FALSE(may_be(finding, &block_sensor_filter) || may_be(finding, &block_amplifier_filter));
 }
 
+/* Of 120 and 310 Hz with 0.3 of the stroke for the second; one that the other opposes; and one above most of what the
+ * drive excites, at 0.35 of the sample rate. */
+static void test_two_modes(void) {
+    expect_found(&block_two_modes, (double[]){120.0, 0.02, 310.0, 0.03, 0.3});
+    answer_free(&diagnosis);
+    expect_found(&block_two_modes, (double[]){120.0, 0.02, 310.0, 0.03, -0.2});
+    answer_free(&diagnosis);
+    expect_found(&block_two_modes, (double[]){120.0, 0.02, 700.0, 0.03, 0.3});
+}
+
+static void test_a_single_mode_stays_one(void) {
+    static const double mode[][2] = {{120.0, 0.02}, {310.0, 0.03}, {150.0, 0.15}};
+    for (size_t i = 0; i < sizeof mode / sizeof mode[0]; i++) {
+        const finding_t *finding = ask(&block_resonance, mode[i]);
+        TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+        TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
+        TEST_ASSERT_EQUAL_STRING("resonance", finding->block->name);
+        TEST_ASSERT_FALSE(may_be(finding, &block_two_modes));
+        answer_free(&diagnosis);
+    }
+}
+
 int main(void) {
     rng = random_start("diagnose_filter", 20261123);
     UNITY_BEGIN();
     RUN_TEST(test_a_butterworth_amplifier);
     RUN_TEST(test_a_sensor_with_an_anti_alias_filter);
     RUN_TEST(test_what_is_of_first_order_stays_so);
+    RUN_TEST(test_two_modes);
+    RUN_TEST(test_a_single_mode_stays_one);
     return UNITY_END();
 }

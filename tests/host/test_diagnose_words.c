@@ -472,9 +472,30 @@ static void test_a_given_term_is_no_explanation(void) {
     TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
 }
 
+/* The block ends at 1000 s; the recordings end before, and show nothing quicker than two samples. */
+static void test_a_creep_says_over_what_times_it_is_valid(void) {
+    const double longest_s = SAMPLES / recordings[0].sample_rate_hz, begins_s = 0.25 * longest_s;
+    char text[DIAGNOSIS_LINE];
+    double time_s[2];
+    work_out();
+    TEST_ASSERT_FALSE(finding_times_text(&diagnosis, &diagnosis.finding[0], text)); /* a mode is no relaxation */
+    model_block_t *creep = model_append(&diagnosis.model, &block_creep);
+    const finding_t finding = {.block = &block_creep};
+    model_set(creep, "shortest_s", begins_s);
+    TEST_ASSERT_TRUE(finding_times(&diagnosis, &finding, time_s));
+    TEST_ASSERT_EQUAL_DOUBLE(begins_s, time_s[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(longest_s, time_s[1]);
+    TEST_ASSERT_TRUE(finding_times_text(&diagnosis, &finding, text));
+    TEST_ASSERT_NOT_NULL(strstr(text, "these recordings do not show"));
+    model_set(creep, "shortest_s", 2.0 * longest_s); /* it has not begun */
+    TEST_ASSERT_FALSE(finding_times(&diagnosis, &finding, time_s));
+    account_free(&account);
+}
+
 int main(void) {
     rng = random_start("diagnose_words", 20261121);
     UNITY_BEGIN();
+    RUN_TEST(test_a_creep_says_over_what_times_it_is_valid);
     RUN_TEST(test_what_is_isolated_is_not_sold_as_a_name);
     RUN_TEST(test_what_was_not_found_tells_its_smallest_size);
     RUN_TEST(test_only_a_given_model_came_in);

@@ -12,6 +12,7 @@ GROUPS = {"transport_delay": "lag", "amplifier_bandwidth": "lag", "sensor_bandwi
           "amplifier_low_pass_2": "lag", "sensor_low_pass_2": "lag", "second_order_low_pass": "lag",
           "creep": "slow", "dielectric_loss": "slow", "charge_leakage": "slow", "gain_drift": "slow",
           "thermal_drift": "slow",
+          "two_modes": "resonance",
           "asymmetric_hysteresis": "shape", "static_nonlinearity": "shape", "interleaved_hysteresis": "shape"}
 # Other words for a fault of the recording that are as right, as patterns over the block's name.
 FAULT_WORDS = {

@@ -166,8 +166,8 @@ class Hidden:
     def __init__(self, rng, name, lab):
         self.name, self.seed = name, int(rng.integers(1 << 31))
         self.fresh = np.random.default_rng(self.seed)
-        if name in effects.CATALOGUE:
-            e = effects.CATALOGUE[name]
+        if name in effects.KNOWN:
+            e = effects.KNOWN[name]
             self.stage, self.low, self.high = e.stage, e.low, e.high
             at = e.draw(self.fresh, lab.context())
             self.numbers = at
@@ -195,7 +195,7 @@ def make_case(seed, which_set, kind, name, law, excitation, strength, most_sampl
     samples = int(rng.integers(min(6000, most_samples // 2), most_samples + 1))
     if kind == "fault":
         return make_fault(rng, name, law, excitation, samples, which_set)
-    not_held = name in unknown.NEEDS_MOTION or (name in effects.CATALOGUE and effects.CATALOGUE[name].not_held)
+    not_held = name in unknown.NEEDS_MOTION or (name in effects.KNOWN and effects.KNOWN[name].not_held)
     if name == "preload":
         return make_preload(rng, law, excitation, samples // 3, which_set, strength)
     lab = Lab(rng, law, excitation, samples, not_held)

@@ -61,12 +61,12 @@ class Strengths(unittest.TestCase):
         """The laboratory that make_case draws from this seed, to simulate what it is without the effect."""
         rng = np.random.default_rng(seed)
         samples = int(rng.integers(min(6000, SAMPLES // 2), SAMPLES + 1))
-        effect = effects.CATALOGUE.get(name)
+        effect = effects.KNOWN.get(name)
         return record.Lab(rng, law, way, samples, effect is not None and effect.not_held)
 
     def test_of_every_effect(self):
         """Read from the recording itself: what differs from the clean simulation is noise and effect, squares added."""
-        for index, name in enumerate([None, *effects.CATALOGUE]):
+        for index, name in enumerate([None, *effects.KNOWN]):
             law, way, made = "preisach_skewed", "sines", None
             for attempt in range(20):       # the first laboratory in which it can be so strong
                 seed = [SEED, index, attempt]
