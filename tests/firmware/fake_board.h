@@ -93,4 +93,8 @@ hyst_q31_t fake_board_drive(hyst_q31_t position);
 /** `count` samples at position 0. Returns the last drive. */
 hyst_q31_t fake_board_run(unsigned count);
 
+/** May amplifier state `after` follow on `before`, whatever anybody writes and whatever fails? `command`: one that was
+ * taken since, 0 none; `tripped`: something may have. */
+bool fake_board_lawful(uint32_t before, uint32_t after, uint32_t command, bool tripped);
+
 #endif

@@ -313,29 +313,6 @@ static void test_limits_have_codes_of_their_own(void) {
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_limits_sticky));
 }
 
-/* What may follow on what, whatever anybody writes and whatever fails. */
-static bool lawful(uint32_t before, uint32_t after, uint32_t command, bool tripped) {
-    if (before == after) {
-        return true;
-    }
-    switch (after) {
-    case AMPLIFIER_OFF:
-        return before == AMPLIFIER_STOP || (before == AMPLIFIER_FAULT && command == COMMAND_STOP) ||
-               (before != AMPLIFIER_FAULT && command == COMMAND_DISARM); /* parked already: off at once */
-    case AMPLIFIER_PRECHARGE:
-        return (before == AMPLIFIER_OFF || before == AMPLIFIER_STOP) && command == COMMAND_ARM;
-    case AMPLIFIER_CONDITIONING:
-    case AMPLIFIER_HOLD:
-    case AMPLIFIER_RUN:
-        return before == AMPLIFIER_PRECHARGE || before == AMPLIFIER_CONDITIONING || before == AMPLIFIER_HOLD ||
-               before == AMPLIFIER_RUN;
-    case AMPLIFIER_STOP:
-        return before == AMPLIFIER_FAULT ? command == COMMAND_STOP : command == COMMAND_DISARM;
-    default:
-        return tripped;
-    }
-}
-
 static void test_no_unlawful_transition(void) {
     enum { STEPS = 60000 };
     unsigned visits[AMPLIFIER_FAULT + 1] = {0};
@@ -368,7 +345,7 @@ static void test_no_unlawful_transition(void) {
             last = drive;
             telemetry_t t;
             telemetry_read(&t);
-            TEST_ASSERT_TRUE_MESSAGE(lawful(now, t.amplifier_state, command, late || low), "transition");
+            TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(now, t.amplifier_state, command, late || low), "transition");
             now = t.amplifier_state;
             TEST_ASSERT_TRUE(now != AMPLIFIER_OFF || !fake_board.stage_enabled);
             visits[now]++;
