@@ -70,6 +70,10 @@ void board_stage_enable(bool on) {
     fake_board.stage_enabled = on;
 }
 
+void board_keep_park(uint16_t drive_code) {
+    fake_board.kept_park = drive_code;
+}
+
 int32_t board_health(health_channel_t channel) {
     return fake_board.health[channel];
 }

@@ -33,6 +33,7 @@ typedef struct {
     line_parity_t parity;
     unsigned frames_before_line; /**< frames_sent when the line was last set */
     bool stage_enabled;
+    uint16_t kept_park;    /**< board_keep_park */
     unsigned watchdog_fed; /**< how often */
     int32_t health[HEALTH_CHANNELS];
 } fake_board_t;

@@ -18,7 +18,7 @@
  * piezo that is better than a neutral code written at the start of every interrupt, as motor drives do it, which would
  * turn one late sample into a full-scale step of the actuator. An interrupt or a main loop that never comes again is
  * the hardware watchdog's (supply.h): within 1.9 s it resets the processor, the stage goes off, and the output floats
- * to where its pull-down leads. A processor fault ramps to the safe code first.
+ * to where its pull-down leads. A processor fault ramps to the parking code first.
  */
 #include "board.h"
 #include "clock.h"
@@ -87,11 +87,10 @@ const board_info_t board_info = {
 /* Touched by the sample interrupt alone once it runs. */
 static uint16_t position_code = BOARD_CODE_MIDDLE;
 static bool period_missed;
-static uint32_t last_cycles;
+static uint32_t update_cycles; /* of the last update that was counted, or little before it */
 
 static volatile uint32_t periods; /* since start; read by the main loop */
 static uint32_t cycles_per_period;
-static uint32_t late_cycles; /* so many since the last interrupt, rounded to periods, are two */
 
 static uint32_t apb1_timer_hz, core_hz;
 
@@ -155,7 +154,6 @@ board_start_t board_init(void) {
     apb1_timer_hz = clocks.apb1_timer_hz;
     core_hz = clocks.core_hz;
     cycles_per_period = core_hz / SAMPLE_RATE_HZ;
-    late_cycles = 2U * cycles_per_period - cycles_per_period / 2U;
     DEMCR |= DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
     converters_init();
@@ -233,7 +231,15 @@ void board_watchdog_feed(void) {
     watchdog_feed();
 }
 
+/* In the compare channels 3 and 4 of TIM2, which compare with nothing: no pin, no interrupt, no trigger. Nothing writes
+ * there by a stray pointer into memory, and a reset clears both, which is no code and its complement. */
+void board_keep_park(uint16_t drive_code) {
+    TIM2->CCR3 = drive_code;
+    TIM2->CCR4 = ~(uint32_t)drive_code;
+}
+
 void board_start(uint16_t drive_code) {
+    board_keep_park(drive_code);
     /* Not triggered yet: the parking code is at the output as soon as the channel is on. */
     DAC->DHR12L1 = drive_code;
     DAC->CR = DAC_CR_EN1;
@@ -248,7 +254,7 @@ void board_start(uint16_t drive_code) {
     TIM2->CR2 = TIM_CR2_MMS_UPDATE;
     DAC->CR = DAC_CR_EN1 | DAC_CR_TEN1 | DAC_CR_TSEL1_TIM2;
     ADC1->CR2 = ADC_CR2_ADON | ADC_CR2_EXTSEL_TIM2_CC2 | ADC_CR2_EXTEN_RISING;
-    last_cycles = DWT_CYCCNT;
+    update_cycles = DWT_CYCCNT;
     nvic_enable(IRQ_TIM2, PRIORITY_SAMPLE);
     TIM2->DIER = TIM_DIER_UIE;
     TIM2->CR1 = TIM_CR1_CEN;
@@ -277,14 +283,16 @@ static bool read_position(void) {
     return in_time;
 }
 
-/* Since the last interrupt: 1, unless some were missed. (An emulator without a cycle counter says 0 cycles.) */
+/* Since the last interrupt: 1, unless some were missed. The count is along the grid of the updates, so that a late
+ * interrupt, and the one after it, are not counted twice. (An emulator without a cycle counter says 0 cycles.) */
 static uint32_t count_periods(void) {
-    const uint32_t cycles = DWT_CYCCNT;
-    const uint32_t since = cycles - last_cycles;
+    const uint32_t since = DWT_CYCCNT - update_cycles;
     uint32_t passed = 1;
-    last_cycles = cycles;
-    if (since >= late_cycles) {
-        passed = (since + cycles_per_period / 2U) / cycles_per_period;
+    if (since >= 2U * cycles_per_period) {
+        passed = since / cycles_per_period;
+    }
+    if (since >= cycles_per_period) {
+        update_cycles += passed * cycles_per_period;
     }
     periods += passed;
     return passed;
@@ -298,7 +306,7 @@ static uint32_t count_periods(void) {
 void tim2_handler(void) {
     TIM2->SR = ~TIM_SR_UIF;
     const uint32_t passed = count_periods();
-    loop_input_t input = {.overrun = period_missed || passed > 1U, .supply_low = supply_low()};
+    loop_input_t input = {.overrun = period_missed || passed > 1U, .missed = passed - 1U, .supply_low = supply_low()};
     input.converter_timeout = !read_position();
     input.position_code = position_code;
     DAC->DHR12L1 = loop_sample(&input);
@@ -308,10 +316,18 @@ void tim2_handler(void) {
     period_missed = (TIM2->SR & TIM_SR_UIF) != 0;
 }
 
+/* Of 12 bits. */
+static int32_t rest_code(void) {
+    const uint32_t code = TIM2->CCR3;
+    return (int32_t)((code <= UINT16_MAX && TIM2->CCR4 == ~code ? code : SAFE_CODE) >> 4);
+}
+
 /*
  * With the trigger off, a code goes from the holding register to the output at once. From what is at the output now,
- * which the converter knows itself, one code at a time to the safe one; not to the image's drive_park, because after a
- * fault no memory is to be trusted. Then the stage goes off. docs/WIRING.md tells the power stage's designer.
+ * which the converter knows itself, one code at a time to the parking code of the image in force, as board_keep_park
+ * has it: after a fault no memory is to be trusted. Both lie within the image's limits, and so does all between.
+ * Without a whole code there, to the safe one. Then the stage goes off. docs/WIRING.md tells the power stage's
+ * designer.
  */
 void outputs_to_safety(void) {
     TIM2->CR1 = 0;
@@ -319,8 +335,9 @@ void outputs_to_safety(void) {
     int32_t code = (int32_t)(DAC->DOR1 & 0xFFFU);
     DAC->DHR12L1 = (uint32_t)code << 4;
     DAC->CR = DAC_CR_EN1;
-    while (code != (int32_t)(SAFE_CODE >> 4)) {
-        code += code < (int32_t)(SAFE_CODE >> 4) ? 1 : -1;
+    const int32_t rest = rest_code();
+    while (code != rest) {
+        code += code < rest ? 1 : -1;
         DAC->DHR12L1 = (uint32_t)code << 4;
         for (unsigned turn = 0; turn < SAFE_RAMP_TURNS; turn++) {
             __asm__ volatile("nop");
