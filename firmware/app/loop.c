@@ -109,7 +109,7 @@ static void adopt_pending(void) {
     if (next != NULL && !loop.bypass &&
         hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
         loop.active = next;
-        board_keep_park(loop_park_code_of(next));
+        board_keep_park(loop_park_code());
         atomic_store_explicit(&loop.pending, NULL, memory_order_release);
     }
 }

@@ -75,7 +75,7 @@ bool loop_in_fault(void);
 /** Is it off, with the output at rest? */
 bool loop_off(void);
 
-/** The code of the parking drive. */
+/** The code of the parking drive. Sample interrupt, too. */
 uint16_t loop_park_code(void);
 
 /** Samples since loop_init, wrapping. */

@@ -288,10 +288,10 @@ static bool read_position(void) {
 static uint32_t count_periods(void) {
     const uint32_t since = DWT_CYCCNT - update_cycles;
     uint32_t passed = 1;
-    if (since >= 2U * cycles_per_period) {
-        passed = since / cycles_per_period;
-    }
     if (since >= cycles_per_period) {
+        if (since - cycles_per_period >= cycles_per_period) {
+            passed = since / cycles_per_period;
+        }
         update_cycles += passed * cycles_per_period;
     }
     periods += passed;
