@@ -38,7 +38,7 @@ typedef struct {
     uint32_t sample_rate_mhz;
     uint32_t cost_rate_hz;      /**< counts per second of board_cost_counter */
     uint32_t modbus_silence_us; /**< least silence that ends a frame (line_silence_us) */
-    uint16_t safe_code;         /**< drive code without an image: from reset on, and after a processor fault */
+    uint16_t safe_code;         /**< drive code without an image, from reset on */
     /** No two drive codes are farther apart than this, whatever makes the drive: a source that starts elsewhere, a new
      * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */
     hyst_q31_t drive_slew_max;
@@ -105,6 +105,10 @@ void board_watchdog_feed(void);
 /** Puts this drive code out, then starts the sample interrupt, which calls loop_sample(). From then on every sample
  * writes a drive code. */
 void board_start(uint16_t drive_code);
+
+/** The image in force parks at this drive code. The board keeps it where a processor fault finds it without memory, if
+ * it has such a place. Sample interrupt, at an adoption; board_start keeps its own code. */
+void board_keep_park(uint16_t drive_code);
 
 /** Free-running counters, wrap-around. Any context. */
 uint32_t board_cost_counter(void);

@@ -23,7 +23,7 @@ void event_log_init(uint16_t reset_cause) {
 
 void event_log_add(event_kind_t kind, uint16_t detail) {
     events[count % EVENT_LOG_LENGTH] = (event_t){
-        .milliseconds = (uint32_t)((uint64_t)loop_samples() * 1000000U / board_info.sample_rate_mhz),
+        .milliseconds = (uint32_t)((uint64_t)loop_periods() * 1000000U / board_info.sample_rate_mhz),
         .kind = (uint16_t)kind,
         .detail = detail,
     };

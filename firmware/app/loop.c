@@ -40,6 +40,7 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.bypass = false;
     loop.overruns_in_a_row = 0;
     loop.silence = 0;
+    loop.missed = 0;
     loop.timeout = loop_samples_in(LOOP_DEFAULT_TIMEOUT_MS);
     loop.cost = 0;
     loop.attend = true;
@@ -108,6 +109,7 @@ static void adopt_pending(void) {
     if (next != NULL && !loop.bypass &&
         hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
         loop.active = next;
+        board_keep_park(loop_park_code());
         atomic_store_explicit(&loop.pending, NULL, memory_order_release);
     }
 }
@@ -147,8 +149,8 @@ static bool steady(void) {
 }
 
 /* The beginning of such a sample. */
-static HYST_APART void look_at_everything(bool supply_low, bool overrun, uint32_t known_faults) {
-    loop_protect(supply_low, overrun, known_faults);
+static HYST_APART void look_at_everything(const loop_input_t *input, uint32_t known_faults) {
+    loop_protect(input, known_faults);
     adopt_pending();
 }
 
@@ -235,7 +237,7 @@ uint16_t loop_sample(const loop_input_t *input) {
     const bool attend =
         loop.attend || eventful || faults != 0 || loop.current > loop.current_limit || silence > loop.timeout;
     if (attend) {
-        look_at_everything(input->supply_low, input->overrun, faults);
+        look_at_everything(input, faults);
     } else {
         loop.silence = silence; /* a steady sample is one in motion */
     }

@@ -35,7 +35,8 @@
 typedef struct {
     uint16_t position_code; /**< offset binary, board_info.position_bits wide, left-aligned to 16 bits */
     bool converter_timeout; /**< no fresh position; the code is the last one */
-    bool overrun;           /**< more than one period passed since the last sample */
+    bool overrun;           /**< more than one period passed since the last sample, or its end came late */
+    uint32_t missed;        /**< periods without a sample since the last one; 0 without overrun */
     bool supply_low;        /**< the supply is below what the converters need */
 } loop_input_t;
 
@@ -74,18 +75,22 @@ bool loop_in_fault(void);
 /** Is it off, with the output at rest? */
 bool loop_off(void);
 
-/** The code of the parking drive. */
+/** The code of the parking drive. Sample interrupt, too. */
 uint16_t loop_park_code(void);
 
 /** Samples since loop_init, wrapping. */
 uint32_t loop_samples(void);
+
+/** Sample periods since loop_init, those without a sample included, wrapping: time. */
+uint32_t loop_periods(void);
 
 /** Requested mode; what the loop runs is park until it is ready. Other modes than park: only while armed. */
 hyst_mode_t loop_mode(void);
 void loop_set_mode(hyst_mode_t mode);
 
 /** A master has been heard; trips (FAULT_WATCHDOG) when that is longer ago than the timeout, outside of park. The
- * sample interrupt counts the time, in samples, so that a main loop that hangs trips too. 0 is off. */
+ * sample interrupt counts the time, in periods, missed ones included, so that a main loop that hangs trips too. 0 is
+ * off. */
 void loop_master_heard(void);
 void loop_set_timeout(uint32_t milliseconds);
 #define LOOP_DEFAULT_TIMEOUT_MS 1000U

@@ -138,13 +138,20 @@ bool loop_off(void) {
 
 uint16_t loop_park_code(void) {
     const uint32_t key = board_lock();
-    const hyst_q31_t park = loop.active->range.park;
+    const uint16_t code = loop_park_code_of(loop.active);
     board_unlock(key);
-    return (uint16_t)loop_to_code(park, board_info.drive_bits) ^ BOARD_CODE_MIDDLE;
+    return code;
 }
 
 uint32_t loop_samples(void) {
     return *(volatile uint32_t *)&loop.telemetry.sequence; /* one word: read whole */
+}
+
+uint32_t loop_periods(void) {
+    const uint32_t key = board_lock();
+    const uint32_t periods = loop.telemetry.sequence + loop.missed;
+    board_unlock(key);
+    return periods;
 }
 
 void loop_master_heard(void) {

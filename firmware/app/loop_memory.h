@@ -42,7 +42,8 @@ typedef struct {
     power_state_t power;
     bool bypass; /* after an overload: a plain ramp in place of the compensator */
     uint32_t overruns_in_a_row;
-    uint32_t silence, timeout; /* samples since a master was heard, and more than how many trip */
+    uint32_t silence, timeout; /* periods since a master was heard, and more than how many trip */
+    uint32_t missed;           /* periods without a sample, since the start */
     uint32_t cost;             /* of the last sample; telemetry gets it with the next */
     bool playing;              /* as telemetry's states have it */
     uint32_t unsettled;        /* samples until the model is watched again */
@@ -97,6 +98,11 @@ static inline int16_t loop_to_code(hyst_q31_t value, unsigned bits) {
     return (int16_t)(uint16_t)(rounded >> 16);
 }
 
+/* The code of these parameters' parking drive, as the converter has it. */
+static inline uint16_t loop_park_code_of(const loop_parameters_t *parameters) {
+    return (uint16_t)loop_to_code(parameters->range.park, board_info.drive_bits) ^ BOARD_CODE_MIDDLE;
+}
+
 static inline uint32_t loop_samples_in(uint32_t milliseconds) {
     return (uint32_t)((uint64_t)milliseconds * board_info.sample_rate_mhz / 1000000U);
 }
@@ -115,7 +121,7 @@ void loop_to_park(void);
 
 /** The protections of a sample, before anything is computed: trips on these faults and on what it finds itself, and
  * switches the stage. Sample interrupt. */
-void loop_protect(bool supply_low, bool overrun, uint32_t known_faults);
+void loop_protect(const loop_input_t *input, uint32_t known_faults);
 
 /** These faults are live. */
 void loop_note_faults(uint32_t faults);

@@ -31,18 +31,19 @@ static bool moving(void) {
 }
 
 /* The faults of this sample that trip, beside those that are known. */
-static uint32_t tripping(bool supply_low, bool overrun, uint32_t faults) {
-    faults |= supply_low ? FAULT_SUPPLY : 0U;
+static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
+    faults |= input->supply_low ? FAULT_SUPPLY : 0U;
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
     const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
-    loop.overruns_in_a_row = overrun && !adopting ? loop.overruns_in_a_row + 1U : 0;
+    loop.overruns_in_a_row = input->overrun && !adopting ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;
     }
-    loop.silence += moving() ? 1U : 0U;
+    loop.missed += input->missed;
+    loop.silence += moving() ? 1U + input->missed : 0U;
     if (loop.silence > loop.timeout) {
         loop.silence = 0;
         faults |= FAULT_WATCHDOG;
@@ -51,9 +52,9 @@ static uint32_t tripping(bool supply_low, bool overrun, uint32_t faults) {
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
-void loop_protect(bool supply_low, bool overrun, uint32_t known_faults) {
+void loop_protect(const loop_input_t *input, uint32_t known_faults) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
-    const uint32_t faults = tripping(supply_low, overrun, known_faults);
+    const uint32_t faults = tripping(input, known_faults);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         loop_to_park();
         if (loop.power.state != POWER_FAULT) {

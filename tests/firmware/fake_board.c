@@ -5,6 +5,7 @@
 #include "loop.h"
 #include "parameter_store.h"
 #include "registers.h"
+#include "telemetry.h"
 #include "unity.h"
 #include <string.h>
 
@@ -67,6 +68,10 @@ void board_modbus_line(uint32_t baud, line_parity_t parity) {
 
 void board_stage_enable(bool on) {
     fake_board.stage_enabled = on;
+}
+
+void board_keep_park(uint16_t drive_code) {
+    fake_board.kept_park = drive_code;
 }
 
 int32_t board_health(health_channel_t channel) {
@@ -132,4 +137,26 @@ hyst_q31_t fake_board_run(unsigned count) {
         drive = fake_board_drive(0);
     }
     return drive;
+}
+
+bool fake_board_lawful(uint32_t before, uint32_t after, uint32_t command, bool tripped) {
+    if (before == after) {
+        return true;
+    }
+    switch (after) {
+    case AMPLIFIER_OFF:
+        return before == AMPLIFIER_STOP || (before == AMPLIFIER_FAULT && command == COMMAND_STOP) ||
+               (before != AMPLIFIER_FAULT && command == COMMAND_DISARM); /* parked already: off at once */
+    case AMPLIFIER_PRECHARGE:
+        return (before == AMPLIFIER_OFF || before == AMPLIFIER_STOP) && command == COMMAND_ARM;
+    case AMPLIFIER_CONDITIONING:
+    case AMPLIFIER_HOLD:
+    case AMPLIFIER_RUN:
+        return before == AMPLIFIER_PRECHARGE || before == AMPLIFIER_CONDITIONING || before == AMPLIFIER_HOLD ||
+               before == AMPLIFIER_RUN;
+    case AMPLIFIER_STOP:
+        return before == AMPLIFIER_FAULT ? command == COMMAND_STOP : command == COMMAND_DISARM;
+    default:
+        return tripped;
+    }
 }

@@ -33,6 +33,7 @@ typedef struct {
     line_parity_t parity;
     unsigned frames_before_line; /**< frames_sent when the line was last set */
     bool stage_enabled;
+    uint16_t kept_park;    /**< board_keep_park */
     unsigned watchdog_fed; /**< how often */
     int32_t health[HEALTH_CHANNELS];
 } fake_board_t;
@@ -92,5 +93,9 @@ hyst_q31_t fake_board_drive(hyst_q31_t position);
 
 /** `count` samples at position 0. Returns the last drive. */
 hyst_q31_t fake_board_run(unsigned count);
+
+/** May amplifier state `after` follow on `before`, whatever anybody writes and whatever fails? `command`: one that was
+ * taken since, 0 none; `tripped`: something may have. */
+bool fake_board_lawful(uint32_t before, uint32_t after, uint32_t command, bool tripped);
 
 #endif

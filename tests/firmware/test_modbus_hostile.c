@@ -3,7 +3,9 @@
  * What a line or a bad master can do to the server: cut frames, flipped bits, random bytes, random requests with a
  * right CRC. It must neither act on what is broken, nor answer anything malformed, nor touch a byte outside its buffers
  * (the sanitizers watch; the reply has guard bytes besides). HYST_MODBUS_FRAMES sets how many random frames each of the
- * last three tests sends (200,000 without it).
+ * last three tests sends (200,000 without it). Runs with other seeds (HYST_TEST_SEED) add up: splitmix64 steps by the
+ * golden ratio, so the numbers of seeds that differ by less than 8e8 do not meet within the first 1e10. The last line
+ * says how many frames of which seed there were.
  */
 #include "amplifier.h"
 #include "fake_board.h"
@@ -13,13 +15,17 @@
 #include "source.h"
 #include "telemetry.h"
 #include "unity.h"
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #define GUARD 0xA5
 
 static random_t rng;
 static unsigned long frames = 200000;
+static unsigned long sent; /* random frames that reached the server */
 
 void setUp(void) {
     fake_board_power_on(0);
@@ -140,14 +146,20 @@ static void check_answer(const uint8_t *frame, const uint8_t *reply, size_t leng
     }
 }
 
+/* Eight bytes a draw: random numbers must not cost more than what they are for. */
+static void random_bytes(uint8_t *bytes, size_t length) {
+    for (size_t i = 0; i < length; i += 8) {
+        const uint64_t bits = random_bits(&rng);
+        memcpy(bytes + i, &bits, length - i < 8 ? length - i : 8);
+    }
+}
+
 static void test_random_bytes(void) {
     for (unsigned long run = 0; run < frames; run++) {
-        uint8_t frame[MODBUS_FRAME_MAX + 40] = {0}, reply[MODBUS_FRAME_MAX];
+        uint8_t frame[MODBUS_FRAME_MAX + 40], reply[MODBUS_FRAME_MAX];
         size_t reply_length;
         const size_t length = (size_t)random_between(&rng, 0, (int32_t)sizeof frame);
-        for (size_t i = 0; i < length; i++) {
-            frame[i] = (uint8_t)random_bits(&rng);
-        }
+        random_bytes(frame, length);
         const modbus_outcome_t outcome = serve(frame, length, reply, &reply_length);
         if (outcome == MODBUS_FRAME_ANSWERED || (outcome == MODBUS_FRAME_REFUSED && frame[0] != 0)) {
             check_answer(frame, reply, reply_length);
@@ -155,26 +167,32 @@ static void test_random_bytes(void) {
             TEST_ASSERT_EQUAL_UINT(0, reply_length);
         }
     }
+    sent += frames;
 }
 
 /* Right CRC, right address, mostly real functions and addresses near real registers: these get past the first checks.
- * Returns the length. */
-enum { PDU_MAX = 253 };
+ * Mostly small numbers, so that there are commands and modes among them. Returns the length. */
+enum { PDU_MAX = 40, COUNT_MAX = 12 };
 static size_t random_request(uint8_t pdu[PDU_MAX]) {
     static const uint8_t functions[] = {3, 4, 6, 16, 16, 23, 43, 1, 2, 5, 8, 15, 22};
     static const uint16_t bases[] = {
-        0,      0x0100,           0x0101,          0x0111,         0x0180,         ADDRESS_sequence,
+        0,      0x0100,           0x0101,          0x0111,         0x0180,         ADDRESS_unlock, ADDRESS_sequence,
         0xFFF0, ADDRESS_waveform, ADDRESS_staging, ADDRESS_active, ADDRESS_capture};
-    size_t length = (size_t)random_between(&rng, 1, 40);
-    for (size_t i = 0; i < PDU_MAX; i++) {
-        pdu[i] = (uint8_t)(random_between(&rng, 0, random_between(&rng, 0, 2) != 0 ? 8 : 255));
+    size_t length = (size_t)random_between(&rng, 1, PDU_MAX);
+    random_bytes(pdu, PDU_MAX);
+    uint64_t small = random_bits(&rng);
+    for (size_t i = 0; i < PDU_MAX; i++, small >>= 1) {
+        pdu[i] = (small & 1U) != 0 ? pdu[i] & 0x0FU : pdu[i];
     }
-    pdu[0] = functions[random_between(&rng, 0, 12)];
-    const uint16_t base = (uint16_t)(bases[random_between(&rng, 0, 10)] + random_between(&rng, 0, 4));
-    const uint8_t count = (uint8_t)random_between(&rng, 0, 12);
+    pdu[0] = functions[random_between(&rng, 0, sizeof functions - 1)];
+    const int32_t which = random_between(&rng, 0, sizeof bases / sizeof bases[0] - 1);
+    const uint16_t base = (uint16_t)(bases[which] + random_between(&rng, 0, 4));
+    const uint8_t count = (uint8_t)random_between(&rng, 0, COUNT_MAX);
     pdu[1] = (uint8_t)(base >> 8);
     pdu[2] = (uint8_t)base;
-    pdu[3] = 0;
+    if (pdu[0] != 6 && pdu[0] != 22) {
+        pdu[3] = 0;
+    }
     if (pdu[0] == 16 && random_between(&rng, 0, 9) != 0) {
         pdu[4] = count;
         pdu[5] = (uint8_t)(2U * count);
@@ -191,12 +209,77 @@ static size_t random_request(uint8_t pdu[PDU_MAX]) {
     return length;
 }
 
-/* The loop runs in between, so commands and sources really act. */
+/* One that a master would send to get ahead: keys, an arming, a start. */
+static size_t useful_request(uint8_t pdu[PDU_MAX]) {
+    static const uint16_t writes[][2] = {
+        {ADDRESS_unlock, CONTROL_KEY_PARAMETERS}, {ADDRESS_unlock, CONTROL_KEY_OUTPUT}, {ADDRESS_command, COMMAND_ARM},
+        {ADDRESS_command, COMMAND_STOP},          {ADDRESS_command, COMMAND_START},     {ADDRESS_watchdog, 0},
+        {ADDRESS_command, COMMAND_CONDITION},     {ADDRESS_source, SOURCE_SINE},        {ADDRESS_mode, 1},
+        {ADDRESS_source_increment, 0x0040},
+    };
+    const int32_t which = random_between(&rng, 0, sizeof writes / sizeof writes[0] - 1);
+    const uint16_t *write = writes[which];
+    const bool wide = write[0] == ADDRESS_source_increment;
+    const uint8_t bytes[] = {wide ? 16 : 6,
+                             (uint8_t)(write[0] >> 8),
+                             (uint8_t)write[0],
+                             wide ? 0 : (uint8_t)(write[1] >> 8),
+                             wide ? 2 : (uint8_t)write[1],
+                             4,
+                             0,
+                             (uint8_t)write[1],
+                             0,
+                             0};
+    memcpy(pdu, bytes, sizeof bytes);
+    return wide ? sizeof bytes : 5;
+}
+
+static size_t disarming(uint8_t pdu[PDU_MAX]) {
+    static const uint8_t request[] = {6, ADDRESS_command >> 8, ADDRESS_command & 0xFF, 0, COMMAND_DISARM};
+    memcpy(pdu, request, sizeof request);
+    return sizeof request;
+}
+
+/* What a request that was answered wrote to the command register, or to the coil. */
+static uint32_t command_of(const uint8_t *pdu) {
+    const uint8_t *const at = pdu + (pdu[0] == 23 ? 5 : 1);
+    const unsigned first = (unsigned)at[0] << 8 | at[1];
+    switch (pdu[0]) {
+    case 5:
+        return pdu[3] != 0 ? COMMAND_ARM : COMMAND_DISARM;
+    case 15:
+        return (pdu[6] & 1U) != 0 ? COMMAND_ARM : COMMAND_DISARM;
+    case 6:
+        return first == ADDRESS_command ? (uint32_t)(pdu[3] << 8 | pdu[4]) : 0U;
+    case 22: /* what is masked reads as 0 */
+        return first == ADDRESS_command ? (uint32_t)((pdu[5] & ~pdu[3]) << 8 | (pdu[6] & ~pdu[4])) & 0xFFFFU : 0U;
+    case 16:
+    case 23:
+        if (first <= ADDRESS_command && first + at[3] > ADDRESS_command) {
+            const uint8_t *const value = at + 5U + 2U * (ADDRESS_command - first);
+            return (uint32_t)(value[0] << 8 | value[1]);
+        }
+        return 0;
+    default:
+        return 0;
+    }
+}
+
+/* The loop runs in between, so commands and sources really act; and a new life begins now and then, so that no request
+ * decides for good what the others meet. */
 static void test_random_requests(void) {
-    unsigned accepted = 0, refused = 0;
+    enum { FRAMES_OF_A_LIFE = 20000, FRAMES_OF_A_MOOD = 2000, FRAMES_OF_A_FAULT = 9000 };
+    unsigned long accepted = 0, refused = 0, visits[AMPLIFIER_FAULT + 1] = {0};
+    uint32_t state = AMPLIFIER_HOLD;
     for (unsigned long run = 0; run < frames; run++) {
         uint8_t pdu[PDU_MAX], frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
-        const size_t length = random_request(pdu);
+        if (run % FRAMES_OF_A_LIFE == 0) {
+            fake_board_power_on(0);
+            state = AMPLIFIER_HOLD;
+        }
+        const bool helps = run / FRAMES_OF_A_MOOD % 2 == 0; /* else it disarms, so that it is off for a while, too */
+        const bool means_it = random_between(&rng, 0, helps ? 7 : FRAMES_OF_A_MOOD / 10) == 0;
+        const size_t length = !means_it ? random_request(pdu) : helps ? useful_request(pdu) : disarming(pdu);
         size_t reply_length;
         const size_t frame_length = master_frame(frame, MASTER_SERVER, pdu, length);
         const modbus_outcome_t outcome = serve(frame, frame_length, reply, &reply_length);
@@ -207,10 +290,29 @@ static void test_random_requests(void) {
         } else {
             accepted++;
         }
+        if (run % FRAMES_OF_A_FAULT == FRAMES_OF_A_FAULT - 1) {
+            (void)loop_sample(&(loop_input_t){.supply_low = true, .position_code = BOARD_CODE_MIDDLE});
+        }
         (void)fake_board_sample(random_q31(&rng));
         (void)amplifier_serve();
+        telemetry_t t;
+        telemetry_read(&t);
+        const uint32_t command = outcome == MODBUS_FRAME_ANSWERED ? command_of(pdu) : (uint32_t)COMMAND_NONE;
+        TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(state, t.amplifier_state, command, true), "transition");
+        state = t.amplifier_state;
+        TEST_ASSERT_TRUE(state != AMPLIFIER_OFF || !fake_board.stage_enabled);
+        visits[state]++;
     }
+    sent += frames;
     TEST_ASSERT_TRUE_MESSAGE(accepted > frames / 10 && refused > frames / 10, "the requests must reach both outcomes");
+    printf("firmware_modbus_hostile: frames in state");
+    for (unsigned i = 0; i <= AMPLIFIER_FAULT; i++) {
+        printf(" %u: %lu", i, visits[i]);
+    }
+    printf("\n");
+    for (unsigned i = 0; i <= AMPLIFIER_FAULT; i++) {
+        TEST_ASSERT_TRUE_MESSAGE(visits[i] > frames / 2000, "a state that was hardly visited");
+    }
 }
 
 /* Registers that may be written without a key and do something: what makes the output safe, and the key itself. */
@@ -242,6 +344,7 @@ static void disturb(void) {
         return; /* one in 65536 is whole by chance */
     }
     const modbus_outcome_t outcome = serve(frame, length, reply, &reply_length);
+    sent++;
     TEST_ASSERT_TRUE(kind <= 1 || outcome == MODBUS_FRAME_BROKEN || outcome == MODBUS_FRAME_FOREIGN);
 }
 
@@ -280,6 +383,7 @@ int main(void) {
     const char *wanted = getenv("HYST_MODBUS_FRAMES");
     frames = wanted != NULL ? strtoul(wanted, NULL, 10) : frames;
     rng = random_start("firmware_modbus_hostile", 20261121);
+    const uint64_t seed = rng.state;
     UNITY_BEGIN();
     RUN_TEST(test_every_truncation_is_dropped);
     RUN_TEST(test_a_frame_without_a_function_is_dropped);
@@ -287,5 +391,9 @@ int main(void) {
     RUN_TEST(test_random_bytes);
     RUN_TEST(test_random_requests);
     RUN_TEST(test_the_output_is_the_undisturbed_one_to_the_bit);
-    return UNITY_END();
+    const int failures = UNITY_END();
+    const double seconds = (double)clock() / CLOCKS_PER_SEC;
+    printf("firmware_modbus_hostile: seed %" PRIu64 ", %lu random frames, %.0f a second of processor time\n", seed,
+           sent, (double)sent / seconds);
+    return failures;
 }

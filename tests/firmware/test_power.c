@@ -4,6 +4,7 @@
 #include "fake_board.h"
 #include "loop.h"
 #include "master.h"
+#include "parameter_store.h"
 #include "random.h"
 #include "unity.h"
 #include <stdlib.h>
@@ -297,6 +298,35 @@ static void test_the_hardware_watchdog_wants_interrupt_and_main_loop(void) {
     TEST_ASSERT_EQUAL_UINT(fed + 1U, fake_board.watchdog_fed);
 }
 
+/* Samples come, but most of their periods were missed: the timeout is a time all the same. */
+static void test_missed_periods_count_for_the_timeout(void) {
+    enum { MISSED = 9 };
+    (void)hold_somewhere();
+    set(INDEX_watchdog, TIMEOUT / (1000U / FAKE_SAMPLE_US));
+    const uint32_t began = loop_periods();
+    for (unsigned sample = 0; state() == AMPLIFIER_HOLD && sample < 2U * TIMEOUT; sample++) {
+        const bool late = sample % 2U == 0; /* not in a row, which is an overload */
+        const loop_input_t input = {.overrun = late, .missed = late ? MISSED : 0, .position_code = BOARD_CODE_MIDDLE};
+        (void)loop_sample(&input);
+    }
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    TEST_ASSERT_UINT32_WITHIN(MISSED + 1U, TIMEOUT, loop_periods() - began);
+}
+
+/* Where a processor fault leads to. */
+static void test_the_board_keeps_the_park_code_of_the_image_in_force(void) {
+    hyst_parameters_t parameters;
+    hyst_parameters_default(&parameters);
+    parameters.drive_park = HYST_Q31_MIN / 4;
+    (void)hyst_parameters_encode(&parameters, parameter_store_staging(), PARAMETER_STORE_WORDS);
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_HEX16(FAKE_SAFE_CODE, fake_board.kept_park);
+    (void)fake_board_run(1000);
+    TEST_ASSERT_FALSE(loop_adoption_pending());
+    TEST_ASSERT_EQUAL_HEX16(0x6000, fake_board.kept_park);
+    TEST_ASSERT_EQUAL_HEX16(loop_park_code(), fake_board.kept_park);
+}
+
 static void test_limits_have_codes_of_their_own(void) {
     (void)hold_somewhere();
     master_command(COMMAND_CLEAR);
@@ -311,29 +341,6 @@ static void test_limits_have_codes_of_their_own(void) {
     master_command(COMMAND_CLEAR);
     (void)fake_board_run(1);
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_limits_sticky));
-}
-
-/* What may follow on what, whatever anybody writes and whatever fails. */
-static bool lawful(uint32_t before, uint32_t after, uint32_t command, bool tripped) {
-    if (before == after) {
-        return true;
-    }
-    switch (after) {
-    case AMPLIFIER_OFF:
-        return before == AMPLIFIER_STOP || (before == AMPLIFIER_FAULT && command == COMMAND_STOP) ||
-               (before != AMPLIFIER_FAULT && command == COMMAND_DISARM); /* parked already: off at once */
-    case AMPLIFIER_PRECHARGE:
-        return (before == AMPLIFIER_OFF || before == AMPLIFIER_STOP) && command == COMMAND_ARM;
-    case AMPLIFIER_CONDITIONING:
-    case AMPLIFIER_HOLD:
-    case AMPLIFIER_RUN:
-        return before == AMPLIFIER_PRECHARGE || before == AMPLIFIER_CONDITIONING || before == AMPLIFIER_HOLD ||
-               before == AMPLIFIER_RUN;
-    case AMPLIFIER_STOP:
-        return before == AMPLIFIER_FAULT ? command == COMMAND_STOP : command == COMMAND_DISARM;
-    default:
-        return tripped;
-    }
 }
 
 static void test_no_unlawful_transition(void) {
@@ -368,7 +375,7 @@ static void test_no_unlawful_transition(void) {
             last = drive;
             telemetry_t t;
             telemetry_read(&t);
-            TEST_ASSERT_TRUE_MESSAGE(lawful(now, t.amplifier_state, command, late || low), "transition");
+            TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(now, t.amplifier_state, command, late || low), "transition");
             now = t.amplifier_state;
             TEST_ASSERT_TRUE(now != AMPLIFIER_OFF || !fake_board.stage_enabled);
             visits[now]++;
@@ -393,6 +400,8 @@ int main(void) {
     RUN_TEST(test_an_overload_ramps_without_the_compensator);
     RUN_TEST(test_a_low_supply_trips);
     RUN_TEST(test_the_hardware_watchdog_wants_interrupt_and_main_loop);
+    RUN_TEST(test_missed_periods_count_for_the_timeout);
+    RUN_TEST(test_the_board_keeps_the_park_code_of_the_image_in_force);
     RUN_TEST(test_limits_have_codes_of_their_own);
     RUN_TEST(test_no_unlawful_transition);
     return UNITY_END();

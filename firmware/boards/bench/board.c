@@ -84,6 +84,10 @@ void board_stage_enable(bool on) {
     (void)on;
 }
 
+void board_keep_park(uint16_t drive_code) {
+    (void)drive_code; /* outputs_to_safety has no output */
+}
+
 void board_watchdog_feed(void) {
 }
 

@@ -18,7 +18,7 @@
  * piezo that is better than a neutral code written at the start of every interrupt, as motor drives do it, which would
  * turn one late sample into a full-scale step of the actuator. An interrupt or a main loop that never comes again is
  * the hardware watchdog's (supply.h): within 1.9 s it resets the processor, the stage goes off, and the output floats
- * to where its pull-down leads. A processor fault ramps to the safe code first.
+ * to where its pull-down leads. A processor fault ramps to the parking code first.
  */
 #include "board.h"
 #include "clock.h"
@@ -233,7 +233,15 @@ void board_watchdog_feed(void) {
     watchdog_feed();
 }
 
+/* In the compare channels 3 and 4 of TIM2, which compare with nothing: no pin, no interrupt, no trigger. Nothing writes
+ * there by a stray pointer into memory, and a reset clears both, which is no code and its complement. */
+void board_keep_park(uint16_t drive_code) {
+    TIM2->CCR3 = drive_code;
+    TIM2->CCR4 = ~(uint32_t)drive_code;
+}
+
 void board_start(uint16_t drive_code) {
+    board_keep_park(drive_code);
     /* Not triggered yet: the parking code is at the output as soon as the channel is on. */
     DAC->DHR12L1 = drive_code;
     DAC->CR = DAC_CR_EN1;
@@ -298,7 +306,7 @@ static uint32_t count_periods(void) {
 void tim2_handler(void) {
     TIM2->SR = ~TIM_SR_UIF;
     const uint32_t passed = count_periods();
-    loop_input_t input = {.overrun = period_missed || passed > 1U, .supply_low = supply_low()};
+    loop_input_t input = {.overrun = period_missed || passed > 1U, .missed = passed - 1U, .supply_low = supply_low()};
     input.converter_timeout = !read_position();
     input.position_code = position_code;
     DAC->DHR12L1 = loop_sample(&input);
@@ -308,10 +316,18 @@ void tim2_handler(void) {
     period_missed = (TIM2->SR & TIM_SR_UIF) != 0;
 }
 
+/* Of 12 bits. */
+static int32_t rest_code(void) {
+    const uint32_t code = TIM2->CCR3;
+    return (int32_t)((code <= UINT16_MAX && TIM2->CCR4 == ~code ? code : SAFE_CODE) >> 4);
+}
+
 /*
  * With the trigger off, a code goes from the holding register to the output at once. From what is at the output now,
- * which the converter knows itself, one code at a time to the safe one; not to the image's drive_park, because after a
- * fault no memory is to be trusted. Then the stage goes off. docs/WIRING.md tells the power stage's designer.
+ * which the converter knows itself, one code at a time to the parking code of the image in force, as board_keep_park
+ * has it: after a fault no memory is to be trusted. Both lie within the image's limits, and so does all between.
+ * Without a whole code there, to the safe one. Then the stage goes off. docs/WIRING.md tells the power stage's
+ * designer.
  */
 void outputs_to_safety(void) {
     TIM2->CR1 = 0;
@@ -319,8 +335,9 @@ void outputs_to_safety(void) {
     int32_t code = (int32_t)(DAC->DOR1 & 0xFFFU);
     DAC->DHR12L1 = (uint32_t)code << 4;
     DAC->CR = DAC_CR_EN1;
-    while (code != (int32_t)(SAFE_CODE >> 4)) {
-        code += code < (int32_t)(SAFE_CODE >> 4) ? 1 : -1;
+    const int32_t rest = rest_code();
+    while (code != rest) {
+        code += code < rest ? 1 : -1;
         DAC->DHR12L1 = (uint32_t)code << 4;
         for (unsigned turn = 0; turn < SAFE_RAMP_TURNS; turn++) {
             __asm__ volatile("nop");

@@ -143,9 +143,9 @@ typedef struct {
 typedef struct {
     volatile uint32_t CR1, CR2, SMCR, DIER, SR, EGR, CCMR1, CCMR2, CCER, CNT, PSC, ARR;
     uint32_t reserved_30;
-    volatile uint32_t CCR1, CCR2;
+    volatile uint32_t CCR1, CCR2, CCR3, CCR4;
 } timer_t;
-_Static_assert(offsetof(timer_t, CNT) == 0x24 && offsetof(timer_t, CCR2) == 0x38, "RM0090 table 99");
+_Static_assert(offsetof(timer_t, CNT) == 0x24 && offsetof(timer_t, CCR4) == 0x40, "RM0090 table 99");
 #define TIM2               ((timer_t *)0x40000000UL)
 #define TIM5               ((timer_t *)0x40000C00UL)
 #define TIM_CR1_CEN        BIT(0)

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * A processor fault in the image that would be flashed: the output goes to the safe code, the processor starts anew,
- * off, and says what happened.
+ * A processor fault in the image that would be flashed: the output goes to the parking code of the image in force, the
+ * processor starts anew, off, and says what happened.
  *
- * The emulated converter does not know what it holds, so the ramp from there has no length here: how it gets from code
- * to code is board.c's to show.
+ * The emulated converter does not know what it holds, and says code 0: the ramp begins there.
  */
 #include "amplifier/amplifier_image.h"
 #include "board.h"
@@ -14,6 +13,7 @@
 #include "unity.h"
 
 #define SAFE_CODE 0U
+#define PARK_CODE 0x8000U /* of the default image: the middle */
 
 void setUp(void) {
 }
@@ -61,8 +61,13 @@ static void test_a_fault_parks_the_output_and_starts_anew(void) {
     TEST_ASSERT_EQUAL_HEX32(0x01, h405_log.control[3]);
     TEST_ASSERT_EQUAL_HEX32(0x25, h405_log.control[4]);
     h405_wait(h405_log.codes_at_control[4] + 2);
-    for (size_t i = h405_log.codes_at_control[2] - 1; i < h405_log.codes; i++) {
-        TEST_ASSERT_EQUAL_HEX16_MESSAGE(SAFE_CODE, h405_log.code[i], "every code from the fault on is the safe one");
+    const size_t first = h405_log.codes_at_control[2] - 1, start = h405_log.codes_at_control[3] - 1;
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(first + (PARK_CODE >> 4) + 1, start, "one code a step, and none beyond it");
+    for (size_t i = first; i < start; i++) {
+        TEST_ASSERT_EQUAL_HEX16_MESSAGE((i - first) << 4, h405_log.code[i], "up to the parking code of the image");
+    }
+    for (size_t i = start; i < h405_log.codes; i++) {
+        TEST_ASSERT_EQUAL_HEX16_MESSAGE(SAFE_CODE, h405_log.code[i], "the image was not stored");
     }
 }
 
