@@ -2,6 +2,7 @@
 /* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
 #include "belief/rivals.h"
 #include "belief/shape.h"
+#include "chain/catalogue.h"
 #include "support.h"
 #include "thresholds/thresholds.h"
 #include "unity.h"
@@ -11,6 +12,8 @@
 
 enum { SAMPLES = 6000, FINER = 20, BANK = 200 };
 static const double rate_hz = 1000.0, noise_um = 0.005; /* 0.05 % of the stroke */
+static const double weak_creep = 0.1;                     /* of the creep below: 0.2 % a decade */
+static double part_of_creep = 1.0;
 static random_t rng;
 
 void setUp(void) {
@@ -51,7 +54,7 @@ static void make_recording(law_t law, effect_t effect, recording_t *recording) {
             slow[i] += (position - slow[i]) * (1.0 - exp(-1.0 / (rate_hz * FINER * 0.01 * pow(10.0, (double)i))));
         }
         for (size_t i = 0; effect == CREEPS && i < 4; i++) {
-            position += 0.01 * slow[i];
+            position += 0.01 * part_of_creep * slow[i];
         }
         if (k % FINER == 0) {
             recording->column[COLUMN_DRIVE][k / FINER] = 50.0 + 50.0 * drive_at(t);
@@ -132,6 +135,33 @@ static void test_an_effect_is_heard_whatever_the_law(void) {
     }
 }
 
+/* A creep whose gain is below the limit of the scan, and a loss that is worth about as much: weaker is not surer. */
+static void test_a_weak_effect_has_rivals(void) {
+    recording_t recording;
+    model_t chain;
+    samples_t samples;
+    fitted_chain_t fitted;
+    rivals_t rivals;
+    failure_t failure;
+    part_of_creep = weak_creep;
+    make_recording(PLAYS, CREEPS, &recording);
+    part_of_creep = 1.0;
+    const probe_setting_t setting = setting_of(&recording);
+    imitation_chain(rate_hz, &chain);
+    TEST_ASSERT_TRUE(samples_open(&samples, &chain, &recording, 1, &failure));
+    TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &chain));
+    rivals_of(&fitted, &setting, &block_creep, &rivals);
+    /* Else the test says nothing. */
+    printf("G %g best %g n %zu\n", rivals.gain, rivals.best_gain, rivals.count);
+    TEST_ASSERT_TRUE(rivals.gain > threshold.evidence_margin && rivals.gain < threshold.least_gain);
+    TEST_ASSERT_TRUE(rivals.best_gain > rivals.gain - threshold.evidence_margin);
+    TEST_ASSERT_TRUE(rivals.count > 0);
+    fitted_chain_close(&fitted);
+    samples_close(&samples);
+    model_free(&chain);
+    recording_free(&recording);
+}
+
 /* Against the covariance written out: y has the operator's weights in it, and they are integrated out. A few samples
  * only: the matrix is theirs. */
 static void test_what_is_beyond_agrees_with_a_direct_computation(void) {
@@ -189,5 +219,6 @@ int main(void) {
     RUN_TEST(test_what_is_beyond_agrees_with_a_direct_computation);
     RUN_TEST(test_nothing_is_said_where_nothing_is_missing);
     RUN_TEST(test_an_effect_is_heard_whatever_the_law);
+    RUN_TEST(test_a_weak_effect_has_rivals);
     return UNITY_END();
 }
