@@ -12,7 +12,7 @@
 
 enum { SAMPLES = 6000, FINER = 20, BANK = 200 };
 static const double rate_hz = 1000.0, noise_um = 0.005; /* 0.05 % of the stroke */
-static const double weak_creep = 0.1;                     /* of the creep below: 0.2 % a decade */
+static const double weak_creep = 0.1;                   /* of the creep below: 0.2 % a decade */
 static double part_of_creep = 1.0;
 static random_t rng;
 
