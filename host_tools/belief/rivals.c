@@ -30,7 +30,7 @@ static void choose(const suspect_t *suspect, size_t count, const block_t *block,
             continue;
         }
         rivals->best_gain = fmax(rivals->best_gain, suspect[i].gain);
-        if (rivals->gain >= threshold.least_gain && rivals->count < RIVALS_MOST &&
+        if (rivals->gain >= threshold.evidence_margin && rivals->count < RIVALS_MOST &&
             suspect[i].gain > rivals->gain - margin_of(block, other, rivals->gain)) {
             rivals->rival[rivals->count++] = other;
         }

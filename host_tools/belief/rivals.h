@@ -19,7 +19,8 @@ typedef struct {
     const block_t *rival[RIVALS_MOST]; /**< the best first */
 } rivals_t;
 
-/** fitted: the chain without the block. */
+/** fitted: the chain without the block. A block that is worth no more than evidence_margin has none: the operator says
+ * nothing of it. */
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals);
 
 /** The block that is worth most, its numbers searched. false: none is worth least_gain. To be freed (model_free of its

@@ -27,8 +27,7 @@ static bool leaves_a_shape(const answer_t *answer, const shape_t *shape) {
 static void ask_after(state_t *state) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
-    if (answer->findings > 0 &&
-        (is_only_shape(answer) || answer->remainder.structured || leaves_a_shape(answer, &question->shape))) {
+    if (answer->findings > 0) {
         shape_ask(&question->samples, &answer->model, &state->setting, state->answer.question->step_um, false,
                   &answer->shape_after);
     }
@@ -146,7 +145,7 @@ bool review_end(state_t *state) {
     }
     bool good = true, dropped = false;
     ask_after(state);
-    if (is_only_shape(answer) || leaves_a_shape(answer, &answer->shape_after)) {
+    if (is_only_shape(answer) || answer->shape_after.whole) {
         good = take_out_imitated(state, &dropped);
     }
     if (good && dropped) {

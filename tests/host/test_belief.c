@@ -2,6 +2,7 @@
 /* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
 #include "belief/rivals.h"
 #include "belief/shape.h"
+#include "chain/catalogue.h"
 #include "support.h"
 #include "thresholds/thresholds.h"
 #include "unity.h"
@@ -11,6 +12,8 @@
 
 enum { SAMPLES = 6000, FINER = 20, BANK = 200 };
 static const double rate_hz = 1000.0, noise_um = 0.005; /* 0.05 % of the stroke */
+static const double weak = 0.012;                       /* 3.6 us late: 17 to 44 natural units with six seeds */
+static double part_of_delay = 1.0;
 static random_t rng;
 
 void setUp(void) {
@@ -35,7 +38,7 @@ static void make_recording(law_t law, effect_t effect, recording_t *recording) {
     for (size_t k = 0; k < SAMPLES * FINER; k++) {
         const double t = (double)k / FINER / rate_hz;
         /* 0.3 ms late at 25 Hz and 3.5 um: 10 times the noise and more. */
-        const double now = drive_at(effect == LATE ? t - 3e-4 : t);
+        const double now = drive_at(effect == LATE ? t - part_of_delay * 3e-4 : t);
         double sum = 0.0;
         for (size_t i = 0; i < BANK; i++) {
             const double r = 1.2 * ((double)i + 0.5) / BANK;
@@ -132,6 +135,32 @@ static void test_an_effect_is_heard_whatever_the_law(void) {
     }
 }
 
+/* A delay that is worth less than the scan's limit: other lags are worth as much. Weaker is not surer. */
+static void test_a_weak_effect_has_rivals(void) {
+    recording_t recording;
+    model_t chain;
+    samples_t samples;
+    fitted_chain_t fitted;
+    rivals_t rivals;
+    failure_t failure;
+    part_of_delay = weak;
+    make_recording(PLAYS, LATE, &recording);
+    part_of_delay = 1.0;
+    const probe_setting_t setting = setting_of(&recording);
+    imitation_chain(rate_hz, &chain);
+    TEST_ASSERT_TRUE(samples_open(&samples, &chain, &recording, 1, &failure));
+    TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &chain));
+    rivals_of(&fitted, &setting, &block_transport_delay, &rivals);
+    /* Else the test says nothing. */
+    TEST_ASSERT_TRUE(rivals.gain > threshold.evidence_margin && rivals.gain < threshold.least_gain);
+    TEST_ASSERT_TRUE(rivals.best_gain > rivals.gain - threshold.evidence_margin);
+    TEST_ASSERT_TRUE(rivals.count > 0);
+    fitted_chain_close(&fitted);
+    samples_close(&samples);
+    model_free(&chain);
+    recording_free(&recording);
+}
+
 /* Against the covariance written out: y has the operator's weights in it, and they are integrated out. A few samples
  * only: the matrix is theirs. */
 static void test_what_is_beyond_agrees_with_a_direct_computation(void) {
@@ -189,5 +218,6 @@ int main(void) {
     RUN_TEST(test_what_is_beyond_agrees_with_a_direct_computation);
     RUN_TEST(test_nothing_is_said_where_nothing_is_missing);
     RUN_TEST(test_an_effect_is_heard_whatever_the_law);
+    RUN_TEST(test_a_weak_effect_has_rivals);
     return UNITY_END();
 }
