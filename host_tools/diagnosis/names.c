@@ -199,12 +199,10 @@ static bool settle(state_t *state, finding_t *finding) {
     model_copy(&reading[0].model, &answer->model);
     evidence_t *evidence = evidence_open(&without, &question->samples, &question->noise, state->failure);
     if (evidence != NULL) {
-        anew_t anew = {.state = state,
-                       .problem = {.evidence = evidence,
-                                   .noise = &question->noise,
-                                   .baseline = &without,
-                                   .setting = &setting},
-                       .reading = reading};
+        anew_t anew = {
+            .state = state,
+            .problem = {.evidence = evidence, .noise = &question->noise, .baseline = &without, .setting = &setting},
+            .reading = reading};
         size_t best = 0;
         evidence_ask(evidence, finding->block->probe->shape ? ASK_SHAPES : finding->shape ? ASK_ANYTHING : ASK_EFFECTS);
         anew.least = least_of_others(evidence, &answer->model, finding->block);
