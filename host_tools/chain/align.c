@@ -27,7 +27,7 @@ static void take_later(double *u, size_t samples, size_t first, size_t kept, ptr
         const size_t at = (size_t)((ptrdiff_t)(first + k) + newer);
         taken[k] = fraction > 0.0 ? value_at(u, samples, at, fraction, weight) : u[at];
     }
-    memcpy(u, taken, kept * sizeof *u);
+    memcpy(u + first, taken, kept * sizeof *u);
     free(taken);
 }
 
@@ -71,16 +71,9 @@ bool recording_align(recording_t *recording, failure_t *failure) {
         double *value = recording->column[c];
         if (value != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
             take_later(value, samples, first, kept, newer, fraction);
-        } else if (value != NULL) {
-            memmove(value, value + first, kept * sizeof *value);
         }
     }
-    if (recording->masked != NULL) {
-        memmove(recording->masked, recording->masked + first, kept);
-    }
-    recording->samples = kept;
-    recording->start_s += (double)first / recording->sample_rate_hz;
-    recording->clock_s += recording->clock_s != 0.0 ? (double)first / recording->sample_rate_hz : 0.0;
+    recording_keep(recording, first, kept);
     recording_set_key(recording, "displacement_sampled_after_s", "0");
     (void)snprintf(text, sizeof text, "%.17g", after_s);
     recording_set_key(recording, "drive_moved_s", text);

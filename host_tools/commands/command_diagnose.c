@@ -116,10 +116,12 @@ static bool write_outputs(const outputs_t *outputs, const diagnosis_run_t *run, 
 
 static int run(int argc, char **argv) {
     outputs_t outputs = {.seed = 1};
+    span_t span = SPAN_WHOLE;
     const option_t options[] = {
         {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain to begin with", &outputs.model},
         {"--output", "-o", OPTION_OUTPUT, "BETTER.json", "write the chain with what was found, fitted",
          &outputs.output},
+        SPAN_OPTIONS(span),
         JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &outputs.json),
         {"--sure", NULL, OPTION_COUNT_IF, NULL,
          "simulate N recordings like these from the answer and from what may be meant instead, and ask again",
@@ -137,12 +139,14 @@ static int run(int argc, char **argv) {
     if (status != OPTIONS_RUN) {
         return status;
     }
-    recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
+    recording_t *recordings = read_spans_aloud(argv + 1, count, &span, &failure);
     bool good = recordings != NULL;
     good = good && diagnose_files(&outputs, recordings, count, &answer, &failure);
     diagnose_script_t script = {.recordings = argv + 1,
                                 .count = count,
                                 .model = outputs.model,
+                                .from_s = span.from_s,
+                                .to_s = span.to_s,
                                 .json = json_file(),
                                 .report = outputs.report,
                                 .output = outputs.output,

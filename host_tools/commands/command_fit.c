@@ -131,6 +131,7 @@ static int run(int argc, char **argv) {
     bool as_json = false;
     char family_list[4096];
     fit_options_t settings = {0};
+    span_t span = SPAN_WHOLE;
     const option_t options[] = {
         {"--family", NULL, OPTION_TEXT, "FAMILY", family_list, &family_name},
         {"--operators", NULL, OPTION_TEXT, "N|auto", "operators, intervals or levels of the family (default: auto)",
@@ -138,6 +139,7 @@ static int run(int argc, char **argv) {
         {"--creep", NULL, OPTION_FLAG, NULL, "find creep too: gamma_per_decade of a block creep", &settings.creep},
         {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit as many operators to the whole recordings",
          &settings.use_all},
+        SPAN_OPTIONS(span),
         {"--output", "-o", OPTION_OUTPUT, "MODEL.json", "write the model", &output},
         JSON_OPTION(&as_json)};
     const family_t *family;
@@ -159,7 +161,7 @@ static int run(int argc, char **argv) {
         return usage_error(&command_fit, "--operators: '%s' is not auto or a number from 1 to %d", operators,
                            FAMILY_MAX_OPERATORS);
     }
-    recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
+    recording_t *recordings = read_spans_aloud(argv + 1, count, &span, &failure);
     bool good = recordings != NULL;
     good = good && (all ? compare_families(recordings, count, &settings, output, as_json, &failure)
                         : fit_and_report(family, recordings, count, &settings, output, as_json, &failure));

@@ -26,7 +26,8 @@ const command_t command_look = {
 
 static int run(int argc, char **argv) {
     bool json = false;
-    const option_t options[] = {JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &json)};
+    span_t span = SPAN_WHOLE;
+    const option_t options[] = {SPAN_OPTIONS(span), JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &json)};
     size_t count;
     failure_t failure;
     look_t *looks = NULL;
@@ -35,7 +36,7 @@ static int run(int argc, char **argv) {
     if (status != OPTIONS_RUN) {
         return status;
     }
-    recording_t *recordings = read_recordings_aloud(argv + 1, count, &failure);
+    recording_t *recordings = read_spans_aloud(argv + 1, count, &span, &failure);
     bool good = recordings != NULL;
     looks = good ? looks_at(recordings, count, &failure) : NULL;
     good = looks != NULL;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/diagnose_script.h"
 #include "base/output_file.h"
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -32,7 +33,11 @@ static void write_script(FILE *file, const diagnose_script_t *script) {
           "import json\nimport os\n\nimport hyst\n\nrecordings = [\n",
           file);
     for (size_t i = 0; i < script->count; i++) {
-        write_call(file, "    hyst.read(", script->recordings[i], "),\n");
+        write_call(file, "    hyst.read(", script->recordings[i], ")");
+        if (isfinite(script->from_s) || isfinite(script->to_s)) {
+            fprintf(file, ".span(float(\"%.17g\"), float(\"%.17g\"))", script->from_s, script->to_s);
+        }
+        fputs(",\n", file);
     }
     fputs("]\n", file);
     if (script->model != NULL) {

@@ -19,10 +19,18 @@ bool read_recording_aloud(recording_t *recording, const char *path, failure_t *f
 }
 
 recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *failure) {
+    return read_spans_aloud(paths, count, &SPAN_WHOLE, failure);
+}
+
+recording_t *read_spans_aloud(char *const *paths, size_t count, const span_t *span, failure_t *failure) {
     recording_t *recordings = allocate(count, sizeof *recordings);
     for (size_t i = 0; i < count; i++) {
         if (!read_recording_aloud(&recordings[i], paths[i], failure)) {
             recordings_free(recordings, i);
+            return NULL;
+        }
+        if (!recording_span(&recordings[i], span->from_s, span->to_s, failure)) {
+            recordings_free(recordings, i + 1);
             return NULL;
         }
     }

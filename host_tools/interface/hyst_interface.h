@@ -88,6 +88,9 @@ HYST_HOST int hyst_host_recording_set_key(hyst_host_recording_t *recording, cons
 /** A copy with the drive at the instants at which the position was sampled, as the header key
  * displacement_sampled_after_s says (chain/align.h): what fit and diagnose make of a recording before they use it. */
 HYST_HOST hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *recording);
+/** A copy of what was recorded from from_s on and before to_s, by its own times; NULL: that is no sample. */
+HYST_HOST hyst_host_recording_t *hyst_host_recording_span(const hyst_host_recording_t *recording, double from_s,
+                                                          double to_s);
 HYST_HOST int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path);
 HYST_HOST void hyst_host_recording_free(hyst_host_recording_t *recording);
 

@@ -209,6 +209,16 @@ hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *
     return aligned;
 }
 
+hyst_host_recording_t *hyst_host_recording_span(const hyst_host_recording_t *recording, double from_s, double to_s) {
+    recording_t copy;
+    recording_copy(&copy, &recording->recording);
+    if (!recording_span(&copy, from_s, to_s, interface_failure())) {
+        recording_free(&copy);
+        return NULL;
+    }
+    return interface_recording(&copy, interface_note(&recording, 1, NULL, NULL));
+}
+
 int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path) {
     provenance_note_t *before = provenance_enter(recording->note);
     const bool good = recording_write(&recording->recording, path, interface_failure());

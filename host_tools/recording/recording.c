@@ -98,6 +98,38 @@ void recording_mask(recording_t *recording, size_t from, size_t to) {
     }
 }
 
+void recording_keep(recording_t *recording, size_t first, size_t samples) {
+    for (size_t c = 0; c < COLUMN_COUNT; c++) {
+        double *value = recording->column[c];
+        if (value != NULL) {
+            memmove(value, value + first, samples * sizeof *value);
+        }
+    }
+    if (recording->masked != NULL) {
+        memmove(recording->masked, recording->masked + first, samples);
+    }
+    recording->samples = samples;
+    recording->start_s += (double)first / recording->sample_rate_hz;
+    recording->clock_s += recording->clock_s != 0.0 ? (double)first / recording->sample_rate_hz : 0.0;
+}
+
+/* The first sample at this time or later. Times in files are rounded: a millionth of a sample is none. */
+static size_t sample_at(const recording_t *recording, double at_s) {
+    const double at = ceil((at_s - recording->start_s) * recording->sample_rate_hz - 1e-6);
+    return (size_t)fmin(fmax(at, 0.0), (double)recording->samples);
+}
+
+bool recording_span(recording_t *recording, double from_s, double to_s, failure_t *failure) {
+    const size_t first = sample_at(recording, from_s), behind = sample_at(recording, to_s);
+    if (first >= behind) {
+        const double end_s = recording->start_s + (double)recording->samples / recording->sample_rate_hz;
+        return fail(failure, "%s: no sample from %g to %g s: it was recorded from %g to %g s", recording->name, from_s,
+                    to_s, recording->start_s, end_s);
+    }
+    recording_keep(recording, first, behind - first);
+    return true;
+}
+
 void recording_free(recording_t *recording) {
     for (size_t i = 0; i < COLUMN_COUNT; i++) {
         free(recording->column[i]);

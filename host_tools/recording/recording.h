@@ -84,6 +84,10 @@ double *recording_add_column(recording_t *recording, column_t column);
 /** Leaves the displacement of samples [from, to) out: they are marked, and hold a straight line between the readings
  * beside them, so that filters over time pass. What is written to a file is not marked. */
 void recording_mask(recording_t *recording, size_t from, size_t to);
+/** Drops all samples but `samples` from `first` on; they keep their times. */
+void recording_keep(recording_t *recording, size_t first, size_t samples);
+/** Drops what was recorded before from_s and from to_s on, by the recording's own times. Fails if no sample is left. */
+bool recording_span(recording_t *recording, double from_s, double to_s, failure_t *failure);
 /** Adds or replaces a header key. Keys and values are one line each. */
 void recording_set_key(recording_t *recording, const char *key, const char *value);
 /** The value of a header key, or NULL. */

@@ -184,6 +184,39 @@ static void test_random_damage_is_refused_or_harmless(void) {
     TEST_ASSERT_GREATER_THAN_UINT64(1500, refused); /* the test would prove nothing if damage went unnoticed */
 }
 
+/* Every first and last sample: what stays, its times, and what is marked. */
+static void test_a_span(void) {
+    enum { SAMPLES = 20 };
+    failure_t failure;
+    for (int from = 0; from <= SAMPLES; from++) {
+        for (int to = 0; to <= SAMPLES; to++) {
+            recording_t recording;
+            recording_create(&recording, "rec.csv", 10.0, SAMPLES);
+            recording.start_s = 0.3;
+            for (int k = 0; k < SAMPLES; k++) {
+                recording.column[COLUMN_DRIVE][k] = k;
+                recording.column[COLUMN_DISPLACEMENT][k] = 100 + k;
+            }
+            recording_mask(&recording, 7, 8);
+            const bool good = recording_span(&recording, 0.3 + 0.1 * from, 0.3 + 0.1 * to, &failure);
+            TEST_ASSERT_EQUAL(from < to, good);
+            if (good) {
+                TEST_ASSERT_EQUAL_UINT64(to - from, recording.samples);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.3 + 0.1 * from, recording.start_s);
+                for (int k = from; k < to; k++) {
+                    TEST_ASSERT_EQUAL_DOUBLE(k, recording.column[COLUMN_DRIVE][k - from]);
+                    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 100 + k, recording.column[COLUMN_DISPLACEMENT][k - from]);
+                    TEST_ASSERT_EQUAL(k == 7, recording.masked[k - from] != 0);
+                }
+            } else {
+                TEST_ASSERT_NOT_NULL(strstr(failure.text, "rec.csv: no sample from"));
+                TEST_ASSERT_EQUAL_UINT64(SAMPLES, recording.samples);
+            }
+            recording_free(&recording);
+        }
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_reads_columns_in_any_order_and_keeps_keys);
@@ -192,5 +225,6 @@ int main(void) {
     RUN_TEST(test_refuses_zero_bytes_and_long_lines);
     RUN_TEST(test_refuses_what_is_not_a_file);
     RUN_TEST(test_random_damage_is_refused_or_harmless);
+    RUN_TEST(test_a_span);
     return UNITY_END();
 }

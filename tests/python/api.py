@@ -287,7 +287,7 @@ class Diagnoses(unittest.TestCase):
         odd = 'script/a "name" \u00b5.csv'
         self.recording.write(odd)
         answers = []
-        options = ("--model", "model.json", "--json", "script/d.json", "-o", "script/m.json", "--report", "script/d.html")
+        options = ("--model", "model.json", "--json", "script/d.json", "-o", "script/m.json", "--report", "script/d.html", "--from", "0.5")
         printed = command("diagnose", odd, *options, "--emit-python", "script/repeat.py")
         for again in (False, True):
             if again:
@@ -297,6 +297,14 @@ class Diagnoses(unittest.TestCase):
             with open("script/d.html", encoding="utf-8") as page:
                 answers.append((document("script/d.json"), document("script/m.json"), without_origin(page.read())))
         self.assertEqual(answers[0], answers[1])
+
+    def test_a_span_of_a_recording(self):
+        part = self.recording.span(0.5, 0.75)
+        kept = (self.recording.time > 0.5 - 1e-9) & (self.recording.time < 0.75 - 1e-9)
+        np.testing.assert_array_equal(part.displacement, self.recording.displacement[kept])
+        np.testing.assert_allclose(part.time, self.recording.time[kept], atol=1e-9)
+        self.assertEqual(len(self.recording.span()), len(self.recording))
+        self.assertIn("no sample from 900 to 901 s", line_of(self.recording.span, 900.0, 901.0))
 
     def test_the_recording_stays_as_it_was(self):
         np.testing.assert_array_equal(self.recording.displacement, hyst.read(RECORDING).displacement)

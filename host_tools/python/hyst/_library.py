@@ -43,6 +43,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "recording_keys": (c_void_p, [c_void_p]),
     "recording_set_key": (c_int, [c_void_p, c_char_p, c_char_p]),
     "recording_aligned": (c_void_p, [c_void_p]),
+    "recording_span": (c_void_p, [c_void_p, c_double, c_double]),
     "recording_write": (c_int, [c_void_p, c_char_p]),
     "recording_free": (None, [c_void_p]),
     "model_read": (c_void_p, [c_char_p]),

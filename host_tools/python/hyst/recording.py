@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import os
 from typing import Any, Mapping, Sequence
 
@@ -149,6 +150,10 @@ class Recording:
         once it is done, nothing changes.
         """
         return Recording._of(lib.recording_aligned(self._handle))
+
+    def span(self, from_s: float = -math.inf, to_s: float = math.inf) -> Recording:
+        """What was recorded from from_s on and before to_s, by its own times."""
+        return Recording._of(checked(lib.recording_span(self._handle, from_s, to_s)))
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the CSV that every command of hyst reads."""
