@@ -9,7 +9,7 @@
 typedef struct {
     double from_s, to_s;
 } span_t;
-#define SPAN_WHOLE ((span_t){-INFINITY, INFINITY})
+#define SPAN_WHOLE ((span_t){-(double)INFINITY, (double)INFINITY})
 #define SPAN_OPTIONS(span)                                                                                             \
     {"--from", NULL, OPTION_NUMBER, "S", "drop what was recorded before this time", &(span).from_s}, {                 \
         "--to", NULL, OPTION_NUMBER, "S", "drop what was recorded from this time on", &(span).to_s                     \
