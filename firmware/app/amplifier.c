@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "amplifier.h"
-#include "event_log.h"
-#include "loop.h"
-#include "modbus_server.h"
-#include "parameter_store.h"
-#include "registers.h"
+#include "loop/loop.h"
+#include "modbus/modbus_server.h"
+#include "registers/registers.h"
+#include "store/event_log.h"
+#include "store/parameter_store.h"
 
 static uint32_t accepted;     /* requests, when a master was last heard */
 static uint32_t last_samples; /* when the hardware watchdog was last fed */

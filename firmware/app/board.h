@@ -8,7 +8,7 @@
 #define BOARD_H
 
 #include "hyst/board_limits.h"
-#include "line_settings.h"
+#include "store/line_settings.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

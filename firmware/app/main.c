@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "amplifier.h"
 #include "board.h"
-#include "loop.h"
+#include "loop/loop.h"
 
 int main(void) {
     const board_start_t start = board_init();

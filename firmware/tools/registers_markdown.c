@@ -3,12 +3,12 @@
  * Writes docs/REGISTERS.md to standard output. What is in a table of the program is printed from it; the prose around
  * it is here.
  */
-#include "control.h"
-#include "health_watch.h"
 #include "hyst/parameters.h"
-#include "loop.h"
-#include "modbus_server.h"
-#include "register_table.h"
+#include "loop/loop.h"
+#include "modbus/modbus_server.h"
+#include "protection/health_watch.h"
+#include "registers/control.h"
+#include "registers/register_table.h"
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,7 +29,7 @@ static const char *access_text(register_access_t access) {
 static void print_introduction(void) {
     const line_settings_t as_delivered = LINE_SETTINGS_DEFAULT;
     printf(
-        "<!-- Written by firmware/tools/registers_markdown.c from firmware/app/registers.def; "
+        "<!-- Written by firmware/tools/registers_markdown.c from firmware/app/registers/registers.def; "
         "`cmake --build` target `registers_markdown_update` renews it. -->\n"
         "# Registers\n\n"
         "Everything the amplifier does can be done by any Modbus RTU master, with this page alone.\n\n"

@@ -2,7 +2,7 @@
 #include "amplifier/amplifier_image.h"
 #include "base/monotonic_clock.h"
 #include "hyst/cost.h"
-#include "parameter_store.h"
+#include "store/parameter_store.h"
 #include <inttypes.h>
 #include <string.h>
 

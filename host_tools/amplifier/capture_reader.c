@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/capture_reader.h"
 #include "base/progress.h"
-#include "capture.h"
+#include "loop/capture.h"
 #include <stdlib.h>
 
 #define FRAMES_AT_ONCE 256U

@@ -3,8 +3,8 @@
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "base/stop_signal.h"
-#include "capture.h"
-#include "telemetry.h"
+#include "loop/capture.h"
+#include "loop/telemetry.h"
 #include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>

@@ -14,8 +14,8 @@
 #define DEVICE_H
 
 #include "base/failure.h"
-#include "control.h"
-#include "register_table.h"
+#include "registers/control.h"
+#include "registers/register_table.h"
 #include <signal.h>
 #include <stdint.h>
 

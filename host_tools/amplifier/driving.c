@@ -3,7 +3,7 @@
 #include "amplifier/mode_names.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
-#include "telemetry.h"
+#include "loop/telemetry.h"
 #include <math.h>
 
 /* The first failure remains the one that is reported. */

@@ -4,11 +4,11 @@
 #include "amplifier/mode_names.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
-#include "capture.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
-#include "source.h"
-#include "telemetry.h"
+#include "loop/capture.h"
+#include "loop/telemetry.h"
+#include "motion/source.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -269,7 +269,7 @@ static bool play(device_t *device, capture_reader_t *reader, experiment_events_t
     }
     progress_end(&progress);
 #define COUNTER(name, address, note, text) events->name = watch.now[INDEX_##name] - before[INDEX_##name];
-#include "registers.def"
+#include "registers/registers.def"
     return ok;
 }
 

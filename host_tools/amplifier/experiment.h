@@ -22,7 +22,7 @@ typedef struct {
 /** Event counts between start and end of the waveform: the counters of registers.def, in samples. */
 typedef struct {
 #define COUNTER(name, address, note, text) int64_t name;
-#include "registers.def"
+#include "registers/registers.def"
 } experiment_events_t;
 
 /**

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/line_change.h"
-#include "parameter_store.h"
+#include "store/parameter_store.h"
 #include <inttypes.h>
 
 bool line_read(device_t *device, line_settings_t *line, failure_t *failure) {

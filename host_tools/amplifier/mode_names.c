@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/mode_names.h"
 #include "hyst/compensator.h"
-#include "telemetry.h"
+#include "loop/telemetry.h"
 
 const char *mode_name(int64_t mode) {
     static const char *const names[] = {

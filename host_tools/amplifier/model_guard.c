@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/model_guard.h"
 #include "base/monotonic_clock.h"
-#include "capture.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
-#include "telemetry.h"
+#include "loop/capture.h"
+#include "loop/telemetry.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

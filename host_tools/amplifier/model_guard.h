@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The host's side of the amplifier's watch over its model (firmware/app/model_watch.h): sets the limit, arms the
- * recorder, waits for the warning and fetches what was recorded before and after it.
+ * The host's side of the amplifier's watch over its model (firmware/app/protection/model_watch.h): sets the limit, arms
+ * the recorder, waits for the warning and fetches what was recorded before and after it.
  *
  * Nothing here moves the actuator. Every poll is a request, so the amplifier's communication timeout does not pass as
  * long as the caller polls.

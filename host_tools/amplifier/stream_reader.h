@@ -13,7 +13,7 @@
 #define STREAM_READER_H
 
 #include "amplifier/device.h"
-#include "capture.h"
+#include "loop/capture.h"
 
 /** Registers of a block's frames. */
 #define STREAM_FRAME_REGISTERS (LENGTH_stream - STREAM_HEADER)

@@ -18,7 +18,7 @@
 #define WAVEFORM_H
 
 #include "base/failure.h"
-#include "source.h"
+#include "motion/source.h"
 #include <stdint.h>
 
 typedef enum {

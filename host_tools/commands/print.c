@@ -74,7 +74,7 @@ static void print_event(int64_t samples, const char *what) {
 
 void experiment_print_events(const experiment_events_t *events) {
 #define COUNTER(name, address, note, text) print_event(events->name, note);
-#include "registers.def"
+#include "registers/registers.def"
 }
 
 void out_of_memory_print(size_t count, size_t size) {

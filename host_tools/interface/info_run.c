@@ -45,7 +45,7 @@ double info_reference(const info_t *info, const char **unit) {
 static json_t *counters_json(const info_t *info) {
     static const int counters[] = {INDEX_samples,
 #define COUNTER(name, address, note, text) INDEX_##name,
-#include "registers.def"
+#include "registers/registers.def"
                                    INDEX_line_errors, INDEX_frames_served, INDEX_faults_sticky, INDEX_faults_live};
     json_t *object = json_object();
     for (size_t i = 0; i < sizeof counters / sizeof counters[0]; i++) {

@@ -46,7 +46,7 @@ static void measure(track_t *track) {
 json_t *events_to_json(const experiment_events_t *events) {
     json_t *object = json_object();
 #define COUNTER(name, address, note, text) json_object_set_new(object, #name, json_integer(events->name));
-#include "registers.def"
+#include "registers/registers.def"
     return object;
 }
 

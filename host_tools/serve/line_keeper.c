@@ -3,8 +3,8 @@
 #include "amplifier/amplifier_image.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
+#include "loop/telemetry.h"
 #include "serve/live_stream.h"
-#include "telemetry.h"
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>

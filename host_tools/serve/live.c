@@ -4,7 +4,7 @@
 #include "amplifier/mode_names.h"
 #include "base/json_output.h"
 #include "compile/compile.h"
-#include "telemetry.h"
+#include "loop/telemetry.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -58,7 +58,7 @@ static json_t *rounded(double value) {
 static json_t *counters(const int64_t now[REGISTER_COUNT]) {
     json_t *object = json_object();
 #define COUNTER(name, address, note, text) json_object_set_new(object, #name, json_integer(now[INDEX_##name]));
-#include "registers.def"
+#include "registers/registers.def"
     return object;
 }
 

@@ -11,10 +11,10 @@
  * "signals", three or all that are captured, the case, worst and mean.
  */
 #include "amplifier.h"
-#include "capture.h"
 #include "console.h"
 #include "cost_adoption.h"
 #include "cost_loop.h"
+#include "loop/capture.h"
 
 /* cost_profile.elf is one line alone, for `profile`. */
 #ifndef FIRST_CASE

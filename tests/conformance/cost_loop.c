@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "cost_loop.h"
 #include "board.h"
-#include "capture.h"
 #include "console.h"
-#include "control.h"
-#include "loop.h"
-#include "registers.h"
+#include "loop/capture.h"
+#include "loop/loop.h"
+#include "motion/sweep.h"
+#include "registers/control.h"
+#include "registers/registers.h"
 #include "startup.h"
-#include "sweep.h"
 
 enum { POINTS = 128, SAMPLES = 1000 };
 

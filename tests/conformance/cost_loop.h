@@ -4,7 +4,7 @@
 #define COST_LOOP_H
 
 #include "cost_case.h"
-#include "source.h"
+#include "motion/source.h"
 
 typedef enum { COST_SINE, COST_STEPS } cost_source_t;
 

@@ -2,11 +2,11 @@
 #include "simulated_device.h"
 #include "amplifier.h"
 #include "base/monotonic_clock.h"
-#include "control.h"
 #include "fake_board.h"
-#include "loop.h"
-#include "modbus_server.h"
-#include "registers.h"
+#include "loop/loop.h"
+#include "modbus/modbus_server.h"
+#include "registers/control.h"
+#include "registers/registers.h"
 #include "unity.h"
 #include <fcntl.h>
 #include <poll.h>

@@ -5,10 +5,10 @@
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "amplifier/image_difference.h"
-#include "parameter_store.h"
+#include "loop/telemetry.h"
+#include "motion/source.h"
 #include "simulated_device.h"
-#include "source.h"
-#include "telemetry.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <signal.h>
 #include <string.h>

@@ -5,10 +5,10 @@
 #include "amplifier/line_change.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
-#include "capture.h"
 #include "hyst/compensator.h"
+#include "loop/capture.h"
+#include "loop/telemetry.h"
 #include "simulated_device.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <fcntl.h>
 #include <math.h>

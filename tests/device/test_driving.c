@@ -6,9 +6,9 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/driving.h"
 #include "base/monotonic_clock.h"
+#include "loop/telemetry.h"
+#include "motion/source.h"
 #include "simulated_device.h"
-#include "source.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <fcntl.h>
 #include <signal.h>

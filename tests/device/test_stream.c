@@ -7,8 +7,8 @@
 #include "amplifier/model_guard.h"
 #include "amplifier/stream_reader.h"
 #include "hyst/compensator.h"
+#include "motion/source.h"
 #include "simulated_device.h"
-#include "source.h"
 #include "unity.h"
 #include <math.h>
 

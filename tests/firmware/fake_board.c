@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "fake_board.h"
 #include "amplifier.h"
-#include "control.h"
-#include "loop.h"
-#include "parameter_store.h"
-#include "registers.h"
-#include "telemetry.h"
+#include "loop/loop.h"
+#include "loop/telemetry.h"
+#include "registers/control.h"
+#include "registers/registers.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <string.h>
 

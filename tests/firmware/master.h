@@ -5,10 +5,10 @@
 #ifndef TESTS_MASTER_H
 #define TESTS_MASTER_H
 
-#include "control.h"
-#include "modbus_exception.h"
-#include "modbus_server.h"
-#include "register_table.h"
+#include "modbus/modbus_exception.h"
+#include "modbus/modbus_server.h"
+#include "registers/control.h"
+#include "registers/register_table.h"
 
 /** The server's address, unless a test has changed it. */
 #define MASTER_SERVER 1U

@@ -2,7 +2,7 @@
 /* Who may do what: nothing moves and nothing changes before it is unlocked, each key opens its own, and what makes the
  * output safe is never locked. */
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "unity.h"
 

@@ -3,9 +3,9 @@
  * Capture, and the alignment of what is captured. The "actuator" here repeats the drive FAKE_LATENCY samples after it
  * was computed, plus a transport delay of its own, so that a right alignment shows as equality.
  */
-#include "capture.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/capture.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "random.h"
 #include "unity.h"

@@ -4,7 +4,7 @@
  * board allows in a sample, and what the board cannot allow is refused.
  */
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "random.h"
 #include "unity.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Converters of 12 bits, as on h405: the drive is rounded to what they can hold, and capture says what they got. */
-#include "capture.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/capture.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "unity.h"
 

@@ -4,8 +4,8 @@
  * amplifier on a pseudo-terminal. Skipped without mbpoll.
  */
 #include "fake_board.h"
-#include "loop.h"
-#include "register_table.h"
+#include "loop/loop.h"
+#include "registers/register_table.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <stdio.h>

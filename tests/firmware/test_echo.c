@@ -6,7 +6,7 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "unity.h"
 #include <string.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What happened since the start, and when. */
 #include "amplifier.h"
-#include "event_log.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
+#include "store/event_log.h"
 #include "unity.h"
 
 void setUp(void) {

@@ -8,11 +8,11 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "health_watch.h"
-#include "image_store.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
+#include "protection/health_watch.h"
 #include "random.h"
+#include "store/image_store.h"
 #include "unity.h"
 #include <stdio.h>
 #include <stdlib.h>

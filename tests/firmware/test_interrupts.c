@@ -5,8 +5,8 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
+#include "loop/telemetry.h"
 #include "master.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <signal.h>
 #include <string.h>

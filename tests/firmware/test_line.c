@@ -5,10 +5,10 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "image_store.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
-#include "parameter_store.h"
+#include "store/image_store.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <string.h>
 

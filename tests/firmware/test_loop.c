@@ -2,7 +2,7 @@
 /* The loop: codes, modes, counters and faults, conditioning. */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "unity.h"
 

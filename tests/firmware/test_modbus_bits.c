@@ -2,9 +2,9 @@
 /* Functions 1, 2, 5, 8, 15 and 22: answers, and the exceptions in the order of the standard (V1.1b3). */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
-#include "modbus_bits.h"
+#include "modbus/modbus_bits.h"
 #include "unity.h"
 #include <string.h>
 

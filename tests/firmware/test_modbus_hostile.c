@@ -9,11 +9,11 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
+#include "loop/telemetry.h"
 #include "master.h"
+#include "motion/source.h"
 #include "random.h"
-#include "source.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <inttypes.h>
 #include <stdio.h>

@@ -4,11 +4,11 @@
  * "actuator" repeats the drive FAKE_LATENCY samples after it was computed, and what is added to that is the error.
  */
 #include "amplifier.h"
-#include "capture.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/capture.h"
+#include "loop/loop.h"
 #include "master.h"
-#include "model_watch.h"
+#include "protection/model_watch.h"
 #include "random.h"
 #include "unity.h"
 #include <math.h>

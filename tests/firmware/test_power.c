@@ -2,10 +2,10 @@
 /* Off, armed, tripped: what lets the output move, what takes it back, and how. */
 #include "amplifier.h"
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
-#include "parameter_store.h"
 #include "random.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <stdlib.h>
 

@@ -9,11 +9,11 @@
  */
 #include "fake_board.h"
 #include "hyst/parameters.h"
-#include "image_store.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
-#include "parameter_store.h"
 #include "random.h"
+#include "store/image_store.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <stdio.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* What nobody may get past: the output range, the limits of the reference, temperature and supplies. */
 #include "fake_board.h"
-#include "health_watch.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
+#include "protection/health_watch.h"
 #include "random.h"
 #include "unity.h"
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The register map: the table's own order, access, whole requests, values and their ranges. */
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
-#include "registers.h"
+#include "registers/registers.h"
 #include "unity.h"
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The reference generator against arithmetic that does not share its method: long division for lines, sin() for sines.
  */
+#include "motion/source.h"
 #include "random.h"
-#include "source.h"
 #include "unity.h"
 #include <math.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Sweeps against their closed forms: sums of integers for linear ones, long double for logarithmic ones. */
+#include "motion/sweep.h"
 #include "random.h"
-#include "sweep.h"
 #include "unity.h"
 #include <math.h>
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Parameter upload: a broken one changes nothing, a good one acts at a sample boundary and without a bump. */
 #include "fake_board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "master.h"
 #include "models.h"
-#include "parameter_store.h"
 #include "random.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <string.h>
 

@@ -350,7 +350,8 @@ static void test_inverse_of_two_modes(void) {
         add_two_modes(&model, cases[i].share);
         compile_good(&model, &options, &parameters, &report, &compensator);
         TEST_ASSERT_EQUAL_UINT64(cases[i].uncorrected, report.uncorrected);
-        for (double f = 50.0; f <= 200.0; f *= 2.0) {
+        for (unsigned hz = 50; hz <= 200; hz *= 2) {
+            const double f = (double)hz;
             const double worst = worst_error(&model, &parameters, &report, &compensator, f);
             printf("inverse of two modes, share %g: worst error %.5f of the amplitude at %g Hz\n", cases[i].share,
                    worst, f);

@@ -4,9 +4,9 @@
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "base/monotonic_clock.h"
+#include "loop/telemetry.h"
 #include "serve/line_keeper.h"
 #include "simulated_device.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <math.h>
 #include <stdatomic.h>

@@ -2,8 +2,8 @@
 /* What a snapshot, and a block of the stream, become on the page: warnings in words, those of newer firmware by their
  * value. */
 #include "hyst/parameters.h"
+#include "loop/telemetry.h"
 #include "serve/live.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <string.h>
 

@@ -14,7 +14,7 @@
  * cycles.
  */
 #include "board.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "modbus_line.h"
 #include "startup.h"
 #include "stm32f405.h"

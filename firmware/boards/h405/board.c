@@ -23,7 +23,7 @@
 #include "board.h"
 #include "clock.h"
 #include "hyst/cost.h"
-#include "loop.h"
+#include "loop/loop.h"
 #include "modbus_line.h"
 #include "startup.h"
 #include "stm32f405.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /**
  * The Modbus line: USART1, 8 data bits, 1 stop bit, with an RS-485 driver enable pin; rate and parity by
- * board_modbus_line (firmware/app/line_settings.h). The frame logic is firmware/app's; pins: docs/WIRING.md.
+ * board_modbus_line (firmware/app/store/line_settings.h). The frame logic is firmware/app's; pins: docs/WIRING.md.
  *
  * Receiving is by interrupt, into modbus_server_receive. The interrupt is lower than the sample interrupt: a byte takes
  * 87 us at 115200 baud and the receiver holds one while the next arrives, so the sample interrupt may take that long

@@ -9,13 +9,13 @@
 #include "amplifier/stream_reader.h"
 #include "base/monotonic_clock.h"
 #include "bench_process.h"
-#include "capture.h"
 #include "chain/chain.h"
 #include "commands/print.h"
 #include "compile/compile.h"
-#include "source.h"
+#include "loop/capture.h"
+#include "loop/telemetry.h"
+#include "motion/source.h"
 #include "synthetic.h"
-#include "telemetry.h"
 #include "unity.h"
 #include <math.h>
 #include <stdio.h>

@@ -11,13 +11,13 @@
  * interrupt may, rarely, come between a command's execution and its answer; then the command took effect one sample
  * earlier than its mark says. The replay tries that for one command at a time before it calls the codes different.
  */
-#include "control.h"
 #include "emulated_h405.h"
 #include "fake_board.h"
 #include "hyst/parameters.h"
 #include "master.h"
-#include "power_state.h"
-#include "source.h"
+#include "motion/source.h"
+#include "protection/power_state.h"
+#include "registers/control.h"
 #include "unity.h"
 
 #define Q31(x) ((hyst_q31_t)((x)*2147483648.0))

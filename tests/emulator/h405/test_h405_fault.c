@@ -9,7 +9,7 @@
 #include "board.h"
 #include "emulated_h405.h"
 #include "hyst/compensator.h"
-#include "telemetry.h"
+#include "loop/telemetry.h"
 #include "unity.h"
 
 #define SAFE_CODE 0U

@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: MIT */
+/* The sample. What it shares with the other files of the loop, and which these are: loop_memory.h. */
+#include "loop/capture.h"
+#include "loop/loop_memory.h"
+#include "protection/health_watch.h"
+#include "protection/model_watch.h"
+#include "protection/sensor_watch.h"
+
+loop_memory_t loop;
+
+static hyst_q31_t from_code(uint16_t code) {
+    return (hyst_q31_t)((uint32_t)(code ^ BOARD_CODE_MIDDLE) << 16);
+}
+
+/* One converter range, 2^32, per second. */
+static hyst_q31_t range_per_second(void) {
+    const uint64_t rate = ((uint64_t)1000U << 32) / board_info.sample_rate_mhz;
+    return rate < HYST_Q31_MAX ? (hyst_q31_t)rate : HYST_Q31_MAX;
+}
+
+void loop_init(loop_parameters_t *parameters, uint16_t faults) {
+    loop.active = parameters;
+    atomic_store(&loop.pending, NULL);
+    hyst_compensator_reset(&parameters->compensator, &loop.compensator);
+    loop.mode = HYST_MODE_PARK;
+    source_reset(&loop.source, 0, LOOP_DEFAULT_SLEW);
+    loop.limit = (reference_limit_t){.low = HYST_Q31_MIN, .high = HYST_Q31_MAX, .slew = board_info.drive_slew_max};
+    loop.reference = 0;
+    loop.drive_low = HYST_Q31_MIN;
+    loop.drive_high = HYST_Q31_MAX;
+    loop.conditioning.leg = CONDITIONING_OFF;
+    loop.conditioning_rate = range_per_second();
+    const hyst_q31_t park = parameters->range.park;
+    for (unsigned i = 0; i < HISTORY; i++) {
+        loop.past[i].reference = 0;
+        loop.past[i].drive = park;
+    }
+    loop.standing_faults = faults;
+    power_init(&loop.power);
+    loop.bypass = false;
+    loop.overruns_in_a_row = 0;
+    loop.silence = 0;
+    loop.missed = 0;
+    loop.timeout = loop_samples_in(LOOP_DEFAULT_TIMEOUT_MS);
+    loop.cost = 0;
+    loop.attend = true;
+    loop.playing = false;
+    loop.settling = loop_samples_in(LOOP_SETTLING_MS) + BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX;
+    loop.unsettled = loop.settling;
+    loop.current = 0;
+    loop.current_limit = UINT32_MAX;
+    loop.model_warns = false;
+    loop.telemetry = (telemetry_t){.state = LOOP_PARKED, .drive = park};
+    loop_note_faults(faults);
+    telemetry_publish(&loop.telemetry);
+    capture_init();
+    model_watch_init();
+    sensor_watch_init();
+    health_watch_init();
+}
+
+/* The hold source's value becomes drive_park, where conditioning ends. In the other modes the reference is a position,
+ * and the change of mode makes a transition of the difference. */
+static void conditioning_ended(void) {
+    if (loop.mode == HYST_MODE_DIRECT) {
+        loop.source.value = loop.reference = loop.active->range.park;
+    }
+}
+
+/* Temperature and supplies, which are not looked at in every sample: faults of this look. What is on its way off goes
+ * there, and arming is refused while they last. */
+static inline uint32_t unhealthy(void) {
+    if (loop.telemetry.sequence % HEALTH_WATCH_EVERY != 0) {
+        return 0;
+    }
+    const uint32_t faults = health_watch_look(loop.power.state == POWER_ON);
+    return power_armed(&loop.power) ? faults : 0;
+}
+
+/* Whether something else than mode and source says what the compensator is to do, and what. */
+static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
+    const drive_range_t *range = &loop.active->range;
+    if (loop.power.state != POWER_ON) {
+        *mode = HYST_MODE_PARK;
+        *reference = loop.reference;
+        return true;
+    }
+    if (loop.conditioning.leg != CONDITIONING_OFF) {
+        if (conditioning_continues(&loop.conditioning, range, loop.compensator.drive)) {
+            *mode = HYST_MODE_DIRECT;
+            *reference = conditioning_step(&loop.conditioning, range, loop.conditioning_rate);
+            return true;
+        }
+        conditioning_ended();
+    }
+    return false;
+}
+
+/* The source's, within its limits. */
+static inline hyst_q31_t next_reference(unsigned *events) {
+    const hyst_q31_t wanted = source_step(&loop.source);
+    loop.reference = reference_limited(&loop.limit, loop.reference, wanted);
+    *events = loop.reference != wanted ? REFERENCE_LIMITED : 0U;
+    return loop.reference;
+}
+
+static void adopt_pending(void) {
+    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_acquire);
+    if (next != NULL && !loop.bypass &&
+        hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
+        loop.active = next;
+        board_keep_park(loop_park_code());
+        atomic_store_explicit(&loop.pending, NULL, memory_order_release);
+    }
+}
+
+/* The compensator's step, with the window of this sample for limits. */
+static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+    loop_parameters_t *p = loop.active;
+    const drive_window_t window = drive_window(&p->range, loop.compensator.drive, board_info.drive_slew_max);
+    p->compensator.drive_low = window.low;
+    p->compensator.drive_high = window.high;
+    const hyst_q31_t drive = hyst_compensator_step(&p->compensator, &loop.compensator, mode, reference, events);
+    const bool limited = (*events & HYST_STEP_DRIVE_LIMITED) != 0;
+    if (limited && drive != p->range.low && drive != p->range.high) {
+        *events = (*events & ~(unsigned)HYST_STEP_DRIVE_LIMITED) | SLEW_LIMITED;
+    }
+    return drive;
+}
+
+/* After an overload: nothing that depends on a model. */
+static hyst_q31_t ramp_to_park(unsigned *events) {
+    const drive_range_t *range = &loop.active->range;
+    *events = MEMORY_LOST;
+    loop.compensator.drive = source_approach(loop.compensator.drive, range->park, range->return_slew);
+    return loop.compensator.drive;
+}
+
+/*
+ * Attention. Most samples are steady ones: on, in motion as mode and source say, nothing in the input but a position,
+ * nothing to adopt, no fault that comes or goes. These ask for no more than the flag `attend`. Who changes any of it
+ * sets the flag (the main loop by `take`), and the sample that finds it looks at everything, and at its end whether the
+ * next one is steady again.
+ */
+static bool steady(void) {
+    return loop.power.state == POWER_ON && loop.mode != HYST_MODE_PARK && loop.conditioning.leg == CONDITIONING_OFF &&
+           !loop.bypass && loop.overruns_in_a_row == 0 && loop.standing_faults == loop.telemetry.faults_live &&
+           atomic_load_explicit(&loop.pending, memory_order_relaxed) == NULL;
+}
+
+/* The beginning of such a sample. */
+static HYST_APART void look_at_everything(const loop_input_t *input, uint32_t known_faults) {
+    loop_protect(input, known_faults);
+    adopt_pending();
+}
+
+/* The end of it, or of one in which a source ended. */
+static HYST_APART void show_everything(bool supply_low, bool overrun, bool converter_timeout, hyst_mode_t mode) {
+    loop_report(supply_low, overrun, converter_timeout, mode);
+    loop.attend = !steady();
+}
+
+/* The values that belong to this position, and what the limits did. */
+static inline void account(uint16_t position_code, unsigned events) {
+    telemetry_t *t = &loop.telemetry;
+    const uint32_t shown = t->sequence - board_info.latency_samples;
+    t->reference = loop.past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
+    t->drive = loop.past[shown % HISTORY].drive;
+    t->position = from_code(position_code);
+    count_one(&t->samples);
+    if ((events | t->limits_live) != 0) {
+        loop_report_limits(events);
+    }
+}
+
+static inline void capture_aligned(uint16_t position_code) {
+    telemetry_t *t = &loop.telemetry;
+    uint16_t signals;
+    uint16_t *to = capture_due(&signals);
+    if (to != NULL) {
+        if (signals == CAPTURE_DEFAULT_SIGNALS) { /* as below, and sooner */
+            *to++ = (uint16_t)loop_to_code(t->reference, 16);
+            *to++ = (uint16_t)loop_to_code(t->drive, board_info.drive_bits);
+            *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);
+        } else {
+            to = loop_signals(to, signals, position_code);
+        }
+        capture_taken(to);
+    }
+    t->capture_state = capture_state();
+    t->capture_frames = capture_frames();
+}
+
+/* Compares the position with the reference, which is the model's prediction of it as long as the drive is the model's.
+ */
+static inline void watch_model(bool eventful, unsigned events, hyst_mode_t mode) {
+    const telemetry_t *t = &loop.telemetry;
+    if (mode != HYST_MODE_COMPENSATE || (events & ~(unsigned)REFERENCE_LIMITED) != 0 ||
+        loop.compensator.transition != 0 || eventful) {
+        loop.unsettled = loop.settling;
+        return;
+    }
+    if (loop.unsettled > 0) {
+        loop.unsettled--;
+        return;
+    }
+    loop.model_warns = model_watch_sample(t->reference, t->position);
+}
+
+/* The current into the actuator, and whether the reading can be one. */
+static inline void watch_hardware(uint16_t position_code, hyst_q31_t before, hyst_q31_t drive) {
+    const uint32_t step = drive > before ? (uint32_t)drive - (uint32_t)before : (uint32_t)before - (uint32_t)drive;
+    loop.current += (step >> CURRENT_UNIT) - (loop.current >> CURRENT_BITS);
+    const uint32_t warnings = sensor_watch_sample(position_code, step) | health_watch_warnings() |
+                              (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
+    if (warnings != loop.telemetry.warnings_live) {
+        loop_report_warnings(warnings);
+    }
+}
+
+/*
+ * Called once a sample period (100 us on the boards), which is also its deadline. Cost: docs/TIMING.md. What happens
+ * when a sample comes late is the board's to say; here it is counted and reported.
+ */
+uint16_t loop_sample(const loop_input_t *input) {
+    const uint32_t start = board_cost_counter();
+    const uint16_t position_code = input->position_code;
+    telemetry_t *t = &loop.telemetry;
+    t->sequence++;
+    t->cost_last = loop.cost;
+    if (loop.cost > t->cost_max) {
+        t->cost_max = loop.cost;
+    }
+    const bool eventful = (input->converter_timeout | input->overrun | input->supply_low) != 0;
+    const uint32_t silence = loop.silence + 1U;
+    const uint32_t faults = unhealthy();
+    const bool attend =
+        loop.attend || eventful || faults != 0 || loop.current > loop.current_limit || silence > loop.timeout;
+    if (attend) {
+        look_at_everything(input, faults);
+    } else {
+        loop.silence = silence; /* a steady sample is one in motion */
+    }
+
+    unsigned events, held_back = 0;
+    const hyst_q31_t before = loop.compensator.drive;
+    hyst_mode_t mode = loop.mode;
+    hyst_q31_t reference;
+    if (!attend || !overruled(&mode, &reference)) {
+        reference = next_reference(&held_back);
+    }
+    const hyst_q31_t drive =
+        attend && loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
+    const uint16_t code = (uint16_t)loop_to_code(drive, board_info.drive_bits);
+    events |= held_back;
+
+    past_t *now = &loop.past[t->sequence % HISTORY];
+    now->reference = reference;
+    now->drive = drive;
+    account(position_code, events);
+    if (attend || loop.source.playing != loop.playing) {
+        show_everything(input->supply_low, input->overrun, input->converter_timeout, mode);
+    }
+    watch_model(eventful, events, mode);
+    watch_hardware(position_code, before, drive);
+    capture_aligned(position_code);
+
+    loop.cost = board_cost_counter() - start;
+    return code ^ BOARD_CODE_MIDDLE;
+}

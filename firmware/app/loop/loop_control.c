@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: MIT */
+/* The main loop's side of the loop (loop.h). It touches the loop's memory under board_lock only, or a word that is read
+ * or written whole. */
+#include "loop/capture.h"
+#include "loop/loop_memory.h"
+#include "protection/health_watch.h"
+#include "protection/model_watch.h"
+
+/* The main loop's way to what the interrupt owns. */
+static uint32_t take(void) {
+    const uint32_t key = board_lock();
+    loop.attend = true;
+    return key;
+}
+
+static void limit_range(loop_parameters_t *parameters) {
+    const drive_range_t *image = &parameters->image_range;
+    parameters->range = *image;
+    parameters->range.low = image->low > loop.drive_low ? image->low : loop.drive_low;
+    parameters->range.high = image->high < loop.drive_high ? image->high : loop.drive_high;
+}
+
+static bool holds_park(const loop_parameters_t *parameters, hyst_q31_t low, hyst_q31_t high) {
+    return parameters == NULL || (parameters->image_range.park >= low && parameters->image_range.park <= high);
+}
+
+bool loop_limit_range(loop_parameters_t *next) {
+    limit_range(next);
+    return holds_park(next, loop.drive_low, loop.drive_high);
+}
+
+bool loop_drive_limits_possible(hyst_q31_t low, hyst_q31_t high) {
+    const uint32_t key = board_lock();
+    const bool possible = low < high && holds_park(loop.active, low, high) &&
+                          holds_park(atomic_load_explicit(&loop.pending, memory_order_relaxed), low, high);
+    board_unlock(key);
+    return possible;
+}
+
+bool loop_set_drive_limits(hyst_q31_t low, hyst_q31_t high) {
+    if (!loop_drive_limits_possible(low, high)) {
+        return false;
+    }
+    const uint32_t key = take();
+    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_relaxed);
+    loop.drive_low = low;
+    loop.drive_high = high;
+    limit_range(loop.active);
+    if (next != NULL) {
+        limit_range(next);
+    }
+    board_unlock(key);
+    return true;
+}
+
+void loop_set_reference_limit(const reference_limit_t *limit) {
+    const uint32_t key = take();
+    loop.limit = *limit;
+    board_unlock(key);
+}
+
+void loop_set_health_limits(const board_health_limits_t *limits, uint32_t looks) {
+    const uint32_t key = take();
+    health_watch_set_limits(limits, looks);
+    board_unlock(key);
+}
+
+bool loop_adoption_pending(void) {
+    return atomic_load_explicit(&loop.pending, memory_order_acquire) != NULL;
+}
+
+bool loop_adopt(loop_parameters_t *next) {
+    if (loop_adoption_pending()) {
+        return false;
+    }
+    const uint32_t key = take();
+    atomic_store_explicit(&loop.pending, next, memory_order_release);
+    board_unlock(key);
+    return true;
+}
+
+hyst_mode_t loop_mode(void) {
+    return loop.mode; /* only the main loop writes it */
+}
+
+/* A fault may come between the check of a request and this: then the fault has it. */
+void loop_set_mode(hyst_mode_t mode) {
+    const uint32_t key = take();
+    if (mode == HYST_MODE_PARK) {
+        loop_to_park();
+    } else if (power_armed(&loop.power)) {
+        if (loop.mode == HYST_MODE_PARK) {
+            loop.silence = 0;
+        }
+        loop.mode = mode;
+    }
+    board_unlock(key);
+}
+
+bool loop_arm(void) {
+    const uint32_t key = take();
+    const bool armed = power_arm(&loop.power, loop_samples_in(POWER_PRECHARGE_MS));
+    board_unlock(key);
+    return armed;
+}
+
+void loop_disarm(void) {
+    const uint32_t key = take();
+    loop_to_park();
+    power_disarm(&loop.power);
+    board_unlock(key);
+}
+
+static power_t power_state(void) {
+    return *(volatile power_t *)&loop.power.state; /* one word: read whole */
+}
+
+bool loop_armed(void) {
+    const power_t state = power_state();
+    return state == POWER_PRECHARGE || state == POWER_ON;
+}
+
+bool loop_ready(void) {
+    return power_state() == POWER_ON;
+}
+
+bool loop_in_fault(void) {
+    return power_state() == POWER_FAULT;
+}
+
+bool loop_off(void) {
+    const uint32_t key = board_lock();
+    const bool off =
+        loop.power.state == POWER_OFF && loop.compensator.drive == loop.active->range.park && !loop_adoption_pending();
+    board_unlock(key);
+    return off;
+}
+
+uint16_t loop_park_code(void) {
+    const uint32_t key = board_lock();
+    const uint16_t code = loop_park_code_of(loop.active);
+    board_unlock(key);
+    return code;
+}
+
+uint32_t loop_samples(void) {
+    return *(volatile uint32_t *)&loop.telemetry.sequence; /* one word: read whole */
+}
+
+uint32_t loop_periods(void) {
+    const uint32_t key = board_lock();
+    const uint32_t periods = loop.telemetry.sequence + loop.missed;
+    board_unlock(key);
+    return periods;
+}
+
+void loop_master_heard(void) {
+    *(volatile uint32_t *)&loop.silence = 0; /* one word: written whole */
+}
+
+void loop_set_timeout(uint32_t milliseconds) {
+    const uint32_t key = board_lock();
+    loop.timeout = milliseconds != 0 ? loop_samples_in(milliseconds) : UINT32_MAX;
+    loop.silence = 0;
+    board_unlock(key);
+}
+
+hyst_q31_t loop_setpoint(void) {
+    return *(volatile hyst_q31_t *)&loop.source.setpoint; /* one word: read whole */
+}
+
+void loop_set_setpoint(hyst_q31_t setpoint) {
+    const uint32_t key = board_lock();
+    loop.source.setpoint = setpoint;
+    board_unlock(key);
+}
+
+void loop_set_setpoint_slew(hyst_q31_t slew) {
+    const uint32_t key = board_lock();
+    loop.source.slew = slew;
+    board_unlock(key);
+}
+
+void loop_start(const source_settings_t *settings) {
+    const uint32_t key = take();
+    if (loop.power.state != POWER_ON || loop.mode == HYST_MODE_PARK) {
+        board_unlock(key); /* a fault came first */
+        return;
+    }
+    source_start(&loop.source, settings);
+    if (settings->kind == SOURCE_SINE) {
+        hyst_hysteresis_begin_sine(&loop.active->compensator.hysteresis, hyst_compensator_memory(&loop.compensator));
+    }
+    capture_source_started(loop_alignment_of_reference());
+    board_unlock(key);
+}
+
+bool loop_plays(source_kind_t kind) {
+    const uint32_t key = board_lock();
+    const bool playing = loop.source.playing && loop.source.settings.kind == kind;
+    board_unlock(key);
+    return playing;
+}
+
+bool loop_conditioning(void) {
+    const uint32_t key = board_lock();
+    const bool conditioning = loop.conditioning.leg != CONDITIONING_OFF;
+    board_unlock(key);
+    return conditioning;
+}
+
+void loop_set_current_limit(hyst_q31_t limit) {
+    const uint32_t key = board_lock();
+    loop.current_limit = limit > 0 ? ((uint32_t)limit >> CURRENT_UNIT) << CURRENT_BITS : UINT32_MAX;
+    board_unlock(key);
+}
+
+hyst_q31_t loop_current_average(void) {
+    const uint32_t units = *(volatile uint32_t *)&loop.current >> CURRENT_BITS; /* one word: read whole */
+    return hyst_saturate((int64_t)units << CURRENT_UNIT);
+}
+
+uint32_t loop_trip_cause(void) {
+    return *(volatile uint32_t *)&loop.power.cause;
+}
+
+uint32_t loop_warnings(void) {
+    return *(volatile uint32_t *)&loop.telemetry.warnings_live;
+}
+
+void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds) {
+    const uint32_t key = board_lock();
+    model_watch_set_limit(limit, loop_samples_in(milliseconds));
+    loop.model_warns = false;
+    board_unlock(key);
+}
+
+void loop_stop(void) {
+    const uint32_t key = take();
+    loop_stop_motion();
+    if (power_leave_fault(&loop.power)) {
+        loop.standing_faults &= ~TRIPS;
+    }
+    board_unlock(key);
+}
+
+void loop_condition(void) {
+    const uint32_t key = take();
+    if (!power_armed(&loop.power)) {
+        board_unlock(key); /* a fault came first */
+        return;
+    }
+    loop.silence = 0;
+    loop_stop_source();
+    /* In direct mode a transition may still be part of the drive: go on from the reference, not from the drive. */
+    conditioning_start(&loop.conditioning, loop.compensator.mode == HYST_MODE_DIRECT
+                                               ? loop.past[loop.telemetry.sequence % HISTORY].reference
+                                               : loop.compensator.drive);
+    board_unlock(key);
+}
+
+void loop_clear(void) {
+    const uint32_t key = take();
+    telemetry_t *t = &loop.telemetry;
+#define COUNTER(name, address, note, text) t->name = 0;
+#include "registers/registers.def"
+    t->samples = 0;
+    t->cost_last = t->cost_max = loop.cost = 0;
+    t->faults_sticky = t->fault_first = t->limits_sticky = 0;
+    t->warnings_sticky = t->warnings_live;
+    model_watch_clear();
+    loop_note_faults(loop.standing_faults);
+    board_unlock(key);
+}

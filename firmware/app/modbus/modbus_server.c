@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: MIT */
+/* From bytes to frames. What a frame means is in modbus_requests.c. */
+#include "modbus/modbus_server.h"
+#include "board.h"
+#include <stdatomic.h>
+#include <string.h>
+
+/* Longer than two frames, so that the main loop may be busy with one while the next arrives. A power of two. */
+#define RING_ITEMS 1024U
+
+/* An item of the ring is a byte and what was before it. */
+enum { ITEM_AFTER_SILENCE = 0x100, ITEM_BROKEN = 0x200, ITEM_AFTER_ANSWER = 0x400 };
+
+/* One writer, the interrupt, and one reader, the main loop. */
+static struct {
+    uint16_t items[RING_ITEMS];
+    atomic_uint written, read; /* item counts, wrapping; each side stores its own */
+    atomic_uint last_time;     /* of the last byte, microseconds */
+    uint16_t carried;          /* interrupt only: flags of items that found no room */
+} ring;
+
+/* The frame that is being put together. Main loop only. (A separate array, so that the sanitizers guard its end.) */
+static uint8_t frame_bytes[MODBUS_FRAME_MAX];
+static struct {
+    size_t length;
+    bool started;
+    bool broken;
+    bool after_answer; /* began so soon after an answer that it may be its echo */
+} frame;
+
+/* The last answer. The main loop writes all but `sending`, which the interrupt reads. */
+static uint8_t answer_bytes[MODBUS_FRAME_MAX];
+static struct {
+    size_t length;        /* 0 when no frame can be its echo any more */
+    atomic_bool expected; /* it is being sent, or has been since the last frame */
+    atomic_bool sending;
+    atomic_uint sent_time; /* microseconds */
+} answer;
+
+static modbus_counters_t counters;
+
+/* In force, and what it is to become. Main loop only, but for the silence. */
+static struct {
+    line_settings_t now, next;
+    bool changes;
+    atomic_uint silence_us;
+} line;
+
+static uint32_t silence_us(void) {
+    return atomic_load_explicit(&line.silence_us, memory_order_relaxed);
+}
+static uint32_t accepted;
+
+/* Two silences: modbus_server.h. */
+static bool may_be_echo(uint32_t now) {
+    if (!atomic_load_explicit(&answer.expected, memory_order_acquire)) {
+        return false;
+    }
+    return atomic_load_explicit(&answer.sending, memory_order_acquire) ||
+           now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * silence_us();
+}
+
+static void push(uint16_t item) {
+    const uint32_t now = board_microseconds();
+    if (may_be_echo(now)) {
+        item |= ITEM_AFTER_ANSWER;
+    }
+    const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_relaxed);
+    if (now - last > silence_us()) {
+        item |= ITEM_AFTER_SILENCE;
+    }
+    item |= ring.carried;
+    const unsigned written = atomic_load_explicit(&ring.written, memory_order_relaxed);
+    if (written - atomic_load_explicit(&ring.read, memory_order_acquire) == RING_ITEMS) {
+        ring.carried = (uint16_t)((item & (ITEM_AFTER_SILENCE | ITEM_AFTER_ANSWER)) | ITEM_BROKEN);
+    } else {
+        ring.carried = 0;
+        ring.items[written % RING_ITEMS] = item;
+        atomic_store_explicit(&ring.written, written + 1U, memory_order_release);
+    }
+    atomic_store_explicit(&ring.last_time, now, memory_order_release);
+}
+
+void modbus_server_receive(uint8_t byte) {
+    push(byte);
+}
+
+void modbus_server_line_error(void) {
+    push(ITEM_BROKEN);
+}
+
+static bool ring_empty(void) {
+    return atomic_load_explicit(&ring.written, memory_order_acquire) ==
+           atomic_load_explicit(&ring.read, memory_order_relaxed);
+}
+
+static uint16_t pop(void) {
+    const unsigned read = atomic_load_explicit(&ring.read, memory_order_relaxed);
+    const uint16_t item = ring.items[read % RING_ITEMS];
+    atomic_store_explicit(&ring.read, read + 1U, memory_order_release);
+    return item;
+}
+
+static void set_line(const line_settings_t *settings) {
+    line.now = *settings;
+    line.changes = false;
+    atomic_store(&line.silence_us, line_silence_us(settings->baud));
+    board_modbus_line(settings->baud, (line_parity_t)settings->parity);
+}
+
+void modbus_server_change_line(const line_settings_t *settings) {
+    line.next = *settings;
+    line.changes = true;
+}
+
+void modbus_server_take_line(void) {
+    if (line.changes) {
+        set_line(&line.next);
+    }
+}
+
+uint32_t modbus_server_address(void) {
+    return line.now.address;
+}
+
+void modbus_server_init(const line_settings_t *settings) {
+    set_line(settings);
+    atomic_store(&ring.written, 0);
+    atomic_store(&ring.read, 0);
+    atomic_store(&ring.last_time, board_microseconds());
+    ring.carried = 0;
+    frame.started = false;
+    answer.length = 0;
+    atomic_store(&answer.expected, false);
+    atomic_store(&answer.sending, false);
+    modbus_server_clear();
+}
+
+static void count(uint16_t *counter) {
+    if (*counter < UINT16_MAX) {
+        (*counter)++;
+    }
+}
+
+static void send_answer(void) {
+    count(&counters.served);
+    atomic_store_explicit(&answer.sending, true, memory_order_release);
+    atomic_store_explicit(&answer.expected, true, memory_order_release);
+    board_modbus_send(answer_bytes, answer.length);
+    atomic_store_explicit(&answer.sent_time, board_microseconds(), memory_order_release);
+    atomic_store_explicit(&answer.sending, false, memory_order_release);
+}
+
+/* How many bytes of the frame are a copy of the last answer. No later frame can be. */
+static size_t echoed(void) {
+    const size_t length = answer.length;
+    answer.length = 0;
+    atomic_store_explicit(&answer.expected, false, memory_order_release);
+    const bool echo =
+        frame.after_answer && length > 0 && frame.length >= length && memcmp(frame_bytes, answer_bytes, length) == 0;
+    return echo ? length : 0;
+}
+
+static void serve_frame(void) {
+    const size_t from = echoed();
+    frame.started = false;
+    if (from > 0) {
+        count(&counters.echoes);
+        if (from == frame.length && !frame.broken) {
+            return;
+        }
+    }
+    const modbus_outcome_t outcome =
+        frame.broken ? MODBUS_FRAME_BROKEN
+                     : modbus_serve(frame_bytes + from, frame.length - from, answer_bytes, &answer.length);
+    if (outcome == MODBUS_FRAME_BROKEN) {
+        count(&counters.errors);
+    } else if (outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_BROADCAST) {
+        accepted++;
+    }
+    if (answer.length > 0) {
+        send_answer();
+    }
+    modbus_server_take_line();
+}
+
+/* Appends a byte to the frame, or begins one with it. */
+static void take(uint16_t item) {
+    if (!frame.started) {
+        frame.started = true;
+        frame.broken = false;
+        frame.after_answer = (item & ITEM_AFTER_ANSWER) != 0;
+        frame.length = 0;
+    }
+    if ((item & ITEM_BROKEN) != 0 || frame.length == MODBUS_FRAME_MAX) {
+        frame.broken = true;
+    } else {
+        frame_bytes[frame.length++] = (uint8_t)item;
+    }
+}
+
+bool modbus_server_poll(void) {
+    bool any = false;
+    while (!ring_empty()) {
+        const uint16_t item = pop();
+        if (frame.started && (item & ITEM_AFTER_SILENCE) != 0) {
+            serve_frame();
+            any = true;
+        }
+        take(item);
+    }
+    /* The order matters. A byte that arrives before the last look at the ring is seen there; one that arrives after it
+     * is later than `now`, so it carries the mark of the silence itself. */
+    const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_acquire);
+    const uint32_t now = board_microseconds();
+    if (frame.started && now - last > silence_us() && ring_empty()) {
+        serve_frame();
+        any = true;
+    }
+    return any;
+}
+
+uint32_t modbus_server_accepted(void) {
+    return accepted;
+}
+
+modbus_counters_t modbus_server_counters(void) {
+    return counters;
+}
+
+void modbus_server_clear(void) {
+    counters = (modbus_counters_t){0};
+}

@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/source.h"
+#include "hyst/sine.h"
+#include <stddef.h>
+
+_Static_assert(SOURCE_TONES_MAX <= 16U, "a sixteenth of each product: chord");
+
+hyst_q31_t source_approach(hyst_q31_t value, hyst_q31_t target, hyst_q31_t step) {
+    const int64_t distance = (int64_t)target - value;
+    if (distance > step) {
+        return value + step;
+    }
+    return distance < -(int64_t)step ? value - step : target;
+}
+
+static bool tones_valid(const source_settings_t *settings) {
+    const uint64_t most = 2U * HYST_PHASE_QUARTER_TURN;
+    if (settings->tone_count < 1 || settings->tone_count > SOURCE_TONES_MAX || settings->increment < 1) {
+        return false;
+    }
+    for (uint32_t i = 0; i < settings->tone_count; i++) {
+        const uint32_t harmonic = settings->tones[i].harmonic;
+        if (harmonic < 1 || (uint64_t)harmonic * settings->increment > most) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool source_settings_valid(const source_settings_t *settings) {
+    switch (settings->kind) {
+    case SOURCE_HOLD:
+        return true;
+    case SOURCE_SINE:
+        return settings->increment > 0 && settings->increment <= 2U * HYST_PHASE_QUARTER_TURN;
+    case SOURCE_BREAKPOINTS:
+        return settings->point_count > 0;
+    case SOURCE_SWEEP:
+        return settings->sweep.samples > 0;
+    case SOURCE_MULTISINE:
+        return tones_valid(settings);
+    }
+    return false;
+}
+
+void source_reset(source_t *source, hyst_q31_t value, hyst_q31_t slew) {
+    *source = (source_t){.value = value, .setpoint = value, .slew = slew};
+}
+
+/* Sets up the line from the present value to the present point. */
+static void begin_line(source_t *source) {
+    const source_point_t point = source->settings.points[source->point];
+    const uint32_t samples = point.samples > 0 ? point.samples : 1U;
+    /* The distance is below 2^32: one division of 32 bits. */
+    const bool falls = point.value < source->value;
+    const uint32_t distance =
+        falls ? (uint32_t)source->value - (uint32_t)point.value : (uint32_t)point.value - (uint32_t)source->value;
+    int64_t quotient = distance / samples;
+    uint32_t remainder = distance - (uint32_t)quotient * samples;
+    if (falls) { /* rounded down: away from zero */
+        quotient = -quotient - (remainder > 0 ? 1 : 0);
+        remainder = remainder > 0 ? samples - remainder : 0;
+    }
+    source->line = (source_line_t){.left = samples,
+                                   .samples = samples,
+                                   .quotient = quotient,
+                                   .remainder = remainder,
+                                   .fraction = samples / 2U}; /* half: rounds to nearest */
+}
+
+void source_start(source_t *source, const source_settings_t *settings) {
+    source->settings = *settings;
+    source->playing = settings->kind != SOURCE_HOLD;
+    source->cycles = 0;
+    source->point = 0;
+    source->setpoint = source->value;
+    if (settings->kind == SOURCE_SINE || settings->kind == SOURCE_MULTISINE) {
+        source->phase = 0U - settings->increment; /* one step before 0, where the first turn begins */
+        source->cycles = UINT32_MAX;
+    } else if (settings->kind == SOURCE_SWEEP) {
+        sweep_begin(&settings->sweep, &source->sweep);
+    } else if (settings->kind == SOURCE_BREAKPOINTS) {
+        begin_line(source);
+    }
+}
+
+void source_stop(source_t *source) {
+    source->playing = false;
+    source->setpoint = source->value;
+}
+
+/* Counts a complete turn or pass. Returns whether it was the last one. */
+static bool last_cycle(source_t *source) {
+    source->cycles++; /* wraps after 2^32 turns only when it plays without end */
+    return source->settings.cycles != 0 && source->cycles == source->settings.cycles;
+}
+
+/* offset + amplitude * shape. */
+static hyst_q31_t scaled(const source_settings_t *s, hyst_q31_t shape) {
+    const int64_t swing = hyst_round_shift(hyst_product(s->amplitude, shape), 31); /* <= 2^31 */
+    const int32_t near = (int32_t)swing;
+    return near == swing ? hyst_add(s->offset, near) : hyst_saturate(s->offset + swing); /* 2^31 alone does not fit */
+}
+
+static hyst_q31_t play_sine(source_t *source) {
+    const source_settings_t *s = &source->settings;
+    source->phase += s->increment;
+    const bool turned = source->phase < s->increment;
+    if (turned && last_cycle(source)) {
+        source->playing = false;
+        return s->offset;
+    }
+    return scaled(s, hyst_sine(source->phase));
+}
+
+static hyst_q31_t play_sweep(source_t *source) {
+    const source_settings_t *s = &source->settings;
+    uint32_t phase;
+    if (!sweep_next(&s->sweep, &source->sweep, &phase)) {
+        if (last_cycle(source)) {
+            source->playing = false;
+            return s->offset;
+        }
+        (void)sweep_next(&s->sweep, &source->sweep, &phase); /* the first of the next pass */
+    }
+    return scaled(s, hyst_sine(phase));
+}
+
+/* The sum of the tones at this phase: products of 2^62 or less, a sixteenth of each. */
+static hyst_q31_t chord(const source_settings_t *s, uint32_t phase) {
+    int64_t sum = 0;
+    for (uint32_t i = 0; i < s->tone_count; i++) {
+        const source_tone_t *tone = &s->tones[i];
+        sum += hyst_product(tone->amplitude, hyst_sine(tone->harmonic * phase + tone->phase)) >> 4;
+    }
+    return hyst_saturate(hyst_round_shift(sum, 27));
+}
+
+static hyst_q31_t play_multisine(source_t *source) {
+    const source_settings_t *s = &source->settings;
+    source->phase += s->increment;
+    const bool turned = source->phase < s->increment;
+    if (turned && last_cycle(source)) {
+        source->playing = false;
+        return scaled(s, chord(s, 0));
+    }
+    return scaled(s, chord(s, source->phase));
+}
+
+static hyst_q31_t play_line(source_t *source) {
+    source_line_t *line = &source->line;
+    line->fraction += line->remainder;
+    int64_t value = source->value + line->quotient;
+    if (line->fraction >= line->samples) {
+        line->fraction -= line->samples;
+        value++;
+    }
+    source->value = (hyst_q31_t)value; /* between two Q31 values */
+    line->left--;
+    if (line->left == 0) {
+        source->point++;
+        if (source->point == source->settings.point_count) {
+            source->point = 0;
+            source->playing = !last_cycle(source);
+        }
+        if (source->playing) {
+            begin_line(source);
+        }
+    }
+    return source->value;
+}
+
+/* Not inlined: the others are cheaper without it. */
+__attribute__((noinline)) static hyst_q31_t play_many_sines(source_t *source) {
+    return source->settings.kind == SOURCE_SWEEP ? play_sweep(source) : play_multisine(source);
+}
+
+static hyst_q31_t play(source_t *source) {
+    const source_kind_t kind = source->settings.kind;
+    if (kind == SOURCE_SINE) {
+        return play_sine(source);
+    }
+    return kind == SOURCE_BREAKPOINTS ? play_line(source) : play_many_sines(source);
+}
+
+hyst_q31_t source_step(source_t *source) {
+    if (source->playing) {
+        source->value = play(source);
+        source->setpoint = source->value;
+    } else {
+        source->value = source_approach(source->value, source->setpoint, source->slew);
+    }
+    return source->value;
+}

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: MIT */
+#include "protection/power_state.h"
+
+void power_init(power_state_t *power) {
+    *power = (power_state_t){.state = POWER_OFF};
+}
+
+bool power_arm(power_state_t *power, uint32_t samples) {
+    if (power->state == POWER_FAULT) {
+        return false;
+    }
+    if (!power_armed(power)) {
+        power->state = POWER_PRECHARGE;
+        power->precharge = samples;
+    }
+    return true;
+}
+
+void power_disarm(power_state_t *power) {
+    if (power_armed(power)) {
+        power->state = POWER_STOPPING;
+    }
+}
+
+void power_trip(power_state_t *power, uint32_t cause) {
+    if (power->state != POWER_FAULT) {
+        power->state = POWER_FAULT;
+        power->cause = cause;
+    }
+}
+
+bool power_leave_fault(power_state_t *power) {
+    if (power->state != POWER_FAULT) {
+        return false;
+    }
+    power->state = POWER_STOPPING;
+    power->cause = 0;
+    return true;
+}
+
+void power_sample(power_state_t *power, bool parked) {
+    if (power->state == POWER_STOPPING && parked) {
+        power->state = POWER_OFF;
+    }
+    /* The output rests first: an arming that interrupts a stop waits for the end of the ramp. */
+    if (power->state == POWER_PRECHARGE && parked) {
+        if (power->precharge == 0) {
+            power->state = POWER_ON;
+        } else {
+            power->precharge--;
+        }
+    }
+}
+
+bool power_stage_enabled(const power_state_t *power, bool parked) {
+    return power->state != POWER_OFF && !(power->state == POWER_FAULT && parked);
+}

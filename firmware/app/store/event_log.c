@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+#include "store/event_log.h"
+#include "board.h"
+#include "loop/loop.h"
+
+typedef struct {
+    uint32_t milliseconds;
+    uint16_t kind, detail;
+} event_t;
+
+static event_t events[EVENT_LOG_LENGTH];
+static uint32_t count;
+static uint32_t trip, warnings; /* as they were looked at last */
+
+void event_log_init(uint16_t reset_cause) {
+    for (unsigned i = 0; i < EVENT_LOG_LENGTH; i++) {
+        events[i] = (event_t){0};
+    }
+    count = 0;
+    trip = warnings = 0;
+    event_log_add(EVENT_START, reset_cause);
+}
+
+void event_log_add(event_kind_t kind, uint16_t detail) {
+    events[count % EVENT_LOG_LENGTH] = (event_t){
+        .milliseconds = (uint32_t)((uint64_t)loop_periods() * 1000000U / board_info.sample_rate_mhz),
+        .kind = (uint16_t)kind,
+        .detail = detail,
+    };
+    count++;
+}
+
+void event_log_poll(void) {
+    const uint32_t now_tripped = loop_trip_cause();
+    const uint32_t now_warned = loop_warnings();
+    if (now_tripped != trip) {
+        trip = now_tripped;
+        if (trip != 0) {
+            event_log_add(EVENT_TRIP, (uint16_t)trip);
+        }
+    }
+    if (now_warned != warnings) {
+        warnings = now_warned;
+        event_log_add(EVENT_WARNING, (uint16_t)warnings);
+    }
+}
+
+uint32_t event_log_count(void) {
+    return count;
+}
+
+uint16_t event_log_register(size_t index) {
+    const event_t *event = &events[index / EVENT_LOG_REGISTERS];
+    switch (index % EVENT_LOG_REGISTERS) {
+    case 0:
+        return (uint16_t)(event->milliseconds >> 16);
+    case 1:
+        return (uint16_t)event->milliseconds;
+    case 2:
+        return event->kind;
+    default:
+        return event->detail;
+    }
+}
