@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What can go wrong, at random moments of a random life, from one seed: what is expected, what was seen, whether it
- * held. The table goes to FAULTS_JSON. HYST_FAULT_RUNS sets how many lives each fault gets (a hundred without it).
+ * held. The table goes to FAULTS_JSON, with the seed and the commit that repeat it. HYST_FAULT_RUNS sets how many lives
+ * each fault gets (a hundred without it).
  *
  * In every life, whatever fails: no two drives are farther apart than the board allows, and the drive is within the
  * limits of the image once it has been there.
  */
 #include "amplifier.h"
+#include "built_from.h"
 #include "fake_board.h"
 #include "loop/loop.h"
 #include "master.h"
@@ -14,6 +16,7 @@
 #include "random.h"
 #include "store/image_store.h"
 #include "unity.h"
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +28,7 @@
 #define SLEW      (1 << 22)
 
 static random_t rng;
+static uint64_t seed;
 static hyst_q31_t last;
 static bool lawful; /* steps and limits, so far in this life */
 static bool inside; /* the drive has been within the limits */
@@ -350,9 +354,9 @@ static void test_every_fault(void) {
     for (unsigned f = 0; f < FAULTS; f++) {
         (void)fprintf(file,
                       "  {\"fault\": \"%s\", \"expected\": \"%s\", \"seen\": \"as expected in %lu of %lu lives\", "
-                      "\"held\": %s}%s\n",
-                      faults[f].fault, faults[f].expected, held[f], runs, held[f] == runs ? "true" : "false",
-                      f + 1U < FAULTS ? "," : "");
+                      "\"held\": %s, \"seed\": \"%" PRIu64 "\", \"commit\": \"%s\"}%s\n",
+                      faults[f].fault, faults[f].expected, held[f], runs, held[f] == runs ? "true" : "false", seed,
+                      built_from, f + 1U < FAULTS ? "," : "");
     }
     (void)fprintf(file, "]\n");
     TEST_ASSERT_EQUAL_INT(0, fclose(file));
@@ -377,6 +381,8 @@ static void test_the_page_has_every_fault(void) {
 
 int main(void) {
     rng = random_start("firmware_faults", 20261123);
+    seed = rng.state;
+    printf("built from commit %s\n", built_from);
     UNITY_BEGIN();
     RUN_TEST(test_every_fault);
     RUN_TEST(test_the_page_has_every_fault);

@@ -7,6 +7,7 @@
  * The flash of fake_board.c: an erase that is cut leaves any word erased, untouched or torn; a word that is being
  * programmed when the cut comes has lost any of the bits it was to lose.
  */
+#include "built_from.h"
 #include "fake_board.h"
 #include "hyst/parameters.h"
 #include "loop/loop.h"
@@ -400,6 +401,7 @@ static void test_limits_that_cannot_be_in_force_keep_the_amplifier_disarmed(void
 
 int main(void) {
     rng = random_start("firmware_power_loss", 20261123);
+    printf("built from commit %s\n", built_from);
     UNITY_BEGIN();
     RUN_TEST(test_what_is_saved_is_loaded);
     RUN_TEST(test_a_cut_after_every_step);
