@@ -2,6 +2,7 @@
 #include "amplifier/experiment.h"
 #include "amplifier/capture_reader.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
 #include "chain/fit_ranges.h"
@@ -313,6 +314,16 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     recording_set_key(recording, POSITION_CONVERTER_KEY, text);
 }
 
+/* What the stage was supplied with, where that is measured. Older firmware has no such register, and a line that fails
+ * fails in the next request. */
+static void note_supply(device_t *device, recording_t *recording) {
+    int64_t reading;
+    failure_t ignored;
+    if (device_read(device, INDEX_high_voltage, &reading, &ignored)) {
+        stage_supply_note(recording, stage_supply_v(reading));
+    }
+}
+
 /* From the loaded waveform to the recording. */
 static bool play_and_read(device_t *device, const hyst_parameters_t *image, const run_t *run, recording_t *recording,
                           experiment_events_t *events, failure_t *failure) {
@@ -321,6 +332,7 @@ static bool play_and_read(device_t *device, const hyst_parameters_t *image, cons
         arm(device, run, failure) && play(device, &reader, events, failure) && capture_reader_rest(&reader, failure);
     if (ok) {
         to_recording(device, image, run, reader.registers, recording);
+        note_supply(device, recording);
         ok = device_command(device, COMMAND_DISARM, failure);
         if (!ok) {
             recording_free(recording);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/model_guard.h"
+#include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
@@ -32,7 +33,7 @@ static guard_error_t error_of(const guard_t *guard) {
 }
 
 static bool look(guard_t *guard, failure_t *failure) {
-    if (!device_read_span(guard->device, INDEX_sequence, INDEX_capture_first, guard->now, failure)) {
+    if (!device_read_span(guard->device, INDEX_sequence, INDEX_high_voltage, guard->now, failure)) {
         return false;
     }
     if (guard->now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
@@ -40,6 +41,10 @@ static bool look(guard_t *guard, failure_t *failure) {
                     (unsigned)guard->now[INDEX_faults_sticky]);
     }
     return true;
+}
+
+double guard_supply_v(const guard_t *guard) {
+    return stage_supply_v(guard->now[INDEX_high_voltage]);
 }
 
 double guard_clock_s(const guard_t *guard) {
@@ -112,6 +117,7 @@ static bool begin(guard_t *guard, guard_pause_t *pause, void *context, failure_t
     if (!measure_usual(guard, pause, context, failure)) {
         return false;
     }
+    guard->usual_supply_v = guard_supply_v(guard);
     const double measured_um = fmax(s->times * guard->usual.rms_um, LEAST_CODES * code_um);
     guard->limit_um = s->limit_um > guard->usual.rms_um ? s->limit_um : measured_um; /* NAN: measured */
     return arm_recorder(guard, failure) && set_limit(guard, failure);
@@ -203,6 +209,7 @@ bool guard_fetch(guard_t *guard, recording_t *recording, size_t *warned, failure
                   drive_to_volts(image, HYST_Q31_MAX));
     set_range_key(recording, POSITION_CONVERTER_KEY, position_to_micrometres(image, HYST_Q31_MIN),
                   position_to_micrometres(image, HYST_Q31_MAX));
+    stage_supply_note(recording, guard_supply_v(guard));
     const size_t after = (size_t)(guard->settings.after_s * rate_hz);
     *warned = frames > after ? frames - after : 0;
     return true;

@@ -41,6 +41,7 @@ typedef struct {
     int64_t decimation;          /**< of the recorder */
     int64_t now[REGISTER_COUNT]; /**< the newest snapshot */
     uint32_t begun;              /**< the sample at which it began */
+    double usual_supply_v;       /**< of the stage, when the limit was set; NAN: not measured */
     size_t ring;                 /**< frames that the recorder holds */
 } guard_t;
 
@@ -60,11 +61,15 @@ bool guard_again(guard_t *guard, guard_pause_t *pause, void *context, failure_t 
 /** One look. */
 guard_answer_t guard_look(guard_t *guard, failure_t *failure);
 
-/** Reference, drive, displacement, and the warning's place in it: *warned is the frame. To be freed. */
+/** Reference, drive, displacement, and the warning's place in it: *warned is the frame. The supply of the stage in the
+ * newest look, which saw the record's end, goes into its header. To be freed. */
 bool guard_fetch(guard_t *guard, recording_t *recording, size_t *warned, failure_t *failure);
 
 /** Takes the limit away, and the settings of the recorder back, which waits for no warning any more. */
 bool guard_end(guard_t *guard, failure_t *failure);
+
+/** Supply of the stage in the newest look, in V; NAN: not measured. */
+double guard_supply_v(const guard_t *guard);
 
 /** Seconds of the loop since the guard began. */
 double guard_clock_s(const guard_t *guard);

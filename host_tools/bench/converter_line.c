@@ -27,6 +27,20 @@ void converter_encode(uint16_t code, uint8_t frame[CONVERTER_FRAME_BYTES]) {
     frame[2] = (uint8_t)(code & 0x7FU);
 }
 
+void converter_put_beside(converter_beside_t *beside, uint32_t number, uint8_t frame[CONVERTER_FRAME_BYTES]) {
+    unsigned bits = 0;
+    if (beside->left == 0 && number != 0) {
+        *beside = (converter_beside_t){.word = number, .left = CONVERTER_BESIDE_CODES};
+        bits = 0x10U;
+    }
+    if (beside->left > 0) {
+        bits |= beside->word >> 16 & 0xFU;
+        beside->word <<= 4;
+        beside->left--;
+    }
+    frame[0] = (uint8_t)(frame[0] | bits << 2);
+}
+
 bool converter_decode(converter_decoder_t *decoder, uint8_t byte, uint16_t *code) {
     if ((byte & 0x80U) != 0) {
         decoder->bytes = 1;
@@ -131,6 +145,7 @@ converter_status_t converter_open(converter_line_t *line, const char *path, cons
 static converter_status_t send_code(converter_line_t *line, uint16_t code, failure_t *failure) {
     uint8_t frame[CONVERTER_FRAME_BYTES];
     converter_encode(code, frame);
+    converter_put_beside(&line->beside, line->supply_mv, frame);
     for (size_t sent = 0; sent < sizeof frame;) {
         const ssize_t count = write(line->file, frame + sent, sizeof frame - sent);
         if (count > 0) {

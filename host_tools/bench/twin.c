@@ -107,6 +107,19 @@ uint16_t twin_position_code(const twin_t *twin) {
     return (uint16_t)fmin(fmax(round(fraction * CODE_MIDDLE + CODE_MIDDLE), 0.0), CODES - 1.0);
 }
 
+static double now_s(const twin_t *twin) {
+    return (double)twin->samples / twin->options.sample_rate_hz;
+}
+
+static bool sags(const twin_t *twin) {
+    return twin->options.sags && now_s(twin) >= twin->options.sag_at_s;
+}
+
+uint32_t twin_supply_mv(const twin_t *twin) {
+    const double whole_v = twin->options.drive_range_v[1], supply_v = sags(twin) ? twin->options.sag_v : whole_v;
+    return whole_v > 0.0 ? (uint32_t)fmin(fmax(round(1e3 * supply_v), 1.0), CONVERTER_BESIDE_MOST) : 0;
+}
+
 static void log_append(log_t *log, double drive_v, double position_um) {
     if (log->samples == log->capacity) {
         log->capacity = log->capacity == 0 ? 65536 : 2 * log->capacity;
@@ -120,12 +133,10 @@ static void log_append(log_t *log, double drive_v, double position_um) {
 
 void twin_step(twin_t *twin, uint16_t drive_code) {
     const twin_options_t *options = &twin->options;
-    const double now_s = (double)twin->samples / options->sample_rate_hz;
-    const bool sags = options->sags && now_s >= options->sag_at_s;
-    const bool loaded = twin->loaded != NULL && now_s >= options->load_at_s;
+    const bool loaded = twin->loaded != NULL && now_s(twin) >= options->load_at_s;
     const double asked_v =
         twin->drive.center + twin->drive.half_range * ((double)drive_code - CODE_MIDDLE) / CODE_MIDDLE;
-    const double drive_v = sags ? fmin(asked_v, options->sag_v) : asked_v;
+    const double drive_v = sags(twin) ? fmin(asked_v, options->sag_v) : asked_v;
     for (unsigned long i = 0; i < options->substeps; i++) {
         const double free_um = chain_step(twin->chain, drive_v);
         const double loaded_um = twin->loaded != NULL ? chain_step(twin->loaded, drive_v) : free_um;
@@ -181,6 +192,7 @@ bool twin_run(twin_t *twin, converter_line_t *line, void (*ready)(void *context)
     converter_status_t status = CONVERTER_DONE;
     while (status == CONVERTER_DONE) {
         uint16_t drive_code = 0;
+        line->supply_mv = twin_supply_mv(twin);
         status = converter_exchange(line, twin_position_code(twin), &drive_code, failure);
         if (status != CONVERTER_DONE) {
             break;

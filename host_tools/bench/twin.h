@@ -36,6 +36,10 @@ twin_t *twin_open(const model_t *model, const twin_options_t *options, failure_t
 /** Code of the present position. */
 uint16_t twin_position_code(const twin_t *twin);
 
+/** What the power stage is supplied with now, in mV: as much as the end of the drive converter's range, until it sags
+ * (then 1 mV at least). 0: that end is not above 0 V. */
+uint32_t twin_supply_mv(const twin_t *twin);
+
 /** One sample period with this drive code. */
 void twin_step(twin_t *twin, uint16_t drive_code);
 

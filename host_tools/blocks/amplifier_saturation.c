@@ -50,13 +50,26 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
 }
 
 /* The high rail inside the drive's range, the low one; and both: a rail outside of the range has no derivative. */
-static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+static bool probe_inside(const probe_setting_t *setting, size_t index, double *value) {
     static const double inside[] = {0.02, 0.1};
     const double range = setting->drive_high_v - setting->drive_low_v, by = inside[index / 2 % 2] * range;
     const size_t which = index < 4 ? index % 2 : 2;
     value[LOW] = setting->drive_low_v + (which == 0 ? -range : by);
     value[HIGH] = setting->drive_high_v - (which == 1 ? -range : by);
     return index < 4 || (setting->strong && index == 4);
+}
+
+/* A supply that was measured and is too low for the drive comes first: the rail cannot be above it. Whether there is
+ * one the position says. */
+static bool probe(const probe_setting_t *setting, size_t index, double *value) {
+    const double supply_v = setting->short_supply_v;
+    const size_t measured = supply_v > 0.0 && supply_v > setting->drive_low_v ? 1 : 0;
+    if (index < measured) {
+        value[LOW] = 2.0 * setting->drive_low_v - setting->drive_high_v;
+        value[HIGH] = supply_v;
+        return true;
+    }
+    return probe_inside(setting, index - measured, value);
 }
 
 static const probe_t looked_for = {

@@ -14,7 +14,10 @@ typedef struct {
     double displacement_low_um, displacement_high_um;
     double sample_rate_hz, longest_s; /**< longest recording */
     bool preloads;                    /**< the recordings differ in their preload */
-    size_t lines;                     /**< frequencies at which the residual has a narrow peak */
+    /** Of the recordings whose drive goes beyond the supply that was measured of the stage, the least supply; 0: of
+     * none. */
+    double short_supply_v;
+    size_t lines; /**< frequencies at which the residual has a narrow peak */
     const double *line_hz;
     size_t harmonic; /**< that these lines are taken for, of something periodic; 0: the first */
     bool strong;     /**< an effect of many times the noise is looked for: starting points that only it is worth, too */

@@ -152,6 +152,8 @@ static bool keep_record(watch_t *watch, warning_t *warning, failure_t *failure) 
                   .warned_s = (double)warned / r->sample_rate_hz,
                   .limit_um = guard->limit_um,
                   .usual_um = guard->usual.rms_um,
+                  .usual_supply_v = guard->usual_supply_v,
+                  .supply_v = guard_supply_v(guard),
                   .record = r,
                   .folder = warning->folder};
     event->since_s = event_since_s(r, event->warned_s, guard->settings.time_s, event->usual_um, event->limit_um);

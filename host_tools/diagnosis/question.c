@@ -7,6 +7,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+static void set_short_supply(const recording_t *recordings, size_t count, probe_setting_t *s) {
+    for (size_t i = 0; i < count; i++) {
+        double supply_v, volts[2];
+        failure_t ignored;
+        recordings_range(&recordings[i], 1, COLUMN_DRIVE, volts);
+        if (recording_stage_supply(&recordings[i], &supply_v, &ignored) && supply_v < volts[1] &&
+            (s->short_supply_v <= 0.0 || supply_v < s->short_supply_v)) {
+            s->short_supply_v = supply_v;
+        }
+    }
+}
+
 void question_setting(const recording_t *recordings, size_t count, probe_setting_t *s) {
     double volts[2], micrometres[2], first_preload_n = 0.0, preload_n;
     failure_t ignored;
@@ -17,6 +29,7 @@ void question_setting(const recording_t *recordings, size_t count, probe_setting
                            .displacement_low_um = micrometres[0],
                            .displacement_high_um = micrometres[1],
                            .sample_rate_hz = recordings[0].sample_rate_hz};
+    set_short_supply(recordings, count, s);
     for (size_t i = 0; i < count; i++) {
         const recording_t *r = &recordings[i];
         const double *drive = r->column[COLUMN_DRIVE];
@@ -61,6 +74,12 @@ void question_free_shared(const question_t *shared) {
 
 bool question_begin(question_t *question, const model_t *model, const recording_t *recordings, size_t count,
                     failure_t *failure) {
+    double ignored_v;
+    for (size_t i = 0; i < count; i++) {
+        if (!recording_stage_supply(&recordings[i], &ignored_v, failure)) {
+            return false;
+        }
+    }
     question_setting(recordings, count, &question->setting);
     question->setting.line_hz = question->line_hz;
     question->step_um = lattice_step_um(recordings, count, &question->step_sigma_um);

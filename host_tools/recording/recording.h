@@ -99,6 +99,11 @@ bool recording_preload(const recording_t *recording, double *preload_n, failure_
  * displacement_sampled_after_s, 0 without. Fails unless it is a finite number. */
 bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure);
 
+/** The supply of the amplifier's power stage, in V at the actuator: the least that was measured during the recording.
+ * Header key stage_supply_v; HUGE_VAL without. Fails unless it is a number above 0. */
+#define STAGE_SUPPLY_KEY "stage_supply_v"
+bool recording_stage_supply(const recording_t *recording, double *supply_v, failure_t *failure);
+
 /** Smallest and largest of count values; count > 0. */
 void values_range(const double *values, size_t count, double range[2]);
 /** The same over a column that all of these recordings have. */

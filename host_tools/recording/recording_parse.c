@@ -414,3 +414,13 @@ bool recording_sampled_after(const recording_t *recording, double *after_s, fail
     }
     return true;
 }
+
+bool recording_stage_supply(const recording_t *recording, double *supply_v, failure_t *failure) {
+    const char *text = recording_key(recording, STAGE_SUPPLY_KEY);
+    *supply_v = HUGE_VAL;
+    if (text != NULL && !(parse_number(text, supply_v) && isfinite(*supply_v) && *supply_v > 0.0)) {
+        return fail(failure, "%s: header key " STAGE_SUPPLY_KEY " is '%s', not a voltage above 0 V", recording->name,
+                    text);
+    }
+    return true;
+}

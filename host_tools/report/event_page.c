@@ -7,6 +7,7 @@
 #include "report/diagnosis_text.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* As long as a block of the amplifier's own watch at 10 kHz; and how finely it is moved. */
 static const double stretch_s = EVENT_SINCE_S;
@@ -59,10 +60,34 @@ static void since_text(const event_t *event, char text[DIAGNOSIS_LINE]) {
     text_append(text, "%s, %.2f s before the warning (to a tenth of a second)", date, ago_s);
 }
 
+void event_supply_text(const event_t *event, char text[EVENT_SUPPLY]) {
+    char before[EVENT_SUPPLY / 4], now[EVENT_SUPPLY / 4];
+    text[0] = '\0';
+    if (isnan(event->usual_supply_v) || isnan(event->supply_v)) {
+        return;
+    }
+    (void)snprintf(before, sizeof before, "%.4g V", event->usual_supply_v);
+    (void)snprintf(now, sizeof now, "%.4g V", event->supply_v);
+    if (strcmp(before, now) == 0) {
+        (void)snprintf(text, EVENT_SUPPLY, "The high-voltage supply is %s, as before.", now);
+    } else {
+        (void)snprintf(text, EVENT_SUPPLY, "The high-voltage supply %s from %s to %s.",
+                       event->supply_v < event->usual_supply_v ? "fell" : "rose", before, now);
+    }
+}
+
 static void write_paragraph(FILE *file, const char *text) {
     fputs("<p>", file);
     write_escaped(file, text);
     fputs("</p>\n", file);
+}
+
+static void write_supply(FILE *file, const event_t *event) {
+    char text[EVENT_SUPPLY];
+    event_supply_text(event, text);
+    if (text[0] != '\0') {
+        write_paragraph(file, text);
+    }
 }
 
 /* The numbers of the given chain that changed: a gain is one of them. Returns how many. */
@@ -200,6 +225,7 @@ bool event_write_page(const event_t *event, const answer_t *answer, const accoun
             event->usual_um, event->limit_um, date, event->rms_um);
     write_escaped(page.file, since);
     fputs(".</p>\n", page.file);
+    write_supply(page.file, event);
     write_picture(page.file, event);
     write_what(page.file, answer, account);
     write_sure(page.file, answer);
@@ -221,11 +247,13 @@ bool event_write_json(const event_t *event, const answer_t *answer, const accoun
     if (!isnan(event->since_s)) {
         event_time_text(event->warned_at - (time_t)lround(event->warned_s - event->since_s), since);
     }
-    json_t *json = json_pack(
-        "{s:s, s:s, s:f, s:s*, s:o, s:f, s:f, s:f, s:b, s:s*, s:s, s:o}", "format", "hyst-watch-1", "warned_at", warned,
-        "sample_time_s", event->sample_time_s, "since", since[0] != '\0' ? since : NULL, "since_s_before_warning",
-        json_number_or_null(event->warned_s - event->since_s), "usual_rms_um", event->usual_um, "limit_um",
-        event->limit_um, "rms_um", event->rms_um, "better", event->better, "not_better", event->not_better, "folder",
-        event->folder, "diagnosis", diagnosis_to_json(answer, account, recordings, count));
+    json_t *json =
+        json_pack("{s:s, s:s, s:f, s:s*, s:o, s:f, s:f, s:f, s:o, s:o, s:b, s:s*, s:s, s:o}", "format", "hyst-watch-1",
+                  "warned_at", warned, "sample_time_s", event->sample_time_s, "since", since[0] != '\0' ? since : NULL,
+                  "since_s_before_warning", json_number_or_null(event->warned_s - event->since_s), "usual_rms_um",
+                  event->usual_um, "limit_um", event->limit_um, "rms_um", event->rms_um, "usual_supply_v",
+                  json_number_or_null(event->usual_supply_v), "supply_v", json_number_or_null(event->supply_v),
+                  "better", event->better, "not_better", event->not_better, "folder", event->folder, "diagnosis",
+                  diagnosis_to_json(answer, account, recordings, count));
     return json_write(json, path, failure);
 }

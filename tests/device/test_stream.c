@@ -6,7 +6,9 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/model_guard.h"
 #include "amplifier/stream_reader.h"
+#include "fake_board.h"
 #include "hyst/compensator.h"
+#include "loop/capture.h"
 #include "motion/source.h"
 #include "simulated_device.h"
 #include "unity.h"
@@ -172,6 +174,39 @@ static void test_the_recorder_is_free_after_a_watch(void) {
     TEST_ASSERT_EQUAL_INT64(CAPTURE_IDLE, state);
 }
 
+/* The supply of the stage, from before and at the record's end, which has it in its header. */
+static void test_a_watch_knows_the_supply(void) {
+    const guard_settings_t settings = GUARD_SETTINGS_DEFAULT;
+    const double supply_v = 1e-3 * FAKE_HIGH_VOLTAGE;
+    double noted_v = 0.0;
+    hyst_parameters_t image;
+    recording_t record;
+    guard_t guard;
+    size_t warned;
+    simulated_device_line()->samples_per_request = 500;
+    must(device_write(device, INDEX_mode, HYST_MODE_COMPENSATE, &failure));
+    must(amplifier_image_read(device, &image, &failure));
+    must(guard_begin(&guard, device, &image, &settings, pause, NULL, &failure));
+    TEST_ASSERT_EQUAL_DOUBLE(supply_v, guard.usual_supply_v);
+    TEST_ASSERT_EQUAL_INT(GUARD_QUIET, guard_look(&guard, &failure));
+    TEST_ASSERT_EQUAL_DOUBLE(supply_v, guard_supply_v(&guard));
+    must(guard_end(&guard, &failure));
+    must(device_write(device, INDEX_capture_length, 100, &failure));
+    must(device_command(device, COMMAND_ARM_CAPTURE, &failure));
+    do {
+        TEST_ASSERT_NOT_EQUAL(GUARD_FAILED, guard_look(&guard, &failure));
+    } while (guard.now[INDEX_capture_state] != CAPTURE_DONE);
+    must(guard_fetch(&guard, &record, &warned, &failure));
+    must(recording_stage_supply(&record, &noted_v, &failure));
+    TEST_ASSERT_EQUAL_DOUBLE(supply_v, noted_v);
+    guard.now[INDEX_high_voltage] = HEALTH_ABSENT;
+    TEST_ASSERT_TRUE(isnan(guard_supply_v(&guard)));
+    recording_free(&record);
+    must(guard_fetch(&guard, &record, &warned, &failure));
+    TEST_ASSERT_NULL(recording_key(&record, STAGE_SUPPLY_KEY));
+    recording_free(&record);
+}
+
 /* What a line carries, and what it does not. */
 static void test_the_decimation_is_what_the_line_carries(void) {
     stream_pace_t pace = {.block_s = 0.001, .samples_per_s = 10000.0};
@@ -197,6 +232,7 @@ int main(void) {
     RUN_TEST(test_a_capture_that_is_armed_anew_is_read_from_its_beginning);
     RUN_TEST(test_the_sample_of_a_frame);
     RUN_TEST(test_the_recorder_is_free_after_a_watch);
+    RUN_TEST(test_a_watch_knows_the_supply);
     RUN_TEST(test_the_decimation_is_what_the_line_carries);
     return UNITY_END();
 }

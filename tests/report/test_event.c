@@ -58,11 +58,27 @@ static void test_dates(void) {
     TEST_ASSERT_EQUAL_STRING("2023-11-14T22:13:20Z", text);
 }
 
+static void expect_supply(double before_v, double now_v, const char *text) {
+    const event_t event = {.usual_supply_v = before_v, .supply_v = now_v};
+    char told[EVENT_SUPPLY];
+    event_supply_text(&event, told);
+    TEST_ASSERT_EQUAL_STRING(text, told);
+}
+
+static void test_the_supply(void) {
+    expect_supply(150.0, 118.2, "The high-voltage supply fell from 150 V to 118.2 V.");
+    expect_supply(118.2, 150.01, "The high-voltage supply rose from 118.2 V to 150 V.");
+    expect_supply(149.99, 150.01, "The high-voltage supply is 150 V, as before.");
+    expect_supply((double)NAN, 150.0, "");
+    expect_supply(150.0, (double)NAN, "");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_change_is_dated_to_a_tenth_of_a_second);
     RUN_TEST(test_a_quiet_stretch_after_the_change);
     RUN_TEST(test_a_change_before_the_record_has_no_date);
     RUN_TEST(test_dates);
+    RUN_TEST(test_the_supply);
     return UNITY_END();
 }

@@ -19,9 +19,10 @@
 #include "startup.h"
 #include "stm32f405.h"
 
-#define QEMU_TIMER_HZ 1000000000U
-#define QEMU_CORE_HZ  168000000U
-#define APB2_HZ       84000000U /* for the baud rate, which the emulation ignores */
+#define QEMU_TIMER_HZ     1000000000U
+#define QEMU_CORE_HZ      168000000U
+#define HIGH_VOLTAGE_MOST 0xFFFFF   /* mV: 20 bits */
+#define APB2_HZ           84000000U /* for the baud rate, which the emulation ignores */
 
 const board_info_t board_info = {
     .id = BOARD_ID,
@@ -36,6 +37,8 @@ const board_info_t board_info = {
     .safe_code = 0,
     /* As the h405's. */
     .drive_slew_max = BOARD_RANGE_IN_US(800, SAMPLE_RATE_HZ),
+    /* The stage's supply is what the twin says. Which one is wrong depends on the actuator: the master sets limits. */
+    .health = {.high_voltage_low = 0, .high_voltage_high = HIGH_VOLTAGE_MOST},
     .image_limits = {.transition_slew_min = BOARD_RANGE_IN_US(10000000, SAMPLE_RATE_HZ),
                      .transition_slew_max = BOARD_RANGE_IN_US(10000, SAMPLE_RATE_HZ),
                      .filter_gain_max = 64},
@@ -51,7 +54,18 @@ static struct {
     unsigned bytes;
 } arriving;
 
+/* The stage's supply in mV, four bits in the spare bits 5 to 2 of each code's first byte, the highest first; bit 6
+ * marks the first of five. It counts when it has come twice alike: of two numbers that lost codes a third could be made. */
+#define SUPPLY_PARTS 5U
+static struct {
+    uint32_t bits, before;
+    unsigned parts;
+    int32_t mv;
+} supply;
+
 board_start_t board_init(void) {
+    supply.parts = SUPPLY_PARTS;
+    supply.mv = HEALTH_ABSENT;                    /* nobody has said it */
     const last_run_t last = last_run_take(false); /* the emulator's memory begins as zeros */
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM5 | RCC_APB1ENR_USART2;
     TIM5->CR1 = TIM_CR1_CEN;
@@ -68,10 +82,8 @@ board_start_t board_init(void) {
                            .fault_status = last.fault_status};
 }
 
-/* The converter line carries codes only. */
 int32_t board_health(health_channel_t channel) {
-    (void)channel;
-    return HEALTH_ABSENT;
+    return channel == HEALTH_HIGH_VOLTAGE ? supply.mv : HEALTH_ABSENT;
 }
 
 /* As an h405's, so that an image is refused here as it is there. The emulator has no such clock. */
@@ -124,6 +136,23 @@ static void send_code(uint16_t code) {
     USART2->DR = (uint32_t)code & 0x7FU;
 }
 
+/* Those five bits of a code. */
+static void receive_supply(uint32_t spare) {
+    if ((spare & 0x10U) != 0) {
+        supply.bits = 0;
+        supply.parts = 0;
+    }
+    if (supply.parts == SUPPLY_PARTS) {
+        return; /* waits for a beginning */
+    }
+    supply.bits = supply.bits << 4 | (spare & 0xFU);
+    supply.parts++;
+    if (supply.parts == SUPPLY_PARTS) {
+        supply.mv = supply.bits == supply.before ? (int32_t)supply.bits : supply.mv;
+        supply.before = supply.bits;
+    }
+}
+
 /* Returns whether the byte completed a code; the answer is sent then. */
 static bool receive(uint32_t byte) {
     if ((byte & 0x80U) != 0) {
@@ -135,6 +164,7 @@ static bool receive(uint32_t byte) {
     if (arriving.bytes != 3) {
         return false;
     }
+    receive_supply(arriving.code >> 16 & 0x1FU);
     const loop_input_t input = {.position_code = (uint16_t)arriving.code};
     send_code(loop_sample(&input));
     return true;
