@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/fitted_chain.h"
 #include "chain/catalogue.h"
+#include "diagnosis/noise/lines.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +55,13 @@ static void take_samples(fitted_chain_t *f, const samples_t *samples) {
     f->thin = used / MOST_FITTED + 1;
 }
 
+/* What the chain adds behind the operator, out of the position. */
+static void take_target(const fitted_chain_t *f, double *target_um) {
+    for (size_t k = 0; k < f->samples->all; k++) {
+        target_um[k] = f->position_um[k] - f->imitation.simulated_um[k] + f->imitation.predicted_um[k];
+    }
+}
+
 /* What the chain adds behind the operator goes by the operator's position, and that by what the chain adds: in turns.
  * target_um: a column, the position less what the chain adds. */
 static bool fit_weights(fitted_chain_t *f, double *target_um) {
@@ -64,8 +72,8 @@ static bool fit_weights(fitted_chain_t *f, double *target_um) {
     const int rounds = imitation->chain.blocks == 1 ? 1 : CHAIN_ROUNDS;
     memcpy(target_um, f->position_um, f->samples->all * sizeof(double));
     for (int round = 0; good && round < rounds; round++) {
-        for (size_t k = 0; round > 0 && k < f->samples->all; k++) {
-            target_um[k] = f->position_um[k] - imitation->simulated_um[k] + imitation->predicted_um[k];
+        if (round > 0) {
+            take_target(f, target_um);
         }
         hysteresis_free(&f->hysteresis);
         good = hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin, &bases, &f->hysteresis,
@@ -73,6 +81,36 @@ static bool fit_weights(fitted_chain_t *f, double *target_um) {
                imitation_run(imitation, &f->hysteresis, &ignored);
     }
     hysteresis_bases_close(&bases);
+    return good;
+}
+
+bool fitted_chain_beside(fitted_chain_t *f, const fitted_chain_t *like, const model_t *chain,
+                         hysteresis_bases_t *bases) {
+    failure_t ignored;
+    const samples_t *samples = like->samples;
+    *f = (fitted_chain_t){.samples = samples, .thin = like->thin};
+    if (!imitation_open(&f->imitation, chain, samples->recordings, samples->count, &ignored)) {
+        return false;
+    }
+    f->use = allocate(samples->all, 1);
+    f->position_um = samples_column(samples);
+    memcpy(f->use, like->use, samples->all);
+    memcpy(f->position_um, like->position_um, samples->all * sizeof(double));
+    imitation_take_ranges(&f->imitation, &like->imitation);
+    double *target_um = samples_column(samples);
+    const int rounds = chain->blocks == 1 ? 1 : CHAIN_ROUNDS;
+    bool good = imitation_run(&f->imitation, &like->hysteresis, &ignored);
+    for (int round = 0; good && round < rounds; round++) {
+        take_target(f, target_um);
+        hysteresis_free(&f->hysteresis);
+        good = hysteresis_fit_like(&like->hysteresis, f->imitation.paths, f->imitation.count, target_um, f->use,
+                                   f->thin, bases, &f->hysteresis, &ignored) &&
+               imitation_run(&f->imitation, &f->hysteresis, &ignored);
+    }
+    free(target_um);
+    if (!good) {
+        fitted_chain_close(f);
+    }
     return good;
 }
 
@@ -97,6 +135,20 @@ bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_
         fitted_chain_close(f);
     }
     return good;
+}
+
+probe_setting_t fitted_chain_setting(const fitted_chain_t *f, const probe_setting_t *setting, double *line_hz) {
+    probe_setting_t here = *setting;
+    const size_t longest = samples_longest(f->samples), begin = f->samples->begin[longest];
+    const size_t count = f->samples->recordings[longest].samples;
+    double *left = allocate(count, sizeof(double));
+    for (size_t k = 0; k < count; k++) {
+        left[k] = f->position_um[begin + k] - f->imitation.simulated_um[begin + k];
+    }
+    here.lines = find_lines(left, count, setting->sample_rate_hz, line_hz);
+    here.line_hz = line_hz;
+    free(left);
+    return here;
 }
 
 scan_t fitted_chain_scan(fitted_chain_t *f, const probe_setting_t *setting) {

@@ -26,8 +26,18 @@ void chain_for_operator(const model_t *from, model_t *chain);
 bool fitted_chain_open(fitted_chain_t *fitted, const samples_t *samples, const model_t *chain);
 void fitted_chain_close(fitted_chain_t *fitted);
 
+/** Another chain beside the same hysteresis as `like`: its turns, law and noise; the weights are fitted again, to the
+ * same samples. A tenth of the work. bases (hysteresis.h): {0}, or of chains in which the drive comes to the operator
+ * alike. To be closed. */
+bool fitted_chain_beside(fitted_chain_t *fitted, const fitted_chain_t *like, const model_t *chain,
+                         hysteresis_bases_t *bases);
+
 /** The operator's rows at the fitted samples. */
 const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *fitted);
+
+/** The setting, with the lines (lines.h) of what the chain leaves of the longest recording. line_hz: room for
+ * LINES_MOST; must outlive it. */
+probe_setting_t fitted_chain_setting(const fitted_chain_t *fitted, const probe_setting_t *setting, double *line_hz);
 
 /** For scan.h. */
 scan_t fitted_chain_scan(fitted_chain_t *fitted, const probe_setting_t *setting);

@@ -22,8 +22,7 @@ static size_t stage_of_hysteresis(const model_t *chain, size_t *stages) {
     return stage;
 }
 
-/* Whether the block runs before the operator. */
-static bool is_before(const block_t *block) {
+bool imitation_is_before(const block_t *block) {
     return block->place < PLACE_HYSTERESIS || block->modifies_hysteresis;
 }
 
@@ -115,6 +114,12 @@ static bool all_behind(const imitation_t *imitation, const model_t *chain, const
     return good;
 }
 
+void imitation_take_ranges(imitation_t *imitation, const imitation_t *from) {
+    for (size_t i = 0; i < imitation->count; i++) {
+        memcpy(imitation->paths[i].range_v, from->paths[i].range_v, sizeof imitation->paths[i].range_v);
+    }
+}
+
 bool imitation_run(imitation_t *imitation, const hysteresis_t *hysteresis, failure_t *failure) {
     hysteresis_predict(hysteresis, imitation->paths, imitation->count, imitation->predicted_um);
     memcpy(imitation->simulated_um, imitation->predicted_um, imitation->all * sizeof(double));
@@ -124,7 +129,7 @@ bool imitation_run(imitation_t *imitation, const hysteresis_t *hysteresis, failu
 bool imitation_altered(const imitation_t *imitation, const hysteresis_t *hysteresis, const model_t *chain, size_t at,
                        double *position_um) {
     failure_t ignored;
-    if (!is_before(chain->block[at].block)) {
+    if (!imitation_is_before(chain->block[at].block)) {
         memcpy(position_um, imitation->predicted_um, imitation->all * sizeof(double));
         return all_behind(imitation, chain, imitation->level_v, position_um, &ignored);
     }
@@ -132,9 +137,7 @@ bool imitation_altered(const imitation_t *imitation, const hysteresis_t *hystere
     if (!imitation_open(&other, chain, imitation->recordings, imitation->count, &ignored)) {
         return false;
     }
-    for (size_t i = 0; i < imitation->count; i++) { /* what its past left depends on the range it was fitted with */
-        memcpy(other.paths[i].range_v, imitation->paths[i].range_v, sizeof other.paths[i].range_v);
-    }
+    imitation_take_ranges(&other, imitation);
     const bool good = imitation_run(&other, hysteresis, &ignored);
     memcpy(position_um, other.simulated_um, imitation->all * sizeof(double));
     imitation_close(&other);

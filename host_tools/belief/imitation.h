@@ -23,6 +23,9 @@ typedef struct {
     double *simulated_um;   /**< a column: behind all blocks */
 } imitation_t;
 
+/** Whether the block runs before the operator: its numbers then change what arrives there. */
+bool imitation_is_before(const block_t *block);
+
 /** An empty chain, into which blocks can be put; to be freed. */
 void imitation_chain(double sample_rate_hz, model_t *chain);
 
@@ -31,6 +34,9 @@ void imitation_chain(double sample_rate_hz, model_t *chain);
 bool imitation_open(imitation_t *imitation, const model_t *chain, const recording_t *recordings, size_t count,
                     failure_t *failure);
 void imitation_close(imitation_t *imitation);
+
+/** What a past left depends on the range that the operator was fitted with: that of another chain's. */
+void imitation_take_ranges(imitation_t *imitation, const imitation_t *from);
 
 /** Runs the operator along the paths, and its position through the blocks behind it. */
 bool imitation_run(imitation_t *imitation, const hysteresis_t *hysteresis, failure_t *failure);

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/rivals.h"
+#include "belief/together.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 
-/* So many of a scan are refined: those that promise most. */
-enum { REFINED = 6 };
+/* So many are fitted: those that promise most. */
+enum { HEARD = 6 };
 
 /* By how much less evidence another block may have. */
 static double margin_of(const block_t *block, const block_t *other, double gain) {
@@ -13,62 +14,36 @@ static double margin_of(const block_t *block, const block_t *other, double gain)
                 (lags ? threshold.evidence_margin_part_lag : threshold.evidence_margin_part) * gain);
 }
 
-static double gain_of(const suspect_t *suspect, size_t count, const block_t *block) {
+static double gain_of(const heard_t *heard, size_t count, const block_t *block) {
     for (size_t i = 0; i < count; i++) {
-        if (suspect[i].block == block) {
-            return suspect[i].gain;
+        if (heard[i].block == block) {
+            return heard[i].gain;
         }
     }
     return 0.0;
 }
 
-static void choose(const suspect_t *suspect, size_t count, const block_t *block, rivals_t *rivals) {
-    rivals->gain = gain_of(suspect, count, block);
+static void choose(const heard_t *heard, size_t count, const block_t *block, rivals_t *rivals) {
+    rivals->gain = gain_of(heard, count, block);
     for (size_t i = 0; i < count; i++) {
-        const block_t *other = suspect[i].block;
+        const block_t *other = heard[i].block;
         if (other == block) {
             continue;
         }
-        rivals->best_gain = fmax(rivals->best_gain, suspect[i].gain);
+        rivals->best_gain = fmax(rivals->best_gain, heard[i].gain);
         if (rivals->gain >= threshold.evidence_margin && rivals->count < RIVALS_MOST &&
-            suspect[i].gain > rivals->gain - margin_of(block, other, rivals->gain)) {
+            heard[i].gain > rivals->gain - margin_of(block, other, rivals->gain)) {
             rivals->rival[rivals->count++] = other;
         }
     }
 }
 
-/* All that could be simulated; the first ones are refined. Returns how many. To be freed. */
-static size_t refined_suspects(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t **suspect,
-                               size_t *count) {
-    size_t refined = 0;
-    const scan_t scan = fitted_chain_scan(fitted, setting);
-    scan_blocks(&scan, suspect, count, NULL);
-    while (refined < *count && refined < REFINED &&
-           (*suspect)[refined].gain >= threshold.rival_promise * (*suspect)[0].gain) {
-        refined++;
-    }
-    scan_refine(&scan, *suspect, refined);
-    return refined;
-}
-
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
-    suspect_t *suspect;
-    size_t count;
-    const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
+    heard_t heard[HEARD];
+    const size_t count = together_hear(fitted, setting, heard, HEARD);
     *rivals = (rivals_t){0};
-    choose(suspect, refined, block, rivals);
-    suspects_free(suspect, count);
-}
-
-bool loudest_of(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *loudest) {
-    suspect_t *suspect;
-    size_t count;
-    const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
-    const bool loud = refined > 0 && suspect[0].gain >= threshold.least_gain;
-    if (loud) {
-        *loudest = suspect[0];
-        suspect[0].chain = (model_t){0};
+    choose(heard, count, block, rivals);
+    for (size_t i = 0; i < count; i++) {
+        heard_close(&heard[i]);
     }
-    suspects_free(suspect, count);
-    return loud;
 }

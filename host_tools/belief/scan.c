@@ -3,8 +3,6 @@
 #include "base/parallel.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/candidate.h"
-#include "diagnosis/evidence/searched.h"
-#include "numerics/gauss_newton.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -14,10 +12,6 @@ enum { AT_ONCE = 16 };
 /* Of a signature's square, what the operator leaves has to be more than this part: below, it is a matter of the last
  * digits. */
 static const double least_beyond = 1e-8;
-/* A step of the refinement that is worth less, in natural units, is the last one. One step, a third of it, a ninth ..
- */
-static const double settled = 0.2;
-static const gauss_newton_tunables_t tunables = {.most_iterations = 8, .most_trials = 4, .worth = 1.0, .shorten = 0.3};
 
 /* The column of a chain's signature; false if there is none. */
 static bool signature_of(const scan_t *scan, const model_t *chain, size_t at, double *column) {
@@ -56,8 +50,7 @@ static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMET
     probing->tried++;
     if (probing->best.block == NULL || promise > probing->best.promise) {
         model_free(&probing->best.chain);
-        probing->best =
-            (suspect_t){.block = probing->block, .promise = promise, .amplitude = a, .sigma = 1.0 / sqrt(beyond)};
+        probing->best = (suspect_t){.block = probing->block, .promise = promise, .amplitude = a};
         probing->best.at =
             candidate_insert(&probing->best.chain, &probing->scan->imitation->chain, probing->block, value);
     }
@@ -146,132 +139,6 @@ void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t 
         *signatures = tried;
     }
     free(probing);
-}
-
-/* The search for a suspect's numbers. Products are of what they name, beyond what the operator imitates. */
-typedef struct {
-    const scan_t *scan;
-    suspect_t *suspect;
-    searched_t searched;
-    double *column;                                           /* signature, derivatives; one after the other */
-    double along, square;                                     /* of the signature: with the position, with itself */
-    double gram[BLOCK_MAX_PARAMETERS * BLOCK_MAX_PARAMETERS]; /* of the derivatives */
-    double moment[BLOCK_MAX_PARAMETERS]; /* of them with what the signature leaves of the position */
-} refinement_t;
-
-/* The sum of squares that the signature, amplitude 1, leaves of the position, less what there is without it. HUGE_VAL
- * where it cannot be simulated. */
-static double cost_of(refinement_t *job) {
-    const scan_t *scan = job->scan;
-    const double *column[] = {scan->rows->hysteresis->position_um, job->column};
-    double product[4];
-    if (!signature_of(scan, &job->suspect->chain, job->suspect->at, job->column)) {
-        return HUGE_VAL;
-    }
-    hysteresis_beyond(scan->rows, 2, column, product);
-    job->along = product[1];
-    job->square = product[3];
-    return job->square - 2.0 * job->along;
-}
-
-static void take_derivative(void *context, size_t i) {
-    const refinement_t *job = context;
-    double *column = job->column + (1 + i) * job->scan->imitation->all;
-    const size_t all = job->scan->imitation->all;
-    model_t nudged;
-    const double by = searched_nudge(&job->searched, i, &job->suspect->chain, job->suspect->at, &nudged);
-    const bool good = signature_of(job->scan, &nudged, job->suspect->at, column);
-    model_free(&nudged);
-    for (size_t k = 0; k < all; k++) {
-        column[k] = good ? (column[k] - job->column[k]) / by : 0.0;
-    }
-}
-
-/* The signature is there: of the start, or of the last move, which was accepted or ended the search. */
-static bool linearise(void *context, double *cost) {
-    refinement_t *job = context;
-    const size_t n = job->searched.count, width = n + 2, all = job->scan->imitation->all;
-    const double *column[BLOCK_MAX_PARAMETERS + 2] = {job->scan->rows->hysteresis->position_um, job->column};
-    double product[(BLOCK_MAX_PARAMETERS + 2) * (BLOCK_MAX_PARAMETERS + 2)];
-    (void)cost;
-    parallel(n, take_derivative, job);
-    for (size_t i = 0; i < n; i++) {
-        column[2 + i] = job->column + (1 + i) * all;
-    }
-    hysteresis_beyond(job->scan->rows, width, column, product);
-    for (size_t i = 0; i < n; i++) {
-        const double *row = product + (2 + i) * width;
-        job->moment[i] = row[0] - row[1];
-        for (size_t j = 0; j < n; j++) {
-            job->gram[i * n + j] = row[2 + j];
-        }
-    }
-    return true;
-}
-
-/* searched_solve damps it. */
-static bool solve(void *context, double damping, double *step) {
-    const refinement_t *job = context;
-    (void)damping;
-    searched_solve(job->searched.count, job->gram, job->moment, step);
-    return true;
-}
-
-static double move(void *context, const double *step, double part) {
-    refinement_t *job = context;
-    searched_move(&job->searched, step, part);
-    return cost_of(job);
-}
-
-static void move_back(void *context, const double *step, double part) {
-    refinement_t *job = context;
-    (void)step;
-    (void)part;
-    searched_back(&job->searched);
-}
-
-static void keep(void *context) {
-    const refinement_t *job = context;
-    job->suspect->amplitude = job->along / job->square;
-    job->suspect->sigma = 1.0 / sqrt(job->square);
-    job->suspect->gain = fmax(job->along - 0.5 * job->square, 0.0);
-}
-
-static bool ends(void *context, bool improved, double before, double now) {
-    (void)context;
-    return !improved || before - now < 2.0 * settled;
-}
-
-static void refine(const scan_t *scan, suspect_t *suspect) {
-    refinement_t job = {.scan = scan,
-                        .suspect = suspect,
-                        .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
-    candidate_take_amplitude(&suspect->chain.block[suspect->at], suspect->amplitude);
-    searched_open(&job.searched, &suspect->chain, suspect->at);
-    const gauss_newton_problem_t problem = {&job, job.searched.count, linearise, solve, move, move_back, keep, ends};
-    double cost = cost_of(&job);
-    suspect->refined = true;
-    suspect->gain = 0.0;
-    if (isfinite(cost)) {
-        keep(&job);
-        (void)gauss_newton(&problem, &tunables, &cost);
-    }
-    free(job.column);
-}
-
-typedef struct {
-    const scan_t *scan;
-    suspect_t *suspect;
-} refined_t;
-
-static void refine_one(void *context, size_t index) {
-    const refined_t *job = context;
-    refine(job->scan, &job->suspect[index]);
-}
-
-void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count) {
-    parallel(count, refine_one, &(refined_t){.scan = scan, .suspect = suspect});
-    qsort(suspect, count, sizeof *suspect, by_gain);
 }
 
 void suspects_free(suspect_t *suspect, size_t count) {

@@ -4,7 +4,7 @@
  *
  * A block's signature is what it changes of the position when it is put into the chain, the operator's weights as they
  * are. What the operator could imitate of it, its weights marginalised, does not count (hysteresis_beyond). Each block
- * is first looked at in its probes (chain/probe.h), in one linear scan; what promises something is refined.
+ * is looked at in its probes (chain/probe.h), in one linear scan; what promises something is fitted (together.h).
  */
 #ifndef BELIEF_SCAN_H
 #define BELIEF_SCAN_H
@@ -18,11 +18,9 @@ typedef struct {
     model_t chain; /**< with it, at index `at` */
     size_t at;
     double gain;      /**< natural units of evidence that it is worth, with its amplitude as it should be: of the best
-                         probe, and once it is refined as its numbers are */
-    double promise;   /**< what makes a probe a good start for the refinement */
+                         probe */
+    double promise;   /**< what makes a probe a good start */
     double amplitude; /**< in the recordings, in parts of its signature */
-    double sigma;     /**< of that */
-    bool refined;     /**< its numbers were searched; amplitude is then near 1 */
 } suspect_t;
 
 typedef struct {
@@ -34,8 +32,6 @@ typedef struct {
 /** The linear scan: one suspect a block that could be simulated, the one that is worth most first. To be freed.
  * signatures (may be NULL): how many were tried. */
 void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t *signatures);
-/** Searches the numbers of the first so many, and puts these in order again. */
-void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count);
 void suspects_free(suspect_t *suspect, size_t count);
 
 #endif

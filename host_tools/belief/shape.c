@@ -100,15 +100,7 @@ static bool is_noise(const held_out_t *room, double step_um, const shape_t *shap
 
 static void scan_catalogue(const held_out_t *room, const probe_setting_t *setting, shape_t *shape) {
     double line_hz[LINES_MOST];
-    probe_setting_t here = *setting;
-    const samples_t *samples = room->fitted->samples;
-    const size_t longest = samples_longest(samples), begin = samples->begin[longest];
-    double *left = allocate(samples->recordings[longest].samples, sizeof(double));
-    for (size_t k = 0; k < samples->recordings[longest].samples; k++) {
-        left[k] = room->fitted->position_um[begin + k] - room->fitted->imitation.simulated_um[begin + k];
-    }
-    here.lines = find_lines(left, samples->recordings[longest].samples, setting->sample_rate_hz, line_hz);
-    here.line_hz = line_hz;
+    const probe_setting_t here = fitted_chain_setting(room->fitted, setting, line_hz);
     const scan_t scan = fitted_chain_scan(room->fitted, &here);
     suspect_t *suspect;
     size_t count;
@@ -119,7 +111,6 @@ static void scan_catalogue(const held_out_t *room, const probe_setting_t *settin
     }
     shape->silent = shape->gain < threshold.least_gain;
     suspects_free(suspect, count);
-    free(left);
 }
 
 void shape_of(fitted_chain_t *fitted, const probe_setting_t *setting, double step_um, bool scan, shape_t *shape) {

@@ -142,31 +142,44 @@ bool attempt_from(state_t *state, const model_t *given, const model_t *begin) {
     return good && reach_end(state, missing);
 }
 
-bool attempt_with(state_t *state, const model_t *given, const suspect_t *heard) {
+/* The blocks, with the numbers that they have in the other chain. */
+static void add_heard(answer_t *answer, const listened_t *listened) {
+    const model_t *from = &listened->fitted.imitation.chain;
+    for (size_t i = 0; i < listened->count; i++) {
+        const block_t *block = listened->block[i];
+        const double t = sqrt(2.0 * listened->gain[i]);
+        double value[BLOCK_MAX_PARAMETERS];
+        model_t with;
+        candidate_value(model_find(from, block->name), value);
+        candidate_insert(&with, &answer->model, block, value);
+        model_free(&answer->model);
+        answer->model = with;
+        findings_add(answer, &(finding_t){.block = block,
+                                          .t = t,
+                                          .t_blocks = t,
+                                          .certainty = ISOLATED,
+                                          .heard = true,
+                                          .margin = HUGE_VAL,
+                                          .support = 2.0 * listened->gain[i],
+                                          .held_out_before_percent = answer->baseline_held_out_percent});
+    }
+}
+
+bool attempt_with(state_t *state, const model_t *given, const listened_t *listened) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
-    double missing, value[BLOCK_MAX_PARAMETERS];
-    model_t with;
+    double missing;
     if (!fit_baseline(state, given, &missing)) {
         return false;
     }
-    candidate_value(&heard->chain.block[heard->at], value);
-    candidate_insert(&with, &answer->model, heard->block, value);
-    model_free(&answer->model);
-    answer->model = with;
-    findings_add(answer, &(finding_t){.block = heard->block,
-                                      .t = heard->amplitude / heard->sigma,
-                                      .t_blocks = heard->amplitude / heard->sigma,
-                                      .certainty = ISOLATED,
-                                      .heard = true,
-                                      .margin = HUGE_VAL,
-                                      .support = 2.0 * heard->gain,
-                                      .held_out_before_percent = answer->baseline_held_out_percent});
+    add_heard(answer, listened);
     const bool good =
         joint_fit(&question->samples, &question->noise, &answer->model, refitted_blocks(answer, &answer->model),
                   FIT_ITERATIONS, &state->power, state->failure) &&
         findings_errors(answer, state->failure) &&
         state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
-    answer->finding[0].held_out_after_percent = answer->held_out_percent;
+    for (size_t f = 0; f < answer->findings; f++) {
+        answer->finding[f].held_out_after_percent = answer->held_out_percent;
+    }
     return good && reach_end(state, missing);
 }

@@ -15,8 +15,8 @@
  */
 bool attempt_from(state_t *state, const model_t *given, const model_t *begin);
 
-/** The same with one finding, which is not looked for: a block with the numbers that it has beside the universal
- * operator. Only the hysteresis is fitted to it. */
-bool attempt_with(state_t *state, const model_t *given, const suspect_t *heard);
+/** The same with findings that are not looked for: blocks with the numbers that they have beside the universal
+ * operator. Only the hysteresis is fitted to them. */
+bool attempt_with(state_t *state, const model_t *given, const listened_t *listened);
 
 #endif

@@ -8,6 +8,7 @@
 #define STATE_H
 
 #include "base/progress.h"
+#include "belief/together.h"
 #include "diagnosis/answer.h"
 #include "diagnosis/evidence/joint_fit.h"
 

@@ -113,27 +113,39 @@ static double log_evidence_of(const state_t *state, const answer_t *answer) {
     return shape.fitted ? shape.log_evidence : -HUGE_VAL;
 }
 
+static bool all_found(const answer_t *answer, const listened_t *listened) {
+    for (size_t i = 0; i < listened->count; i++) {
+        if (!found_like(answer, listened->block[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether the other answer takes the place of the one that stands. */
+static bool is_likelier(const state_t *state, const answer_t *other) {
+    return other->held_out_percent < other->baseline_held_out_percent &&
+           2.0 * (log_evidence_of(state, other) - log_evidence_of(state, &state->answer)) > threshold.naming_margin;
+}
+
 void trial_of_heard(state_t *state) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     trial_t trial;
-    suspect_t heard;
-    if (!answer->remainder.structured || !question->shape.fitted || question->shape.silent ||
-        question->shape.loudest->probe->shape || found_like(answer, question->shape.loudest) ||
-        !loudest_of(state->beside, &state->setting, &heard)) {
+    listened_t listened;
+    if (!answer->remainder.structured || !question->shape.fitted || question->shape.silent) {
         return;
     }
-    prepare(&trial, state, question, &answer->given, answer->family);
-    if (!heard.block->probe->shape && !found_like(answer, heard.block) &&
-        attempt_with(&trial.state, trial.from, &heard)) {
-        const answer_t *other = &trial.state.answer;
-        keep_one(state, &trial,
-                 other->held_out_percent < other->baseline_held_out_percent &&
-                     2.0 * (log_evidence_of(state, other) - log_evidence_of(state, answer)) > threshold.naming_margin);
-    } else {
-        answer_free_models(&trial.state.answer);
+    together_listen(state->beside, &state->setting, DIAGNOSIS_MOST_FINDINGS, &listened);
+    if (!all_found(answer, &listened)) {
+        prepare(&trial, state, question, &answer->given, answer->family);
+        if (attempt_with(&trial.state, trial.from, &listened)) {
+            keep_one(state, &trial, is_likelier(state, &trial.state.answer));
+        } else {
+            answer_free_models(&trial.state.answer);
+        }
     }
-    model_free(&heard.chain);
+    listened_close(&listened);
 }
 
 /* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */

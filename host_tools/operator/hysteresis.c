@@ -378,13 +378,16 @@ static bool pull_outliers_in(question_t *q, size_t thin, hysteresis_t *h, failur
     h->outliers = 0;
     for (size_t i = 0; i < q->count; i++) {
         for (size_t k = 0; k < q->paths[i].samples; k++, at++) {
-            if (fabs(left[at]) > most) {
-                q->position_um[at] -= left[at] - copysign(most, left[at]);
-                h->outliers++;
-            }
+            left[at] = fabs(left[at]) > most ? copysign(most, left[at]) - left[at] : 0.0;
+            q->position_um[at] += left[at];
+            h->outliers += left[at] != 0.0 ? 1 : 0;
         }
     }
-    free(left);
+    if (h->outliers > 0) {
+        h->pulled_um = left;
+    } else {
+        free(left);
+    }
     return true;
 }
 
@@ -398,35 +401,101 @@ static bool fit_all(question_t *q, size_t thin, hysteresis_t *h, failure_t *fail
            fit_weights(q, thin, true, h, failure);
 }
 
+/* The used samples, and the longest path. */
+static void count_samples(question_t *q) {
+    size_t at = 0;
+    for (size_t i = 0; i < q->count; i++) {
+        q->longest = q->paths[i].samples > q->longest ? q->paths[i].samples : q->longest;
+        for (size_t k = 0; k < q->paths[i].samples; k++, at++) {
+            q->used += q->use[at] != 0 ? 1 : 0;
+        }
+    }
+}
+
+/* Of the used samples. */
+static double mean_of(const question_t *q, const double *position_um) {
+    double sum = 0.0;
+    size_t at = 0;
+    for (size_t i = 0; i < q->count; i++) {
+        for (size_t k = 0; k < q->paths[i].samples; k++, at++) {
+            sum += q->use[at] != 0 ? position_um[at] : 0.0;
+        }
+    }
+    return sum / (double)q->used;
+}
+
+static size_t all_samples(const question_t *q) {
+    size_t all = 0;
+    for (size_t i = 0; i < q->count; i++) {
+        all += q->paths[i].samples;
+    }
+    return all;
+}
+
+/* From the work's own position to the caller's. */
+static void put_middle_back(const question_t *q, hysteresis_t *h) {
+    h->position_um = q->position_um;
+    for (size_t k = 0; k < all_samples(q); k++) {
+        h->position_um[k] += h->middle_um;
+    }
+}
+
 bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *position_um, const unsigned char *use,
                     size_t thin, hysteresis_bases_t *bases, hysteresis_t *h, failure_t *failure) {
     question_t q = {.paths = paths, .count = count, .use = use, .bases = bases};
-    double range[2] = {paths[0].range_v[0], paths[0].range_v[1]}, sum = 0.0;
-    size_t at = 0;
+    double range[2] = {paths[0].range_v[0], paths[0].range_v[1]};
     memset(h, 0, sizeof *h);
+    count_samples(&q);
     for (size_t i = 0; i < count; i++) {
         range[0] = fmin(range[0], paths[i].range_v[0]);
         range[1] = fmax(range[1], paths[i].range_v[1]);
-        q.longest = paths[i].samples > q.longest ? paths[i].samples : q.longest;
-        for (size_t k = 0; k < paths[i].samples; k++, at++) {
-            q.used += use[at] != 0 ? 1 : 0;
-            sum += use[at] != 0 ? position_um[at] : 0.0;
-        }
     }
     if (q.used == 0 || range[1] <= range[0]) {
         return fail(failure, "a drive that never moves, or no samples: no hysteresis shows");
     }
-    h->middle_um = sum / (double)q.used;
-    q.position_um = allocate(at, sizeof(double));
-    for (size_t k = 0; k < at; k++) {
+    h->middle_um = mean_of(&q, position_um);
+    q.position_um = allocate(all_samples(&q), sizeof(double));
+    for (size_t k = 0; k < all_samples(&q); k++) {
         q.position_um[k] = position_um[k] - h->middle_um;
     }
     operator_create(&h->operator, range, count);
     const bool good = fit_all(&q, thin, h, failure);
-    h->position_um = q.position_um;
-    for (size_t k = 0; k < at; k++) {
-        h->position_um[k] += h->middle_um;
+    put_middle_back(&q, h);
+    if (!good) {
+        hysteresis_free(h);
     }
+    return good;
+}
+
+bool hysteresis_fit_like(const hysteresis_t *like, const operator_path_t *paths, size_t count,
+                         const double *position_um, const unsigned char *use, size_t thin, hysteresis_bases_t *bases,
+                         hysteresis_t *h, failure_t *failure) {
+    question_t q = {.paths = paths, .count = count, .use = use, .bases = bases};
+    const operator_t *of = &like->operator;
+    const double range[2] = {of->middle_v - of->half_v, of->middle_v + of->half_v};
+    *h = (hysteresis_t){.turns = like->turns, .noise = like->noise, .outliers = like->outliers};
+    count_samples(&q);
+    const size_t all = all_samples(&q);
+    h->middle_um = like->middle_um;
+    q.position_um = allocate(all, sizeof(double));
+    if (like->pulled_um != NULL) {
+        h->pulled_um = allocate(all, sizeof(double));
+        memcpy(h->pulled_um, like->pulled_um, all * sizeof(double));
+    }
+    for (size_t k = 0; k < all; k++) {
+        q.position_um[k] = position_um[k] - h->middle_um + (h->pulled_um != NULL ? h->pulled_um[k] : 0.0);
+    }
+    operator_create(&h->operator, range, count);
+    if (of->has_law) {
+        operator_set_law(&h->operator, & of->law);
+    }
+    set_groups(h, true);
+    normal_equations_t equations;
+    equations_of(&q, h, thin, &equations);
+    const bool good = progress_go_on(failure) && group_evidence_fit(&equations, h->group, GROUP_COUNT, 0.0,
+                                                                    &like->evidence, &h->evidence, failure);
+    normal_equations_free(&equations);
+    put_middle_back(&q, h);
     if (!good) {
         hysteresis_free(h);
     }
@@ -438,8 +507,9 @@ void hysteresis_free(hysteresis_t *h) {
     group_evidence_free(&h->evidence);
     free(h->group);
     free(h->position_um);
+    free(h->pulled_um);
     h->group = NULL;
-    h->position_um = NULL;
+    h->position_um = h->pulled_um = NULL;
 }
 
 void hysteresis_predict(const hysteresis_t *h, const operator_path_t *paths, size_t count, double *position_um) {

@@ -18,6 +18,7 @@ typedef struct {
     group_evidence_t evidence; /**< of the whitened columns; evidence.variance: of the whitened noise, in um^2 */
     double middle_um;          /**< taken out of the position before */
     double *position_um;       /**< what it was fitted to, outliers pulled in to the edge of the noise */
+    double *pulled_um;         /**< by how much, a column; NULL: none was */
     size_t outliers;           /**< how many */
 } hysteresis_t;
 
@@ -47,6 +48,11 @@ void hysteresis_bases_close(hysteresis_bases_t *bases);
  */
 bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *position_um, const unsigned char *use,
                     size_t thin, hysteresis_bases_t *bases, hysteresis_t *hysteresis, failure_t *failure);
+/** The weights and their variances for another position, or other paths with the same recordings: turns, noise, law and
+ * outliers are those of `like`. A tenth of the work; evidences of such fits compare with each other and with like's. */
+bool hysteresis_fit_like(const hysteresis_t *like, const operator_path_t *paths, size_t count,
+                         const double *position_um, const unsigned char *use, size_t thin, hysteresis_bases_t *bases,
+                         hysteresis_t *hysteresis, failure_t *failure);
 void hysteresis_free(hysteresis_t *hysteresis);
 
 /** The position by its weights along paths, which need not be those it was fitted to. */

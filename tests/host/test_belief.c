@@ -2,6 +2,7 @@
 /* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
 #include "belief/rivals.h"
 #include "belief/shape.h"
+#include "belief/together.h"
 #include "chain/catalogue.h"
 #include "support.h"
 #include "thresholds/thresholds.h"
@@ -79,8 +80,8 @@ static probe_setting_t setting_of(const recording_t *recording) {
     return setting;
 }
 
-/* The operator alone. loudest: the block that is worth most beside it, its numbers searched. */
-static void ask(const recording_t *recording, shape_t *shape, suspect_t *loudest) {
+/* The operator alone. listened: what speaks beside it, its numbers fitted together with the operator; to be closed. */
+static void ask(const recording_t *recording, shape_t *shape, listened_t *listened) {
     model_t chain, operated;
     samples_t samples;
     fitted_chain_t fitted;
@@ -93,8 +94,7 @@ static void ask(const recording_t *recording, shape_t *shape, suspect_t *loudest
     TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &operated));
     shape_of(&fitted, &setting, 0.0, true, shape);
     TEST_ASSERT_TRUE(shape->fitted);
-    *loudest = (suspect_t){0};
-    TEST_ASSERT_EQUAL_INT(!shape->silent, loudest_of(&fitted, &setting, loudest));
+    together_listen(&fitted, &setting, 1, listened);
     fitted_chain_close(&fitted);
     samples_close(&samples);
     model_free(&operated);
@@ -105,9 +105,11 @@ static void test_nothing_is_said_where_nothing_is_missing(void) {
     for (law_t law = PLAYS; law < LAWS; law++) {
         recording_t recording;
         shape_t shape;
-        suspect_t loudest;
+        listened_t listened;
         make_recording(law, NOTHING, &recording);
-        ask(&recording, &shape, &loudest);
+        ask(&recording, &shape, &listened);
+        TEST_ASSERT_EQUAL_UINT64(0, listened.count);
+        listened_close(&listened);
         TEST_ASSERT_TRUE_MESSAGE(shape.silent, shape.loudest->name);
         TEST_ASSERT_TRUE(shape.whole);
         TEST_ASSERT_TRUE(shape.deviations > 0.9);
@@ -121,15 +123,15 @@ static void test_an_effect_is_heard_whatever_the_law(void) {
         for (law_t law = PLAYS; law < LAWS; law++) {
             recording_t recording;
             shape_t shape;
-            suspect_t loudest;
+            listened_t listened;
             make_recording(law, effect, &recording);
-            ask(&recording, &shape, &loudest);
+            ask(&recording, &shape, &listened);
             TEST_ASSERT_FALSE(shape.silent);
             TEST_ASSERT_EQUAL_STRING(group[effect], shape.loudest->probe->group);
-            TEST_ASSERT_EQUAL_STRING(group[effect], loudest.block->probe->group);
-            TEST_ASSERT_TRUE(loudest.refined);
-            TEST_ASSERT_TRUE(loudest.gain >= threshold.least_gain);
-            model_free(&loudest.chain);
+            TEST_ASSERT_EQUAL_UINT64(1, listened.count);
+            TEST_ASSERT_EQUAL_STRING(group[effect], listened.block[0]->probe->group);
+            TEST_ASSERT_TRUE(listened.gain[0] >= threshold.least_gain);
+            listened_close(&listened);
             recording_free(&recording);
         }
     }
