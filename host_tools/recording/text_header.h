@@ -18,11 +18,17 @@ bool text_is_unit(const char *text);
 void text_bare_unit(char *unit);
 
 /** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm". Unknown units stay in the
- * name unless they are in brackets. unit has TEXT_FIELD characters. */
-void text_split_unit(char *name, char *unit);
+ * name unless they are in brackets. `between`: the characters, last one first, behind which a unit may stand without
+ * brackets. "Channel A" has no amperes; "Current A" has. unit has TEXT_FIELD characters. */
+void text_split_unit(char *name, char *unit, const char *between);
+
+/** The units that a header line of its own states ("Vertical Units,V,V", "Y_Unit_Label Volts Volts"): whether a field
+ * is the key of such a line. The fields behind it stand over their columns. */
+bool text_is_unit_key(const char *field);
 
 /** Looks for a sample interval or rate among the first lines of a file: "Sample Interval", "Increment", "Delta_X",
- * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table. */
+ * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table; and
+ * start_s, where "Start" or "X0" stands beside it. */
 void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point);
 
 #endif

@@ -66,7 +66,7 @@ static const unit_t units[] = {
     {"degC", 1.0, QUANTITY_TEMPERATURE, false},
     {"\xC2\xB0"
      "C",
-     QUANTITY_TEMPERATURE, 1.0, true},
+     1.0, QUANTITY_TEMPERATURE, true},
     {"celsius", 1.0, QUANTITY_TEMPERATURE, false},
     {"Hz", 1.0, QUANTITY_FREQUENCY, false},
     {"S/s", 1.0, QUANTITY_FREQUENCY, false},

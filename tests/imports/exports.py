@@ -53,7 +53,7 @@ def read_recording(path):
 
 def check(hyst, folder, number, entry):
     """What is wrong, or None; and the outcome for the table."""
-    name, write, arguments, refused, tolerance, _ = entry
+    name, write, arguments, refused, tolerance, options = entry
     path, out = os.path.join(folder, f"export-{number:02d}"), os.path.join(folder, f"export-{number:02d}.recording.csv")
     if os.path.exists(out):
         os.remove(out)
@@ -72,6 +72,14 @@ def check(hyst, folder, number, entry):
     rate, column = read_recording(out)
     if abs(rate / RATE - 1.0) > 1e-9:
         return f"{name}: {rate} Hz\n{done.stdout}", ""
+    if abs(column["t"][0] - options.get("start", column["t"][0])) > 1e-9:
+        return f"{name}: begins at {column['t'][0]} s\n{done.stdout}", ""
+    for part in options.get("says", []):
+        if part not in done.stdout:
+            return f"{name}: wanted '{part}'\n{done.stdout}", ""
+    for part in options.get("says_not", []):
+        if part in done.stdout:
+            return f"{name}: not wanted: '{part}'\n{done.stdout}", ""
     for what, truth in (("drive", U), ("displacement", Y)):
         size = min(len(truth), len(column[what]))
         error = np.max(np.abs(column[what][:size] - truth[:size])) / np.ptp(truth)
