@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table.h"
-#include "recording/text_header.h"
+#include "recording/units.h"
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -116,10 +116,10 @@ void table_add_array(table_t *table, const char *name, const double *value, size
         }
         drop_columns(table);
     }
-    char plain[TEXT_FIELD], unit[TEXT_FIELD] = "";
+    char plain[UNIT_FIELD], unit[UNIT_FIELD] = "";
     const bool short_name = snprintf(plain, sizeof plain, "%s", name) < (int)sizeof plain;
     if (short_name) {
-        text_split_unit(plain, unit, "_");
+        unit_split(plain, unit, "_");
     }
     table->rows = samples;
     for (size_t i = 0; i < signals; i++) {

@@ -357,7 +357,7 @@ static void name_columns(table_t *table, const text_source_t *source, const layo
             }
             snprintf(written, sizeof written, "%s", name);
             if (unit[0] == '\0') {
-                text_split_unit(name, unit, "/_ ");
+                unit_split(name, unit, "/_ ");
             }
             if (stated != NULL && j > 0 && (unit[0] == '\0' || !text_is_unit(unit))) { /* field 0 is the key */
                 snprintf(name, sizeof name, "%s", written);

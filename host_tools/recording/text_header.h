@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** The header above a table of numbers: names with units in them, and facts such as a sample interval. */
+/** The header above a table of numbers: units, and facts such as a sample interval. */
 #ifndef TEXT_HEADER_H
 #define TEXT_HEADER_H
 
 #include "recording/table.h"
+#include "recording/units.h"
 
-enum { TEXT_FIELD = 120 };
+enum { TEXT_FIELD = UNIT_FIELD };
 
 typedef struct {
     char text[TEXT_FIELD];
@@ -17,12 +18,7 @@ bool text_is_unit(const char *text);
 /** "(ms)" or "[ms]" becomes "ms", in place. */
 void text_bare_unit(char *unit);
 
-/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm". Unknown units stay in the
- * name unless they are in brackets. `between`: the characters, last one first, behind which a unit may stand without
- * brackets. "Channel A" has no amperes; "Current A" has. unit has TEXT_FIELD characters. */
-void text_split_unit(char *name, char *unit, const char *between);
-
-/** The units that a header line of its own states ("Vertical Units,V,V", "Y_Unit_Label Volts Volts"): whether a field
+/** The units that a header line alone states ("Vertical Units,V,V", "Y_Unit_Label Volts Volts"): whether a field
  * is the key of such a line. The fields behind it stand over their columns. */
 bool text_is_unit_key(const char *field);
 
