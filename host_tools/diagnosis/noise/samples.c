@@ -63,8 +63,8 @@ static size_t out_of_step(size_t samples, size_t from, double period) {
     return best;
 }
 
-/* Which of three blocks of time is held out, by the drive alone: what happens only near an end of its range can be
- * found only where both parts have samples there, and what happens only in a part of its period where both have some of
+/* Which of three blocks of time is held out, by the drive alone. What happens only near an end of its range can be
+ * found only where both parts have samples there. What happens only in a part of its period, where both have some of
  * it. */
 static size_t choose_held_out(const recording_t *recording, size_t from) {
     double range[2], most = 0.0;
