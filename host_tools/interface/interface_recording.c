@@ -101,7 +101,7 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
         for (size_t i = 0; i < columns; i++) {
             double *copy = allocate(samples, sizeof(double));
             memcpy(copy, values[i], samples * sizeof(double));
-            table_add(&table, column[i], unit[i], copy);
+            table_add(&table, column[i], unit[i], NULL, copy);
         }
         good = import_table(&recording, &table, &wishes.said, &account, interface_failure());
         table_free(&table);

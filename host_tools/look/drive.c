@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_HELD = 16, STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
+enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
 /* Less, in parts of the range, is rounding. The median of chi square with some 9 independent squares is 7 % below its
  * mean. */
 static const double noise_least = 1e-9, median_of_block = 0.93;
@@ -74,30 +74,38 @@ static double noise_of_drive(const double *u, size_t samples, double range_v, do
     return noise_v;
 }
 
+/* Fewer equal values than these are no rest. */
+static size_t least_rest(double rate_hz) {
+    return (size_t)fmax(threshold.rest_of_equal_samples, threshold.rest_of_equal_s * rate_hz);
+}
+
 /* How long values stay as they are, most often: 1, or the samples for which a slow converter holds. */
-static size_t held_for(const double *u, size_t samples) {
-    size_t count[MOST_HELD] = {0}, run = 1, all = 0, best = 1;
+static size_t held_for(const double *u, size_t samples, double rate_hz) {
+    const size_t most = least_rest(rate_hz);
+    size_t *count = allocate(most, sizeof *count), run = 1, all = 0, best = 1;
     for (size_t k = 1; k < samples; k++) {
         if (u[k] == u[k - 1]) {
             run++;
         } else {
-            if (run < MOST_HELD) {
+            if (run < most) {
                 count[run]++;
                 all++;
             }
             run = 1;
         }
     }
-    for (size_t r = 2; r < MOST_HELD; r++) {
+    for (size_t r = 2; r < most; r++) {
         best = count[r] > count[best] ? r : best;
     }
-    return all >= 8 && (double)count[best] > threshold.held_part * (double)all ? best : 1;
+    const size_t times = count[best];
+    free(count);
+    return all >= 8 && (double)times > threshold.held_part * (double)all ? best : 1;
 }
 
 static void find_rests(const double *u, size_t samples, double rate_hz, drive_look_t *drive) {
     const double within = 2.0 * threshold.edge_of_noise * drive->noise_v;
-    const size_t least = (size_t)fmax(fmax(threshold.rest_of_equal_samples, threshold.rest_of_equal_s * rate_hz),
-                                      threshold.held_in_a_rest * (double)drive->held_samples);
+    const size_t least =
+        (size_t)fmax((double)least_rest(rate_hz), threshold.held_in_a_rest * (double)drive->held_samples);
     size_t from = 0;
     double low = u[0], high = u[0];
     for (size_t k = 1; k <= samples; k++) {
@@ -118,9 +126,11 @@ static void find_rests(const double *u, size_t samples, double rate_hz, drive_lo
     }
 }
 
-static double largest_around(const double *u, size_t samples, size_t k) {
-    const size_t from = k > STEP_SURROUNDING ? k - STEP_SURROUNDING : 1;
-    const size_t to = k + STEP_SURROUNDING < samples ? k + STEP_SURROUNDING + 1 : samples;
+/* held: samples for which the converter holds each value. Its next change is so far away. */
+static double largest_around(const double *u, size_t samples, size_t k, size_t held) {
+    const size_t surrounding = STEP_SURROUNDING * held;
+    const size_t from = k > surrounding ? k - surrounding : 1;
+    const size_t to = k + surrounding < samples ? k + surrounding + 1 : samples;
     double largest = 0.0;
     for (size_t i = from; i < to; i++) {
         largest = i != k ? fmax(largest, fabs(u[i] - u[i - 1])) : largest;
@@ -133,7 +143,7 @@ static void find_steps(const double *u, size_t samples, drive_look_t *drive) {
     for (size_t k = 1; k < samples; k++) {
         const double change = fabs(u[k] - u[k - 1]);
         if (change >= threshold.step_part * range_v && change > 4.0 * threshold.edge_of_noise * drive->noise_v &&
-            change >= threshold.step_stands_out * largest_around(u, samples, k)) {
+            change >= threshold.step_stands_out * largest_around(u, samples, k, drive->held_samples)) {
             drive->step = reallocate(drive->step, drive->steps + 1, sizeof *drive->step);
             drive->step[drive->steps++] = k;
         }
@@ -309,8 +319,9 @@ bool drive_look(const recording_t *recording, drive_look_t *drive, failure_t *fa
     values_range(u, samples, drive->range_v);
     const double range_v = drive->range_v[1] - drive->range_v[0], digit = resolution_digit(u, samples);
     drive->step_v = fmax(resolution_step(u, samples), digit);
-    drive->noise_v = noise_of_drive(u, samples, range_v, drive->step_v);
-    drive->held_samples = held_for(u, samples);
+    drive->held_samples = held_for(u, samples, rate_hz);
+    /* Noise would let no value come again, and a staircase looks like noise. */
+    drive->noise_v = drive->held_samples > 1 ? 0.0 : noise_of_drive(u, samples, range_v, drive->step_v);
     find_rests(u, samples, rate_hz, drive);
     find_steps(u, samples, drive);
     drive->levels = count_levels(u, drive);

@@ -4,6 +4,7 @@
  *
  * All of it is read off the drive column alone.
  *
+ * - A converter slower than the recording holds each value for some samples, always as many, and fewer than a rest has.
  * - A rest is a run of equal values of at least 0.02 s and 16 samples, and of four times the time for which a slow
  *   converter holds each value.
  * - A step is a change between two samples of at least 1 % of the range and eight times the changes around it.

@@ -32,9 +32,9 @@ static json_t *drive_to_json(const look_t *look) {
     json_object_set_new(json, "period_s", d->period > 0.0 ? json_real(d->period / rate_hz) : json_null());
     json_object_set_new(json, "periods", json_integer((json_int_t)drive_periods(d)));
     json_object_set_new(json, "repeats_s",
-                        d->period > 0.0
-                            ? json_pack("[f, f]", (double)d->repeat.from / rate_hz, (double)d->repeat.to / rate_hz)
-                            : json_null());
+                        d->period > 0.0 ? json_pack("[f, f]", recording_time(look->recording, (double)d->repeat.from),
+                                                    recording_time(look->recording, (double)d->repeat.to))
+                                        : json_null());
     return json;
 }
 
@@ -63,7 +63,7 @@ static json_t *repetition_to_json(const look_t *look) {
         return json_null();
     }
     for (size_t i = 0; i < r->passes; i++) {
-        json_array_append_new(at, json_real((double)r->pass[i].at / rate_hz));
+        json_array_append_new(at, json_real(recording_time(look->recording, (double)r->pass[i].at)));
         json_array_append_new(lag, json_real(r->pass[i].lag / rate_hz));
         json_array_append_new(offset, json_real(r->pass[i].offset_um));
         json_array_append_new(gain, json_real(r->pass[i].gain));
@@ -91,19 +91,19 @@ static json_t *ring_to_json(const look_t *look) {
         return json_null();
     }
     return json_pack("{s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "steps", (json_int_t)ring->rings, "strongest_s",
-                     (double)ring->at / look->recording->sample_rate_hz, "step_v", ring->step_v, "swing_um",
+                     recording_time(look->recording, (double)ring->at), "step_v", ring->step_v, "swing_um",
                      ring->swing_um, "frequency_hz", ring->frequency_hz, "frequency_sigma_hz", ring->frequency_sigma_hz,
                      "damping_ratio", ring->damping, "damping_sigma", ring->damping_sigma);
 }
 
 static json_t *holds_to_json(const look_t *look) {
     const holds_t *holds = &look->holds;
-    const double rate_hz = look->recording->sample_rate_hz;
     json_t *list = json_array();
     for (size_t i = 0; i < holds->count; i++) {
         const hold_t *h = &holds->hold[i];
         json_array_append_new(list, json_pack("{s:[f, f], s:f, s:f, s:f, s:f, s:f, s:f}", "time_s",
-                                              (double)h->span.from / rate_hz, (double)h->span.to / rate_hz, "decades",
+                                              recording_time(look->recording, (double)h->span.from),
+                                              recording_time(look->recording, (double)h->span.to), "decades",
                                               h->decades, "slope_um_per_decade", h->slope_um, "slope_sigma_um",
                                               h->slope_sigma_um, "change_before_um", h->before_um, "bend_um",
                                               h->bend_um, "bend_sigma_um", h->bend_sigma_um));
@@ -115,11 +115,12 @@ static json_t *holds_to_json(const look_t *look) {
 
 static json_t *look_to_json(const look_t *look) {
     const noise_look_t *noise = &look->noise;
-    json_t *json = json_pack(
-        "{s:s, s:I, s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
-        (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz, "drive",
-        drive_to_json(look), "static", map_to_json(&look->map), "repetition", repetition_to_json(look), "response",
-        response_to_json(&look->response), "ring", ring_to_json(look), "creep", holds_to_json(look));
+    json_t *json =
+        json_pack("{s:s, s:I, s:f, s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
+                  (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz, "start_s",
+                  look->recording->start_s, "drive", drive_to_json(look), "static", map_to_json(&look->map),
+                  "repetition", repetition_to_json(look), "response", response_to_json(&look->response), "ring",
+                  ring_to_json(look), "creep", holds_to_json(look));
     json_object_set_new(json, "noise",
                         json_pack("{s:o, s:o, s:f, s:o}", "rest", share_to_json(&noise->rest), "repetition",
                                   share_to_json(&noise->repeat), "neighbours_um", look->prediction.noise_um,
@@ -127,11 +128,11 @@ static json_t *look_to_json(const look_t *look) {
     return json;
 }
 
-static json_t *spans_to_json(const fault_t *fault, double rate_hz) {
+static json_t *spans_to_json(const fault_t *fault, const recording_t *recording) {
     json_t *list = json_array();
     for (size_t i = 0; i < fault->spans; i++) {
-        json_array_append_new(
-            list, json_pack("[f, f]", (double)fault->span[i].from / rate_hz, (double)fault->span[i].to / rate_hz));
+        json_array_append_new(list, json_pack("[f, f]", recording_time(recording, (double)fault->span[i].from),
+                                              recording_time(recording, (double)fault->span[i].to)));
     }
     return list;
 }
@@ -148,11 +149,10 @@ json_t *fault_to_json(const look_t *looks, const fault_t *fault) {
     return json_pack("{s:s, s:s, s:s, s:f, s:o, s:{s:s, s:o}, s:I, s:s, s:s, s:f, s:f, s:b, s:s, s:[], s:s}", "block",
                      fault->kind->name, "place", "recording", "certainty", "named", "confidence",
                      threshold.never_certain, "parameters", parameters, "where", "recording", recording->name, "time_s",
-                     spans_to_json(fault, recording->sample_rate_hz), "samples",
-                     (json_int_t)fault_samples(fault, looks), "handling", fault_handling_name(fault->kind->handling),
-                     "statistic", fault->kind->statistic, "evidence", fault->evidence, "log10_chance",
-                     fmax(fault->log_chance, -300.0), "undone", fault->undone, "explanation", fault->kind->text,
-                     "confusable_with", "separating_excitation", fault->kind->change);
+                     spans_to_json(fault, recording), "samples", (json_int_t)fault_samples(fault, looks), "handling",
+                     fault_handling_name(fault->kind->handling), "statistic", fault->kind->statistic, "evidence",
+                     fault->evidence, "log10_chance", fmax(fault->log_chance, -300.0), "undone", fault->undone,
+                     "explanation", fault->kind->text, "confusable_with", "separating_excitation", fault->kind->change);
 }
 
 json_t *looks_to_json(const look_t *looks, size_t count, const fault_list_t *faults) {

@@ -30,7 +30,8 @@ static void print_drive(FILE *file, const look_t *look) {
     fprintf(file, "  drive      %s, %.4g .. %.4g V", drive_kind_text(d->kind), d->range_v[0], d->range_v[1]);
     if (d->period > 0.0) {
         fprintf(file, "; %zu passes of %.6g s (%.4g Hz), %.4g .. %.4g s", drive_periods(d), d->period / rate_hz,
-                rate_hz / d->period, (double)d->repeat.from / rate_hz, (double)d->repeat.to / rate_hz);
+                rate_hz / d->period, recording_time(look->recording, (double)d->repeat.from),
+                recording_time(look->recording, (double)d->repeat.to));
     } else if (d->kind != DRIVE_RESTS) {
         fprintf(file, "; most of it at %.3g .. %.3g Hz", d->frequency_hz[0], d->frequency_hz[1]);
     }
@@ -131,7 +132,7 @@ static void print_ring(FILE *file, const look_t *look) {
         fprintf(file, " Hz with damping ");
         print_value(file, ring->damping, ring->damping_sigma);
         fprintf(file, " after %zu step%s; %.3g um after %.4g V at %.4g s\n", ring->rings, ring->rings == 1 ? "" : "s",
-                ring->swing_um, ring->step_v, (double)ring->at / look->recording->sample_rate_hz);
+                ring->swing_um, ring->step_v, recording_time(look->recording, (double)ring->at));
     }
 }
 
@@ -150,7 +151,7 @@ static const char *file_name(const recording_t *recording) {
 }
 
 void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *fault) {
-    const double rate_hz = looks[fault->recording].recording->sample_rate_hz;
+    const recording_t *recording = looks[fault->recording].recording;
     enum { MOST_SPANS = 6 };
     fprintf(file, "  %s", fault->kind->name);
     if (count > 1) {
@@ -166,7 +167,7 @@ void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *f
     if (fault->spans > 0) {
         fprintf(file, "; %zu sample%s at ", fault_samples(fault, looks), fault_samples(fault, looks) == 1 ? "" : "s");
         for (size_t i = 0; i < fault->spans && i < MOST_SPANS; i++) {
-            fprintf(file, "%s%.6g", i > 0 ? ", " : "", (double)fault->span[i].from / rate_hz);
+            fprintf(file, "%s%.6g", i > 0 ? ", " : "", recording_time(recording, (double)fault->span[i].from));
         }
         fprintf(file, "%s s", fault->spans > MOST_SPANS ? " .." : "");
     }
@@ -177,8 +178,13 @@ void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *f
 void looks_print(FILE *file, const look_t *looks, size_t count, const fault_list_t *faults) {
     for (size_t i = 0; i < count; i++) {
         const look_t *look = &looks[i];
-        fprintf(file, "%s: %zu samples at %g Hz, %.4g s\n", file_name(look->recording), look->recording->samples,
-                look->recording->sample_rate_hz, (double)look->recording->samples / look->recording->sample_rate_hz);
+        const recording_t *r = look->recording;
+        fprintf(file, "%s: %zu samples at %g Hz, %.4g s", file_name(r), r->samples, r->sample_rate_hz,
+                (double)r->samples / r->sample_rate_hz);
+        if (r->start_s != 0.0) {
+            fprintf(file, ", from t = %.9g s", r->start_s);
+        }
+        fprintf(file, "\n");
         print_drive(file, look);
         print_map(file, look);
         print_noise(file, look);

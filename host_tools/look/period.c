@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 6 };
+enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 32, WIDER = 8 };
 
 double value_between(const double *value, size_t samples, double at) {
     const double whole = floor(at), x = at - whole;
@@ -104,8 +104,11 @@ static double lines_of_period(const double *u, look_span_t span, double period, 
 }
 
 static void take_if_better(const double *u, size_t samples, look_span_t all, double period, drive_look_t *drive) {
-    const look_span_t first = longest_run(u, drive, all, period, threshold.first_place);
-    look_span_t span;
+    look_span_t first = longest_run(u, drive, all, period, threshold.first_place), span;
+    /* Where the drive swells, the autocovariance is largest some samples beside the period. */
+    if ((double)span_length(first) < threshold.two_passes_first * period) {
+        first = longest_run(u, drive, all, period, WIDER * threshold.first_place);
+    }
     if ((double)span_length(first) < threshold.two_passes_first * period || !moves(u, drive, first)) {
         return;
     }

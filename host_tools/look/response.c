@@ -10,7 +10,10 @@
 enum { HALF_WIDTH = 8, ORDER = 3, LEAKAGE = 2 * ORDER, UNKNOWNS = 2 * LEAKAGE, LINES = 2 * HALF_WIDTH + 1 };
 enum { ROWS = 2 * LINES, POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64 };
 static const double least_line = 1e-5, highest_part_of_nyquist = 0.98;
-static const double least_drive = 1e-9; /* of the power of drive and leakage; look_regress leaves out less than 1e-10 */
+/* Of the power of drive and leakage in a window, in parts, that the drive has beside the leakage: less is the skirt of
+ * lines elsewhere, and there the distortion of a hysteresis, some percent, passes for a response. And of that, what the
+ * middle quarter has; an even spectrum has 0.29. Where all is at an edge, parabolas guess what is in the middle. */
+static const double least_drive = 1e-3, least_in_the_middle = 0.05;
 static const double false_response = 0.01; /* chance that noise passes for a response at one of a recording's points */
 
 static const double complex j = (double complex)I; /* I alone is single precision */
@@ -28,6 +31,19 @@ static void set_point(response_point_t *point, double f, double complex gain, do
     point->phase_sigma = size > 0.0 ? fmin(M_PI, sqrt(0.5 * variance) / size) : M_PI;
     point->coherence = coherence;
     point->lag_s = -point->phase_rad / (2.0 * M_PI * f);
+}
+
+/* What the leakage's columns leave of the drive in the middle quarter of the window. */
+static double power_in_the_middle(double columns[UNKNOWNS][ROWS], const double *leakage, const double drive[ROWS]) {
+    double sum = 0.0;
+    for (size_t row = ROWS / 2 - HALF_WIDTH / 2 - 1; row <= ROWS / 2 + HALF_WIDTH / 2; row++) {
+        double left = drive[row];
+        for (size_t i = 0; i < LEAKAGE; i++) {
+            left -= leakage[i] * columns[i][row];
+        }
+        sum += left * left;
+    }
+    return sum;
 }
 
 /* Local polynomials around line `middle`. The leakage's columns come first: of a drive that is nothing but leakage
@@ -65,6 +81,10 @@ static bool local_fit(const double *u, const double *y, size_t middle, double f,
     if (!look_regress(column, LEAKAGE, drive, NULL, ROWS, &leaked) ||
         !look_regress(column, UNKNOWNS, position, NULL, ROWS, &fit) ||
         !(ROWS * leaked.rms * leaked.rms > least_drive * all)) {
+        return false;
+    }
+    if (!(power_in_the_middle(columns, leaked.coefficient, drive) >=
+          least_in_the_middle * ROWS * leaked.rms * leaked.rms)) {
         return false;
     }
     const double complex gain = fit.coefficient[LEAKAGE] + j * fit.coefficient[LEAKAGE + 1];
@@ -108,6 +128,15 @@ static void keep_measured(response_t *response) {
     response->count = kept;
 }
 
+/* The line from `low` to `high` at which the drive has most. */
+static size_t strongest_line(const double *u, double low, double high) {
+    size_t best = (size_t)(low + 0.5);
+    for (size_t h = best; (double)h <= high; h++) {
+        best = cabs(at_line(u, h)) > cabs(at_line(u, best)) ? h : best;
+    }
+    return best;
+}
+
 static void by_local_polynomials(const recording_t *recording, response_t *response) {
     const size_t length = look_smooth_length(recording->samples), lines = length / 2;
     const double step_hz = recording->sample_rate_hz / (double)length;
@@ -116,12 +145,14 @@ static void by_local_polynomials(const recording_t *recording, response_t *respo
     look_transform(recording->column[COLUMN_DRIVE], length, u);
     look_transform(recording->column[COLUMN_DISPLACEMENT], length, y);
     const double low = HALF_WIDTH + 1, high = highest_part_of_nyquist * (double)lines - HALF_WIDTH - 1;
+    const double half_way = sqrt(pow(high / low, 1.0 / (POINTS - 1)));
     for (size_t i = 0; i < POINTS && high > 2.0 * low; i++) {
-        const size_t middle = (size_t)(low * pow(high / low, (double)i / (POINTS - 1)) + 0.5);
+        const double f = low * pow(high / low, (double)i / (POINTS - 1));
+        const size_t middle = strongest_line(u, fmax(low, f / half_way), fmin(high, f * half_way));
         if (middle > last && local_fit(u, y, middle, (double)middle * step_hz, &response->point[response->count])) {
             response->count++;
         }
-        last = middle;
+        last = middle > last ? middle : last;
     }
     keep_measured(response);
     free(u);

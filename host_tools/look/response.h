@@ -8,7 +8,8 @@
  * 2nd edition, 2012, section 7.2): around each frequency, response and leakage are parabolas over 17 lines, fitted by
  * least squares, which leaves an error. Coherence is the part of the position's power there that goes with the drive,
  * the leakage left out. A point counts if a gain is seen there, or would be if it were that of the point that is known
- * best. So there is no point above the band of a smooth drive.
+ * best, and if the drive has power close to it. So there is no point above the band of a smooth drive, nor between the
+ * lines of one that has few.
  *
  * It is the best linear description of a system with hysteresis at the amplitudes of this drive: a lag that does not
  * grow with frequency (constant phase) is what hysteresis makes.

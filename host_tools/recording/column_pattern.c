@@ -56,6 +56,9 @@ size_t column_pattern_siblings(const table_t *table, const char *drive, const ch
         if (!generalise(drive, group != 0, pattern[0]) || !generalise(displacement, group != 0, pattern[1])) {
             continue;
         }
+        if (strcasecmp(pattern[0], pattern[1]) == 0) { /* CH1 and CH2 are one actuator's */
+            continue;
+        }
         for (size_t i = 0; i < table->columns; i++) {
             const char *part;
             size_t length;

@@ -75,7 +75,7 @@ static const char *const known_names[ROLES][24] = {
                       "u",        "control", "dac",          "ao",   "ao0",    "vcommand",     "excitation",
                       "stimulus", "hv",      "inputvoltage", "vcmd", "aodac",  "vout",         NULL},
     [COLUMN_DISPLACEMENT] = {"displacement", "position", "pos", "disp", "stroke", "y", "deflection", "elongation",
-                             "sensor", "sensorposition", "output", "z", "actualposition", "positionactual", "ai0",
+                             "sensor", "sensorposition", "output", "z", "actualposition", "positionactual",
                              "measuredposition", "positionmeasured", "extension", NULL},
     [COLUMN_REFERENCE] = {"reference", "ref", "setpoint", "target", "desired", "targetposition", NULL},
     [COLUMN_VOLTAGE] = {"voltage", "vpiezo", "vmon", "voltagemonitor", "measuredvoltage", "vmeas", "vact", NULL},
@@ -85,11 +85,16 @@ static const char *const known_names[ROLES][24] = {
                    "timeaxis", "timevector", "timesec", "tsec", NULL},
 };
 
+/* The last part of "data.pos" or "group/pos". */
+static const char *last_part(const char *name) {
+    const char *last = strrchr(name, '/') != NULL ? strrchr(name, '/') + 1 : name;
+    return strrchr(last, '.') != NULL && strrchr(last, '.')[1] != '\0' ? strrchr(last, '.') + 1 : last;
+}
+
 /* The last part of "data.pos" or "group/pos", in small letters and digits. */
 static void bare_name(const char *name, char *bare, size_t room) {
-    const char *last = strrchr(name, '/') != NULL ? strrchr(name, '/') + 1 : name;
+    const char *last = last_part(name);
     size_t count = 0;
-    last = strrchr(last, '.') != NULL && strrchr(last, '.')[1] != '\0' ? strrchr(last, '.') + 1 : last;
     for (; *last != '\0' && count + 1 < room; last++) {
         if (isalnum((unsigned char)*last)) {
             bare[count++] = (char)tolower((unsigned char)*last);
@@ -107,19 +112,35 @@ static bool is_taken(const import_job_t *job, int column) {
     return false;
 }
 
-/* By name, as it is written before any other case, then by number. */
+/* The only column whose name's last part it is, or NO_COLUMN. */
+static int find_last_part(const table_t *table, const char *said) {
+    int found = NO_COLUMN;
+    for (size_t i = 0; i < table->columns; i++) {
+        if (strcasecmp(last_part(table->column[i].name), said) == 0) {
+            if (found != NO_COLUMN) {
+                return NO_COLUMN;
+            }
+            found = (int)i;
+        }
+    }
+    return found;
+}
+
+/* By name, with or without its unit, as it is written before any other case; by the name's last part; by number. */
 static int find_said(import_job_t *job, const char *said, int role) {
     char *end;
     const unsigned long number = strtoul(said, &end, 10);
-    for (size_t i = 0; i < job->table->columns; i++) {
-        if (strcmp(job->table->column[i].name, said) == 0) {
-            return (int)i;
+    for (int any_case = 0; any_case < 2; any_case++) {
+        int (*const compare)(const char *, const char *) = any_case != 0 ? strcasecmp : strcmp;
+        for (size_t i = 0; i < job->table->columns; i++) {
+            if (compare(job->table->column[i].name, said) == 0 || compare(job->table->column[i].written, said) == 0) {
+                return (int)i;
+            }
         }
     }
-    for (size_t i = 0; i < job->table->columns; i++) {
-        if (strcasecmp(job->table->column[i].name, said) == 0) {
-            return (int)i;
-        }
+    const int by_last_part = find_last_part(job->table, said);
+    if (by_last_part != NO_COLUMN) {
+        return by_last_part;
     }
     for (size_t i = 0; *end == '\0' && i < job->table->columns; i++) {
         if (job->table->column[i].number == number) {
@@ -177,9 +198,16 @@ static bool rises(const double *value, size_t rows) {
     return true;
 }
 
+/* Further columns with the same times: LabVIEW writes one for each signal. */
+static bool repeats_time(const import_job_t *job, int column) {
+    const int time = job->column[ROLE_TIME];
+    return time != NO_COLUMN && memcmp(job->table->column[time].value, job->table->column[column].value,
+                                       job->table->rows * sizeof(double)) == 0;
+}
+
 static void find_by_order(import_job_t *job, int role) {
     for (size_t i = 0; i < job->table->columns; i++) {
-        if (!is_taken(job, (int)i)) {
+        if (!is_taken(job, (int)i) && !repeats_time(job, (int)i)) {
             job->column[role] = (int)i;
             job->why[role] = "by its place";
             return;
@@ -222,7 +250,7 @@ static void find_columns(import_job_t *job) {
     if (options->column[COLUMN_DRIVE] == NULL && job->column[COLUMN_DRIVE] == NO_COLUMN) {
         if (job->column[COLUMN_VOLTAGE] != NO_COLUMN && options->column[COLUMN_VOLTAGE] == NULL) {
             job->column[COLUMN_DRIVE] = job->column[COLUMN_VOLTAGE];
-            job->why[COLUMN_DRIVE] = "the only voltage by its name";
+            job->why[COLUMN_DRIVE] = "a voltage by its name";
             job->column[COLUMN_VOLTAGE] = NO_COLUMN;
         } else {
             find_by_unit(job, COLUMN_DRIVE, QUANTITY_VOLTAGE);
@@ -233,7 +261,8 @@ static void find_columns(import_job_t *job) {
             find_by_order(job, role);
         }
         if (options->column[role] == NULL && job->column[role] == NO_COLUMN) {
-            import_account_add(&job->problems, "no column for %s among %zu", role_name(role), job->table->columns);
+            import_account_add(&job->problems, "no column is left for %s: the file has %zu", role_name(role),
+                               job->table->columns);
         }
     }
 }

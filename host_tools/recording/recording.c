@@ -113,6 +113,10 @@ void recording_keep(recording_t *recording, size_t first, size_t samples) {
     recording->clock_s += recording->clock_s != 0.0 ? (double)first / recording->sample_rate_hz : 0.0;
 }
 
+double recording_time(const recording_t *recording, double sample) {
+    return recording->start_s + sample / recording->sample_rate_hz;
+}
+
 /* The first sample at this time or later. Times in files are rounded: a millionth of a sample is none. */
 static size_t sample_at(const recording_t *recording, double at_s) {
     const double at = ceil((at_s - recording->start_s) * recording->sample_rate_hz - 1e-6);

@@ -47,7 +47,7 @@ typedef struct {
 typedef struct {
     char *name; /**< path it was read from, for messages */
     double sample_rate_hz;
-    double start_s;               /**< t of the first sample */
+    double start_s;               /**< t of the first sample; recording_time */
     double clock_s;               /**< start on a clock shared by recordings (line_clock.h); 0: unknown */
     size_t samples;               /**< 2 or more after a successful read */
     double *column[COLUMN_COUNT]; /**< samples values each, NULL where the recording has no such column */
@@ -86,6 +86,9 @@ double *recording_add_column(recording_t *recording, column_t column);
 void recording_mask(recording_t *recording, size_t from, size_t to);
 /** Drops all samples but `samples` from `first` on; they keep their times. */
 void recording_keep(recording_t *recording, size_t first, size_t samples);
+/** Time of a sample, or of a place between two, as the file tells it: all that is printed is in these times. */
+double recording_time(const recording_t *recording, double sample);
+
 /** Drops what was recorded before from_s and from to_s on, by the recording's own times. Fails if no sample is left. */
 bool recording_span(recording_t *recording, double from_s, double to_s, failure_t *failure);
 /** Adds or replaces a header key. Keys and values are one line each. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table.h"
+#include "recording/units.h"
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -16,6 +17,7 @@ void table_open(table_t *table, const char *path, const char *kind) {
 static void drop_columns(table_t *table) {
     for (size_t i = 0; i < table->columns; i++) {
         free(table->column[i].name);
+        free(table->column[i].written);
         free(table->column[i].unit);
         free(table->column[i].value);
     }
@@ -37,12 +39,13 @@ void table_free(table_t *table) {
     memset(table, 0, sizeof *table);
 }
 
-void table_add(table_t *table, const char *name, const char *unit, double *value) {
+void table_add(table_t *table, const char *name, const char *unit, const char *written, double *value) {
     table_column_t *column;
     table->column = reallocate(table->column, table->columns + 1, sizeof *table->column);
     column = &table->column[table->columns++];
     column->name = copy_text(name);
     column->unit = copy_text(unit);
+    column->written = copy_text(written != NULL ? written : name);
     column->value = value;
     column->number = table->columns;
 }
@@ -113,20 +116,27 @@ void table_add_array(table_t *table, const char *name, const double *value, size
         }
         drop_columns(table);
     }
+    char plain[UNIT_FIELD], unit[UNIT_FIELD] = "";
+    const bool short_name = snprintf(plain, sizeof plain, "%s", name) < (int)sizeof plain;
+    if (short_name) {
+        unit_split(plain, unit, "_");
+    }
     table->rows = samples;
     for (size_t i = 0; i < signals; i++) {
-        char text[300];
+        char text[300], written[300];
         double *one = allocate(samples, sizeof *one);
         for (size_t k = 0; k < samples; k++) {
             const size_t row = lying ? i : k, column = lying ? k : i;
             one[k] = value[row_major ? row * columns + column : column * rows + row];
         }
         if (signals > 1) {
-            snprintf(text, sizeof text, "%s %zu", name, i + 1);
+            snprintf(text, sizeof text, "%s %zu", short_name ? plain : name, i + 1);
+            snprintf(written, sizeof written, "%s %zu", name, i + 1);
         } else {
-            snprintf(text, sizeof text, "%s", name);
+            snprintf(text, sizeof text, "%s", short_name ? plain : name);
+            snprintf(written, sizeof written, "%s", name);
         }
-        table_add(table, text, "", one);
+        table_add(table, text, unit, written, one);
     }
 }
 

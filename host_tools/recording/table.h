@@ -23,6 +23,7 @@
 
 typedef struct {
     char *name;    /**< never NULL; "column 3" where the file has no names */
+    char *written; /**< the name as the file has it, with its unit: "V_in (mV)" */
     char *unit;    /**< as in the file, without brackets; "" if not stated */
     double *value; /**< one value per row; not finite where a binary file has such values */
     size_t number; /**< of the column in the file, from 1 */
@@ -34,6 +35,7 @@ typedef struct {
     size_t rows, columns;
     table_column_t *column;
     double interval_s;        /**< between rows, as the file states it; 0: it does not */
+    double start_s;           /**< time of row number 0, as the file states it; 0: it does not */
     char *interval_origin;    /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line; /**< of a text: line of row 0, counted from 1; else 0 */
     char *damage; /**< rows that could not be read, or NULL. They hold a straight line between their neighbours, so that
@@ -51,9 +53,9 @@ void table_free(table_t *table);
 
 /** An empty table of that file. */
 void table_open(table_t *table, const char *path, const char *kind);
-/** Adds a column, which is then the last one and has its place as number; name and unit are copied, value is taken over
- * (table->rows values). */
-void table_add(table_t *table, const char *name, const char *unit, double *value);
+/** Adds a column, which is then the last one and has its place as number; the texts are copied (written NULL: the
+ * name), value is taken over (table->rows values). */
+void table_add(table_t *table, const char *name, const char *unit, const char *written, double *value);
 #if defined(__GNUC__)
 __attribute__((format(printf, 2, 3)))
 #endif
@@ -64,7 +66,8 @@ void table_set_interval(table_t *table, double interval_s, const char *origin);
 
 /** An array of a binary file: its rows are samples unless it has fewer rows than columns. Adds its columns if the table
  * has as many rows (the first array sets them; a longer one replaces what is there); else notes it. A single number
- * called like a sample rate or interval is taken for that. `value` is in rows (C order) if row_major, copied. */
+ * called like a sample rate or interval is taken for that. A unit behind the name's last underscore is its unit
+ * ("pos_nm"). `value` is in rows (C order) if row_major, copied. */
 void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
                      bool row_major);
 

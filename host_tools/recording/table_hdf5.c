@@ -77,7 +77,7 @@ static void take(table_t *table, hid_t set, const char *name) {
                     read_text_attribute(set, "unit", unit, sizeof unit);
                 }
                 for (size_t i = before < table->columns ? before : 0; unit[0] != '\0' && i < table->columns; i++) {
-                    if (strncmp(table->column[i].name, name, strlen(name)) == 0) {
+                    if (strncmp(table->column[i].written, name, strlen(name)) == 0) {
                         free(table->column[i].unit);
                         table->column[i].unit = copy_text(unit);
                     }

@@ -17,6 +17,7 @@ enum {
     MOST_COLUMNS = 256,
     SAMPLE_LINES = 60, /* lines that decide the dialect */
     SURE_LINES = 5,    /* this many consecutive lines of numbers are not a header */
+    SMALLEST_PART = 8, /* of a file, that holds the data alone */
     TOLD_PROBLEMS = 4
 };
 
@@ -126,9 +127,9 @@ typedef struct {
     size_t begin, end;         /* lines of data: [begin, end) */
 } layout_t;
 
-/* Lines from the second half of the file, where a header has ended. */
-static size_t sample_lines(const text_source_t *source, const char *sample[SAMPLE_LINES]) {
-    const size_t from = source->lines / 2, step = 1 + (source->lines - from) / SAMPLE_LINES;
+/* Lines from there on, where a header has ended. */
+static size_t sample_lines(const text_source_t *source, size_t from, const char *sample[SAMPLE_LINES]) {
+    const size_t step = 1 + (source->lines - from) / SAMPLE_LINES;
     size_t count = 0;
     for (size_t i = from; i < source->lines && count < SAMPLE_LINES; i += step) {
         size_t k = i;
@@ -154,18 +155,20 @@ static bool fits(const layout_t *layout, const char *line) {
 }
 
 static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
-    const char *sample[SAMPLE_LINES];
-    const size_t count = sample_lines(source, sample);
     size_t run = 0, first = 0;
     long best = 0;
     memset(layout, 0, sizeof *layout);
-    for (size_t i = 0; i < sizeof dialects / sizeof dialects[0]; i++) {
-        bool number[MOST_COLUMNS];
-        const long score = number_columns(sample, count, dialects[i], number);
-        if (score > best) {
-            best = score;
-            layout->dialect = dialects[i];
-            memcpy(layout->number, number, sizeof number);
+    for (size_t part = 2; best == 0 && part <= SMALLEST_PART; part *= 2) { /* a header may be longer than the data */
+        const char *sample[SAMPLE_LINES];
+        const size_t count = sample_lines(source, source->lines - source->lines / part, sample);
+        for (size_t i = 0; count > 0 && i < sizeof dialects / sizeof dialects[0]; i++) {
+            bool number[MOST_COLUMNS];
+            const long score = number_columns(sample, count, dialects[i], number);
+            if (score > best) {
+                best = score;
+                layout->dialect = dialects[i];
+                memcpy(layout->number, number, sizeof number);
+            }
         }
     }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
@@ -199,9 +202,9 @@ static void describe(table_t *table, const text_source_t *source, const layout_t
     char text[160];
     const char separator = layout->dialect.separator;
     const char *between = separator == '\t' ? "tabs" : separator == ' ' ? "blanks" : NULL;
-    snprintf(text, sizeof text, "%stext (%s), %s%c%s between columns, decimal %s", source->compressed ? "gzip of " : "",
-             source->encoding, between != NULL ? between : "'", between != NULL ? ' ' : separator,
-             between != NULL ? "" : "'", layout->dialect.point == '.' ? "point" : "comma");
+    const char sign[] = {'\'', separator, '\'', '\0'};
+    snprintf(text, sizeof text, "%stext (%s), %s between columns, decimal %s", source->compressed ? "gzip of " : "",
+             source->encoding, between != NULL ? between : sign, layout->dialect.point == '.' ? "point" : "comma");
     free(table->kind);
     table->kind = copy_text(text);
 }
@@ -306,6 +309,19 @@ static size_t split_names(const char *line, char separator, size_t least, text_f
     return 0;
 }
 
+/* The fields of the last header line that states units over their columns, or NULL. To be freed. */
+static text_field_t *stated_units(const text_source_t *source, const layout_t *layout, size_t least) {
+    text_field_t *field = allocate(MOST_COLUMNS, sizeof *field);
+    for (size_t i = layout->begin; i > 0; i--) {
+        if (split_names(source->line[i - 1], layout->dialect.separator, least, field) >= least &&
+            text_is_unit_key(field[0].text)) {
+            return field;
+        }
+    }
+    free(field);
+    return NULL;
+}
+
 static void name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
     text_field_t *fields[2] = {allocate(MOST_COLUMNS, sizeof(text_field_t)),
                                allocate(MOST_COLUMNS, sizeof(text_field_t))};
@@ -328,9 +344,10 @@ static void name_columns(table_t *table, const text_source_t *source, const layo
         units = all_units && count[1] > 0 ? fields[0] : NULL;
         names = all_units ? (count[1] > 0 ? fields[1] : NULL) : fields[0];
     }
+    text_field_t *stated = units == NULL ? stated_units(source, layout, least) : NULL;
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
         if (layout->number[j]) {
-            char name[TEXT_FIELD], unit[TEXT_FIELD];
+            char name[TEXT_FIELD], unit[TEXT_FIELD], written[TEXT_FIELD];
             double number;
             const char *end;
             snprintf(name, sizeof name, "%s", names != NULL ? names[j].text : "");
@@ -338,15 +355,20 @@ static void name_columns(table_t *table, const text_source_t *source, const layo
             if (name[0] == '\0' || (decimal_read(name, layout->dialect.point, &number, &end) && *end == '\0')) {
                 snprintf(name, sizeof name, "column %zu", j + 1);
             }
+            snprintf(written, sizeof written, "%s", name);
             if (unit[0] == '\0') {
-                text_split_unit(name, unit);
-            } else {
-                text_bare_unit(unit);
+                unit_split(name, unit, "/_ ");
             }
-            table_add(table, name, unit, value[column++]);
+            if (stated != NULL && j > 0 && (unit[0] == '\0' || !text_is_unit(unit))) { /* field 0 is the key */
+                snprintf(name, sizeof name, "%s", written);
+                snprintf(unit, sizeof unit, "%s", stated[j].text);
+            }
+            text_bare_unit(unit);
+            table_add(table, name, unit, written, value[column++]);
             table->column[table->columns - 1].number = j + 1;
         }
     }
+    free(stated);
     free(fields[0]);
     free(fields[1]);
 }
@@ -375,7 +397,8 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
                                layout->dialect.separator, layout->dialect.point);
             if (layout->end < source.lines && !is_blank(source.line[layout->end])) {
-                table_note(table, "%zu lines behind the data, from line %zu: '%.60s'", source.lines - layout->end,
+                const size_t behind = source.lines - layout->end;
+                table_note(table, "%zu line%s behind the data, from line %zu: '%.60s'", behind, behind == 1 ? "" : "s",
                            layout->end + 1, source.line[layout->end]);
             }
         } else {

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 void text_bare_unit(char *unit) {
     const size_t length = strlen(unit);
@@ -23,40 +24,6 @@ bool text_is_unit(const char *text) {
     return unit[0] == '\0' || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
 }
 
-static void trim_end(char *text) {
-    size_t length = strlen(text);
-    while (length > 0 && strchr(" \t_,:", text[length - 1]) != NULL) {
-        text[--length] = '\0';
-    }
-}
-
-void text_split_unit(char *name, char *unit) {
-    const size_t length = strlen(name);
-    const char last = length > 0 ? name[length - 1] : '\0';
-    char *open = last == ')' ? strrchr(name, '(') : last == ']' ? strrchr(name, '[') : NULL;
-    double scale;
-    unit[0] = '\0';
-    if (open != NULL && open > name) {
-        memcpy(unit, open + 1, strlen(open) - 2);
-        unit[strlen(open) - 2] = '\0';
-        *open = '\0';
-        trim_end(name);
-        return;
-    }
-    for (const char *between = "/_ "; *between != '\0'; between++) {
-        char *at = strrchr(name, *between);
-        if (at != NULL && at > name && at[1] != '\0' && unit_of(at + 1, &scale) != QUANTITY_UNKNOWN) {
-            snprintf(unit, TEXT_FIELD, "%s", at + 1);
-            *at = '\0';
-            trim_end(name);
-            if (strlen(name) > 3 && strcmp(name + strlen(name) - 3, " in") == 0) {
-                name[strlen(name) - 3] = '\0';
-            }
-            return;
-        }
-    }
-}
-
 /* Letters and digits of a key, in lower case. */
 static void bare_key(const char *text, size_t length, char *key, size_t room) {
     size_t count = 0;
@@ -68,39 +35,56 @@ static void bare_key(const char *text, size_t length, char *key, size_t room) {
     key[count] = '\0';
 }
 
+bool text_is_unit_key(const char *field) {
+    static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit",
+                                       "yunits",        "units",        "unit"};
+    char key[60];
+    bare_key(field, strlen(field), key, sizeof key);
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        if (strcmp(key, keys[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+typedef enum { IS_INTERVAL, IS_RATE, IS_START } interval_kind_t;
+
 typedef struct {
     const char *key;
-    bool rate;
+    interval_kind_t kind;
     double scale;
 } interval_key_t;
 
 static const interval_key_t interval_keys[] = {
-    {"sampleinterval", false, 1.0},
-    {"samplinginterval", false, 1.0},
-    {"samplingperiod", false, 1.0},
-    {"sampleperiod", false, 1.0},
-    {"sampletime", false, 1.0},
-    {"increment", false, 1.0},
-    {"xincrement", false, 1.0},
-    {"xincr", false, 1.0},
-    {"tinc", false, 1.0},
-    {"deltax", false, 1.0},
-    {"dt", false, 1.0},
-    {"timeincrement", false, 1.0},
-    {"horizinterval", false, 1.0},
-    {"samplerate", true, 1.0},
-    {"sampleratehz", true, 1.0},
-    {"samplingrate", true, 1.0},
-    {"samplingratehz", true, 1.0},
-    {"samplingfrequency", true, 1.0},
-    {"samplefrequency", true, 1.0},
-    {"samplingfrequencyhz", true, 1.0},
-    {"fs", true, 1.0},
-    {"fshz", true, 1.0},
-    {"sampleratekhz", true, 1e3},
-    {"samplingratekhz", true, 1e3},
-    {"samplingfrequencykhz", true, 1e3},
-    {"abtastrate", true, 1.0},
+    {"sampleinterval", IS_INTERVAL, 1.0},
+    {"samplinginterval", IS_INTERVAL, 1.0},
+    {"samplingperiod", IS_INTERVAL, 1.0},
+    {"sampleperiod", IS_INTERVAL, 1.0},
+    {"sampletime", IS_INTERVAL, 1.0},
+    {"increment", IS_INTERVAL, 1.0},
+    {"xincrement", IS_INTERVAL, 1.0},
+    {"xincr", IS_INTERVAL, 1.0},
+    {"tinc", IS_INTERVAL, 1.0},
+    {"deltax", IS_INTERVAL, 1.0},
+    {"dt", IS_INTERVAL, 1.0},
+    {"timeincrement", IS_INTERVAL, 1.0},
+    {"horizinterval", IS_INTERVAL, 1.0},
+    {"samplerate", IS_RATE, 1.0},
+    {"sampleratehz", IS_RATE, 1.0},
+    {"samplingrate", IS_RATE, 1.0},
+    {"samplingratehz", IS_RATE, 1.0},
+    {"samplingfrequency", IS_RATE, 1.0},
+    {"samplefrequency", IS_RATE, 1.0},
+    {"samplingfrequencyhz", IS_RATE, 1.0},
+    {"fs", IS_RATE, 1.0},
+    {"fshz", IS_RATE, 1.0},
+    {"sampleratekhz", IS_RATE, 1e3},
+    {"samplingratekhz", IS_RATE, 1e3},
+    {"samplingfrequencykhz", IS_RATE, 1e3},
+    {"abtastrate", IS_RATE, 1.0},
+    {"start", IS_START, 1.0},
+    {"x0", IS_START, 1.0},
 };
 
 static const interval_key_t *find_key(const char *text, size_t length) {
@@ -120,7 +104,15 @@ static bool take_value(table_t *table, const interval_key_t *key, const char *at
     double number, scale = key->scale;
     size_t length;
     at += strspn(at, " \t\":=;,");
-    if (!decimal_read(at, point, &number, &at) || !(number > 0.0)) {
+    if (!decimal_read(at, point, &number, &at) || (key->kind != IS_START && !(number > 0.0))) {
+        return false;
+    }
+    if (key->kind == IS_START) { /* alone in its field, or it is a date */
+        at += strspn(at, " \t\"");
+        if (*at == '\0' || strchr(",;", *at) != NULL || at[-1] == '\t') {
+            table->start_s = number;
+            return true;
+        }
         return false;
     }
     at += strspn(at, " \t");
@@ -134,7 +126,7 @@ static bool take_value(table_t *table, const interval_key_t *key, const char *at
         }
     }
     snprintf(text, sizeof text, "line %zu: %s", line, key->key);
-    table_set_interval(table, key->rate ? 1.0 / (number * scale) : number * scale, text);
+    table_set_interval(table, key->kind == IS_RATE ? 1.0 / (number * scale) : number * scale, text);
     return true;
 }
 
@@ -158,14 +150,15 @@ void text_find_interval(table_t *table, const char *const *line, size_t lines, c
         while (at != NULL && *at != '\0') {
             const size_t length = strcspn(at, ":=,;\t\"");
             const interval_key_t *key = find_key(at, length);
-            if (key != NULL && at[length] != '\0' && take_value(table, key, at + length, point, i + 1)) {
-                return;
-            }
-            if (key != NULL && i + 1 < lines && line[i + 1] != NULL) { /* a row of keys over a row of values */
+            const bool beside = key != NULL && at[length] != '\0' && take_value(table, key, at + length, point, i + 1);
+            if (key != NULL && !beside && i + 1 < lines && line[i + 1] != NULL) { /* keys over a row of values */
                 const char *below = field_at(line[i + 1], separator, index);
-                if (below != NULL && take_value(table, key, below, point, i + 2)) {
+                if (below != NULL && take_value(table, key, below, point, i + 2) && key->kind != IS_START) {
                     return;
                 }
+            }
+            if (beside && key->kind != IS_START) {
+                return;
             }
             at = strchr(at, separator);
             at = at != NULL ? at + 1 : NULL;

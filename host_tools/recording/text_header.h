@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** The header above a table of numbers: names with units in them, and facts such as a sample interval. */
+/** The header above a table of numbers: units, and facts such as a sample interval. */
 #ifndef TEXT_HEADER_H
 #define TEXT_HEADER_H
 
 #include "recording/table.h"
+#include "recording/units.h"
 
-enum { TEXT_FIELD = 120 };
+enum { TEXT_FIELD = UNIT_FIELD };
 
 typedef struct {
     char text[TEXT_FIELD];
@@ -17,12 +18,13 @@ bool text_is_unit(const char *text);
 /** "(ms)" or "[ms]" becomes "ms", in place. */
 void text_bare_unit(char *unit);
 
-/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm". Unknown units stay in the
- * name unless they are in brackets. unit has TEXT_FIELD characters. */
-void text_split_unit(char *name, char *unit);
+/** The units that a header line alone states ("Vertical Units,V,V", "Y_Unit_Label Volts Volts"): whether a field
+ * is the key of such a line. The fields behind it stand over their columns. */
+bool text_is_unit_key(const char *field);
 
 /** Looks for a sample interval or rate among the first lines of a file: "Sample Interval", "Increment", "Delta_X",
- * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table. */
+ * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table; and
+ * start_s, where "Start" or "X0" stands beside it. */
 void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point);
 
 #endif

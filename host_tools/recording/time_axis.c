@@ -96,7 +96,8 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
         return false;
     }
     uneven = unevenness(stamp, rows, step);
-    axis->sample_rate_hz = fewest_digits(1.0 / step, fmin(0.01, 0.5 * fmax(uneven, 1e-6) / (double)(rows - 1)));
+    /* Rounding of the first and of the last stamp tilts the line by up to twice what the others then differ. */
+    axis->sample_rate_hz = fewest_digits(1.0 / step, fmin(0.01, 2.0 * fmax(uneven, 1e-6) / (double)(rows - 1)));
     axis->start_s = stamp[0];
     snprintf(axis->text, sizeof axis->text, "%.6g to %.6g s, %.9g Hz", stamp[0], stamp[rows - 1], axis->sample_rate_hz);
     if (stated_hz > 0.0 && fabs(stated_hz * step - 1.0) > rate_tolerance) {
@@ -121,11 +122,13 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double 
     if (table->rows < 2) {
         return fail(failure, "fewer than two samples");
     }
+    double first = 0.0;
     if (column >= 0) {
         const table_column_t *of = &table->column[column];
         double scale, *stamp;
         const quantity_t quantity = unit_of(of->unit, &scale);
         bool counts = true;
+        first = of->value[0];
         for (size_t k = 0; k < table->rows; k++) {
             if (!isfinite(of->value[k])) {
                 char text[40];
@@ -149,6 +152,9 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double 
         return fail(failure, "neither a column of times nor a sample rate: give --time or --sample-rate");
     }
     axis->sample_rate_hz = given_rate_hz > 0.0 ? stated : fewest_digits(stated, 1e-9);
+    if (given_rate_hz == 0.0 && table->start_s != 0.0) {
+        axis->start_s = table->start_s + first / axis->sample_rate_hz;
+    }
     snprintf(axis->text, sizeof axis->text, "%s%s: %.9g Hz", column >= 0 ? "sample numbers, " : "",
              given_rate_hz > 0.0 ? "as asked for" : table->interval_origin, axis->sample_rate_hz);
     return true;

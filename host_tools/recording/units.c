@@ -2,6 +2,7 @@
 #include "recording/units.h"
 #include <ctype.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -66,7 +67,7 @@ static const unit_t units[] = {
     {"degC", 1.0, QUANTITY_TEMPERATURE, false},
     {"\xC2\xB0"
      "C",
-     QUANTITY_TEMPERATURE, 1.0, true},
+     1.0, QUANTITY_TEMPERATURE, true},
     {"celsius", 1.0, QUANTITY_TEMPERATURE, false},
     {"Hz", 1.0, QUANTITY_FREQUENCY, false},
     {"S/s", 1.0, QUANTITY_FREQUENCY, false},
@@ -96,4 +97,49 @@ quantity_t unit_of(const char *text, double *scale) {
 const char *unit_name(quantity_t quantity) {
     static const char *const names[] = {"", "s", "V", "um", "A", "degC", "Hz", ""};
     return names[quantity];
+}
+
+static void trim_end(char *text) {
+    size_t length = strlen(text);
+    while (length > 0 && strchr(" \t_,:", text[length - 1]) != NULL) {
+        text[--length] = '\0';
+    }
+}
+
+/* "A" is a channel's letter more often than a unit. */
+static bool is_letter(const char *name, const char *unit) {
+    static const char *const currents[] = {"cur", "strom", "amp"};
+    bool current = strcspn(name, " _/") == 1 && tolower((unsigned char)name[0]) == 'i';
+    for (size_t i = 0; i < sizeof currents / sizeof currents[0]; i++) {
+        current = current || strncasecmp(name, currents[i], strlen(currents[i])) == 0;
+    }
+    return strcmp(unit, "A") == 0 && !current;
+}
+
+void unit_split(char *name, char *unit, const char *between) {
+    const size_t length = strlen(name);
+    const char last = length > 0 ? name[length - 1] : '\0';
+    char *open = last == ')' ? strrchr(name, '(') : last == ']' ? strrchr(name, '[') : NULL;
+    double scale;
+    unit[0] = '\0';
+    if (open != NULL && open > name) {
+        memcpy(unit, open + 1, strlen(open) - 2);
+        unit[strlen(open) - 2] = '\0';
+        *open = '\0';
+        trim_end(name);
+        return;
+    }
+    for (; *between != '\0'; between++) {
+        char *at = strrchr(name, *between);
+        if (at != NULL && at > name && at[1] != '\0' && unit_of(at + 1, &scale) != QUANTITY_UNKNOWN &&
+            !is_letter(name, at + 1)) {
+            snprintf(unit, UNIT_FIELD, "%s", at + 1);
+            *at = '\0';
+            trim_end(name);
+            if (strlen(name) > 3 && strcmp(name + strlen(name) - 3, " in") == 0) {
+                name[strlen(name) - 3] = '\0';
+            }
+            return;
+        }
+    }
 }

@@ -241,7 +241,7 @@ static void write_finding(const page_t *page, size_t index) {
                 finding->held_out_before_percent, finding->held_out_after_percent);
     } else {
         fprintf(page->file,
-                "<dt>How sure</dt><dd>confidence %.2f; its size is %.4g standard errors, %.3g by the scatter between "
+                "<dt>How sure</dt><dd>confidence %.2f; its size is %.3g standard errors, %.3g by the scatter between "
                 "blocks of time</dd>\n",
                 page->account->confidence[index], fabs(finding->t), fabs(finding->t_blocks));
     }

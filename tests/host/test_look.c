@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What the look says beside faults: drive, frequency response, rings, creep, noise. */
+#include "look/look_text.h"
 #include "looked_at.h"
 #include "unity.h"
 #include <complex.h>
@@ -164,6 +165,45 @@ static void test_a_period_between_samples(void) {
     look_free(&look);
 }
 
+/* A converter at 1/24 of the recording's rate: its staircase is neither noise, nor rests, nor steps. */
+static void test_a_converter_slower_than_the_recording(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double t = (double)(k / 24 * 24) / rate_hz;
+        drive()[k] = 50.0 + 45.0 * sin(2.0 * M_PI * 3.1 * t) * (1.0 + 0.3 * sin(2.0 * M_PI * 0.17 * t));
+        position()[k] = 0.1 * drive()[k] + 0.005 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_EQUAL_UINT64(24, look.drive.held_samples);
+    TEST_ASSERT_EQUAL_INT(BETWEEN_HELD, look.drive.between);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.drive.noise_v);
+    TEST_ASSERT_EQUAL_UINT64(0, look.drive.steps);
+    look_free(&look);
+}
+
+/* A sine that swells for the first quarter: its period is that of the rest, not twice that. What is printed is in the
+ * file's own times. */
+static void test_a_sine_that_swells_at_first(void) {
+    char text[4000] = "";
+    const fault_list_t no_faults = {0};
+    recording.start_s = -2.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double t = (double)k / rate_hz;
+        drive()[k] = 60.0 + 50.0 * fmin(1.0, t / 2.0) * sin(2.0 * M_PI * 2.0 * t) + 0.04 * random_normal(&rng);
+        position()[k] = 0.1 * drive()[k];
+    }
+    see();
+    /* The drive's noise is 0.3 samples of its mean slope, over thousands of samples. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 1000.0, look.drive.period);
+    FILE *file = tmpfile();
+    looks_print(file, &look, 1, &no_faults);
+    rewind(file);
+    TEST_ASSERT_TRUE(fread(text, 1, sizeof text - 1, file) > 0);
+    fclose(file);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "8.192 s, from t = -2 s\n"), text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, " .. 6.19"), text); /* where the last pass ends */
+    look_free(&look);
+}
+
 static void test_kinds_of_drive(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
         drive()[k] = 20.0 * (double)(k / 2048 % 3);
@@ -316,6 +356,8 @@ int main(void) {
     RUN_TEST(test_response_to_a_repeated_drive);
     RUN_TEST(test_response_ends_where_the_drive_does);
     RUN_TEST(test_a_period_between_samples);
+    RUN_TEST(test_a_converter_slower_than_the_recording);
+    RUN_TEST(test_a_sine_that_swells_at_first);
     RUN_TEST(test_kinds_of_drive);
     RUN_TEST(test_header_key_says_what_is_between_samples);
     RUN_TEST(test_frequency_and_damping_of_a_ring);

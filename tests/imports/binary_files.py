@@ -27,6 +27,18 @@ def _(path):
     os.replace(path + ".mat", path)
 
 
+@export("MATLAB 5 .mat, units in the names, a rate", says=["'disp' in nm"])
+def _(path):
+    scipy.io.savemat(path + ".mat", {"fs": RATE, "Vin_mV": 1e3 * U, "disp_nm": 1e3 * Y, "note": "stage 3"})
+    os.replace(path + ".mat", path)
+
+
+@export("HDF5, analog inputs in groups, by the last part of their names", "--drive ai0 --displacement ai1 --sample-rate 1000")
+def _(path):
+    with h5py.File(path, "w") as file:
+        file["acq/run1/ai0"], file["acq/run1/ai1"] = U, Y
+
+
 @export("MATLAB 7.3 .mat")
 def _(path):
     with h5py.File(path, "w", userblock_size=512) as file:

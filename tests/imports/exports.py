@@ -32,6 +32,19 @@ The same measurement in the ways in which laboratories export it, and what becom
 files; `hyst import` says what it takes the columns for, and has options for what a file does not say. The libraries
 that write these formats wrote the files. Those of instruments are in the layout that their manuals print.
 
+Files that real instruments wrote are read as well: `./scripts/recordings --exports` brings 14 of them from public
+repositories, by commit and checksum, and shows their licences; they are not part of this one. The test `imports_real`
+compares rate, first time and every value with what rules written for each file alone give, and is skipped without them.
+
+| instrument | repository, licence |
+|---|---|
+| Rigol DS1052E, DS1074Z, DS1102D, DS1102E, DS1204B, DS2072A, DS4024; Rohde & Schwarz RTP | scottprahl/RigolWFM at 159e647c, BSD-3-Clause |
+| Keysight InfiniiVision | HCui91/Scope_plot at d994896a, MIT |
+| Tektronix MSO64 (one channel: refused) | tektronix/tm_data_types at 6a109308, Apache-2.0 |
+| LabVIEW `.lvm`: no times, times beside each signal, decimal commas, empty fields | ladisk/lvm_read at a20623c1, MIT |
+
+None of LeCroy's or PicoScope's with a licence was found; these are imitations alone.
+
 LabVIEW's TDMS is read by the Python package alone: `hyst.read("x.tdms")`, and `.write("x.csv")` for the commands. The
 one well-kept reader of that format is npTDMS, a Python library, and there is none in C. A command that started Python
 in silence would depend on what is installed there. So the command says what to do. The test `python_tdms` has files by
@@ -53,7 +66,7 @@ def read_recording(path):
 
 def check(hyst, folder, number, entry):
     """What is wrong, or None; and the outcome for the table."""
-    name, write, arguments, refused, tolerance, _ = entry
+    name, write, arguments, refused, tolerance, options = entry
     path, out = os.path.join(folder, f"export-{number:02d}"), os.path.join(folder, f"export-{number:02d}.recording.csv")
     if os.path.exists(out):
         os.remove(out)
@@ -72,6 +85,14 @@ def check(hyst, folder, number, entry):
     rate, column = read_recording(out)
     if abs(rate / RATE - 1.0) > 1e-9:
         return f"{name}: {rate} Hz\n{done.stdout}", ""
+    if abs(column["t"][0] - options.get("start", column["t"][0])) > 1e-9:
+        return f"{name}: begins at {column['t'][0]} s\n{done.stdout}", ""
+    for part in options.get("says", []):
+        if part not in done.stdout:
+            return f"{name}: wanted '{part}'\n{done.stdout}", ""
+    for part in options.get("says_not", []):
+        if part in done.stdout:
+            return f"{name}: not wanted: '{part}'\n{done.stdout}", ""
     for what, truth in (("drive", U), ("displacement", Y)):
         size = min(len(truth), len(column[what]))
         error = np.max(np.abs(column[what][:size] - truth[:size])) / np.ptp(truth)

@@ -11,6 +11,19 @@ def _(path):
          "Vertical Offset,0,0\n\nLabel,,\nTIME,CH1,CH2\n" + rows(T, U, Y / 5.0))
 
 
+@export("Tektronix MSO/DPO CSV, nothing said of the sensor", refused="displacement is column 3 'CH2' in V: say how many um")
+def _(path):
+    text(path, "Model,MSO4034\nHorizontal Units,S,\nSample Interval,0.001,\nVertical Units,V,V\nLabel,mon,sens\n"
+         "TIME,CH1,CH2\n" + rows(T, U, Y / 5.0))
+
+
+@export("Siglent SDS CSV", "--displacement-scale 5", start=-0.2, says_not=["pairs of such columns"])
+def _(path):
+    text(path, "Record Length,Analog:400\nSample Interval,Analog:0.001\nVertical Units,CH1:V,CH2:V\n"
+         "Vertical Scale,CH1:20.00,CH2:1.00\nHorizontal Units,s\nModel Number,SDS1104X-E\nSource,CH1,CH2\n"
+         "Second,Volt,Volt\n" + rows(T - 0.2, U, Y / 5.0))
+
+
 @export("Tektronix TDS: facts beside the first samples", "--drive 5 --displacement 6 --displacement-scale 5 --time 4")
 def _(path):
     facts = ["Record Length,4.000000e+02,", "Sample Interval,1.000000e-03,", "Trigger Point,0.000000e+00,", ",,",
@@ -28,6 +41,12 @@ def _(path):
 def _(path):
     text(path, "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,0.000000e+00,1.000000e-03\n" +
          rows(K, U, Y / 5.0, form="%.9g", end=",,\n"))
+
+
+@export("Rigol DS4000 CSV: its numbers begin at 22, the time before the trigger", "--displacement-scale 5", start=-0.378)
+def _(path):
+    text(path, "X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-0.400000e+00,1.000000e-03,\n" +
+         rows(K + 22, U, Y / 5.0, form="%.9g", end=",\n"))
 
 
 @export("Rigol MSO5000 CSV", "--displacement-scale 5")
@@ -62,6 +81,27 @@ def _(path):
 def _(path):
     text(path, LVM.format(point=",", columns="No", delta="0,001") +
          "".join("\t" + line + "\n" for line in rows(U, Y, separator="\t", comma=True).splitlines()))
+
+
+@export("LabVIEW .lvm, a time beside each signal, units in the header", "--displacement-scale 5",
+        says=["'Voltage' in Volts", "'Sensor' in Volts"])
+def _(path):
+    header = LVM.format(point=".", columns="Multi", delta="0.001").replace("X_Dimension", "Y_Unit_Label\tVolts\t\tVolts\nX_Dimension")
+    text(path, header.replace("X_Value\tdrive\tposition", "X_Value\tVoltage\tX_Value\tSensor") +
+         rows(T, U, T, Y / 5.0, separator="\t"))
+
+
+@export("LabVIEW .lvm, units in the header, nothing said of the sensor",
+        refused="displacement is column 3 'Voltage_1' in Volts: say how many um")
+def _(path):
+    header = LVM.format(point=".", columns="One", delta="0.001").replace("X_Dimension", "Y_Unit_Label\tVolts\tVolts\nX_Dimension")
+    text(path, header.replace("drive\tposition", "Voltage_0\tVoltage_1") + rows(T, U, Y / 5.0, separator="\t"))
+
+
+@export("LabVIEW .lvm, a header longer than the data", refused="displacement is column 3 'response' in 'm/s^2'")
+def _(path):
+    header = LVM.format(point=".", columns="One", delta="0.001").replace("X_Dimension", "Y_Unit_Label\tNewtons\tm/s^2\nX_Dimension")
+    text(path, header.replace("drive\tposition", "force (raw)\tresponse") + rows(T[:8], U[:8], Y[:8], separator="\t"))
 
 
 @export("NumPy savetxt")

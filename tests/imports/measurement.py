@@ -18,7 +18,8 @@ EXPORTS = []
 
 
 def export(name, arguments="", refused=None, tolerance=1e-6, **options):
-    """arguments: of `hyst import`. refused: what the line has to say."""
+    """arguments: of `hyst import`. refused: what the line has to say. start: time of the first sample. says, says_not:
+    parts of what is printed."""
 
     def register(write):
         EXPORTS.append((name, write, arguments.split(), refused, tolerance, options))

@@ -137,6 +137,27 @@ def _(path):
     text(path, "Time,Channel A,Position\n(ms),(V),(um)\n\n" + rows(1e3 * T, U, Y))
 
 
+@export("a temperature in °C, in Latin-1", says=["in °C (by its name): 23 to 23 degC"])
+def _(path):
+    text(path, "Zeit [ms];Spannung [V];Weg [\xb5m];Temp. [\xb0C]\r\n" +
+         rows(1e3 * T, U, Y, 0.0 * T + 23.0, separator=";", comma=True, end="\r\n"), encoding="latin-1")
+
+
+@export("channels A and B", says=["'Channel A', taken for V"])
+def _(path):
+    text(path, "time,Channel A,Channel B\n" + rows(T, U, Y))
+
+
+@export("columns chosen by the name as written, with its unit", "--drive U_V --displacement x_(um)")
+def _(path):
+    text(path, "t,w,U_V,x_(um)\n" + rows(T, REF, U, Y))
+
+
+@export("two analog inputs", says=["'ai0', taken for V (by its place)"])
+def _(path):
+    text(path, "t,ai0,ai1\n" + rows(T, U, Y))
+
+
 @export("metres")
 def _(path):
     text(path, "t,drive,displacement [m]\n" + rows(T, U, 1e-6 * Y))

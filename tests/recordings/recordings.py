@@ -71,6 +71,14 @@ expect("no network: one line, and what to do", result.returncode == 1 and result
        "--from FOLDER" in result.stderr, result.stderr)
 result = run("--list")
 expect("the list", result.returncode == 0 and result.stdout.count("\n  licence  ") == len(module.RECORDINGS), result.stdout)
+result = run("--exports", "--list")
+expect("the list of exports", result.returncode == 0 and result.stdout.count("\n  licence  ") == len(module.EXPORTS))
+result = run("--exports", "--from", str(scratch / "empty"))
+expect("no exports", result.returncode == 1 and result.stderr.count("not there") == len(module.EXPORTS), result.stderr)
+(scratch / "scope_0.csv").write_text("x-axis,1\nsecond,Volt\n")
+result = run("--exports", "--from", str(scratch))
+expect("another export", result.returncode == 1 and "scope_0.csv: SHA-256" in result.stderr, result.stderr)
+expect("nothing is left of that", not (scratch / "out" / "exports").exists())
 
 if "HYST_RECORDINGS" in os.environ:
     result = run("--from", os.environ["HYST_RECORDINGS"])

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/samples.h"
+#include "diagnosis/where/drive_period.h"
 #include "diagnosis/where/loop_parts.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -8,11 +9,28 @@
 
 enum { FEWEST = 24, FEWEST_OF_ALL = 600 };
 
-/* Which of three blocks of time is held out, if nothing speaks against it. */
-enum { EVERY = 3, USUALLY = 2 };
+/* Which of three blocks of time is held out, if nothing speaks against it. From EVERY on: a third of them in an order
+ * that keeps step with no drive. */
+enum { EVERY = 3, USUALLY = 2, WAYS = 2 * EVERY, PHASES = 72 };
 
 static bool held_out(size_t samples, size_t sample, size_t which) {
-    return sample * SAMPLES_TIME_BLOCKS / samples % EVERY == which;
+    const size_t block = sample * SAMPLES_TIME_BLOCKS / samples;
+    const double golden = (double)block * 0.6180339887498949;
+    return which < EVERY ? block % EVERY == which : (size_t)(EVERY * (golden - floor(golden))) == which - EVERY;
+}
+
+/* Of the samples that are held out of a drive that repeats itself: the part at phases of which no fit sees any. */
+static double unseen_phases(size_t samples, size_t from, double period, size_t which) {
+    size_t held[PHASES] = {0}, fitted[PHASES] = {0}, all = 0, unseen = 0;
+    for (size_t k = from; k < samples; k++) {
+        const size_t phase = (size_t)(PHASES * fmod((double)k, period) / period) % PHASES;
+        *(held_out(samples, k, which) ? &held[phase] : &fitted[phase]) += 1;
+    }
+    for (size_t i = 0; i < PHASES; i++) {
+        all += held[i];
+        unseen += fitted[i] == 0 ? held[i] : 0;
+    }
+    return all > 0 ? (double)unseen / (double)all : 1.0;
 }
 
 /* Near one end of the range (0: the low one). */
@@ -34,11 +52,27 @@ static double evenness(const recording_t *recording, size_t from, size_t which, 
     return fmin(part / share, (1.0 - part) / (1.0 - share));
 }
 
-/* Which of three blocks of time is held out, by the drive alone: what happens only near an end of its range can be
- * found only where both parts have samples there. */
+/* Of a drive whose periods keep step with the blocks, so that the same part of each is held out. */
+static size_t out_of_step(size_t samples, size_t from, double period) {
+    size_t best = EVERY;
+    for (size_t which = EVERY; which < WAYS; which++) {
+        if (unseen_phases(samples, from, period, which) < unseen_phases(samples, from, period, best)) {
+            best = which;
+        }
+    }
+    return best;
+}
+
+/* Which of three blocks of time is held out, by the drive alone. What happens only near an end of its range can be
+ * found only where both parts have samples there. What happens only in a part of its period, where both have some of
+ * it. */
 static size_t choose_held_out(const recording_t *recording, size_t from) {
     double range[2], most = 0.0;
     size_t best = USUALLY;
+    const double period = drive_period(recording->column[COLUMN_DRIVE] + from, recording->samples - from);
+    if (period > 0.0 && unseen_phases(recording->samples, from, period, USUALLY) > threshold.most_unseen_phases) {
+        return out_of_step(recording->samples, from, period);
+    }
     values_range(recording->column[COLUMN_DRIVE] + from, recording->samples - from, range);
     for (size_t i = 0; i < EVERY && most < threshold.least_share_at_rails; i++) {
         const size_t which = (USUALLY + i) % EVERY;
