@@ -55,7 +55,8 @@ static struct {
 } arriving;
 
 /* The stage's supply in mV, four bits in the spare bits 5 to 2 of each code's first byte, the highest first; bit 6
- * marks the first of five. It counts when it has come twice alike: of two numbers that lost codes a third could be made. */
+ * marks the first of five. It counts when it has come twice alike: of two numbers that lost codes a third could be
+ * made. */
 #define SUPPLY_PARTS 5U
 static struct {
     uint32_t bits, before;
@@ -65,7 +66,7 @@ static struct {
 
 board_start_t board_init(void) {
     supply.parts = SUPPLY_PARTS;
-    supply.mv = HEALTH_ABSENT;                    /* nobody has said it */
+    supply.mv = HEALTH_ABSENT;                    /* not sent yet */
     const last_run_t last = last_run_take(false); /* the emulator's memory begins as zeros */
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM5 | RCC_APB1ENR_USART2;
     TIM5->CR1 = TIM_CR1_CEN;
