@@ -73,11 +73,13 @@ class Additions(unittest.TestCase):
                 s = (commanded - b.centre_v) / b.half_v
                 back = commanded + n["asymmetry"] * b.half_v * (s * s - 1.0)
             with self.subTest(effect=name):
-                self.assertIs(y, b.y)
+                known = len(commanded)      # a delayed drive ends before the recording does
+                self.assertGreater(known, 0.99 * b.n)
+                np.testing.assert_array_equal(y, b.y[:known])
                 self.assertAlmostEqual(got, 10.0, delta=0.4)
                 # the rate of the drive is that of its straight lines: a few per cent of what was changed
-                changed = signals.rms((commanded - b.drive)[inside])
-                self.assertLess(signals.rms((back - b.drive)[inside]), 0.05 * changed)
+                changed = signals.rms((commanded - b.drive[:known])[inside])
+                self.assertLess(signals.rms((back - b.drive[:known])[inside]), 0.05 * changed)
 
 
 class Differences(unittest.TestCase):
