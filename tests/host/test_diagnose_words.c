@@ -410,8 +410,10 @@ static void test_what_was_taken_stands_first(void) {
 static void test_page_stands_alone_and_is_repeatable(void) {
     set_unseen();
     work_out();
+    TEST_ASSERT_EQUAL_INT(0, setenv("SOURCE_DATE_EPOCH", "1700000000", 1)); /* a page says the second it was made in */
     TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, NULL, "one.html", &failure));
     TEST_ASSERT_TRUE(diagnosis_write_report(&diagnosis, &account, recordings, RECORDINGS, NULL, "two.html", &failure));
+    TEST_ASSERT_EQUAL_INT(0, unsetenv("SOURCE_DATE_EPOCH"));
     char *one = contents("one.html"), *two = contents("two.html");
     const char *const none[] = {"<script>", "http", "src=", "url(", "<b>&", "\"steps\"", " nan",
                                 ",nan",     ">nan", " inf", ",inf", ">inf", "-inf"};

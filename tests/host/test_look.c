@@ -168,7 +168,7 @@ static void test_a_period_between_samples(void) {
 /* A converter at 1/24 of the recording's rate: its staircase is neither noise, nor rests, nor steps. */
 static void test_a_converter_slower_than_the_recording(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
-        const double t = (double)(k / 24 * 24) / rate_hz;
+        const double t = (double)(k - k % 24) / rate_hz;
         drive()[k] = 50.0 + 45.0 * sin(2.0 * M_PI * 3.1 * t) * (1.0 + 0.3 * sin(2.0 * M_PI * 0.17 * t));
         position()[k] = 0.1 * drive()[k] + 0.005 * random_normal(&rng);
     }
