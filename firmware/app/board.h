@@ -61,7 +61,8 @@ enum {
     FAULT_SUPPLY = 32,   /**< the supply is too low, or outside of its limits */
     FAULT_CURRENT = 64,  /**< the average current is above its limit */
     FAULT_TEMPERATURE = 128,
-    FAULT_HIGH_VOLTAGE = 256 /**< the stage's supply is outside of its limits */
+    FAULT_HIGH_VOLTAGE = 256, /**< the stage's supply is outside of its limits */
+    FAULT_IMAGE = 512         /**< the image in force is not what was committed: memory has changed */
 };
 
 /** Bits of the register `reset_cause`. Append only. */

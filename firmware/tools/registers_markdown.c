@@ -126,7 +126,8 @@ static void print_duties(void) {
         "something:\n\n"
         "1. Unlock what it means to write (`unlock`): after a start the amplifier can be read and stopped, no more.\n"
         "2. Commit an image (`staging`, command 1). The output ramps to its `drive_park`.\n"
-        "3. Arm (command 9) and read `amplifier_state` until it is 3, hold: precharge takes %u ms.\n"
+        "3. Arm (command 9) and read `amplifier_state` until it is 3, hold: precharge takes %u ms, and longer, at "
+        "most %u ms, while the self test at its end fails.\n"
         "4. Set a mode, a setpoint, start a source, condition.\n"
         "5. Go on talking. Outside of park some request has to be accepted within `watchdog` milliseconds, %u unless "
         "it is set; the sample interrupt counts them, in periods, missed ones too.\n"
@@ -145,6 +146,11 @@ static void print_duties(void) {
         "| temperature, supply or the stage's supply outside of its limits (where the board measures them) | in the "
         "`health_looks`th look outside in a row, one each %u samples | the same. Arming is refused (exception 3) while "
         "it lasts |\n"
+        "| a supply or the temperature is outside of its limits at the end of precharge | %u ms after the output rests "
+        "| "
+        "the stage is disabled; the drive has not left park |\n"
+        "| the image in force is not what was committed: its coefficients in memory have changed | in precharge | the "
+        "same; push the image again |\n"
         "| processor fault | at once | ramp to the parking code within 50 ms (0.5 s without the PLL), stage off, "
         "restart; "
         "`reset_cause` 16 |\n"
@@ -152,7 +158,8 @@ static void print_duties(void) {
         "`reset_cause` 4 |\n\n"
         "`reset_cause` and `starts` tell a master that the amplifier has started anew. What it had set and not stored "
         "is gone, locks and the communication timeout are on.\n\n",
-        POWER_PRECHARGE_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP, HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
+        POWER_PRECHARGE_MS, POWER_SELF_TEST_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP,
+        HEALTH_CHANNELS * HEALTH_WATCH_EVERY, POWER_SELF_TEST_MS);
 }
 
 static void print_store(void) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/device.h"
+#include "amplifier/mode_names.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "base/stop_signal.h"
@@ -494,8 +495,9 @@ bool device_arm(device_t *device, failure_t *failure) {
             return false;
         }
         if (now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-            return fail(failure, "%s: the amplifier trips as soon as it is armed (faults 0x%04X)", device->port,
-                        (unsigned)now[INDEX_faults_live]);
+            char faults[FAULTS_TEXT];
+            return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->port,
+                        faults_text(now[INDEX_faults_live], faults));
         }
         if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
             return true;

@@ -47,9 +47,10 @@ static bool watch_next(watch_t *watch, failure_t *failure) {
     if (watch->now[INDEX_sequence] != before) {
         watch->progress_s = monotonic_s();
         if (watch->now[INDEX_state] == LOOP_PARKED) {
+            char faults[FAULTS_TEXT];
             return fail(failure,
-                        "the amplifier has parked (faults 0x%04X): somebody else, or its watchdog, stopped the run",
-                        (unsigned)watch->now[INDEX_faults_sticky]);
+                        "the amplifier has parked (faults: %s): somebody else, or its watchdog, stopped the run",
+                        faults_text(watch->now[INDEX_faults_sticky], faults));
         }
     } else if (monotonic_s() - watch->progress_s > STANDSTILL_S) {
         return fail(failure,

@@ -2,6 +2,7 @@
 #include "amplifier/mode_names.h"
 #include "hyst/compensator.h"
 #include "loop/telemetry.h"
+#include <stdio.h>
 
 const char *mode_name(int64_t mode) {
     static const char *const names[] = {
@@ -34,4 +35,35 @@ const char *power_name(int64_t state) {
         [AMPLIFIER_FAULT] = "in fault",
     };
     return state >= AMPLIFIER_OFF && state <= AMPLIFIER_FAULT ? names[state] : "in an unknown state";
+}
+
+/* By bit; registers.def explains them. */
+const char *fault_name(unsigned bit) {
+    static const char *const names[] = {"overrun",
+                                        "converter timeout",
+                                        "communication timeout",
+                                        "clock fallback",
+                                        "overload",
+                                        "supply too low or too high",
+                                        "average current too high",
+                                        "temperature",
+                                        "supply of the stage",
+                                        "image changed in memory"};
+    return bit < sizeof names / sizeof names[0] ? names[bit] : NULL;
+}
+
+const char *faults_text(int64_t faults, char text[FAULTS_TEXT]) {
+    size_t length = 0;
+    (void)snprintf(text, FAULTS_TEXT, "none");
+    for (unsigned bit = 0; bit < FAULT_BITS; bit++) {
+        if ((faults >> bit & 1) == 0 || length >= FAULTS_TEXT) {
+            continue;
+        }
+        const char *const comma = length > 0 ? ", " : "", *const name = fault_name(bit);
+        const int more = name != NULL
+                             ? snprintf(text + length, FAULTS_TEXT - length, "%s%s", comma, name)
+                             : snprintf(text + length, FAULTS_TEXT - length, "%sunknown (%u)", comma, 1U << bit);
+        length += more > 0 ? (size_t)more : 0;
+    }
+    return text;
 }

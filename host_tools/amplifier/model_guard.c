@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/model_guard.h"
+#include "amplifier/mode_names.h"
 #include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
 #include "chain/fit_ranges.h"
@@ -37,8 +38,9 @@ static bool look(guard_t *guard, failure_t *failure) {
         return false;
     }
     if (guard->now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-        return fail(failure, "the amplifier tripped (faults 0x%04X) and is parked",
-                    (unsigned)guard->now[INDEX_faults_sticky]);
+        char faults[FAULTS_TEXT];
+        return fail(failure, "the amplifier tripped (faults: %s) and is parked",
+                    faults_text(guard->now[INDEX_faults_sticky], faults));
     }
     return true;
 }

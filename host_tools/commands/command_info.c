@@ -9,20 +9,6 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-static void print_faults(int64_t faults, const char *none) {
-    static const char *const names[] = {
-        "overrun",        "converter timeout",        "communication timeout", "clock fallback",     "overload",
-        "supply too low", "average current too high", "temperature",           "supply of the stage"};
-    bool any = false;
-    for (unsigned bit = 0; bit < sizeof names / sizeof names[0]; bit++) {
-        if ((faults >> bit & 1) != 0) {
-            printf("%s%s", any ? ", " : "", names[bit]);
-            any = true;
-        }
-    }
-    printf("%s", any ? "" : none);
-}
-
 static void print_image(const hyst_parameters_t *image) {
     printf("image       model 0x%08" PRIX32 ", format %u, made for %g Hz, lookahead %" PRIu32 " samples\n",
            image->model_id, HYST_IMAGE_VERSION, (double)image->sample_rate_mhz / 1000.0, image->lookahead_samples);
@@ -58,11 +44,10 @@ static void print(const info_t *info) {
     printf("now         amplifier %s, %s, %s: reference %.4f %s, drive %.4f V, position %.4f um\n",
            power_name(now[INDEX_amplifier_state]), mode_name(now[INDEX_active_mode]), state_name(now[INDEX_state]),
            value, unit, info_volts(info, now[INDEX_drive]), info_micrometres(info, now[INDEX_position]));
-    printf("faults      now: ");
-    print_faults(now[INDEX_faults_live], "none");
-    printf("; since start or clear: ");
-    print_faults(now[INDEX_faults_sticky], "none");
-    printf("\nsamples     %" PRId64 ": %" PRId64 " late, %" PRId64 " without a conversion, %" PRId64
+    char live[FAULTS_TEXT], sticky[FAULTS_TEXT];
+    printf("faults      now: %s; since start or clear: %s\n", faults_text(now[INDEX_faults_live], live),
+           faults_text(now[INDEX_faults_sticky], sticky));
+    printf("samples     %" PRId64 ": %" PRId64 " late, %" PRId64 " without a conversion, %" PRId64
            " at a drive limit, %" PRId64 " unreachable, %" PRId64 " with a filter saturated\n",
            now[INDEX_samples], now[INDEX_overruns], now[INDEX_converter_timeouts], now[INDEX_drive_limited],
            now[INDEX_unreachable], now[INDEX_filter_saturated]);

@@ -10,9 +10,6 @@
 #include <stdio.h>
 
 /* By bit; registers.def explains them. */
-static const char *const fault_texts[] = {"overrun",         "converter timeout", "communication timeout",
-                                          "clock fallback",  "overload",          "supply too low",
-                                          "average current", "temperature",       "supply of the stage"};
 static const char *const limit_texts[] = {"drive range",
                                           "reference unreachable",
                                           "filter saturated",
@@ -24,23 +21,24 @@ static const char *const warning_texts[] = {
     "the model is no longer true", "the sensor is lost: its reading stands at an end of the converter",
     "the reading stands still while the drive moves", "the amplifier is hot, or its temperature sensor is lost"};
 
+static const char *limit_text(unsigned bit) {
+    return bit < sizeof limit_texts / sizeof limit_texts[0] ? limit_texts[bit] : NULL;
+}
+
+static const char *warning_text(unsigned bit) {
+    return bit < sizeof warning_texts / sizeof warning_texts[0] ? warning_texts[bit] : NULL;
+}
+
 /* One that newer firmware has is shown by its value. */
-static json_t *names(int64_t bits, const char *const text[], unsigned count) {
+static json_t *names(int64_t bits, const char *(*name)(unsigned bit)) {
     json_t *list = json_array();
-    for (unsigned bit = 0; bit < 16; bit++) {
+    for (unsigned bit = 0; bit < FAULT_BITS; bit++) {
         if ((bits >> bit & 1) != 0) {
-            json_array_append_new(list, bit < count ? json_string(text[bit]) : json_sprintf("unknown (%u)", 1U << bit));
+            const char *const text = name(bit);
+            json_array_append_new(list, text != NULL ? json_string(text) : json_sprintf("unknown (%u)", 1U << bit));
         }
     }
     return list;
-}
-
-static json_t *faults(int64_t bits) {
-    return names(bits, fault_texts, sizeof fault_texts / sizeof fault_texts[0]);
-}
-
-static json_t *warnings(int64_t bits) {
-    return names(bits, warning_texts, sizeof warning_texts / sizeof warning_texts[0]);
 }
 
 /* Root mean square of what the model misses, of the last tenth of a second; null before there is one. */
@@ -108,10 +106,11 @@ json_t *live_snapshot(live_clock_t *clock, const int64_t now[REGISTER_COUNT], co
                      rounded(drive_to_volts(image, (hyst_q31_t)now[INDEX_drive])), "position", rounded(position),
                      "error", follows ? rounded(position - reference) : json_null(), "mode", mode_name(mode), "state",
                      state_name(now[INDEX_state]), "power", power_name(now[INDEX_amplifier_state]), "limits",
-                     names(now[INDEX_limits_live], limit_texts, sizeof limit_texts / sizeof limit_texts[0]), "faults",
-                     faults(now[INDEX_faults_live]), "faults_before", faults(now[INDEX_faults_sticky]), "warnings",
-                     warnings(now[INDEX_warnings_live]), "warnings_before", warnings(now[INDEX_warnings_sticky]),
-                     "model_error", model_error(now, image), "counters", counters(now));
+                     names(now[INDEX_limits_live], limit_text), "faults", names(now[INDEX_faults_live], fault_name),
+                     "faults_before", names(now[INDEX_faults_sticky], fault_name), "warnings",
+                     names(now[INDEX_warnings_live], warning_text), "warnings_before",
+                     names(now[INDEX_warnings_sticky], warning_text), "model_error", model_error(now, image),
+                     "counters", counters(now));
 }
 
 json_t *live_line(const char *port, const device_t *device, const hyst_parameters_t *image, const char *why) {

@@ -11,6 +11,7 @@
 #include "built_from.h"
 #include "fake_board.h"
 #include "loop/loop.h"
+#include "loop/loop_memory.h"
 #include "master.h"
 #include "protection/health_watch.h"
 #include "random.h"
@@ -101,7 +102,7 @@ static void live(void) {
         master_command(COMMAND_START);
     }
     loop_master_heard();
-    run((unsigned)random_between(&rng, 0, 1000));
+    run((unsigned)random_between(&rng, 1, 1000)); /* at least one, that the registers show the start */
 }
 
 /* In a fault, at park after the ramp, and there until the command stop. */
@@ -277,6 +278,62 @@ static bool stage_supply_implausible(void) {
     return reading_trips(HEALTH_HIGH_VOLTAGE, random_between(&rng, 0, 1) == 0 ? 0 : 170001, FAULT_HIGH_VOLTAGE);
 }
 
+/* Off, and then armed again, with something wrong: is it found before anything moves? */
+static bool self_test_finds(uint32_t fault) {
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_command, COMMAND_ARM));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, (uint32_t)HIGH));
+    bool rested = true;
+    unsigned samples = 0;
+    do {
+        loop_master_heard();
+        run(1);
+        rested = rested && (last == PARK || !fake_board.stage_enabled);
+    } while (++samples < 10100 && state() == AMPLIFIER_PRECHARGE);
+    const bool found =
+        state() == AMPLIFIER_FAULT && !fake_board.stage_enabled && 1U << (master_get(INDEX_trip_cause) - 1U) == fault;
+    master_command(COMMAND_STOP);
+    run(3);
+    return rested && found && state() == AMPLIFIER_OFF;
+}
+
+static void disarm(void) {
+    master_command(COMMAND_DISARM);
+    loop_master_heard();
+    run(9000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+}
+
+static bool stage_does_not_come_up(void) {
+    disarm();
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = random_between(&rng, 0, 1) == 0 ? 149999 : 170001;
+    run(HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
+    const bool found = self_test_finds(FAULT_HIGH_VOLTAGE);
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = FAKE_HIGH_VOLTAGE;
+    return found;
+}
+
+/* Any one bit of the coefficients. Out of it by another commit, and by nothing else. */
+static bool image_changes_in_memory(void) {
+    disarm();
+    char *bytes = (char *)&loop.active->compensator.drive_park;
+    const long length = (long)(sizeof loop.active->compensator - offsetof(hyst_compensator_t, drive_park));
+    char *at = bytes + random_between(&rng, 0, length - 1);
+    const char bit = (char)(1U << random_between(&rng, 0, 7));
+    *at = (char)(*at ^ bit);
+    const bool found = self_test_finds(FAULT_IMAGE);
+    const bool again = self_test_finds(FAULT_IMAGE);
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    master_write_words(ADDRESS_staging, words, image(words, 2));
+    master_command(COMMAND_COMMIT);
+    loop_master_heard();
+    run(3000);
+    master_command(COMMAND_ARM);
+    loop_master_heard();
+    run(1100);
+    return found && again && state() == AMPLIFIER_HOLD && (master_get(INDEX_limits_live) & LIMIT_MEMORY) == 0;
+}
+
 static bool warm(void) {
     loop_master_heard();
     const uint32_t before = state();
@@ -320,6 +377,10 @@ static const struct {
     {"too hot", "ramp to park after the debounce count; out only by stop", too_hot, false},
     {"supply outside of its limits", "the same", supply_implausible, false},
     {"supply of the stage outside of its limits, while it is up", "the same", stage_supply_implausible, false},
+    {"supply of the stage does not come up", "stage off a second after arming, drive still parked; out only by stop",
+     stage_does_not_come_up, false},
+    {"image in force changes in memory", "stage not enabled when it is armed; out only by another commit",
+     image_changes_in_memory, false},
     {"warm, or the temperature sensor lost", "warning after the debounce count; nothing stops", warm, false},
     {"output range narrowed under motion", "ramp into it, and nothing leaves it", range_narrowed, false},
     {"sensor lost", "warning after 0.1 s at an end of the converter; nothing stops", sensor_lost, false},

@@ -261,14 +261,47 @@ static void test_the_stages_supply_counts_while_it_is_up(void) {
     (void)fake_board_run(20 * HEALTH_WATCH_LOOKS * LOOKS);
     expect_arming_after(HEALTH_HIGH_VOLTAGE, 160000);
     expect_trip(HEALTH_HIGH_VOLTAGE, 170001, FAULT_HIGH_VOLTAGE);
-    /* And one that does not come up trips once it should have. */
+}
+
+static void arm_without_the_stages_supply(void) {
+    master_command(COMMAND_DISARM);
+    (void)fake_board_run(5000);
     fake_board.health[HEALTH_HIGH_VOLTAGE] = 0;
     (void)fake_board_run(LOOKS);
     master_command(COMMAND_ARM);
-    (void)fake_board_run(POWER_PRECHARGE_MS * 1000U / FAKE_SAMPLE_US);
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_setpoint, 1 << 30);
+}
+
+enum { SELF_TEST = POWER_SELF_TEST_MS * 1000 / FAKE_SAMPLE_US };
+
+/* Precharge waits for a stage that comes up late. */
+static void test_a_stage_that_comes_up_late(void) {
+    arm_without_the_stages_supply();
+    for (unsigned i = 0; i < SELF_TEST - LOOKS; i++) {
+        TEST_ASSERT_EQUAL_INT32(0, fake_board_run(1));
+        TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_PRECHARGE, master_get(INDEX_amplifier_state));
+    }
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = FAKE_HIGH_VOLTAGE;
+    (void)fake_board_run(LOOKS);
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
+    (void)fake_board_run(3000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+}
+
+/* One that does not come up is a fault of its own, and the drive has not moved. */
+static void test_a_stage_that_does_not_come_up(void) {
+    arm_without_the_stages_supply();
+    TEST_ASSERT_EQUAL_INT32(0, fake_board_run(SELF_TEST - 1U));
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_PRECHARGE, master_get(INDEX_amplifier_state));
-    (void)fake_board_run(2 + HEALTH_WATCH_LOOKS * LOOKS);
+    TEST_ASSERT_TRUE(fake_board.stage_enabled);
+    TEST_ASSERT_EQUAL_INT32(0, fake_board_run(3));
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state));
+    TEST_ASSERT_FALSE(fake_board.stage_enabled);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_HIGH_VOLTAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
+    master_command(COMMAND_STOP);
+    (void)fake_board_run(3);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, master_get(INDEX_amplifier_state));
 }
 
 static void test_the_alert_warns_and_stops_nothing(void) {
@@ -323,6 +356,8 @@ int main(void) {
     RUN_TEST(test_heat_trips_and_holds_off_arming_while_it_lasts);
     RUN_TEST(test_a_supply_outside_of_its_limits_trips);
     RUN_TEST(test_the_stages_supply_counts_while_it_is_up);
+    RUN_TEST(test_a_stage_that_comes_up_late);
+    RUN_TEST(test_a_stage_that_does_not_come_up);
     RUN_TEST(test_the_alert_warns_and_stops_nothing);
     RUN_TEST(test_limits_and_the_debounce_are_registers);
     RUN_TEST(test_what_a_board_does_not_have_is_never_wrong);

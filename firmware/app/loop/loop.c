@@ -37,6 +37,7 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     }
     loop.standing_faults = faults;
     power_init(&loop.power);
+    loop.image_whole = true;
     loop.bypass = false;
     loop.overruns_in_a_row = 0;
     loop.silence = 0;
@@ -104,10 +105,26 @@ static inline hyst_q31_t next_reference(unsigned *events) {
     return loop.reference;
 }
 
+/* Nothing of a damaged image is carried over. The output goes on from where it is. */
+static void begin_anew(const loop_parameters_t *next) {
+    const hyst_q31_t drive = loop.compensator.drive;
+    hyst_compensator_reset(&next->compensator, &loop.compensator);
+    loop.compensator.drive = drive;
+    loop.bypass = false;
+    loop.image_whole = true;
+}
+
+static bool taken_over(const loop_parameters_t *next) {
+    if (!loop.image_whole && loop.power.state == POWER_OFF) {
+        begin_anew(next);
+        return true;
+    }
+    return !loop.bypass && hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator);
+}
+
 static void adopt_pending(void) {
     loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_acquire);
-    if (next != NULL && !loop.bypass &&
-        hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator)) {
+    if (next != NULL && taken_over(next)) {
         loop.active = next;
         board_keep_park(loop_park_code());
         atomic_store_explicit(&loop.pending, NULL, memory_order_release);
@@ -128,7 +145,7 @@ static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, uns
     return drive;
 }
 
-/* After an overload: nothing that depends on a model. */
+/* After an overload, or with a damaged image: nothing that depends on a model. */
 static hyst_q31_t ramp_to_park(unsigned *events) {
     const drive_range_t *range = &loop.active->range;
     *events = MEMORY_LOST;

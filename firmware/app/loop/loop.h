@@ -64,8 +64,9 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults);
 bool loop_adopt(loop_parameters_t *next);
 bool loop_adoption_pending(void);
 
-/** To precharge and on. False in a fault. Disarming ramps to park, then off. */
-bool loop_arm(void);
+/** To precharge and on. `image_whole`: the image in force is what was committed (parameter_store_whole); trips in
+ * precharge if not (FAULT_IMAGE). False in a fault. Disarming ramps to park, then off. */
+bool loop_arm(bool image_whole);
 void loop_disarm(void);
 /** Armed: precharge or on. Ready: on. */
 bool loop_armed(void);

@@ -97,9 +97,11 @@ void loop_set_mode(hyst_mode_t mode) {
     board_unlock(key);
 }
 
-bool loop_arm(void) {
+bool loop_arm(bool image_whole) {
     const uint32_t key = take();
-    const bool armed = power_arm(&loop.power, loop_samples_in(POWER_PRECHARGE_MS));
+    const bool armed = power_arm(&loop.power, loop_samples_in(POWER_PRECHARGE_MS),
+                                 loop_samples_in(POWER_SELF_TEST_MS - POWER_PRECHARGE_MS));
+    loop.image_whole = loop.image_whole && image_whole;
     board_unlock(key);
     return armed;
 }

@@ -40,7 +40,8 @@ typedef struct {
     past_t past[HISTORY];
     uint32_t standing_faults; /* live until something ends them */
     power_state_t power;
-    bool bypass; /* after an overload: a plain ramp in place of the compensator */
+    bool image_whole; /* in force: as committed, when it was last armed */
+    bool bypass;      /* after an overload or with a damaged image: a plain ramp in place of the compensator */
     uint32_t overruns_in_a_row;
     uint32_t silence, timeout; /* periods since a master was heard, and more than how many trip */
     uint32_t missed;           /* periods without a sample, since the start */
@@ -67,7 +68,7 @@ _Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event i
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
 #define TRIPS                                                                                                          \
     ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT | FAULT_TEMPERATURE |                   \
-                FAULT_HIGH_VOLTAGE))
+                FAULT_HIGH_VOLTAGE | FAULT_IMAGE))
 
 /* The average current is over 2^13 samples: 0.8 s at 10 kHz, in which a power stage warms up little. A step is below
  * 2^32, so in units of 2^11 below 2^21; no board's is above an eighth of that, and the sum stays below 2^32. */

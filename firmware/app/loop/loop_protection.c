@@ -2,6 +2,7 @@
 /* What trips, and what stops motion. docs/DESIGN.md, section 4. */
 #include "loop/capture.h"
 #include "loop/loop_memory.h"
+#include "protection/health_watch.h"
 
 void loop_stop_source(void) {
     if (loop.source.playing) {
@@ -36,6 +37,9 @@ static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
+    if (!loop.image_whole && loop.power.state == POWER_PRECHARGE) {
+        faults |= FAULT_IMAGE;
+    }
     const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
     loop.overruns_in_a_row = input->overrun && !adopting ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
@@ -51,21 +55,28 @@ static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
     return faults;
 }
 
+static void trip(uint32_t faults) {
+    loop_to_park();
+    if (loop.power.state != POWER_FAULT) {
+        capture_event(CAPTURE_AT_FAULT);
+    }
+    power_trip(&loop.power, faults);
+    loop.standing_faults |= faults;
+    loop.bypass = loop.bypass || (faults & (FAULT_OVERLOAD | FAULT_IMAGE)) != 0;
+}
+
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
 void loop_protect(const loop_input_t *input, uint32_t known_faults) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
     const uint32_t faults = tripping(input, known_faults);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
-        loop_to_park();
-        if (loop.power.state != POWER_FAULT) {
-            capture_event(CAPTURE_AT_FAULT);
-        }
-        power_trip(&loop.power, faults);
-        loop.standing_faults |= faults;
-        loop.bypass = loop.bypass || (faults & FAULT_OVERLOAD) != 0;
+        trip(faults);
     }
-    power_sample(&loop.power, parked);
-    if (loop.bypass && loop.power.state == POWER_OFF) {
+    const uint32_t failed = power_sample(&loop.power, parked, health_watch_outside());
+    if (failed != 0) {
+        trip(failed);
+    }
+    if (loop.bypass && loop.image_whole && loop.power.state == POWER_OFF) {
         loop.bypass = false;
         hyst_compensator_reset(&loop.active->compensator, &loop.compensator); /* as after a start */
     }

@@ -63,12 +63,25 @@ static uint32_t with(uint32_t bits, uint32_t bit, bool on) {
     return on ? bits | bit : bits & ~bit;
 }
 
+static bool outside(const channel_t *channel, int32_t x) {
+    return x != HEALTH_ABSENT && (x < channel->low || x > channel->high);
+}
+
+uint32_t health_watch_outside(void) {
+    uint32_t faults = 0;
+    for (unsigned i = 0; i < HEALTH_CHANNELS; i++) {
+        const channel_t *channel = &watch.channel[i];
+        faults = with(faults, channel->fault, outside(channel, channel->reading));
+    }
+    return faults;
+}
+
 uint32_t health_watch_look(bool stage_up) {
     const health_channel_t which = (health_channel_t)watch.next;
     channel_t *channel = &watch.channel[which];
     const int32_t x = board_health(which);
     const bool there = x != HEALTH_ABSENT && (which != HEALTH_HIGH_VOLTAGE || stage_up);
-    const bool trips = debounced(&channel->tripping, there && (x < channel->low || x > channel->high));
+    const bool trips = debounced(&channel->tripping, there && outside(channel, x));
     const bool warns = debounced(&channel->alerting, there && (x < channel->alert_low || x > channel->alert_high));
     channel->reading = x;
     watch.faults = with(watch.faults, channel->fault, trips);

@@ -10,7 +10,8 @@
  *   supply         outside of its limits trips
  *   high voltage   likewise, but only while the stage is up: before that it is none
  *
- * A channel that the board does not have (HEALTH_ABSENT) is never outside.
+ * A channel that the board does not have (HEALTH_ABSENT) is never outside. The self test at the end of precharge asks
+ * for all of them as last read, without debounce: the stage's supply has to be up before the drive may move.
  */
 #ifndef HEALTH_WATCH_H
 #define HEALTH_WATCH_H
@@ -34,6 +35,10 @@ void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks
 
 /** Sample interrupt, every HEALTH_WATCH_EVERY samples. Returns the FAULT_ bits of what is outside of its limits. */
 uint32_t health_watch_look(bool stage_up);
+
+/** FAULT_ bits of what is outside of its limits in the last look of its channel, whether the stage is up or not. Sample
+ * interrupt. */
+uint32_t health_watch_outside(void);
 
 /** WARNING_ bits. */
 uint32_t health_watch_warnings(void);

@@ -1,17 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 #include "protection/power_state.h"
+#include "board.h"
 
 void power_init(power_state_t *power) {
     *power = (power_state_t){.state = POWER_OFF};
 }
 
-bool power_arm(power_state_t *power, uint32_t samples) {
+bool power_arm(power_state_t *power, uint32_t samples, uint32_t patience) {
     if (power->state == POWER_FAULT) {
         return false;
     }
     if (!power_armed(power)) {
         power->state = POWER_PRECHARGE;
         power->precharge = samples;
+        power->patience = patience;
     }
     return true;
 }
@@ -38,20 +40,27 @@ bool power_leave_fault(power_state_t *power) {
     return true;
 }
 
-void power_sample(power_state_t *power, bool parked) {
+uint32_t power_sample(power_state_t *power, bool parked, uint32_t failing) {
     if (power->state == POWER_STOPPING && parked) {
         power->state = POWER_OFF;
     }
     /* The output rests first: an arming that interrupts a stop waits for the end of the ramp. */
-    if (power->state == POWER_PRECHARGE && parked) {
-        if (power->precharge == 0) {
-            power->state = POWER_ON;
-        } else {
-            power->precharge--;
-        }
+    if (power->state != POWER_PRECHARGE || !parked) {
+        return 0;
     }
+    if (power->precharge > 0) {
+        power->precharge--;
+    } else if (failing == 0) {
+        power->state = POWER_ON;
+    } else if (power->patience > 0) {
+        power->patience--;
+    } else {
+        return failing;
+    }
+    return 0;
 }
 
 bool power_stage_enabled(const power_state_t *power, bool parked) {
-    return power->state != POWER_OFF && !(power->state == POWER_FAULT && parked);
+    const bool none_to_ramp = parked || (power->cause & FAULT_IMAGE) != 0; /* a stage that was off stays so */
+    return power->state != POWER_OFF && !(power->state == POWER_FAULT && none_to_ramp);
 }

@@ -4,14 +4,15 @@
  *
  *   off         parked, stage disabled, nothing moves
  *     | arm
- *   precharge   stage enabled, output at the parking drive: time for the stage to come up
- *     | after POWER_PRECHARGE_MS
+ *   precharge   stage enabled, output at the parking drive: time for the stage to come up, and self test
+ *     | after POWER_PRECHARGE_MS, when nothing fails; a fault, if it still does after POWER_SELF_TEST_MS
  *   on          modes, sources and conditioning are possible
  *     | disarm
  *   stopping    ramp to the parking drive, then off
  *
- *   fault       from any state: ramp to the parking drive, then the stage is disabled. Only the command stop leads out
- * of it, to stopping and so to off; arming comes after that. Nothing re-enables itself.
+ *   fault       from any state: ramp to the parking drive, then the stage is disabled (with a damaged image at once,
+ * which is found when it has just been enabled). Only the command stop leads out of it, to stopping and so to off;
+ * arming comes after that. Nothing re-enables itself.
  *
  * May be called from: the context that owns the power_state_t (the sample interrupt; the main loop under board_lock).
  */
@@ -22,20 +23,24 @@
 #include <stdint.h>
 
 #define POWER_PRECHARGE_MS 100U
+/** From the beginning of precharge: a stage whose supply is not up by then has failed. */
+#define POWER_SELF_TEST_MS 1000U
 
 typedef enum { POWER_OFF, POWER_PRECHARGE, POWER_ON, POWER_STOPPING, POWER_FAULT } power_t;
 
 typedef struct {
     power_t state;
     uint32_t precharge; /**< samples that are left of it */
+    uint32_t patience;  /**< samples after it in which the self test may fail */
     uint32_t cause;     /**< FAULT_ bits of what tripped, 0 outside of fault */
 } power_state_t;
 
 /** Off. */
 void power_init(power_state_t *power);
 
-/** To precharge, for so many samples. Nothing happens when it is armed already. False in a fault. */
-bool power_arm(power_state_t *power, uint32_t samples);
+/** To precharge, for so many samples, and at most `patience` more. Nothing happens when it is armed already. False in a
+ * fault. */
+bool power_arm(power_state_t *power, uint32_t samples, uint32_t patience);
 
 /** To stopping, unless off or in a fault. */
 void power_disarm(power_state_t *power);
@@ -46,8 +51,9 @@ void power_trip(power_state_t *power, uint32_t cause);
 /** Out of a fault, if there is one. Returns whether there was. */
 bool power_leave_fault(power_state_t *power);
 
-/** Before each sample: is the output at the parking drive? */
-void power_sample(power_state_t *power, bool parked);
+/** Before each sample: is the output at the parking drive, and which faults does the self test find (FAULT_ bits; asked
+ * in precharge alone)? Returns those that are to trip: precharge has waited for them long enough. */
+uint32_t power_sample(power_state_t *power, bool parked, uint32_t failing);
 
 /** Armed: precharge or on. */
 static inline bool power_armed(const power_state_t *power) {

@@ -405,7 +405,7 @@ void control_execute(control_command_t command, uint32_t value[REGISTER_COUNT]) 
         control_latch(value);
         break;
     case COMMAND_ARM:
-        (void)loop_arm();
+        (void)loop_arm(parameter_store_whole());
         break;
     case COMMAND_DISARM:
         loop_disarm();

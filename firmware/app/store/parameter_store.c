@@ -10,11 +10,39 @@ static struct {
     uint32_t staging[PARAMETER_STORE_WORDS];
     uint32_t active[PARAMETER_STORE_WORDS];
     loop_parameters_t half[2];
-    unsigned idle; /* the half that the loop does not use */
+    uint32_t checksum; /* of the other half */
+    unsigned idle;     /* the half that the loop does not use */
     bool image_given;
     uint32_t active_cost; /* cycles */
     parameter_store_status_t status;
 } store;
+
+/* A checksum of so many bytes, which goes on from another one. */
+static uint32_t checksum_on(uint32_t checksum, const void *bytes, size_t length) {
+    const char *at = bytes;
+    while (length > 0) {
+        uint32_t words[16] = {checksum};
+        const size_t portion = length < sizeof words - sizeof checksum ? length : sizeof words - sizeof checksum;
+        memcpy(&words[1], at, portion);
+        checksum = hyst_crc32(words, sizeof words / sizeof words[0]);
+        at += portion;
+        length -= portion;
+    }
+    return checksum;
+}
+
+/* Of what a build writes and nothing else does: not the limits in force, which are the registers' and the loop's. */
+static uint32_t checksum_of(const loop_parameters_t *built) {
+    const size_t before = offsetof(hyst_compensator_t, drive_low), from = offsetof(hyst_compensator_t, drive_park);
+    uint32_t checksum = checksum_on(0, &built->compensator, before);
+    checksum = checksum_on(checksum, (const char *)&built->compensator + from, sizeof built->compensator - from);
+    checksum = checksum_on(checksum, &built->lookahead_samples, sizeof built->lookahead_samples);
+    return checksum_on(checksum, &built->image_range, sizeof built->image_range);
+}
+
+bool parameter_store_whole(void) {
+    return checksum_of(&store.half[1U - store.idle]) == store.checksum;
+}
 
 /* Notes what it costs, too. */
 static hyst_parameters_fault_t check_cost(const hyst_parameters_t *parameters) {
@@ -69,6 +97,7 @@ loop_parameters_t *parameter_store_init(void) {
     store.status.cost_budget = hyst_cost_budget(board_core_hz(), board_info.sample_rate_mhz);
     if (load(&parameters)) {
         store.active_cost = store.status.cost;
+        store.checksum = checksum_of(&store.half[0]);
         return &store.half[0];
     }
     memset(store.active, 0, sizeof store.active);
@@ -78,6 +107,7 @@ loop_parameters_t *parameter_store_init(void) {
     (void)hyst_parameters_encode(&parameters, store.active, PARAMETER_STORE_WORDS);
     (void)build(&parameters, &store.half[0]); /* always valid; without it there is no loop, whatever it costs */
     store.active_cost = store.status.cost;
+    store.checksum = checksum_of(&store.half[0]);
     return &store.half[0];
 }
 
@@ -143,6 +173,7 @@ void parameter_store_commit(void) {
     if (fault.error != HYST_PARAMETERS_OK) {
         return;
     }
+    store.checksum = checksum_of(&store.half[store.idle]);
     (void)loop_adopt(&store.half[store.idle]);
     store.idle = 1U - store.idle;
     store.image_given = true;

@@ -52,6 +52,10 @@ typedef struct {
 
 parameter_store_status_t parameter_store_status(void);
 
+/** Are the coefficients that the last commit, or the start, built still what they were? Reads all of them: some
+ * milliseconds on a Cortex-M4 (estimated, not measured on silicon). */
+bool parameter_store_whole(void);
+
 /** Stores the image in force with these limits, at most IMAGE_STORE_LIMITS_MAX. Only while loop_off(). */
 void parameter_store_save(const stored_limit_t *limits, size_t count);
 
