@@ -317,7 +317,7 @@ static bool stage_does_not_come_up(void) {
 static bool image_changes_in_memory(void) {
     disarm();
     char *bytes = (char *)&loop.active->compensator.drive_park;
-    const long length = (long)(sizeof loop.active->compensator - offsetof(hyst_compensator_t, drive_park));
+    const int32_t length = (int32_t)(sizeof loop.active->compensator - offsetof(hyst_compensator_t, drive_park));
     char *at = bytes + random_between(&rng, 0, length - 1);
     const char bit = (char)(1U << random_between(&rng, 0, 7));
     *at = (char)(*at ^ bit);
