@@ -36,10 +36,6 @@ typedef struct {
 } wishes_t;
 
 static bool show(const wishes_t *wishes, const bode_t *response, bool small, failure_t *failure) {
-    if (response->measured.count == 0) {
-        return fail(failure, "%s: no frequency response: the drive moves too little, or not for long enough",
-                    response->recording);
-    }
     if (wishes->json) {
         json_t *all = bode_to_json(response);
         json_object_set_new(all, "format", json_string("hyst-bode-1"));
@@ -59,21 +55,12 @@ static bool show(const wishes_t *wishes, const bode_t *response, bool small, fai
 /* The recording's response, and that of the model if there is one. */
 static bool run(const wishes_t *wishes, const recording_t *recording, const model_t *model, bool small,
                 failure_t *failure) {
-    drive_look_t drive;
     bode_t response;
-    if (recording->samples < 64) {
-        return fail(failure, "%s: %zu samples are too few for a frequency response; 64 are needed", recording->name,
-                    recording->samples);
-    }
-    if (!drive_look(recording, &drive, failure)) {
+    if (!bode_ask(recording, model, &response, failure)) {
         return false;
     }
-    bool good = bode_of(recording, &drive, model, &response, failure);
-    if (good) {
-        good = show(wishes, &response, small, failure);
-        bode_free(&response);
-    }
-    drive_look_free(&drive);
+    const bool good = show(wishes, &response, small, failure);
+    bode_free(&response);
     return good;
 }
 

@@ -94,6 +94,9 @@ HYST_HOST hyst_host_recording_t *hyst_host_recording_span(const hyst_host_record
 HYST_HOST int hyst_host_recording_write(const hyst_host_recording_t *recording, const char *path);
 HYST_HOST void hyst_host_recording_free(hyst_host_recording_t *recording);
 
+/** `hyst look`: answers as the command with --json, without "format". text (may be NULL) receives what it prints. */
+HYST_HOST char *hyst_host_look(const hyst_host_recording_t *const *recordings, size_t count, char **text);
+
 /* ----------------------------------------------------------------------------------------------------- models --- */
 
 HYST_HOST hyst_host_model_t *hyst_host_model_read(const char *path);
@@ -114,6 +117,13 @@ HYST_HOST hyst_host_model_t *hyst_host_fit(const hyst_host_recording_t *const *r
  */
 HYST_HOST int hyst_host_simulate(const hyst_host_model_t *model, double sample_rate_hz, size_t samples,
                                  const double *drive_v, const char *options, double *position_um);
+/**
+ * `hyst bode`: of a recording, and of a model (may be NULL) under its drive; without a recording (NULL) of the model
+ * for small signals. options: NULL, or, without a recording, "bias_v", "amplitude_v" and "sample_rate_hz". Answers as
+ * the command with --json, without "format".
+ */
+HYST_HOST char *hyst_host_bode(const hyst_host_recording_t *recording, const hyst_host_model_t *model,
+                               const char *options);
 /**
  * `hyst compile`: the parameter image, *length bytes; NULL on failure. options: NULL, or those of the command as
  * "sample_rate_hz", "drive_range_v": [low, high], "position_range_um", "delay_s", "frequency_hz", "preload_n",

@@ -39,6 +39,27 @@ bool bode_of(const recording_t *recording, const drive_look_t *drive, const mode
     return good;
 }
 
+enum { FEWEST_SAMPLES = 64 };
+
+bool bode_ask(const recording_t *recording, const model_t *model, bode_t *bode, failure_t *failure) {
+    drive_look_t drive;
+    if (recording->samples < FEWEST_SAMPLES) {
+        return fail(failure, "%s: %zu samples are too few for a frequency response; %d are needed", recording->name,
+                    recording->samples, FEWEST_SAMPLES);
+    }
+    if (!drive_look(recording, &drive, failure)) {
+        return false;
+    }
+    const bool good = bode_of(recording, &drive, model, bode, failure);
+    drive_look_free(&drive);
+    if (good && bode->measured.count == 0) {
+        bode_free(bode);
+        return fail(failure, "%s: no frequency response: the drive moves too little, or not for long enough",
+                    recording->name);
+    }
+    return good;
+}
+
 void bode_free(bode_t *bode) {
     response_free(&bode->measured);
     response_free(&bode->model);
@@ -55,7 +76,8 @@ static const response_point_t *model_at(const bode_t *bode, double frequency_hz)
 }
 
 void bode_print(FILE *file, const bode_t *bode) {
-    fprintf(file, "%s: %zu frequencies, by %s\n", bode->recording, bode->measured.count,
+    fprintf(file, "%s: %zu %s, by %s\n", bode->recording, bode->measured.count,
+            bode->measured.count == 1 ? "frequency" : "frequencies",
             bode->measured.periodic ? "whole periods of the drive" : "local polynomials");
     fprintf(file, "%12s %12s %9s %9s %8s %9s%s\n", "frequency Hz", "gain um/V", "+-", "phase deg", "+-", "coherence",
             bode->has_model ? "   model um/V  and deg" : "");

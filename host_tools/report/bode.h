@@ -24,6 +24,9 @@ bool bode_of(const recording_t *recording, const drive_look_t *drive, const mode
 /** The same of a position that was simulated already; NULL: no model. */
 void bode_of_simulated(const recording_t *recording, const drive_look_t *drive, const double *simulated_um,
                        bode_t *bode);
+/** The same with a look at the drive first. Fails, too, where there is no response: too few samples, or too little that
+ * moves. */
+bool bode_ask(const recording_t *recording, const model_t *model, bode_t *bode, failure_t *failure);
 void bode_free(bode_t *bode);
 
 /** A row a frequency. */

@@ -179,6 +179,12 @@ class Models(unittest.TestCase):
                                       hyst.read("simulated.csv").displacement)
         self.assertEqual(len(self.model.simulate([0, 1, 2])), 3)
 
+    def test_a_simulation_of_a_recording(self):
+        simulated = hyst.simulate(self.model, self.recording)
+        np.testing.assert_array_equal(simulated, self.model.simulate(self.recording.drive, self.recording.sample_rate))
+        np.testing.assert_array_equal(hyst.simulate(self.model, [0, 1, 2], 1000), self.model.simulate([0, 1, 2], 1000))
+        self.assertIn("has its own", line_of(hyst.simulate, self.model, self.recording, 1000))
+
     def test_an_image_is_that_of_the_command(self):
         self.model.save("saved.json")
         options = ("--sample-rate", "10000", "--drive-range", "0:100", "--position-range", "-5:40")
@@ -314,6 +320,49 @@ class Diagnoses(unittest.TestCase):
         short.write("short.csv")
         self.assertEqual(line_of(hyst.diagnose, short), line_of(command, "diagnose", "short.csv"))
         self.assertIn("no recordings", line_of(hyst.diagnose, []))
+
+
+
+class Looks(unittest.TestCase):
+    def test_a_look_is_that_of_the_command(self):
+        recording = hyst.read(RECORDING)
+        stuck = hyst.Recording(recording.drive, np.where(np.arange(len(recording.drive)) // 300 == 20, 12.0,
+                                                         recording.displacement), sample_rate=recording.sample_rate)
+        stuck.write("stuck.csv")
+        several = [recording, hyst.read("stuck.csv")]
+        looked = hyst.look(several)
+        told = json.loads(command("look", RECORDING, "stuck.csv", "--json"))
+        told.pop("format")
+        self.assertEqual(looked.json, told)
+        self.assertEqual(str(looked), command("look", RECORDING, "stuck.csv"))
+        self.assertIn("stuck_samples", [fault.block for fault in looked.faults])
+        self.assertIn("stuck_samples", repr(looked))
+        self.assertEqual(looked.faults[0].place, "recording")
+
+    def test_a_response_is_that_of_the_command(self):
+        recording, model = hyst.read(RECORDING), hyst.fit(hyst.read(RECORDING))
+        model.save("bode.json")
+        told = json.loads(command("bode", RECORDING, "--model", "bode.json", "--json"))
+        answer = hyst.bode(recording, model)
+        self.assertEqual(answer.method, told["method"])
+        for points, response in (("points", answer.measured), ("model", answer.model)):
+            self.assertGreater(len(response.lag_s), 10)
+            for key in ("frequency_hz", "gain_um_per_v", "phase_deg"):
+                np.testing.assert_array_equal(getattr(response, key), [point[key] for point in told[points]])
+        told = json.loads(command("bode", "--model", "bode.json", "--bias", "40", "--amplitude", "2", "--json"))
+        alone = hyst.bode(model=model, bias=40, amplitude=2)
+        np.testing.assert_array_equal(alone.measured.phase_deg, [point["phase_deg"] for point in told["points"]])
+        self.assertIsNone(alone.model)
+        self.assertIsNone(hyst.bode(recording).model)
+
+    def test_what_is_wrong_is_said(self):
+        short = hyst.Recording([0, 1, 2], [0, 1, 2], sample_rate=1000)
+        self.assertIn("no recordings", line_of(hyst.look, []))
+        self.assertIn("is no recording", line_of(hyst.look, ["file.csv"]))
+        self.assertIn("is no recording", line_of(hyst.bode, "file.csv"))
+        self.assertIn("needs a recording, or a model", line_of(hyst.bode))
+        self.assertIn("too few", line_of(hyst.bode, short))
+        self.assertIn("without a recording", line_of(hyst.bode, hyst.read(RECORDING), bias=3))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ a diagnosis within about a second; so does hyst.cancel() from another thread, wh
 from ._library import Cancelled, Error, cancel, version
 from .amplifier import Amplifier, EmulatedAmplifier, ModelWarning, Track
 from .diagnosis import Diagnosis, Errors, Finding, Parameter, Unseen, Where, diagnose
-from .model import Model, compile, families, fit
+from .look import Bode, Look, Response, bode, look
+from .model import Model, compile, families, fit, simulate
 from .recording import Recording, read
 
 __version__ = version()
@@ -25,24 +26,30 @@ Error.__module__ = Cancelled.__module__ = "hyst"  # so that a traceback names th
 
 __all__ = [
     "Amplifier",
+    "Bode",
     "Cancelled",
     "Diagnosis",
     "EmulatedAmplifier",
     "Error",
     "Errors",
     "Finding",
+    "Look",
     "Model",
     "ModelWarning",
     "Parameter",
     "Recording",
+    "Response",
     "Track",
     "Unseen",
     "Where",
+    "bode",
     "cancel",
     "compile",
     "diagnose",
     "families",
     "fit",
+    "look",
     "read",
+    "simulate",
     "version",
 ]

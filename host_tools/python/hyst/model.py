@@ -92,6 +92,19 @@ def listed(recordings: Recording | Sequence[Recording]) -> list[Recording]:
     return several
 
 
+def simulate(model: Model, drive: Recording | ArrayLike, sample_rate: float | None = None, *, preload: float = 0.0,
+             seed: int = 1) -> np.ndarray:
+    """The position in um that the model says for the drive of a recording, or for this drive in V, as `hyst simulate`
+    does. sample_rate in Hz is for a drive; a recording has its own. The rest is as of Model.simulate."""
+    if isinstance(drive, Recording):
+        if sample_rate is not None:
+            raise Error("sample_rate is for an array: a recording has its own")
+        told = drive.keys.get("preload_n")
+        force = float(told) if told is not None and preload == 0.0 else preload
+        return model.simulate(drive.aligned().drive, drive.sample_rate, preload=force, seed=seed)
+    return model.simulate(drive, sample_rate, preload=preload, seed=seed)
+
+
 def families() -> dict[str, str]:
     """The families that hyst.fit takes, and what each is."""
     return {family["name"]: family["text"] for family in json.loads(text(lib.families()))}
