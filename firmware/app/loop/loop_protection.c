@@ -80,5 +80,5 @@ void loop_protect(const loop_input_t *input, uint32_t known_faults) {
         loop.bypass = false;
         hyst_compensator_reset(&loop.active->compensator, &loop.compensator); /* as after a start */
     }
-    board_stage_enable(power_stage_enabled(&loop.power, parked));
+    board_stage_enable(power_stage(&loop.power, parked));
 }
