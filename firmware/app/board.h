@@ -43,7 +43,7 @@ typedef struct {
      * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */
     hyst_q31_t drive_slew_max;
     hyst_board_limits_t image_limits; /**< what an image may ask for */
-    board_health_limits_t health;     /**< after start */
+    board_health_limits_t health;     /**< after start; a register may narrow them, and does not widen them */
 } board_info_t;
 
 #define BOARD_LATENCY_MAX 64U
