@@ -47,6 +47,9 @@ static uint32_t any_bits(void) {
 
 static hyst_q31_t sample(loop_input_t input) {
     fake_board.microseconds += FAKE_SAMPLE_US;
+    if (!fake_board.main_stalls) {
+        loop_main_turned();
+    }
     const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
     lawful = lawful && llabs((long long)drive - last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP;
     inside = inside || (drive >= LOW && drive <= HIGH);

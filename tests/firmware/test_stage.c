@@ -4,6 +4,7 @@
 #include "loop/loop.h"
 #include "loop/loop_memory.h"
 #include "master.h"
+#include "protection/health_watch.h"
 #include "unity.h"
 
 #define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
@@ -69,16 +70,18 @@ static void hold_somewhere(hyst_q31_t slew) {
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, state());
 }
 
+static hyst_q31_t drive_of(loop_input_t input) {
+    return (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
+}
+
 static void sag(void) {
-    const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
-    (void)loop_sample(&low);
+    last = drive_of((loop_input_t){.supply_low = true, .position_code = BOARD_CODE_MIDDLE});
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
 }
 
 static void late(unsigned times) {
-    const loop_input_t input = {.overrun = true, .position_code = BOARD_CODE_MIDDLE};
     for (unsigned i = 0; i < times; i++) {
-        (void)loop_sample(&input);
+        last = drive_of((loop_input_t){.overrun = true, .position_code = BOARD_CODE_MIDDLE});
     }
 }
 
@@ -167,6 +170,169 @@ static void test_a_damaged_image_that_is_armed_within_a_ramp_ramps_on(void) {
     expect_a_ramp_with_the_stage_on(SLEW);
 }
 
+/* However slow the image's transitions are, a fault's ramp takes half a second for the whole range. */
+static void expect_to_be_safe_in_time(void) {
+    const hyst_q31_t from = last;
+    unsigned samples = 0;
+    while (fake_board.stage_enabled) {
+        const hyst_q31_t before = last;
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(FAKE_FAULT_SLEW_MIN + CODE_STEP, before, last);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(5000, ++samples);
+    }
+    TEST_ASSERT_UINT_WITHIN(3, (unsigned)(((int64_t)from - PARK) / FAKE_FAULT_SLEW_MIN), samples);
+    TEST_ASSERT_EQUAL_INT32(PARK, last);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    master_command(COMMAND_STOP);
+    run(2000);
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(PARK, last, "and it rests there");
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+}
+
+static void test_a_faults_ramp_is_no_slower_than_the_boards(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    sag();
+    expect_to_be_safe_in_time();
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    late(LOOP_OVERRUNS_TO_TRIP);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    expect_to_be_safe_in_time();
+}
+
+/* Outside of a range that was narrowed just before, too. */
+static void test_a_faults_ramp_from_outside_of_the_range(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    set(INDEX_drive_high, 0);
+    run(10);
+    sag();
+    expect_to_be_safe_in_time();
+}
+
+/* A stop is no fault: the image's own slew. */
+static void test_a_stop_keeps_to_the_images_slew(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    master_command(COMMAND_DISARM);
+    for (unsigned i = 0; i < 1000; i++) {
+        const hyst_q31_t before = last;
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(FAKE_TRANSITION_SLEW_MIN + CODE_STEP, before, last);
+    }
+    sag(); /* and a fault within it hastens it */
+    expect_to_be_safe_in_time();
+}
+
+/* The main loop makes no turn any more. Ramp and stage off, well before the hardware watchdog bites, which is fed until
+ * then and no longer: it is to find the main loop where it stands. */
+static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t before) {
+    const unsigned most = LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US;
+    fake_board.main_stalls = true;
+    const unsigned fed = fake_board.watchdog_fed;
+    for (unsigned i = 0; i < most; i++) {
+        run(1);
+        TEST_ASSERT_EQUAL_UINT32(before, state());
+    }
+    TEST_ASSERT_EQUAL_UINT(fed, fake_board.watchdog_fed);
+    run(HEALTH_WATCH_EVERY);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
+    unsigned starving = 0, food = fake_board.watchdog_fed;
+    while (fake_board.stage_enabled) {
+        const hyst_q31_t drive = last;
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(slew + CODE_STEP, drive, last);
+        starving = fake_board.watchdog_fed != food ? 0 : starving + 1U;
+        food = fake_board.watchdog_fed;
+        TEST_ASSERT_LESS_THAN_UINT_MESSAGE(1000, starving, "0.1 s without food within the ramp");
+    }
+    TEST_ASSERT_EQUAL_INT32(PARK, last);
+    run(10);
+    food = fake_board.watchdog_fed;
+    run(20000);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(food, fake_board.watchdog_fed, "a main loop that stands still is not to be fed");
+    fake_board.main_stalls = false; /* it was only slow */
+    run(10);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    master_command(COMMAND_STOP);
+    run(3);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_live));
+}
+
+static void test_a_main_loop_that_stands_still(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    expect_a_stall_to_end_in_a_ramp(FAKE_FAULT_SLEW_MIN, AMPLIFIER_HOLD);
+    hold_somewhere(SLEW);
+    expect_a_stall_to_end_in_a_ramp(SLEW, AMPLIFIER_HOLD);
+}
+
+/* On the way off there is more time to be lost than the hardware watchdog has. */
+static void test_a_main_loop_that_stands_still_within_a_stop(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    master_command(COMMAND_DISARM);
+    run(1);
+    expect_a_stall_to_end_in_a_ramp(FAKE_FAULT_SLEW_MIN, AMPLIFIER_STOP);
+}
+
+/* Periods without a sample are time, too. */
+static void test_missed_periods_count_for_a_stall(void) {
+    hold_somewhere(SLEW);
+    fake_board.main_stalls = true;
+    unsigned samples = 0;
+    while (state() == AMPLIFIER_HOLD) {
+        loop_master_heard();
+        last = drive_of((loop_input_t){.overrun = samples % 2U == 0, .missed = samples % 2U == 0 ? 18U : 0U});
+        samples++;
+    }
+    TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
+    TEST_ASSERT_UINT_WITHIN(HEALTH_WATCH_EVERY, LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US / 10U, samples);
+}
+
+/* Off, a stall is the hardware watchdog's alone. */
+static void test_a_stall_while_off_is_no_fault(void) {
+    commit(PARK, SLEW);
+    run(RAMP);
+    fake_board.main_stalls = true;
+    run(20000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
+}
+
+/* A fault's ramp is fed, however long it takes, no longer than LOOP_FAULT_FEED_MS: here it never ends, because the image
+ * is replaced again and again. */
+static void test_food_within_a_fault_is_bounded(void) {
+    hold_somewhere(SLEW);
+    sag();
+    fake_board.main_stalls = true;
+    hyst_q31_t *const park = &loop.active->range.park;
+    for (unsigned i = 0; i < 30000; i++) {
+        *park = last > 0 ? -(1 << 30) : 1 << 30;
+        run(1);
+    }
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(LOOP_FAULT_FEED_MS * 1000U / FAKE_SAMPLE_US, fake_board.watchdog_fed);
+}
+
+/* Programming a word stalls the interrupt for a fifth of a period, erasing for thousands: after each step some samples
+ * are late. */
+static void samples_late_by_storing(void) {
+    late(LOOP_OVERRUNS_TO_TRIP + 1U);
+}
+
+static void test_saving_is_no_overload(void) {
+    commit(PARK, SLEW);
+    run(RAMP);
+    fake_store.after_each_step = samples_late_by_storing;
+    master_command(COMMAND_SAVE);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    master_command(COMMAND_SAVE_LINE);
+    fake_store.after_each_step = NULL;
+    run(2);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_overruns));
+    late(LOOP_OVERRUNS_TO_TRIP);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(AMPLIFIER_FAULT, state(), "afterwards they count as ever");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_fault_that_is_over_enables_nothing);
@@ -174,5 +340,14 @@ int main(void) {
     RUN_TEST(test_an_overload_while_off_enables_nothing);
     RUN_TEST(test_arming_within_a_ramp_waits_for_its_end);
     RUN_TEST(test_a_damaged_image_that_is_armed_within_a_ramp_ramps_on);
+    RUN_TEST(test_a_faults_ramp_is_no_slower_than_the_boards);
+    RUN_TEST(test_a_faults_ramp_from_outside_of_the_range);
+    RUN_TEST(test_a_stop_keeps_to_the_images_slew);
+    RUN_TEST(test_a_main_loop_that_stands_still);
+    RUN_TEST(test_a_main_loop_that_stands_still_within_a_stop);
+    RUN_TEST(test_missed_periods_count_for_a_stall);
+    RUN_TEST(test_a_stall_while_off_is_no_fault);
+    RUN_TEST(test_food_within_a_fault_is_bounded);
+    RUN_TEST(test_saving_is_no_overload);
     return UNITY_END();
 }

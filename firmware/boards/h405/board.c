@@ -73,6 +73,9 @@ const board_info_t board_info = {
     /* The whole range in 0.8 ms: 150 V into 3 uF, a large stack, are then 0.56 A. A sine over the whole range may have
      * 400 Hz. A slower stage needs a smaller number here. */
     .drive_slew_max = BOARD_RANGE_IN_US(800, SAMPLE_RATE_HZ),
+    /* The whole range in half a second: shorter than the hardware watchdog ever is (0.7 s), and slow against any
+     * mechanics that one would park in 10 ms. */
+    .fault_slew_min = BOARD_RANGE_IN_US(500000, SAMPLE_RATE_HZ),
     /* Parking over the whole range takes between 10 ms, three periods of a mode of 300 Hz and 45 mA into those 3 uF,
      * and 10 s, the longest that somebody waits for it. A filter amplifies at most 64 times: one code of a 12-bit
      * position moves the drive by no more than 1/64 of its range. The host's roll-offs make up to 11. */
