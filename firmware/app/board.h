@@ -80,7 +80,7 @@ enum {
 
 /** Why the board starts, and what the last run left behind. */
 typedef struct {
-    uint16_t faults;        /**< FAULT_ bits that stay */
+    uint16_t faults;        /**< FAULT_ bits that stay; FAULT_SUPPLY until a sample finds it high enough */
     uint16_t reset_cause;   /**< RESET_ bits */
     uint16_t starts;        /**< since power came on, this one included */
     uint32_t fault_address; /**< of the instruction that faulted, with RESET_FAULT */
