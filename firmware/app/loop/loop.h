@@ -68,6 +68,8 @@ bool loop_adoption_pending(void);
  * precharge if not (FAULT_IMAGE). False in a fault. Disarming ramps to park, then off. */
 bool loop_arm(bool image_whole);
 void loop_disarm(void);
+/** The image in force has changed in memory: trips (FAULT_IMAGE) while armed, and when it is armed later. */
+void loop_image_damaged(void);
 /** Armed: precharge or on. Ready: on. */
 bool loop_armed(void);
 bool loop_ready(void);

@@ -40,7 +40,7 @@ typedef struct {
     past_t past[HISTORY];
     uint32_t standing_faults; /* live until something ends them */
     power_state_t power;
-    bool image_whole; /* in force: as committed, when it was last armed */
+    bool image_whole; /* in force: as committed, as far as is known */
     bool storing;     /* the flash is being written, which stalls the interrupt */
     bool bypass;      /* after an overload or with a damaged image: a plain ramp in place of the compensator */
     uint32_t overruns_in_a_row;
