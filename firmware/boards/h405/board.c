@@ -240,6 +240,13 @@ int32_t board_health(health_channel_t channel) {
     }
 }
 
+/* The last update has moved the holding register into the output register, unless its trigger or the converter is dead.
+ * That is what the digital side says; nothing measures the pin. Not seen on silicon. An emulator knows no output
+ * register. */
+bool board_output_follows(void) {
+    return calibration.reference == 0 || (DAC->DOR1 & 0xFFFU) == (DAC->DHR12L1 >> 4 & 0xFFFU);
+}
+
 void board_watchdog_feed(void) {
     watchdog_feed();
 }
