@@ -159,7 +159,7 @@ static void print_duties(void) {
         "`reset_cause` and `starts` tell a master that the amplifier has started anew. What it had set and not stored "
         "is gone, locks and the communication timeout are on.\n\n",
         POWER_PRECHARGE_MS, POWER_SELF_TEST_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP,
-        HEALTH_CHANNELS * HEALTH_WATCH_EVERY, POWER_SELF_TEST_MS);
+        HEALTH_WATCH_TURN, POWER_SELF_TEST_MS);
 }
 
 static void print_store(void) {

@@ -4,6 +4,7 @@
 #include "fake_board.h"
 #include "loop/loop.h"
 #include "master.h"
+#include "protection/health_watch.h"
 #include "random.h"
 #include "store/parameter_store.h"
 #include "unity.h"
@@ -311,7 +312,7 @@ static void test_missed_periods_count_for_the_timeout(void) {
     for (unsigned sample = 0; state() == AMPLIFIER_HOLD && sample < 2U * TIMEOUT; sample++) {
         const bool late = sample % 2U == 0; /* not in a row, which is an overload */
         const loop_input_t input = {.overrun = late, .missed = late ? MISSED : 0, .position_code = BOARD_CODE_MIDDLE};
-        loop_main_turned();
+        health_watch_main_turned();
         (void)loop_sample(&input);
     }
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
@@ -388,7 +389,7 @@ static void test_no_unlawful_transition(void) {
         const bool low = random_between(&rng, 0, 300) == 0;
         const unsigned samples = (unsigned)random_between(&rng, 1, 200);
         loop_master_heard();
-        loop_main_turned();
+        health_watch_main_turned();
         uint32_t now = before;
         for (unsigned i = 0; i < samples; i++) {
             const loop_input_t input = {

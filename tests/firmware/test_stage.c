@@ -14,6 +14,7 @@
 #define ELSEWHERE (1 << 29)
 #define SLEW      (1 << 20) /* 4096 samples for the whole range */
 #define RAMP      6000U     /* samples in which any ramp of SLEW is over */
+#define TURN      HEALTH_WATCH_TURN /* samples between two looks at the main loop */
 #define PRECHARGE (POWER_PRECHARGE_MS * 1000U / FAKE_SAMPLE_US)
 
 static hyst_q31_t last; /* drive */
@@ -263,7 +264,7 @@ static void test_commits_are_no_damage(void) {
 /* The main loop makes no turn any more. Ramp and stage off, well before the hardware watchdog bites, which is fed until
  * then and no longer: it is to find the main loop where it stands. */
 static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t before) {
-    const unsigned most = LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US;
+    const unsigned most = HEALTH_WATCH_STALL_MS * 1000U / FAKE_SAMPLE_US - TURN;
     fake_board.main_stalls = true;
     const unsigned fed = fake_board.watchdog_fed;
     for (unsigned i = 0; i < most; i++) {
@@ -271,7 +272,7 @@ static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t b
         TEST_ASSERT_EQUAL_UINT32(before, state());
     }
     TEST_ASSERT_EQUAL_UINT(fed, fake_board.watchdog_fed);
-    run(HEALTH_WATCH_EVERY);
+    run(2U * TURN);
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
     TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
     unsigned starving = 0, food = fake_board.watchdog_fed;
@@ -323,7 +324,7 @@ static void test_missed_periods_count_for_a_stall(void) {
         samples++;
     }
     TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
-    TEST_ASSERT_UINT_WITHIN(HEALTH_WATCH_EVERY, LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US / 10U, samples);
+    TEST_ASSERT_UINT_WITHIN(TURN, HEALTH_WATCH_STALL_MS * 1000U / FAKE_SAMPLE_US / 10U, samples);
 }
 
 /* Off, a stall is the hardware watchdog's alone. */

@@ -98,14 +98,6 @@ void loop_master_heard(void);
 void loop_set_timeout(uint32_t milliseconds);
 #define LOOP_DEFAULT_TIMEOUT_MS 1000U
 
-/** The main loop has come round. It trips (FAULT_STALL), by a ramp, when that is longer ago than LOOP_STALL_MS, so that
- * the hardware watchdog does not cut the stage at whatever drive there is. The longest turn is an answer of 256 bytes
- * at 9600 baud: 0.29 s. Limitation: an image with three cascades of filters that ring for 2^16 samples each may take
- * longer to check while the loop runs (estimated from the instructions of a filter, not measured). Its commit trips
- * then. */
-void loop_main_turned(void);
-#define LOOP_STALL_MS 400U
-
 /** From a trip on the sample interrupt feeds the hardware watchdog itself until the output rests, at most so long: twice
  * what a ramp takes (board_info.fault_slew_min). Then a main loop that stands still is the watchdog's. */
 #define LOOP_FAULT_FEED_MS 1000U

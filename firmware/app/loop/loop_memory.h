@@ -46,8 +46,6 @@ typedef struct {
     uint32_t overruns_in_a_row;
     uint32_t silence, timeout; /* periods since a master was heard, and more than how many trip */
     uint32_t missed;           /* periods without a sample, since the start */
-    uint32_t stall;            /* periods since the main loop's last turn, by HEALTH_WATCH_EVERY */
-    uint32_t stall_most;       /* more trip */
     uint32_t feeds, feeds_most; /* samples in which a fault's ramp still feeds the hardware watchdog, and at a trip */
     uint32_t cost;             /* of the last sample; telemetry gets it with the next */
     bool playing;              /* as telemetry's states have it */
