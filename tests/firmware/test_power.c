@@ -321,7 +321,8 @@ static void test_missed_periods_count_for_the_timeout(void) {
 
 /* A supply that was low at the start is reported, and is live no longer than it is low. */
 static void test_a_supply_that_recovers_after_the_start(void) {
-    const board_start_t start = {.reset_cause = RESET_POWER, .starts = 1, .faults = FAULT_SUPPLY | FAULT_CLOCK_FALLBACK};
+    const board_start_t start = {
+        .reset_cause = RESET_POWER, .starts = 1, .faults = FAULT_SUPPLY | FAULT_CLOCK_FALLBACK};
     const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
     fake_board_start(&start);
     (void)loop_sample(&low);

@@ -12,8 +12,8 @@
 #define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
 #define PARK      (-(1 << 29))
 #define ELSEWHERE (1 << 29)
-#define SLEW      (1 << 20) /* 4096 samples for the whole range */
-#define RAMP      6000U     /* samples in which any ramp of SLEW is over */
+#define SLEW      (1 << 20)         /* 4096 samples for the whole range */
+#define RAMP      6000U             /* samples in which any ramp of SLEW is over */
 #define TURN      HEALTH_WATCH_TURN /* samples between two looks at the main loop */
 #define PRECHARGE (POWER_PRECHARGE_MS * 1000U / FAKE_SAMPLE_US)
 
@@ -241,7 +241,8 @@ static void test_an_image_that_changes_in_use_ramps(void) {
         while (state() == AMPLIFIER_HOLD) {
             (void)amplifier_serve();
             run(1);
-            TEST_ASSERT_LESS_THAN_UINT(2U * PARAMETER_STORE_CHECK_EVERY * (sizeof(loop_parameters_t) / 60U + 5U), ++samples);
+            TEST_ASSERT_LESS_THAN_UINT(2U * PARAMETER_STORE_CHECK_EVERY * (sizeof(loop_parameters_t) / 60U + 5U),
+                                       ++samples);
         }
         TEST_ASSERT_EQUAL_HEX32(FAULT_IMAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
         expect_a_ramp_with_the_stage_on(SLEW);
@@ -337,8 +338,8 @@ static void test_a_stall_while_off_is_no_fault(void) {
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
 }
 
-/* A fault's ramp is fed, however long it takes, no longer than LOOP_FAULT_FEED_MS: here it never ends, because the image
- * is replaced again and again. */
+/* A fault's ramp is fed, however long it takes, no longer than LOOP_FAULT_FEED_MS: here it never ends, because the
+ * image is replaced again and again. */
 static void test_food_within_a_fault_is_bounded(void) {
     hold_somewhere(SLEW);
     sag();

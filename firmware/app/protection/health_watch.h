@@ -36,9 +36,9 @@
 #define HEALTH_WATCH_LOOKS_MAX 100U
 
 /** A main loop that stands still trips, by a ramp, so that the hardware watchdog does not cut the stage at whatever
- * drive there is. In steps of a turn of looks. The longest turn of the main loop is an answer of 256 bytes at 9600 baud: 0.29 s. Limitation: an image with three
- * cascades of filters that ring for 2^16 samples each may take longer to check while the loop runs (estimated from the
- * instructions of a filter, not measured). Its commit trips then. */
+ * drive there is. In steps of a turn of looks. The longest turn of the main loop is an answer of 256 bytes at 9600
+ * baud: 0.29 s. Limitation: an image with three cascades of filters that ring for 2^16 samples each may take longer to
+ * check while the loop runs (estimated from the instructions of a filter, not measured). Its commit trips then. */
 #define HEALTH_WATCH_STALL_MS 400U
 
 /** 0.001 C: below this is no temperature that an amplifier has. */
