@@ -2,6 +2,7 @@
 #include "base/json_output.h"
 #include "base/output_file.h"
 #include "commands/command.h"
+#include "look/summary.h"
 #include "recording/import_several.h"
 #include <math.h>
 #include <stdio.h>
@@ -58,7 +59,7 @@ static json_t *columns_to_json(const table_t *table) {
 
 /* What was understood. recording: NULL if only the columns are listed. */
 static json_t *to_json(const char *path, const table_t *table, const import_account_t *account,
-                       const recording_t *recording, const char *output) {
+                       const recording_t *recording, const summary_t *holds, const char *output) {
     json_t *understood = json_array();
     for (size_t i = 0; i < account->lines; i++) {
         json_array_append_new(understood, json_string(account->line[i]));
@@ -69,6 +70,7 @@ static json_t *to_json(const char *path, const table_t *table, const import_acco
     if (recording != NULL) {
         json_object_set_new(json, "samples", json_integer((json_int_t)recording->samples));
         json_object_set_new(json, "sample_rate_hz", json_real(recording->sample_rate_hz));
+        json_object_set_new(json, "holds", holds != NULL ? summary_to_json(holds) : json_null());
     }
     return json;
 }
@@ -83,12 +85,18 @@ static bool import_one(const char *path, const table_t *table, const import_opti
         puts(account.line[i]);
     }
     if (good) {
+        summary_t holds;
+        failure_t too_short;
+        const bool looked = summary_make(&recording, &holds, &too_short);
+        if (looked && text_wanted(as_json)) {
+            summary_print(stdout, &holds);
+        }
         if (output != NULL) {
             recording_take_keys(&recording, path);
         }
         recording_set_key(&recording, "imported_from", path);
         good = output == NULL || recording_write(&recording, output, failure);
-        *json = good && as_json ? to_json(path, table, &account, &recording, output) : NULL;
+        *json = good && as_json ? to_json(path, table, &account, &recording, looked ? &holds : NULL, output) : NULL;
         if (good && output != NULL && text_wanted(as_json)) {
             printf("%s: %zu samples at %.9g Hz\n", output, recording.samples, recording.sample_rate_hz);
         }
@@ -156,7 +164,7 @@ static bool run(const char *path, const import_options_t *wishes, const char *ou
     }
     if (list) {
         const import_account_t nothing = {0};
-        good = !as_json || json_print(to_json(path, &table, &nothing, NULL, NULL), JSON_INDENT(1), failure);
+        good = !as_json || json_print(to_json(path, &table, &nothing, NULL, NULL, NULL), JSON_INDENT(1), failure);
         if (good && text_wanted(as_json)) {
             print_columns(&table);
         }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/recording_input.h"
 #include "chain/align.h"
+#include "look/summary.h"
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -13,7 +14,12 @@ bool read_recording_aloud(recording_t *recording, const char *path, failure_t *f
         return false;
     }
     if (recording->understood != NULL) {
+        summary_t holds;
+        failure_t too_short;
         fputs(recording->understood, stderr);
+        if (summary_make(recording, &holds, &too_short)) {
+            summary_print(stderr, &holds);
+        }
     }
     return true;
 }

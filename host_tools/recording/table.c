@@ -32,6 +32,9 @@ void table_free(table_t *table) {
         free(table->note[i]);
     }
     free(table->note);
+    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+        free(table->role_unit[i]);
+    }
     free(table->interval_origin);
     free(table->source);
     free(table->kind);
