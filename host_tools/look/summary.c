@@ -13,7 +13,7 @@ static const double fine_enough = 20.0;
 /* Every so many samples of all of a recording, or its first ones alone, where its drive is too fast for that. To be
  * freed. false: as summary_make. */
 static bool take_part(const recording_t *recording, recording_t *part, failure_t *failure) {
-    size_t stride = 1 + (recording->samples - 1) / MOST_SAMPLES, samples = recording->samples / stride;
+    size_t stride = 1 + (recording->samples - 1) / MOST_SAMPLES, samples = 1 + (recording->samples - 1) / stride;
     if (stride > 1) {
         recording_t first = *recording; /* the columns are the caller's */
         drive_look_t drive;
@@ -56,6 +56,11 @@ static void see_noise(const recording_t *part, const drive_look_t *drive, summar
     repetition_free(&repetition);
 }
 
+/* A period that is no whole number of samples ends up to one behind the last sample that repeats another. */
+static size_t whole_periods(const drive_look_t *drive) {
+    return drive->period > 0.0 ? (size_t)((double)(span_length(drive->repeat) + 1) / drive->period) : 0;
+}
+
 bool summary_make(const recording_t *recording, summary_t *summary, failure_t *failure) {
     recording_t part;
     drive_look_t drive;
@@ -77,7 +82,7 @@ bool summary_make(const recording_t *recording, summary_t *summary, failure_t *f
                                     part.sample_rate_hz < recording->sample_rate_hz,
                            .kind = drive.kind,
                            .period_s = drive.period / part.sample_rate_hz,
-                           .periods = drive_periods(&drive),
+                           .periods = whole_periods(&drive),
                            .line_error_percent = map.line_error_percent,
                            .width_percent = map.levels > 0 ? map.width_percent : 0.0};
     see_noise(&part, &drive, summary);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reading a recording: lines, header, column names, numbers, time. Every message names the file and the line. */
+#include "base/shown_name.h"
 #include "recording/decimal.h"
 #include "recording/import.h"
 #include "recording/recording.h"
@@ -375,7 +376,7 @@ static bool read_recording(recording_t *recording, const char *path, failure_t *
     if (reader->file == NULL) {
         fail(failure, "%s: %s", path, strerror(errno));
     } else {
-        recording->name = copy_text(path);
+        recording->name = copy_text(shown_name(path));
         good = read_lines(reader);
         fclose(reader->file);
     }

@@ -274,7 +274,7 @@ static double scale_beside(const char *const *line, size_t lines) {
 
 void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
     find_interval(table, line, lines, separator, point);
-    if (table->interval_s > 0.0) {
+    if (table->interval_s > 0.0 && strstr(table->interval_origin, "hresolution") != NULL) {
         table->interval_s *= scale_beside(line, lines < 200 ? lines : 200);
     }
 }
