@@ -20,6 +20,8 @@ enum {
     WEAK_POSITION = 10
 };
 
+#define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
 typedef struct {
     column_choice_t *choice;
     const table_t *table;
@@ -215,19 +217,18 @@ static bool is_usable(const chooser_t *c, int role, int column) {
 /* How surely a column is that; 0: not at all. */
 static int strength_of(const chooser_t *c, int role, int column) {
     const column_meaning_t *m = &c->choice->meaning[column];
-    const int complete = m->said == SAID_BY_NAME && m->every_word ? 1 : 0;
     int strength = 0;
     switch (role) {
     case COLUMN_DRIVE:
-        strength = m->meaning == MEANING_DRIVE ? complete + (m->said == SAID_BY_NAME ? NAMED_DRIVE : WEAK_DRIVE)
+        strength = m->meaning == MEANING_DRIVE ? (m->said == SAID_BY_NAME ? NAMED_DRIVE : WEAK_DRIVE)
                    : m->meaning == MEANING_VOLTAGE
-                       ? (m->said == SAID_BY_UNIT ? ANY_VOLTAGE : complete + NAMED_VOLTAGE)
+                       ? (m->said == SAID_BY_UNIT ? ANY_VOLTAGE : NAMED_VOLTAGE)
                    : m->meaning == MEANING_MEASURED_VOLTAGE ? ANY_VOLTAGE
                                                             : 0;
         break;
     case COLUMN_DISPLACEMENT:
         strength = m->meaning != MEANING_DISPLACEMENT ? 0
-                   : m->said == SAID_BY_NAME          ? complete + NAMED_POSITION
+                   : m->said == SAID_BY_NAME          ? NAMED_POSITION
                    : m->said == SAID_BY_UNIT          ? UNIT_OF_LENGTH
                                                       : WEAK_POSITION;
         break;
@@ -250,6 +251,26 @@ static int strength_of(const chooser_t *c, int role, int column) {
     return strength > 0 && is_usable(c, role, column) ? strength + USABLE : strength;
 }
 
+/* "Position" is meant, where "Position filtered" stands beside it; not beside "Position 2". */
+static void keep_shortest(const chooser_t *c, candidates_t *found) {
+    int shortest = found->column[0];
+    for (size_t i = 1; i < found->count; i++) {
+        const char *name = c->table->column[found->column[i]].name;
+        shortest = strlen(name) < strlen(c->table->column[shortest].name) ? found->column[i] : shortest;
+    }
+    const char *name = c->table->column[shortest].name;
+    const size_t length = strlen(name);
+    for (size_t i = 0; i < found->count; i++) {
+        const char *other = c->table->column[found->column[i]].name;
+        const char *more = other + (strncasecmp(other, name, length) == 0 ? length : 0);
+        if (found->column[i] != shortest && (more == other || more[strcspn(more, LETTERS)] == '\0')) {
+            return;
+        }
+    }
+    found->column[0] = shortest;
+    found->count = 1;
+}
+
 /* The surest columns of a role; the one that the caller said, if so. To be freed. */
 static candidates_t find_candidates(const chooser_t *c, int role) {
     candidates_t found = {.column = allocate(c->table->columns, sizeof(int))};
@@ -266,6 +287,9 @@ static candidates_t find_candidates(const chooser_t *c, int role) {
         found.count = strength > found.strength ? 0 : found.count;
         found.strength = strength;
         found.column[found.count++] = (int)i;
+    }
+    if (found.count > 1) {
+        keep_shortest(c, &found);
     }
     return found;
 }

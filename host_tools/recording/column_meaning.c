@@ -18,7 +18,9 @@ enum {
     RESULT = 1 << 10,     /* the same; alone it is what comes out, the position */
     SENSOR = 1 << 11,     /* of the position, unless other words name a quantity */
     DIFFERENCE = 1 << 12, /* a control error */
-    NOTHING = 1 << 13,
+    AXIS = 1 << 13,       /* a length where nothing else is named */
+    FIRST = 1 << 14,      /* the name begins with a time: "Time - Voltage_0" are times */
+    NOTHING = 1 << 15,
     QUANTITIES = TIME | COUNT | VOLTS | LENGTH | AMPERES | DEGREES,
     LONGEST = 40, /* letters of a word */
     MOST_WORDS = 16,
@@ -108,7 +110,7 @@ typedef struct {
 
 typedef struct {
     unsigned stands_for;
-    size_t words, known, letters; /* letters: of all words */
+    size_t words, letters; /* letters: of all words */
 } reading_t;
 
 static size_t split_words(const char *text, const char *end, word_t word[MOST_WORDS]) {
@@ -148,16 +150,14 @@ static reading_t read_words(const char *text, const char *end) {
             const unsigned both = look_up(joined, length + word[i + 1].length);
             if (both != 0) {
                 reading.stands_for |= both;
-                reading.known += 2;
                 reading.letters += word[++i].length;
                 continue;
             }
         }
         unsigned one = look_up(word[i].letter, length);
         one = one == 0 && length > 1 ? put_together(word[i].letter, length, true) : one;
-        reading.known += one != 0;
         one = one == 0 && length > HEAD ? known_part(word[i].letter, length) : one;
-        reading.stands_for |= one;
+        reading.stands_for |= one | (i == 0 && one == TIME ? FIRST : 0U);
     }
     return reading;
 }
@@ -191,7 +191,7 @@ static unsigned of_unit(quantity_t quantity) {
 }
 
 /* The one quantity that is meant where words name several. */
-static unsigned decide(unsigned w) {
+static unsigned decide(unsigned w, unsigned unit) {
     if ((w & (LENGTH | DEGREES)) != 0) { /* "current position" */
         w &= ~(unsigned)AMPERES;
     }
@@ -199,7 +199,11 @@ static unsigned decide(unsigned w) {
         w &= ~(unsigned)COUNT;
     }
     if ((w & TIME) != 0 && (w & (VOLTS | LENGTH | AMPERES | DEGREES)) != 0) { /* "real-time position" */
-        w &= ~(unsigned)TIME;
+        w &= (w & FIRST) != 0 && (unit == 0 || unit == TIME) ? ~(unsigned)(VOLTS | LENGTH | AMPERES | DEGREES)
+                                                              : ~(unsigned)TIME;
+    }
+    if ((w & AXIS) != 0 && (w & QUANTITIES) == 0 && (unit == 0 || unit == LENGTH)) { /* not "Z Piezo" in volts */
+        w |= LENGTH;
     }
     return w;
 }
@@ -226,7 +230,7 @@ static meaning_t of_length(unsigned w) {
 
 /* From all words, and from the unit, which is 0 where none or an unknown one is stated. */
 static meaning_t combine(unsigned w, unsigned unit) {
-    w = decide(w);
+    w = decide(w, unit);
     const unsigned named = w & QUANTITIES;
     if ((w & DIFFERENCE) != 0) {
         return MEANING_ERROR;
@@ -273,10 +277,9 @@ static column_meaning_t judge(const reading_t *reading, quantity_t unit) {
     const unsigned w = reading->stands_for & ~(unsigned)NOTHING;
     const bool letter = reading->words == 1 && reading->letters == 1;
     column_meaning_t result = {.meaning = combine(w, of_unit(unit)),
-                               .said = w == 0                                ? SAID_BY_UNIT
+                               .said = w == 0 || (w == AXIS && of_unit(unit) != 0 && of_unit(unit) != LENGTH) ? SAID_BY_UNIT
                                        : letter || w == RESULT || w == COUNT ? SAID_WEAKLY
                                                                              : SAID_BY_NAME,
-                               .every_word = reading->known == reading->words,
                                .quantity = unit};
     if (result.meaning == MEANING_OTHER && letter && w != OTHER) { /* "X" in seconds */
         result.meaning = combine(0, of_unit(unit));
@@ -285,7 +288,7 @@ static column_meaning_t judge(const reading_t *reading, quantity_t unit) {
     if (result.meaning == MEANING_DRIVE && (w & (COMMAND | VOLTS)) == 0) { /* "Ref1" in volts */
         result.said = SAID_WEAKLY;
     }
-    if (unit == QUANTITY_UNKNOWN && (decide(w) & VOLTS) != 0) {
+    if (unit == QUANTITY_UNKNOWN && (decide(w, of_unit(unit)) & VOLTS) != 0) {
         result.quantity = QUANTITY_VOLTAGE;
     }
     return result;
@@ -309,7 +312,6 @@ column_meaning_t column_meaning(const table_column_t *column) {
         const reading_t parent = read_words(before, last - 1);
         reading.stands_for |= parent.stands_for;
         reading.words += parent.words;
-        reading.known += parent.known;
         reading.letters += parent.letters;
         const column_meaning_t whole = judge(&reading, unit);
         if (whole.meaning != MEANING_UNKNOWN && (parent.stands_for & ~(unsigned)NOTHING) != 0) {

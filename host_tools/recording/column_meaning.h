@@ -39,7 +39,6 @@ typedef enum {
 typedef struct {
     meaning_t meaning;
     said_t said;         /**< what says so; of no use for MEANING_UNKNOWN */
-    bool every_word;     /**< all words of the name are known */
     quantity_t quantity; /**< that the name states, where the column has no unit; else that of the unit */
 } column_meaning_t;
 

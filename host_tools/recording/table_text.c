@@ -19,6 +19,7 @@ enum {
     SAMPLE_LINES = 60, /* lines that decide the dialect */
     SURE_LINES = 5,    /* this many consecutive lines of numbers are not a header */
     SMALLEST_PART = 8, /* of a file, that holds the data alone */
+    HEADS = 3,         /* lines above the data in which names and units are looked for */
     TOLD_PROBLEMS = 4
 };
 
@@ -331,12 +332,14 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
             while (count > 0 && field[count - 1].text[0] == '\0') {
                 count--;
             }
-            if (layout->number[0] && count == least + 1) {
+            if (count > 1 && layout->number[0] && count == least + 1) {
                 memmove(field, field + 1, (MOST_COLUMNS - 1) * sizeof *field);
             } else {
                 field[0].text[0] = '\0';
             }
-            return field;
+            if (count > 1) { /* not a key alone */
+                return field;
+            }
         }
     }
     free(field);
@@ -363,29 +366,59 @@ static text_field_t *numbered(const text_source_t *source, const layout_t *layou
     return over;
 }
 
-/* The line of names above the data, and that of units below it. Both are to be freed, and NULL where there is none. */
+/* Whether fields over the columns of numbers are units, and one at least is a known one. */
+static bool are_units(const text_field_t *field, const layout_t *layout, size_t least) {
+    bool all = true, known = false;
+    for (size_t j = 0; j < least; j++) {
+        if (layout->number[j]) {
+            all = all && text_is_unit(field[j].text);
+            known = known || field[j].text[0] != '\0';
+        }
+    }
+    return all && known;
+}
+
+/* The line of names above the data, and that of units below it; below that may be one of remarks (Origin). Both are to
+ * be freed, and NULL where there is none. */
 static void find_heads(const text_source_t *source, const layout_t *layout, size_t least, text_field_t **names,
                        text_field_t **units) {
-    text_field_t *fields[2] = {allocate(MOST_COLUMNS, sizeof(text_field_t)),
-                               allocate(MOST_COLUMNS, sizeof(text_field_t))};
-    size_t count[2] = {0, 0}, found = 0;
-    for (size_t i = layout->begin; i > 0 && found < 2; i--) {
+    text_field_t *fields[HEADS];
+    size_t count[HEADS] = {0}, found = 0, of_units = HEADS;
+    for (size_t i = layout->begin; i > 0 && found < HEADS; i--) {
         if (!is_blank(source->line[i - 1])) {
+            fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout->dialect.separator, least, fields[found]);
+            if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
+                of_units = found;
+            }
             found++;
         }
     }
-    bool all_units = count[0] > 0;
-    for (size_t j = 0; j < least && count[0] > 0; j++) {
-        all_units = all_units && (!layout->number[j] || text_is_unit(fields[0][j].text));
-    }
-    *units = all_units ? fields[0] : NULL;
-    *names = all_units ? (count[1] > 0 ? fields[1] : NULL) : count[0] > 0 ? fields[0] : NULL;
-    for (size_t i = 0; i < 2; i++) {
-        if (fields[i] != *units && fields[i] != *names) {
+    const size_t of_names = of_units < HEADS ? of_units + 1 : 0;
+    *units = *names = NULL;
+    for (size_t i = 0; i < found; i++) {
+        if (i == of_units) {
+            *units = fields[i];
+        } else if (i == of_names && count[i] > 0) {
+            *names = fields[i];
+        } else {
             free(fields[i]);
         }
     }
+}
+
+/* R writes the numbers of rows in front, and no name over them: names that are one short belong to the columns behind. */
+static text_field_t *names_behind_numbers(const text_source_t *source, const layout_t *layout, size_t least,
+                                          const double *first) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
+    const size_t above = layout->begin;
+    const bool counts = layout->number[0] && first[0] == 1.0 && first[1] == 2.0 && first[2] == 3.0;
+    if (counts && above > 0 && least > 2 &&
+        split_names(source->line[above - 1], layout->dialect.separator, least - 1, field + 1) == least - 1) {
+        return field;
+    }
+    free(field);
+    return NULL;
 }
 
 /* What a header line states about the columns goes before the line above the data. */
@@ -403,6 +436,9 @@ static void name_columns(table_t *table, const text_source_t *source, const layo
         least = layout->number[j] ? j + 1 : least;
     }
     find_heads(source, layout, least, &names, &units);
+    if (names == NULL && table->rows > 2) {
+        names = names_behind_numbers(source, layout, least, value[0]);
+    }
     prefer(&names, stated(source, layout, least, text_is_name_key));
     prefer(&names, numbered(source, layout, "name"));
     prefer(&units, numbered(source, layout, "unit"));

@@ -63,8 +63,8 @@ bool text_is_unit_key(const char *field) {
 }
 
 bool text_is_name_key(const char *field) {
-    static const char *const keys[] = {"tracename",    "tracenames", "channelname",
-                                       "channelnames", "signalname", "signalnames"};
+    static const char *const keys[] = {"tracename",  "tracenames",  "channelname", "channelnames",
+                                       "signalname", "signalnames", "path"};
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 

@@ -70,7 +70,8 @@ static bool check_steps(const table_t *table, const double *stamp, double step, 
         const double d = stamp[k] - stamp[k - 1];
         if (!(d > 0.0)) {
             where(table, k, text, sizeof text);
-            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s", text, stamp[k], stamp[k - 1]);
+            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s%s", text, stamp[k], stamp[k - 1],
+                        d < 0.0 ? "" : " (too few digits? hyst import --time none --sample-rate HZ)");
         }
         even += fabs(d / step - 1.0) < 0.1;
     }

@@ -147,7 +147,8 @@ static bool take_brackets(char *name, char *unit) {
             length--;
         }
         (void)snprintf(unit, UNIT_FIELD, "%.*s", (int)length, begin);
-        if (close[1] == '\0' || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
+        const bool index = strspn(unit, "0123456789,:") == strlen(unit); /* "Data(1)" */
+        if ((close[1] == '\0' && !index) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
             close += open[-1] == ' ' && close[1] == ' ' ? 2 : 1;
             memmove(open, close, strlen(close) + 1);
             trim_end(name);
