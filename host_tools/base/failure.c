@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/failure.h"
+#include "base/shown_name.h"
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -22,6 +23,7 @@ bool fail(failure_t *failure, const char *format, ...) {
     vsnprintf(failure->text, sizeof failure->text, format, arguments);
     va_end(arguments);
     make_printable(failure->text);
+    shown_names_put_in(failure->text, sizeof failure->text);
     return false;
 }
 

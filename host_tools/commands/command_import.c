@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/json_output.h"
 #include "base/output_file.h"
+#include "base/shown_name.h"
 #include "commands/command.h"
+#include "look/summary.h"
 #include "recording/import_several.h"
 #include <math.h>
 #include <stdio.h>
@@ -58,17 +60,18 @@ static json_t *columns_to_json(const table_t *table) {
 
 /* What was understood. recording: NULL if only the columns are listed. */
 static json_t *to_json(const char *path, const table_t *table, const import_account_t *account,
-                       const recording_t *recording, const char *output) {
+                       const recording_t *recording, const summary_t *holds, const char *output) {
     json_t *understood = json_array();
     for (size_t i = 0; i < account->lines; i++) {
         json_array_append_new(understood, json_string(account->line[i]));
     }
-    json_t *json = json_pack("{s:s, s:s, s:s, s:I, s:o, s:o, s:s?}", "format", "hyst-import-1", "file", path, "kind",
+    json_t *json = json_pack("{s:s, s:s, s:s, s:I, s:o, s:o, s:s?}", "format", "hyst-import-1", "file", shown_name(path), "kind",
                              table->kind, "rows", (json_int_t)table->rows, "columns", columns_to_json(table),
-                             "understood", understood, "recording", output);
+                             "understood", understood, "recording", output != NULL ? shown_name(output) : NULL);
     if (recording != NULL) {
         json_object_set_new(json, "samples", json_integer((json_int_t)recording->samples));
         json_object_set_new(json, "sample_rate_hz", json_real(recording->sample_rate_hz));
+        json_object_set_new(json, "holds", holds != NULL ? summary_to_json(holds) : json_null());
     }
     return json;
 }
@@ -83,14 +86,20 @@ static bool import_one(const char *path, const table_t *table, const import_opti
         puts(account.line[i]);
     }
     if (good) {
+        summary_t holds;
+        failure_t too_short;
+        const bool looked = summary_make(&recording, &holds, &too_short);
+        if (looked && text_wanted(as_json)) {
+            summary_print(stdout, &holds);
+        }
         if (output != NULL) {
             recording_take_keys(&recording, path);
         }
-        recording_set_key(&recording, "imported_from", path);
+        recording_set_key(&recording, "imported_from", shown_name(path));
         good = output == NULL || recording_write(&recording, output, failure);
-        *json = good && as_json ? to_json(path, table, &account, &recording, output) : NULL;
+        *json = good && as_json ? to_json(path, table, &account, &recording, looked ? &holds : NULL, output) : NULL;
         if (good && output != NULL && text_wanted(as_json)) {
-            printf("%s: %zu samples at %.9g Hz\n", output, recording.samples, recording.sample_rate_hz);
+            printf("%s: %zu samples at %.9g Hz\n", shown_name(output), recording.samples, recording.sample_rate_hz);
         }
         recording_free(&recording);
     }
@@ -132,7 +141,7 @@ static bool import_each(const char *path, const table_t *table, const import_opt
             json_array_append_new(each, one);
         }
     }
-    *json = json_pack("{s:s, s:s, s:o}", "format", "hyst-imports-1", "file", path, "recordings", each);
+    *json = json_pack("{s:s, s:s, s:o}", "format", "hyst-imports-1", "file", shown_name(path), "recordings", each);
     for (size_t i = 0; i < count; i++) {
         free(name[i]);
     }
@@ -156,7 +165,7 @@ static bool run(const char *path, const import_options_t *wishes, const char *ou
     }
     if (list) {
         const import_account_t nothing = {0};
-        good = !as_json || json_print(to_json(path, &table, &nothing, NULL, NULL), JSON_INDENT(1), failure);
+        good = !as_json || json_print(to_json(path, &table, &nothing, NULL, NULL, NULL), JSON_INDENT(1), failure);
         if (good && text_wanted(as_json)) {
             print_columns(&table);
         }

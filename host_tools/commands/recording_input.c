@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/recording_input.h"
 #include "chain/align.h"
+#include "commands/print.h"
+#include "look/summary.h"
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -13,7 +15,12 @@ bool read_recording_aloud(recording_t *recording, const char *path, failure_t *f
         return false;
     }
     if (recording->understood != NULL) {
+        summary_t holds;
+        failure_t too_short;
         fputs(recording->understood, stderr);
+        if (summary_make(recording, &holds, &too_short)) {
+            summary_print(stderr, &holds);
+        }
     }
     return true;
 }
@@ -24,15 +31,21 @@ recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *
 
 recording_t *read_spans_aloud(char *const *paths, size_t count, const span_t *span, failure_t *failure) {
     recording_t *recordings = allocate(count, sizeof *recordings);
-    for (size_t i = 0; i < count; i++) {
-        if (!read_recording_aloud(&recordings[i], paths[i], failure)) {
-            recordings_free(recordings, i);
-            return NULL;
+    size_t bad = 0;
+    for (size_t i = 0; i < count; i++) { /* one that is bad is cleared, and the others are tried all the same */
+        failure_t of_one;
+        if (!read_recording_aloud(&recordings[i], paths[i], &of_one) ||
+            !recording_span(&recordings[i], span->from_s, span->to_s, &of_one)) {
+            recording_free(&recordings[i]);
+            if (bad++ > 0) {
+                (void)failure_print(failure);
+            }
+            *failure = of_one;
         }
-        if (!recording_span(&recordings[i], span->from_s, span->to_s, failure)) {
-            recordings_free(recordings, i + 1);
-            return NULL;
-        }
+    }
+    if (bad > 0) {
+        recordings_free(recordings, count);
+        return NULL;
     }
     return recordings;
 }

@@ -19,7 +19,8 @@ typedef struct {
  * interpretation on stderr, before any use of it. */
 bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure);
 
-/** The same for several, in their order; to be released by recordings_free. NULL: one could not be read. */
+/** The same for several, in their order; to be released by recordings_free. NULL: some could not be read. *failure is
+ * then about the last of these, and the lines about the others are on stderr: all are known after one run. */
 recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *failure);
 /** And only that part of each. */
 recording_t *read_spans_aloud(char *const *paths, size_t count, const span_t *span, failure_t *failure);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/standard_streams.h"
+#include "base/shown_name.h"
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -19,6 +20,7 @@ const char *standard_output_take(failure_t *failure) {
         return NULL;
     }
     (void)snprintf(name, sizeof name, "/dev/fd/%d", copy);
+    shown_name_set(name, "standard output");
     return name;
 }
 
@@ -39,5 +41,6 @@ const char *standard_input_take(failure_t *failure) {
         return NULL;
     }
     (void)snprintf(name, sizeof name, "/dev/fd/%d", fileno(kept));
+    shown_name_set(name, "standard input");
     return name;
 }

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 32, WIDER = 8 };
+enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 32, WIDER = 8, REACH = 2 };
 
 double value_between(const double *value, size_t samples, double at) {
     const double whole = floor(at), x = at - whole;
@@ -22,8 +22,8 @@ double value_between(const double *value, size_t samples, double at) {
     return b + 0.5 * x * (c - a + x * (2.0 * a - 5.0 * b + 4.0 * c - d + x * (3.0 * (b - c) + d - a)));
 }
 
-/* The place of the least difference between the passes near a period. */
-static double refined(const double *u, size_t samples, look_span_t span, double period) {
+/* The place of the least difference between the passes near a period, which is off by `reach` samples at most. */
+static double refined(const double *u, size_t samples, look_span_t span, double period, double reach) {
     for (size_t i = 0; i < REFINEMENTS; i++) {
         double product = 0.0, square = 0.0;
         for (size_t k = span.from; (double)k + period + 1.0 < (double)span.to; k++) {
@@ -31,7 +31,7 @@ static double refined(const double *u, size_t samples, look_span_t span, double 
             const double slope = 0.5 * (value_between(u, samples, fmin(at + 1.0, (double)samples - 1.0)) -
                                         value_between(u, samples, at - 1.0));
             const double difference = u[k] - value_between(u, samples, at);
-            if (fabs(difference) < fabs(slope) * 2.0 + 1e-300) { /* elsewhere it is another path */
+            if (fabs(difference) < fabs(slope) * reach + 1e-300) { /* elsewhere it is another path */
                 product += difference * slope;
                 square += slope * slope;
             }
@@ -105,14 +105,16 @@ static double lines_of_period(const double *u, look_span_t span, double period, 
 
 static void take_if_better(const double *u, size_t samples, look_span_t all, double period, drive_look_t *drive) {
     look_span_t first = longest_run(u, drive, all, period, threshold.first_place), span;
-    /* Where the drive swells, the autocovariance is largest some samples beside the period. */
+    double reach = REACH;
+    /* Where the drive swells, or has few and long periods, the autocovariance is largest some samples beside them. */
     if ((double)span_length(first) < threshold.two_passes_first * period) {
         first = longest_run(u, drive, all, period, WIDER * threshold.first_place);
+        reach = WIDER * threshold.first_place;
     }
     if ((double)span_length(first) < threshold.two_passes_first * period || !moves(u, drive, first)) {
         return;
     }
-    period = refined(u, samples, first, period);
+    period = refined(u, samples, first, period, reach);
     span = longest_run(u, drive, all, period, threshold.refined_place);
     /* A longer period has to repeat more than the shorter one: multiples of a period are periods, too. */
     if ((double)span_length(span) >= threshold.two_passes * period && moves(u, drive, span) &&

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "page/html_page.h"
 #include "base/provenance.h"
+#include "base/shown_name.h"
 #include "page/svg_plot.h"
 #include "page_scripts.h" /* generated: plot.js */
 
@@ -74,7 +75,7 @@ static void write_origin(FILE *file) {
     }
     for (size_t i = 0; i < from.files; i++) {
         fprintf(file, "<dt>%s</dt><dd>", i == 0 ? "Files" : "");
-        write_escaped(file, from.file[i].path);
+        write_escaped(file, shown_name(from.file[i].path));
         fprintf(file, "<br><code>SHA-256 %s</code></dd>\n", from.file[i].sha256);
     }
     fprintf(file, "</dl>\n</section>\n");

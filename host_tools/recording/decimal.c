@@ -82,16 +82,14 @@ bool decimal_read(const char *text, char point, double *number, const char **end
     return read_slowly(text, (size_t)(at - text), point, number);
 }
 
-/* `count` digits, more behind them not allowed. */
-static bool read_digits(const char **at, int count, int *number) {
+/* From `least` to `most` digits, more behind them not allowed. */
+static bool read_digits(const char **at, int least, int most, int *number) {
+    int count = 0;
     *number = 0;
-    for (int i = 0; i < count; i++, ++*at) {
-        if (!isdigit((unsigned char)**at)) {
-            return false;
-        }
+    for (; count < most && isdigit((unsigned char)**at); count++, ++*at) {
         *number = 10 * *number + (**at - '0');
     }
-    return !isdigit((unsigned char)**at);
+    return count >= least && !isdigit((unsigned char)**at);
 }
 
 /* Days since 1970 in the Gregorian calendar (Hinnant, days_from_civil). */
@@ -102,23 +100,63 @@ static double days_since_1970(int year, int month, int day) {
     return (double)era * 146097.0 + (double)days - 719468.0;
 }
 
-bool clock_read(const char *text, double *seconds, const char **end) {
-    int year, month, day, hour, minute, second;
-    double base = 0.0, fraction = 0.0;
-    const char *at = text;
-    if (read_digits(&at, 4, &year) && (*at == '-' || *at == '/')) {
-        const char between = *at++;
-        if (!read_digits(&at, 2, &month) || *at++ != between || !read_digits(&at, 2, &day) || month < 1 || month > 12 ||
-            day < 1 || day > 31 || (*at != ' ' && *at != 'T')) {
-            return false;
-        }
-        at++;
-        base = 86400.0 * days_since_1970(year, month, day);
-    } else {
-        at = text;
+/* A date and a blank or 'T' behind it: 2026-11-23, 2026/11/23, 23.11.2026; or 23/11/2026, of which day and month are not
+ * told apart: *days is then 0. false: there is none, *at stays. */
+static bool read_date(const char **at, double *days) {
+    const char *text = *at;
+    int first, month, last;
+    if (!read_digits(&text, 1, 4, &first) || strchr("-/.", *text) == NULL || *text == '\0') {
+        return false;
     }
-    if (!read_digits(&at, 2, &hour) || *at++ != ':' || !read_digits(&at, 2, &minute) || *at++ != ':' ||
-        !read_digits(&at, 2, &second) || hour > 23 || minute > 59 || second > 60) {
+    const size_t digits = (size_t)(text - *at);
+    const char between = *text++;
+    if (!read_digits(&text, 1, 2, &month) || *text++ != between || !read_digits(&text, 1, 4, &last) ||
+        (*text != ' ' && *text != 'T')) {
+        return false;
+    }
+    const int year = digits == 4 ? first : last, day = digits == 4 ? last : first;
+    if (year < 1000 || month < 1 || day < 1 || day > 31 || (month > 12 && between != '/')) {
+        return false;
+    }
+    *days = digits == 4 || between == '.' ? days_since_1970(year, month, day) : 0.0;
+    *at = text + 1;
+    return digits == 4 ? between != '.' && month <= 12 : between != '-';
+}
+
+/* "PM" behind a time of day, and a time zone, which is the same for all of a file. */
+static int read_half_and_zone(const char **at, int hour) {
+    const char *text = *at + strspn(*at, " ");
+    const char half = (char)tolower((unsigned char)*text);
+    if ((half == 'a' || half == 'p') && tolower((unsigned char)text[1]) == 'm' && hour <= 12) {
+        hour = hour % 12 + (half == 'p' ? 12 : 0);
+        *at = text + 2;
+    }
+    if (**at == 'Z') {
+        ++*at;
+    } else if ((**at == '+' || **at == '-') && isdigit((unsigned char)(*at)[1])) {
+        ++*at;
+        *at += strspn(*at, "0123456789:");
+    }
+    return hour;
+}
+
+bool clock_read(const char *text, double *seconds, const char **end) {
+    int hour, minute, second;
+    double days = 0.0, fraction = 0.0;
+    const char *at = text;
+    (void)read_date(&at, &days);
+    if (!read_digits(&at, 1, 2, &hour) || *at++ != ':' || !read_digits(&at, 2, 2, &minute)) {
+        return false;
+    }
+    const bool short_one = *at == '.' || *at == ','; /* "12:30.5" are minutes and seconds */
+    if (short_one) {
+        second = minute;
+        minute = hour;
+        hour = 0;
+    } else if (*at++ != ':' || !read_digits(&at, 1, 2, &second)) {
+        return false;
+    }
+    if (hour > 23 || minute > 59 || second > 60) {
         return false;
     }
     if ((*at == '.' || *at == ',') && isdigit((unsigned char)at[1])) {
@@ -127,8 +165,11 @@ bool clock_read(const char *text, double *seconds, const char **end) {
             fraction += place * (double)(*at - '0');
             place /= 10.0;
         }
+    } else if (short_one) {
+        return false;
     }
-    *end = *at == 'Z' ? at + 1 : at;
-    *seconds = base + 3600.0 * (double)hour + 60.0 * (double)minute + (double)second + fraction;
+    hour = read_half_and_zone(&at, hour);
+    *end = at;
+    *seconds = 86400.0 * days + 3600.0 * (double)hour + 60.0 * (double)minute + (double)second + fraction;
     return true;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/recording.h"
+#include "base/shown_name.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +18,7 @@ const char *column_unit(column_t column) {
 
 void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples) {
     memset(recording, 0, sizeof *recording);
-    recording->name = copy_text(name);
+    recording->name = copy_text(shown_name(name));
     recording->sample_rate_hz = sample_rate_hz;
     recording->samples = samples;
     recording_add_column(recording, COLUMN_DRIVE);

@@ -3,6 +3,7 @@
 #include "recording/recording_hdf5.h"
 #include "base/output_file.h"
 #include "base/provenance.h"
+#include "base/shown_name.h"
 #include <hdf5.h>
 #include <hdf5_hl.h>
 #include <math.h>
@@ -85,12 +86,12 @@ static bool put_origin(hid_t root) {
     provenance_now(&from);
     size_t room = 1;
     for (size_t i = 0; i < from.files; i++) {
-        room += sizeof from.file[i].sha256 + strlen(from.file[i].path) + 3;
+        room += sizeof from.file[i].sha256 + strlen(shown_name(from.file[i].path)) + 3;
     }
     char *files = allocate(room, 1), history[2048];
     for (size_t i = 0, at = 0; i < from.files; i++) {
         at += (size_t)snprintf(files + at, room - at, "%s%s  %s", i > 0 ? "\n" : "", from.file[i].sha256,
-                               from.file[i].path);
+                               shown_name(from.file[i].path));
     }
     snprintf(history, sizeof history, "%s: %s", from.date, from.command != NULL ? from.command : "the library of hyst");
     const bool good = put_text(root, "Conventions", "CF-1.8") && put_text(root, "hyst_version", HYST_VERSION) &&
@@ -253,7 +254,7 @@ bool hdf5_read_recording(recording_t *recording, const char *path, failure_t *fa
     if (file < 0) {
         return fail(failure, "%s: an HDF5 file that cannot be read: is it whole, and closed by who writes it?", path);
     }
-    recording->name = copy_text(path);
+    recording->name = copy_text(shown_name(path));
     bool good = (get_number(file, "sample_rate_hz", &recording->sample_rate_hz) && recording->sample_rate_hz > 0.0 &&
                  isfinite(recording->sample_rate_hz) && get_number(file, "start_s", &recording->start_s) &&
                  isfinite(recording->start_s)) ||

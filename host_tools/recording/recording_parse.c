@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reading a recording: lines, header, column names, numbers, time. Every message names the file and the line. */
+#include "base/shown_name.h"
 #include "recording/decimal.h"
 #include "recording/import.h"
 #include "recording/recording.h"
 #include "recording/recording_hdf5.h"
+#include "recording/units.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -22,6 +24,7 @@ typedef struct {
     char block[BLOCK + 1];
     size_t columns;                /* 0 until the line with the names was read */
     int meaning[MAX_FILE_COLUMNS]; /* a column_t, TIME_COLUMN or IGNORED_COLUMN */
+    double scale[COLUMN_COUNT];    /* what the file's numbers are multiplied by, where it states another unit */
     double time[2];                /* of the previous and the present sample */
     size_t capacity;
     recording_t *recording;
@@ -104,10 +107,20 @@ static bool parse_number(const char *text, double *number) {
     return decimal_read(text, '.', number, &end) && *end == '\0';
 }
 
+/* A unit of the same quantity as the column's own: its numbers are converted. */
+static bool read_unit(reader_t *reader, column_t c, const char *key, const char *value) {
+    double own, scale;
+    if (unit_of(value, &scale) != unit_of(column_unit(c), &own)) {
+        return fail(reader->failure, "%s:%lu: %s is '%s': right is %s, or a multiple of it", reader->path, reader->line,
+                    key, value, column_unit(c));
+    }
+    reader->scale[c] = scale / own;
+    return true;
+}
+
 static bool read_header(reader_t *reader) {
     recording_t *recording = reader->recording;
     char *key = reader->text + 1, *value = strchr(key, ':');
-    const char *unit = NULL;
     if (reader->columns > 0) {
         return complain(reader, "header line after the column names");
     }
@@ -127,19 +140,18 @@ static bool read_header(reader_t *reader) {
         }
         return true;
     }
-    if (strcmp(key, "drive_unit") == 0) {
-        unit = "V";
-    } else if (strcmp(key, "displacement_unit") == 0) {
-        unit = "um";
-    } else {
-        recording_set_key(recording, key, value);
-        return true;
+    for (column_t c = COLUMN_DRIVE; c < COLUMN_COUNT; c++) {
+        const char *const name = column_name(c);
+        const size_t length = strlen(name);
+        if (strncmp(key, name, length) == 0 && strcmp(key + length, "_unit") == 0) {
+            return read_unit(reader, c, key, value);
+        }
     }
-    return strcmp(value, unit) == 0 || fail(reader->failure, "%s:%lu: %s is '%s', only %s is supported", reader->path,
-                                            reader->line, key, value, unit);
+    recording_set_key(recording, key, value);
+    return true;
 }
 
-static int column_meaning(const char *name) {
+static int column_of_name(const char *name) {
     if (strcmp(name, "t") == 0) {
         return TIME_COLUMN;
     }
@@ -171,7 +183,7 @@ static bool read_names(reader_t *reader) {
         if (parse_number(field, &number)) {
             return complain(reader, "a number where the column names should be (t,drive,displacement)");
         }
-        meaning = column_meaning(field);
+        meaning = column_of_name(field);
         if (meaning != IGNORED_COLUMN) {
             if (seen[meaning]) {
                 return fail(reader->failure, "%s:%lu: column '%s' appears twice", reader->path, reader->line, field);
@@ -283,6 +295,7 @@ static bool read_sample(reader_t *reader) {
             reader->time[0] = reader->time[1];
             reader->time[1] = number;
         } else if (reader->meaning[i] != IGNORED_COLUMN) {
+            number *= reader->scale[reader->meaning[i]];
             if (fabs(number) > RECORDING_LARGEST) {
                 const column_t column = (column_t)reader->meaning[i];
                 return fail(reader->failure, "%s:%lu: column '%s': '%s' is not plausible: more than %g %s",
@@ -353,6 +366,9 @@ static bool read_recording(recording_t *recording, const char *path, failure_t *
     reader_t *reader = allocate(1, sizeof *reader);
     bool good = false;
     memset(recording, 0, sizeof *recording);
+    for (size_t c = 0; c < COLUMN_COUNT; c++) {
+        reader->scale[c] = 1.0;
+    }
     reader->path = path;
     reader->recording = recording;
     reader->failure = failure;
@@ -360,7 +376,7 @@ static bool read_recording(recording_t *recording, const char *path, failure_t *
     if (reader->file == NULL) {
         fail(failure, "%s: %s", path, strerror(errno));
     } else {
-        recording->name = copy_text(path);
+        recording->name = copy_text(shown_name(path));
         good = read_lines(reader);
         fclose(reader->file);
     }

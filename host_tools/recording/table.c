@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/shown_name.h"
 #include "recording/table.h"
 #include "recording/units.h"
 #include <errno.h>
@@ -10,7 +11,7 @@
 
 void table_open(table_t *table, const char *path, const char *kind) {
     memset(table, 0, sizeof *table);
-    table->source = copy_text(path);
+    table->source = copy_text(shown_name(path));
     table->kind = copy_text(kind);
 }
 
@@ -32,6 +33,9 @@ void table_free(table_t *table) {
         free(table->note[i]);
     }
     free(table->note);
+    for (size_t i = 0; i < COLUMN_COUNT; i++) {
+        free(table->role_unit[i]);
+    }
     free(table->interval_origin);
     free(table->source);
     free(table->kind);
@@ -158,6 +162,7 @@ static const signature_t signatures[] = {
      "a LabVIEW TDMS file, which the Python package reads: hyst.read(FILE).write('x.csv'); or export it as text"},
     {"%PDF", 4, NULL, "a PDF document, no measurements"},
     {"\x89PNG", 4, NULL, "a picture, no measurements"},
+    {"{", 1, NULL, "JSON (a model of this project?), no table of measurements"},
     {"\xd0\xcf\x11\xe0", 4, NULL, "an old Excel workbook: save it as CSV"},
 };
 

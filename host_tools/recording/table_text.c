@@ -7,6 +7,7 @@
 #include "recording/decimal.h"
 #include "recording/table.h"
 #include "recording/text_header.h"
+#include "recording/text_signs.h"
 #include "recording/text_source.h"
 #include <math.h>
 #include <stdio.h>
@@ -18,6 +19,7 @@ enum {
     SAMPLE_LINES = 60, /* lines that decide the dialect */
     SURE_LINES = 5,    /* this many consecutive lines of numbers are not a header */
     SMALLEST_PART = 8, /* of a file, that holds the data alone */
+    HEADS = 3,         /* lines above the data in which names and units are looked for */
     TOLD_PROBLEMS = 4
 };
 
@@ -102,7 +104,8 @@ static bool is_blank(const char *line) {
 
 /* The columns that hold numbers in at least nine of ten of some lines. Returns how many, less the others that hold
  * anything. */
-static long number_columns(const char *const *lines, size_t count, dialect_t dialect, bool number[MOST_COLUMNS]) {
+static long number_columns(const char *const *lines, size_t count, dialect_t dialect, bool number[MOST_COLUMNS],
+                           bool *labels) {
     size_t numbers[MOST_COLUMNS] = {0}, texts[MOST_COLUMNS] = {0};
     long score = 0;
     for (size_t i = 0; i < count; i++) {
@@ -117,6 +120,7 @@ static long number_columns(const char *const *lines, size_t count, dialect_t dia
         number[j] = numbers[j] * 10 >= count * 9;
         score += number[j] ? 1 : texts[j] * 2 >= count ? -1 : 0;
     }
+    *labels = texts[0] * 2 >= count;
     return score;
 }
 
@@ -124,6 +128,7 @@ typedef struct {
     dialect_t dialect;
     bool number[MOST_COLUMNS]; /* the columns that hold the data */
     size_t columns;            /* how many of them */
+    bool labels;               /* lines of data begin with a word */
     size_t begin, end;         /* lines of data: [begin, end) */
 } layout_t;
 
@@ -143,9 +148,14 @@ static size_t sample_lines(const text_source_t *source, size_t from, const char 
     return count;
 }
 
+/* Whether a line is one of data: numbers where they belong, and no word before them that the others do not have. Where
+ * a word stands in front of numbers of its own (Tektronix TDS), the line is one of data. */
 static bool fits(const layout_t *layout, const char *line) {
     field_kind_t kind[MOST_COLUMNS];
     const size_t fields = line_shape(line, layout->dialect, kind);
+    if (kind[0] == FIELD_TEXT && !layout->labels && layout->number[1]) {
+        return false;
+    }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
         if (layout->number[j] && (j >= fields || kind[j] != FIELD_NUMBER)) {
             return false;
@@ -162,11 +172,12 @@ static bool find_layout(const text_source_t *source, const char *path, layout_t 
         const char *sample[SAMPLE_LINES];
         const size_t count = sample_lines(source, source->lines - source->lines / part, sample);
         for (size_t i = 0; count > 0 && i < sizeof dialects / sizeof dialects[0]; i++) {
-            bool number[MOST_COLUMNS];
-            const long score = number_columns(sample, count, dialects[i], number);
+            bool number[MOST_COLUMNS], labels;
+            const long score = number_columns(sample, count, dialects[i], number, &labels);
             if (score > best) {
                 best = score;
                 layout->dialect = dialects[i];
+                layout->labels = labels;
                 memcpy(layout->number, number, sizeof number);
             }
         }
@@ -268,8 +279,9 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             continue;
         }
         printed = word != NULL
-                      ? snprintf(told + used, sizeof told - used, "%sline %zu: '%.*s' is not a number",
-                                 used > 0 ? "; " : "", i + 1, (int)(length < 40 ? length : 40), word)
+                      ? snprintf(told + used, sizeof told - used, "%sline %zu: '%.*s' is not a number%s",
+                                 used > 0 ? "; " : "", i + 1, (int)(length < 40 ? length : 40), word,
+                                 text_is_grouped(word, length) ? " (without a sign between thousands it is)" : "")
                       : snprintf(told + used, sizeof told - used, "%sline %zu: %zu numbers where others have %zu",
                                  used > 0 ? "; " : "", i + 1, found, layout->columns);
         used += printed > 0 ? (size_t)printed : 0;
@@ -309,42 +321,129 @@ static size_t split_names(const char *line, char separator, size_t least, text_f
     return 0;
 }
 
-/* The fields of the last header line that states units over their columns, or NULL. To be freed. */
-static text_field_t *stated_units(const text_source_t *source, const layout_t *layout, size_t least) {
-    text_field_t *field = allocate(MOST_COLUMNS, sizeof *field);
+/* The fields of the last header line that begins with such a key, over their columns; NULL: there is none. To be
+ * freed. Where the key does not stand over a column itself, the first field is that behind it. */
+static text_field_t *stated(const text_source_t *source, const layout_t *layout, size_t least,
+                            bool (*is_key)(const char *field)) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
     for (size_t i = layout->begin; i > 0; i--) {
-        if (split_names(source->line[i - 1], layout->dialect.separator, least, field) >= least &&
-            text_is_unit_key(field[0].text)) {
-            return field;
+        size_t count = split_names(source->line[i - 1], layout->dialect.separator, least, field);
+        if (count >= least && is_key(field[0].text)) {
+            while (count > 0 && field[count - 1].text[0] == '\0') {
+                count--;
+            }
+            if (count > 1 && layout->number[0] && count == least + 1) {
+                memmove(field, field + 1, (MOST_COLUMNS - 1) * sizeof *field);
+            } else {
+                field[0].text[0] = '\0';
+            }
+            if (count > 1) { /* not a key alone */
+                return field;
+            }
         }
     }
     free(field);
     return NULL;
 }
 
-static void name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
-    text_field_t *fields[2] = {allocate(MOST_COLUMNS, sizeof(text_field_t)),
-                               allocate(MOST_COLUMNS, sizeof(text_field_t))};
-    size_t count[2] = {0, 0}, least = 0, found = 0, column = 0;
-    text_field_t *names = NULL, *units = NULL;
-    for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        least = layout->number[j] ? j + 1 : least;
+/* Names and units by number, in the order of the columns of numbers ("# NAME0 = Target Position"): each over its column.
+ * NULL: not one for each. To be freed. */
+static text_field_t *numbered(const text_source_t *source, const layout_t *layout, const char *key) {
+    text_field_t *field = allocate(MOST_COLUMNS, sizeof *field), *over = allocate(MOST_COLUMNS, sizeof *over);
+    const size_t count =
+        text_numbered((const char *const *)source->line, layout->begin, key, field, MOST_COLUMNS);
+    size_t next = 0;
+    for (size_t j = 0; count == layout->columns && j < MOST_COLUMNS; j++) {
+        if (layout->number[j]) {
+            over[j] = field[next++];
+        }
     }
-    for (size_t i = layout->begin; i > 0 && found < 2; i--) {
+    free(field);
+    if (next == 0) {
+        free(over);
+        return NULL;
+    }
+    return over;
+}
+
+/* Whether fields over the columns of numbers are units, and one at least is a known one. */
+static bool are_units(const text_field_t *field, const layout_t *layout, size_t least) {
+    bool all = true, known = false;
+    for (size_t j = 0; j < least; j++) {
+        if (layout->number[j]) {
+            all = all && text_is_unit(field[j].text);
+            known = known || field[j].text[0] != '\0';
+        }
+    }
+    return all && known;
+}
+
+/* The line of names above the data, and that of units below it; below that may be one of remarks (Origin). Both are to
+ * be freed, and NULL where there is none. */
+static void find_heads(const text_source_t *source, const layout_t *layout, size_t least, text_field_t **names,
+                       text_field_t **units) {
+    text_field_t *fields[HEADS];
+    size_t count[HEADS] = {0}, found = 0, of_units = HEADS;
+    for (size_t i = layout->begin; i > 0 && found < HEADS; i--) {
         if (!is_blank(source->line[i - 1])) {
+            fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout->dialect.separator, least, fields[found]);
+            if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
+                of_units = found;
+            }
             found++;
         }
     }
-    if (count[0] > 0) {
-        bool all_units = true;
-        for (size_t j = 0; j < least; j++) {
-            all_units = all_units && (!layout->number[j] || text_is_unit(fields[0][j].text));
+    const size_t of_names = of_units < HEADS ? of_units + 1 : 0;
+    *units = *names = NULL;
+    for (size_t i = 0; i < found; i++) {
+        if (i == of_units) {
+            *units = fields[i];
+        } else if (i == of_names && count[i] > 0) {
+            *names = fields[i];
+        } else {
+            free(fields[i]);
         }
-        units = all_units && count[1] > 0 ? fields[0] : NULL;
-        names = all_units ? (count[1] > 0 ? fields[1] : NULL) : fields[0];
     }
-    text_field_t *stated = units == NULL ? stated_units(source, layout, least) : NULL;
+}
+
+/* R writes the numbers of rows in front, and no name over them: names that are one short belong to the columns behind. */
+static text_field_t *names_behind_numbers(const text_source_t *source, const layout_t *layout, size_t least,
+                                          const double *first) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
+    const size_t above = layout->begin;
+    const bool counts = layout->number[0] && first[0] == 1.0 && first[1] == 2.0 && first[2] == 3.0;
+    if (counts && above > 0 && least > 2 &&
+        split_names(source->line[above - 1], layout->dialect.separator, least - 1, field + 1) == least - 1) {
+        return field;
+    }
+    free(field);
+    return NULL;
+}
+
+/* What a header line states about the columns goes before the line above the data. */
+static void prefer(text_field_t **field, text_field_t *better) {
+    if (better != NULL) {
+        free(*field);
+        *field = better;
+    }
+}
+
+static void name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
+    size_t least = 0, column = 0;
+    text_field_t *names, *units;
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        least = layout->number[j] ? j + 1 : least;
+    }
+    find_heads(source, layout, least, &names, &units);
+    if (names == NULL && table->rows > 2) {
+        names = names_behind_numbers(source, layout, least, value[0]);
+    }
+    prefer(&names, stated(source, layout, least, text_is_name_key));
+    prefer(&names, numbered(source, layout, "name"));
+    prefer(&units, numbered(source, layout, "unit"));
+    prefer(&units, numbered(source, layout, "dispunit"));
+    text_field_t *over = units == NULL ? stated(source, layout, least, text_is_unit_key) : NULL;
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
         if (layout->number[j]) {
             char name[TEXT_FIELD], unit[TEXT_FIELD], written[TEXT_FIELD];
@@ -359,18 +458,75 @@ static void name_columns(table_t *table, const text_source_t *source, const layo
             if (unit[0] == '\0') {
                 unit_split(name, unit, "/_ ");
             }
-            if (stated != NULL && j > 0 && (unit[0] == '\0' || !text_is_unit(unit))) { /* field 0 is the key */
+            if (over != NULL && over[j].text[0] != '\0' && (unit[0] == '\0' || !text_is_unit(unit))) {
                 snprintf(name, sizeof name, "%s", written);
-                snprintf(unit, sizeof unit, "%s", stated[j].text);
+                snprintf(unit, sizeof unit, "%s", over[j].text);
             }
             text_bare_unit(unit);
             table_add(table, name, unit, written, value[column++]);
             table->column[table->columns - 1].number = j + 1;
         }
     }
-    free(stated);
-    free(fields[0]);
-    free(fields[1]);
+    free(over);
+    free(names);
+    free(units);
+}
+
+/* Fields of some lines of data: what of them is whole, and whether a column of numbers is lost to signs. */
+static bool check_signs(const text_source_t *source, const layout_t *layout, const char *path, failure_t *failure) {
+    const size_t rows = layout->end - layout->begin, step = 1 + rows / SAMPLE_LINES;
+    text_signs_t signs = {.whole = true};
+    size_t numbers[MOST_COLUMNS] = {0}, grouped[MOST_COLUMNS] = {0}, line_of[MOST_COLUMNS] = {0}, lines = 0;
+    bool short_one[MOST_COLUMNS], three[MOST_COLUMNS];
+    memset(short_one, 1, sizeof short_one);
+    memset(three, 1, sizeof three);
+    for (size_t i = layout->begin; i < layout->end; i += step) {
+        const char *at = source->line[i];
+        for (size_t j = 0; at != NULL && j < MOST_COLUMNS; j++) {
+            const char *field;
+            size_t length;
+            double number;
+            at = next_field(at, layout->dialect.separator, &field, &length);
+            const bool is_number = field_kind(field, length, layout->dialect.point, &number) == FIELD_NUMBER;
+            const size_t sign = length > 0 && (*field == '-' || *field == '+') ? 1 : 0;
+            const size_t digits = strspn(field + sign, "0123456789") < length - sign
+                                      ? strspn(field + sign, "0123456789")
+                                      : length - sign;
+            numbers[j] += is_number;
+            if (text_is_grouped(field, length) && !is_number) {
+                grouped[j]++;
+                line_of[j] = i;
+            }
+            signs.whole = signs.whole && (!layout->number[j] || digits + sign == length);
+            short_one[j] = short_one[j] && digits + sign == length && digits <= 3;
+            three[j] = three[j] && sign == 0 && digits == 3;
+            signs.fields = layout->number[j] && j >= signs.fields ? j + 1 : signs.fields;
+        }
+        lines++;
+    }
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        if (!layout->number[j] && grouped[j] > 0 && (numbers[j] + grouped[j]) * 10 >= lines * 9) {
+            return fail(failure,
+                        "%s: line %zu: column %zu has signs between thousands: '%.60s': export the numbers without them",
+                        path, line_of[j] + 1, j + 1, source->line[line_of[j]]);
+        }
+        signs.thousands = signs.thousands || (j > 0 && layout->number[j] && short_one[j - 1] && three[j]);
+    }
+    size_t above = layout->begin;
+    while (above > 0 && is_blank(source->line[above - 1])) {
+        above--;
+    }
+    if (above > 0) {
+        field_kind_t kind[MOST_COLUMNS];
+        const size_t fields = line_shape(source->line[above - 1], layout->dialect, kind);
+        while (signs.names < fields && kind[signs.names] == FIELD_TEXT) {
+            signs.names++;
+        }
+        signs.names = signs.names == fields ? fields : 0;
+    }
+    const char *problem = text_signs_problem(&signs);
+    return problem == NULL || fail(failure, "%s: line %zu has %zu names, and line %zu has %zu fields, %s", path, above,
+                                   signs.names, layout->begin + 1, signs.fields, problem);
 }
 
 bool table_read_text(table_t *table, const char *path, failure_t *failure) {
@@ -382,7 +538,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
     if (good && source.lines == 0) {
         good = fail(failure, "%s: empty file", path);
     }
-    good = good && find_layout(&source, path, layout, failure);
+    good = good && find_layout(&source, path, layout, failure) && check_signs(&source, layout, path, failure);
     if (good) {
         value = allocate(layout->columns, sizeof *value);
         for (size_t i = 0; i < layout->columns; i++) {
@@ -393,6 +549,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
         good = read_rows(table, &source, layout, value, failure);
         if (good) {
             name_columns(table, &source, layout, value);
+            text_find_role_units(table, (const char *const *)source.line, layout->begin);
             text_find_interval(table, (const char *const *)source.line,
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
                                layout->dialect.separator, layout->dialect.point);

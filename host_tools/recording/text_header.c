@@ -8,11 +8,21 @@
 #include <string.h>
 #include <strings.h>
 
+static bool is_bracketed(const char *text) {
+    const size_t length = strlen(text);
+    return length >= 2 &&
+           ((text[0] == '(' && text[length - 1] == ')') || (text[0] == '[' && text[length - 1] == ']'));
+}
+
 void text_bare_unit(char *unit) {
-    const size_t length = strlen(unit);
-    if (length >= 2 && ((unit[0] == '(' && unit[length - 1] == ')') || (unit[0] == '[' && unit[length - 1] == ']'))) {
-        memmove(unit, unit + 1, length - 2);
-        unit[length - 2] = '\0';
+    if (is_bracketed(unit)) {
+        const char *begin = unit + 1 + strspn(unit + 1, " ");
+        size_t length = strlen(begin) - 1;
+        while (length > 0 && strchr(" .", begin[length - 1]) != NULL) {
+            length--;
+        }
+        memmove(unit, begin, length);
+        unit[length] = '\0';
     }
 }
 
@@ -21,7 +31,7 @@ bool text_is_unit(const char *text) {
     double scale;
     snprintf(unit, sizeof unit, "%s", text);
     text_bare_unit(unit);
-    return unit[0] == '\0' || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
+    return unit[0] == '\0' || is_bracketed(text) || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
 }
 
 /* Letters and digits of a key, in lower case. */
@@ -35,17 +45,86 @@ static void bare_key(const char *text, size_t length, char *key, size_t room) {
     key[count] = '\0';
 }
 
-bool text_is_unit_key(const char *field) {
-    static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit",
-                                       "yunits",        "units",        "unit"};
+static bool is_one_of(const char *field, const char *const *keys, size_t count) {
     char key[60];
     bare_key(field, strlen(field), key, sizeof key);
-    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+    for (size_t i = 0; i < count; i++) {
         if (strcmp(key, keys[i]) == 0) {
             return true;
         }
     }
     return false;
+}
+
+bool text_is_unit_key(const char *field) {
+    static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit", "yunits",
+                                       "units",         "unit",         "vunit",      "vunits"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
+bool text_is_name_key(const char *field) {
+    static const char *const keys[] = {"tracename",  "tracenames",  "channelname", "channelnames",
+                                       "signalname", "signalnames", "path"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
+/* "# key: value" or "key = value". false: it is no such line. */
+static bool split_fact(const char *line, char key[60], text_field_t *value) {
+    const char *at = line + strspn(line, "#%/! \t\"");
+    const size_t length = strcspn(at, ":=");
+    if (at[length] == '\0') {
+        return false;
+    }
+    bare_key(at, length, key, 60);
+    at += length + 1;
+    at += strspn(at, " \t\"'");
+    snprintf(value->text, sizeof value->text, "%s", at);
+    size_t end = strlen(value->text);
+    while (end > 0 && strchr(" \t\"',;", value->text[end - 1]) != NULL) {
+        value->text[--end] = '\0';
+    }
+    return key[0] != '\0';
+}
+
+size_t text_numbered(const char *const *line, size_t lines, const char *key, text_field_t *field, size_t most) {
+    const size_t size = strlen(key);
+    size_t count = 0;
+    for (size_t i = 0; i < most; i++) {
+        field[i].text[0] = '\0';
+    }
+    for (size_t i = 0; i < lines; i++) {
+        char found[60];
+        text_field_t value;
+        if (split_fact(line[i], found, &value) && strncmp(found, key, size) == 0 && isdigit((unsigned char)found[size])) {
+            char *end;
+            const unsigned long number = strtoul(found + size, &end, 10);
+            if (*end == '\0' && number < most) {
+                field[number] = value;
+            }
+        }
+    }
+    while (count < most && field[count].text[0] != '\0') {
+        count++;
+    }
+    return count;
+}
+
+void text_find_role_units(table_t *table, const char *const *line, size_t lines) {
+    for (size_t i = 0; i < lines; i++) {
+        char key[60], wanted[60];
+        text_field_t value;
+        if (!split_fact(line[i], key, &value) || value.text[0] == '\0') {
+            continue;
+        }
+        for (column_t role = COLUMN_DRIVE; role < COLUMN_COUNT; role++) {
+            snprintf(wanted, sizeof wanted, "%sunit", column_name(role));
+            if (strcmp(key, wanted) == 0) {
+                text_bare_unit(value.text);
+                free(table->role_unit[role]);
+                table->role_unit[role] = copy_text(value.text);
+            }
+        }
+    }
 }
 
 typedef enum { IS_INTERVAL, IS_RATE, IS_START } interval_kind_t;
@@ -70,6 +149,7 @@ static const interval_key_t interval_keys[] = {
     {"dt", IS_INTERVAL, 1.0},
     {"timeincrement", IS_INTERVAL, 1.0},
     {"horizinterval", IS_INTERVAL, 1.0},
+    {"hresolution", IS_INTERVAL, 1.0},
     {"samplerate", IS_RATE, 1.0},
     {"sampleratehz", IS_RATE, 1.0},
     {"samplingrate", IS_RATE, 1.0},
@@ -83,6 +163,9 @@ static const interval_key_t interval_keys[] = {
     {"samplingratekhz", IS_RATE, 1e3},
     {"samplingfrequencykhz", IS_RATE, 1e3},
     {"abtastrate", IS_RATE, 1.0},
+    {"abtastfrequenz", IS_RATE, 1.0},
+    {"abtastintervall", IS_INTERVAL, 1.0},
+    {"abtastzeit", IS_INTERVAL, 1.0},
     {"start", IS_START, 1.0},
     {"x0", IS_START, 1.0},
 };
@@ -143,7 +226,7 @@ static const char *field_at(const char *line, char separator, size_t index) {
     return at;
 }
 
-void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
+static void find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
     for (size_t i = 0; i < lines && i < 200 && line[i] != NULL; i++) {
         const char *at = line[i] + strspn(line[i], "#%/! \t\"");
         size_t index = 0;
@@ -167,5 +250,31 @@ void text_find_interval(table_t *table, const char *const *line, size_t lines, c
                 at += strspn(at, " \"");
             }
         }
+    }
+}
+
+/* Yokogawa states the unit of its interval in another line: "HUnit","ms". */
+static double scale_beside(const char *const *line, size_t lines) {
+    for (size_t i = 0; i < lines && line[i] != NULL; i++) {
+        const char *at = line[i] + strspn(line[i], "#%/! \t\"");
+        size_t length = strcspn(at, ":=,;\t\"");
+        char text[TEXT_FIELD];
+        double scale;
+        bare_key(at, length, text, sizeof text);
+        if (strcmp(text, "hunit") != 0) {
+            continue;
+        }
+        at += length + strspn(at + length, " \t\":=;,");
+        length = strcspn(at, " \t\",;");
+        snprintf(text, sizeof text, "%.*s", (int)(length < sizeof text ? length : sizeof text - 1), at);
+        return unit_of(text, &scale) == QUANTITY_TIME ? scale : 1.0;
+    }
+    return 1.0;
+}
+
+void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
+    find_interval(table, line, lines, separator, point);
+    if (table->interval_s > 0.0 && strstr(table->interval_origin, "hresolution") != NULL) {
+        table->interval_s *= scale_beside(line, lines < 200 ? lines : 200);
     }
 }

@@ -22,6 +22,16 @@ void text_bare_unit(char *unit);
  * is the key of such a line. The fields behind it stand over their columns. */
 bool text_is_unit_key(const char *field);
 
+/** The same for names ("TraceName,CH1,CH2"). */
+bool text_is_name_key(const char *field);
+
+/** Facts by number, "# NAME0 = Target Position" or "UNIT1: um": `key` in small letters, number from 0. Returns how many
+ * there are from 0 on without a gap, `most` at most. */
+size_t text_numbered(const char *const *line, size_t lines, const char *key, text_field_t *field, size_t most);
+
+/** Header keys "displacement_unit: nm", "drive_unit = mV" and those of the other columns: sets role_unit of the table. */
+void text_find_role_units(table_t *table, const char *const *line, size_t lines);
+
 /** Looks for a sample interval or rate among the first lines of a file: "Sample Interval", "Increment", "Delta_X",
  * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table; and
  * start_s, where "Start" or "X0" stands beside it. */

@@ -70,7 +70,8 @@ static bool check_steps(const table_t *table, const double *stamp, double step, 
         const double d = stamp[k] - stamp[k - 1];
         if (!(d > 0.0)) {
             where(table, k, text, sizeof text);
-            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s", text, stamp[k], stamp[k - 1]);
+            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s%s", text, stamp[k], stamp[k - 1],
+                        d < 0.0 ? "" : " (too few digits? hyst import --time none --sample-rate HZ)");
         }
         even += fabs(d / step - 1.0) < 0.1;
     }
@@ -116,8 +117,24 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
     return true;
 }
 
-bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double given_rate_hz, failure_t *failure) {
+/* Sample numbers go on by one, or by as many as at the beginning. */
+static bool check_numbers(const table_t *table, const double *number, failure_t *failure) {
+    const double step = number[1] - number[0];
+    for (size_t k = 1; k < table->rows; k++) {
+        if (number[k] - number[k - 1] != step || !(step > 0.0)) {
+            char text[40];
+            where(table, k, text, sizeof text);
+            return fail(failure, "%s: samples are missing: their number goes from %.9g to %.9g (--time none: ignore it)",
+                        text, number[k - 1], number[k]);
+        }
+    }
+    return true;
+}
+
+bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
+                    failure_t *failure) {
     const double stated = given_rate_hz > 0.0 ? given_rate_hz : table->interval_s > 0.0 ? 1.0 / table->interval_s : 0.0;
+    char counter[2 * UNIT_FIELD] = "";
     memset(axis, 0, sizeof *axis);
     if (table->rows < 2) {
         return fail(failure, "fewer than two samples");
@@ -127,7 +144,7 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double 
         const table_column_t *of = &table->column[column];
         double scale, *stamp;
         const quantity_t quantity = unit_of(of->unit, &scale);
-        bool counts = true;
+        bool by_one = true;
         first = of->value[0];
         for (size_t k = 0; k < table->rows; k++) {
             if (!isfinite(of->value[k])) {
@@ -135,21 +152,28 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, double 
                 where(table, k, text, sizeof text);
                 return fail(failure, "%s: no time", text);
             }
-            counts = counts && (k == 0 || of->value[k] - of->value[k - 1] == 1.0);
+            by_one = by_one && (k == 0 || of->value[k] - of->value[k - 1] == 1.0);
         }
-        if (quantity != QUANTITY_UNKNOWN && quantity != QUANTITY_TIME && quantity != QUANTITY_INDEX) {
-            return fail(failure, "column %zu '%s' in %s is no time", of->number, of->name, of->unit);
+        counts = counts || quantity == QUANTITY_INDEX;
+        if (!counts && quantity != QUANTITY_TIME && of->unit[0] != '\0') {
+            return fail(failure, "time is column %zu '%s' in %s, which is no unit of time: s, ms, us or min are", of->number,
+                        of->name, of->unit);
         }
-        if (quantity != QUANTITY_INDEX && !(counts && stated > 0.0 && quantity == QUANTITY_UNKNOWN)) {
+        if (!counts && !(by_one && stated > 0.0 && quantity == QUANTITY_UNKNOWN)) {
             stamp = allocate(table->rows, sizeof *stamp);
             for (size_t k = 0; k < table->rows; k++) {
                 stamp[k] = scale * of->value[k];
             }
             return find_from_stamps(axis, table, stamp, stated, failure);
         }
+        if (stated > 0.0 && !check_numbers(table, of->value, failure)) {
+            return false;
+        }
+        (void)snprintf(counter, sizeof counter, " (column %zu '%s' counts samples)", of->number, of->name);
     }
     if (!(stated > 0.0)) {
-        return fail(failure, "neither a column of times nor a sample rate: give --time or --sample-rate");
+        return fail(failure, "neither a column of times nor a sample rate%s: say it (hyst import --time or --sample-rate)",
+                    counter);
     }
     axis->sample_rate_hz = given_rate_hz > 0.0 ? stated : fewest_digits(stated, 1e-9);
     if (given_rate_hz == 0.0 && table->start_s != 0.0) {

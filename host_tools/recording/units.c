@@ -21,11 +21,22 @@ static const unit_t units[] = {
     {"\xCE\xBCs", 1e-6, QUANTITY_TIME, true}, /* Greek mu */
     {"ns", 1e-9, QUANTITY_TIME, true},
     {"min", 60.0, QUANTITY_TIME, true},
+    {"minutes", 60.0, QUANTITY_TIME, false},
+    {"hours", 3600.0, QUANTITY_TIME, false},
+    {"hh:mm:ss", 1.0, QUANTITY_TIME, false}, /* a time of day is read as seconds */
+    {"hh:mm:ss.s", 1.0, QUANTITY_TIME, false},
+    {"hh:mm:ss.sss", 1.0, QUANTITY_TIME, false},
+    {"hh:mm:ss.fff", 1.0, QUANTITY_TIME, false},
+    {"h:m:s", 1.0, QUANTITY_TIME, false},
+    {"UTC", 1.0, QUANTITY_TIME, false},
     {"sec", 1.0, QUANTITY_TIME, false},
     {"secs", 1.0, QUANTITY_TIME, false},
     {"second", 1.0, QUANTITY_TIME, false},
     {"seconds", 1.0, QUANTITY_TIME, false},
+    {"sek", 1.0, QUANTITY_TIME, false},
+    {"sekunde", 1.0, QUANTITY_TIME, false},
     {"sekunden", 1.0, QUANTITY_TIME, false},
+    {"secondes", 1.0, QUANTITY_TIME, false},
     {"msec", 1e-3, QUANTITY_TIME, false},
     {"usec", 1e-6, QUANTITY_TIME, false},
     {"milliseconds", 1e-3, QUANTITY_TIME, false},
@@ -50,9 +61,12 @@ static const unit_t units[] = {
     {"microns", 1.0, QUANTITY_LENGTH, false},
     {"micrometer", 1.0, QUANTITY_LENGTH, false},
     {"micrometers", 1.0, QUANTITY_LENGTH, false},
-    {"micrometre", 1.0, QUANTITY_LENGTH, false},
     {"micrometres", 1.0, QUANTITY_LENGTH, false},
+    {"micrometre", 1.0, QUANTITY_LENGTH, false},
+    {"mikrometer", 1.0, QUANTITY_LENGTH, false},
     {"nm", 1e-3, QUANTITY_LENGTH, false},
+    {"nanometre", 1e-3, QUANTITY_LENGTH, false},
+    {"nanometres", 1e-3, QUANTITY_LENGTH, false},
     {"nanometer", 1e-3, QUANTITY_LENGTH, false},
     {"nanometers", 1e-3, QUANTITY_LENGTH, false},
     {"pm", 1e-6, QUANTITY_LENGTH, true},
@@ -81,6 +95,9 @@ static const unit_t units[] = {
     {"sequence", 1.0, QUANTITY_INDEX, false},
     {"sample", 1.0, QUANTITY_INDEX, false},
     {"samples", 1.0, QUANTITY_INDEX, false},
+    {"counts", 1.0, QUANTITY_DIGITS, false},
+    {"digits", 1.0, QUANTITY_DIGITS, false},
+    {"LSB", 1.0, QUANTITY_DIGITS, false},
 };
 
 quantity_t unit_of(const char *text, double *scale) {
@@ -95,7 +112,7 @@ quantity_t unit_of(const char *text, double *scale) {
 }
 
 const char *unit_name(quantity_t quantity) {
-    static const char *const names[] = {"", "s", "V", "um", "A", "degC", "Hz", ""};
+    static const char *const names[] = {"", "s", "V", "um", "A", "degC", "Hz", "", ""};
     return names[quantity];
 }
 
@@ -116,19 +133,37 @@ static bool is_letter(const char *name, const char *unit) {
     return strcmp(unit, "A") == 0 && !current;
 }
 
+/* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. */
+static bool take_brackets(char *name, char *unit) {
+    for (char *open = name + 1; *name != '\0' && (open = strpbrk(open, "([")) != NULL; open++) {
+        char *close = strchr(open, *open == '(' ? ')' : ']');
+        const char *begin = open + 1 + strspn(open + 1, " ");
+        double scale;
+        if (close == NULL) {
+            return false;
+        }
+        size_t length = close > begin ? (size_t)(close - begin) : 0;
+        while (length > 0 && (begin[length - 1] == ' ' || begin[length - 1] == '.')) {
+            length--;
+        }
+        (void)snprintf(unit, UNIT_FIELD, "%.*s", (int)length, begin);
+        const bool index = strspn(unit, "0123456789,:") == strlen(unit); /* "Data(1)" */
+        if ((close[1] == '\0' && !index) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
+            close += open[-1] == ' ' && close[1] == ' ' ? 2 : 1;
+            memmove(open, close, strlen(close) + 1);
+            trim_end(name);
+            return true;
+        }
+    }
+    return false;
+}
+
 void unit_split(char *name, char *unit, const char *between) {
-    const size_t length = strlen(name);
-    const char last = length > 0 ? name[length - 1] : '\0';
-    char *open = last == ')' ? strrchr(name, '(') : last == ']' ? strrchr(name, '[') : NULL;
     double scale;
-    unit[0] = '\0';
-    if (open != NULL && open > name) {
-        memcpy(unit, open + 1, strlen(open) - 2);
-        unit[strlen(open) - 2] = '\0';
-        *open = '\0';
-        trim_end(name);
+    if (take_brackets(name, unit)) {
         return;
     }
+    unit[0] = '\0';
     for (; *between != '\0'; between++) {
         char *at = strrchr(name, *between);
         if (at != NULL && at > name && at[1] != '\0' && unit_of(at + 1, &scale) != QUANTITY_UNKNOWN &&

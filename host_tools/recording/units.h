@@ -13,7 +13,8 @@ typedef enum {
     QUANTITY_CURRENT,     /**< in A */
     QUANTITY_TEMPERATURE, /**< in degC: of kelvins the scale is right and the offset not, so they are unknown */
     QUANTITY_FREQUENCY,   /**< in Hz */
-    QUANTITY_INDEX        /**< sample numbers */
+    QUANTITY_INDEX,       /**< sample numbers */
+    QUANTITY_DIGITS       /**< of a converter, which stand for something else */
 } quantity_t;
 
 /** The quantity of a unit, and the factor that converts it to the unit above. Names in full, abbreviated, in upper and

@@ -70,6 +70,29 @@ static void test_write_then_read_gives_the_same_numbers(void) {
     recording_free(&read);
 }
 
+/* Units that a header states are converted, by this reader and by that of other files (no sample rate in the header). */
+static void test_converts_stated_units(void) {
+    static const char *const texts[] = {
+        "# sample_rate_hz: 100\n# drive_unit: mV\n# displacement_unit: nm\n# reference_unit: mm\n# temperature_unit: "
+        "degC\nt,drive,displacement,reference,temperature\n0,1500,250,0.125,20\n0.01,-250,500,0.25,21\n",
+        "# drive_unit: mV\n# displacement_unit: nm\n# reference_unit: mm\n# temperature_unit: degC\n"
+        "t,drive,displacement,reference,temperature\n0,1500,250,0.125,20\n0.01,-250,500,0.25,21\n"};
+    for (size_t i = 0; i < 2; i++) {
+        recording_t recording;
+        failure_t failure;
+        write_file(file, texts[i], strlen(texts[i]));
+        TEST_ASSERT_TRUE_MESSAGE(recording_read(&recording, file, &failure), failure.text);
+        /* Each is one product with a power of ten: two roundings. */
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1.5, recording.column[COLUMN_DRIVE][0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, -0.25, recording.column[COLUMN_DRIVE][1]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.25, recording.column[COLUMN_DISPLACEMENT][0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 250.0, recording.column[COLUMN_REFERENCE][1]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 21.0, recording.column[COLUMN_TEMPERATURE][1]);
+        TEST_ASSERT_NULL(recording_key(&recording, "displacement_unit"));
+        recording_free(&recording);
+    }
+}
+
 typedef struct {
     const char *text, *line;
 } bad_t;
@@ -85,8 +108,10 @@ static const bad_t bad_recordings[] = {
     {"# sample_rate_hz: 0\nt,drive,displacement\n", ":1: sample_rate_hz is not a positive number"},
     {"# sample_rate_hz: inf\nt,drive,displacement\n", ":1: sample_rate_hz is not a positive number"},
     {"# sample_rate_hz: 100\n# sample_rate_hz: 200\n", ":2: second sample_rate_hz"},
-    {"# sample_rate_hz: 100\n# drive_unit: mV\n", ":2: drive_unit is 'mV', only V"},
-    {"# sample_rate_hz: 100\n# displacement_unit: nm\n", ":2: displacement_unit is 'nm', only um"},
+    {"# sample_rate_hz: 100\n# drive_unit: nm\n", ":2: drive_unit is 'nm': right is V, or a multiple of it"},
+    {"# sample_rate_hz: 100\n# displacement_unit: bananas\n", ":2: displacement_unit is 'bananas': right is um"},
+    {"# sample_rate_hz: 100\n# displacement_unit: m\nt,drive,displacement\n0,1,2\n0.01,2,3\n",
+     ":4: column 'displacement': '2' is not plausible: more than 1e+06 um"},
     {HEADER "t,drive\n0,1\n0.01,1\n", ":4: missing column 'displacement'"},
     {HEADER "t,displacement\n", ":4: missing column 'drive'"},
     {HEADER "drive,displacement\n", ":4: missing column 't'"},
@@ -221,6 +246,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_reads_columns_in_any_order_and_keeps_keys);
     RUN_TEST(test_write_then_read_gives_the_same_numbers);
+    RUN_TEST(test_converts_stated_units);
     RUN_TEST(test_refuses_broken_files);
     RUN_TEST(test_refuses_zero_bytes_and_long_lines);
     RUN_TEST(test_refuses_what_is_not_a_file);

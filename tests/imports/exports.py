@@ -21,6 +21,7 @@ from measurement import EXPORTS, RATE, ROWS, U, Y
 
 # Each of these adds its files to EXPORTS, in this order.
 import text_files
+import lab_headers
 import instrument_files
 import binary_files
 import refused_files

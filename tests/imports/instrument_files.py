@@ -98,7 +98,7 @@ def _(path):
     text(path, header.replace("drive\tposition", "Voltage_0\tVoltage_1") + rows(T, U, Y / 5.0, separator="\t"))
 
 
-@export("LabVIEW .lvm, a header longer than the data", refused="displacement is column 3 'response' in 'm/s^2'")
+@export("LabVIEW .lvm, a header longer than the data", refused="no column is left for drive: the file has 3")
 def _(path):
     header = LVM.format(point=".", columns="One", delta="0.001").replace("X_Dimension", "Y_Unit_Label\tNewtons\tm/s^2\nX_Dimension")
     text(path, header.replace("drive\tposition", "force (raw)\tresponse") + rows(T[:8], U[:8], Y[:8], separator="\t"))

@@ -14,25 +14,27 @@ import sys
 GOOD = (
     ("keysight-infiniivision.csv", "--displacement-scale 1", 2, ",", ".", 1, 2, 0),
     ("rigol-ds1052e.csv", "--displacement-scale 1", 16, ",", ".", 1, 2, 0),
-    ("rigol-ds1074z.csv", "--displacement-scale 1", 2, ",", ".", 1, 2, (-2e-3, 2e-5)),
+    ("rigol-ds1074z.csv", "--drive CH1 --displacement CH2 --displacement-scale 1", 2, ",", ".", 1, 2, (-2e-3, 2e-5)),
     ("rigol-ds1102d.csv", "--displacement-scale 1", 1, ",", ".", 1, 2, 0),
     ("rigol-ds1102e.csv", "--displacement-scale 1", 2, ",", ".", 1, 2, 0),
     ("rigol-ds1204b.csv", "--displacement-scale 1", 2, ",", ".", 1, 2, 0),
     ("rigol-ds2072a.csv", "--displacement-scale 1", 2, ",", ".", 1, 2, (-3.5e-3, 5e-6)),
     ("rigol-ds4024.csv", "--displacement-scale 1", 2, ",", ".", 1, 2, (-1.4e-3, 2e-6)), # its numbers begin at 22
     ("rohde-schwarz-rtp.csv", "", 0, ",", ".", 1, 2, 0),
-    ("labview-no-times.lvm", "--drive-scale 1 --displacement-scale 1", 22, "\t", ".", 1, 2, None),
-    ("labview-times-beside-signals.lvm", "--displacement-scale 1", 23, "\t", ".", 1, 3, 0),
-    ("labview-decimal-comma.lvm", "--drive-scale 1 --displacement-scale 1", 23, "\t", ",", 1, 2, None),
-    ("labview-empty-fields.lvm", "", 23, "\t", ".", 1, 2, 0),
+    ("labview-no-times.lvm", "--drive 2 --displacement 3 --drive-scale 1 --displacement-scale 1", 22, "\t", ".", 1, 2, None),
+    ("labview-times-beside-signals.lvm", "--displacement 4 --displacement-scale 1", 23, "\t", ".", 1, 3, 0),
+    ("labview-decimal-comma.lvm", "--drive 2 --displacement 3 --drive-scale 1 --displacement-scale 1", 23, "\t", ",", 1, 2, None),
+    ("labview-empty-fields.lvm", "--drive 2 --displacement 3", 23, "\t", ".", 1, 2, 0),
 )
 INTERVALS = {"labview-no-times.lvm": 0.000977, "labview-decimal-comma.lvm": 3.90625e-5}
 REFUSED = (
     ("keysight-infiniivision.csv", "displacement is column 3 'column 3' in Volt: say how many um"),
     ("rigol-ds1052e.csv", "displacement is column 3 'Voltage' in V: say how many um"),
-    ("rigol-ds1074z.csv", "displacement is column 3 'CH2' in Volt: say how many um"),
-    ("labview-times-beside-signals.lvm", "displacement is column 4 'Acceleration' in 'g', an unknown unit"),
-    ("labview-decimal-comma.lvm", "drive is column 2 'Excitation (Trigger)' in 'Newtons', an unknown unit"),
+    ("rigol-ds1074z.csv", "3 columns could be the drive: 2 'CH1' in Volt (voltage), 3 'CH2' in Volt (voltage), 4 'CH3'"),
+    ("labview-times-beside-signals.lvm", "no column is left for displacement: the file has 4"),
+    ("labview-decimal-comma.lvm", "no column is left for drive: the file has 2"),
+    ("labview-no-times.lvm", "3 columns could be the drive: 2 'F' in g (unknown)"),
+    ("labview-empty-fields.lvm", "3 columns could be the drive: 2 'Dev0/Ai0' (unknown)"),
     ("tektronix-mso64.csv", "no column is left for displacement: the file has 2"),
 )
 

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** How people see a file that has a name of this program's: a standard stream. */
+#ifndef SHOWN_NAME_H
+#define SHOWN_NAME_H
+
+#include <stddef.h>
+
+/** From now on this path is shown as that. Both must outlive the process's last message; a few paths at most. */
+void shown_name_set(const char *path, const char *shown);
+/** What to print of a path: itself, unless it was set. */
+const char *shown_name(const char *path);
+/** Puts what is shown in place of such paths in a message. */
+void shown_names_put_in(char *text, size_t room);
+
+#endif
