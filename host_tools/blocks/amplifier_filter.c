@@ -24,6 +24,7 @@ static const probe_t looked_for = {
     .excitation = "measured voltage on the same clock; a chirp up to the cutoff at two amplitudes",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = low_pass_filter_probe,
+    .rings = low_pass_filter_rings,
     .searched = 3U,
     .accuracy = {0.02, 0.04}};
 

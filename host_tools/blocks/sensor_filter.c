@@ -16,6 +16,7 @@ static const probe_t looked_for = {
     .excitation = "measured voltage on the same clock, and a chirp up to the cutoff",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = low_pass_filter_probe,
+    .rings = low_pass_filter_rings,
     .searched = 3U,
     .accuracy = {0.02, 0.04}};
 

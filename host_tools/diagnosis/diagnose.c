@@ -3,6 +3,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/empirical.h"
 #include "diagnosis/review.h"
+#include "diagnosis/seen.h"
 #include "diagnosis/stages.h"
 #include "diagnosis/trials.h"
 #include "diagnosis/unseen.h"
@@ -132,6 +133,11 @@ static bool review(state_t *state, shapes_t *shapes) {
     return good;
 }
 
+static bool compare_with_look(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    return seen_compare(state);
+}
+
 static bool limits(state_t *state, shapes_t *shapes) {
     (void)shapes;
     return unseen_complete(state);
@@ -168,6 +174,8 @@ const stage_t diagnosis_stages[] = {
      "trials.h", .search = take_heard},
     {"review", "findings are weighed beside the operator: what is only shape goes, and rivals are added", "review.h",
      .search = review},
+    {"look", "what the look has shown and nothing in the answer explains is more than noise", "seen.h",
+     .search = compare_with_look},
     {"detection limits", "of what was not found", "unseen.h", .search = limits},
     {"delivered", "the error that the written model has when it is simulated; plain models beside it", "delivered.h",
      .search = deliver},
@@ -177,8 +185,13 @@ const stage_t diagnosis_stages[] = {
 const size_t diagnosis_stage_count = sizeof diagnosis_stages / sizeof diagnosis_stages[0];
 
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, answer_t *answer, failure_t *failure) {
+    return diagnose_seen(given, NULL, recordings, count, answer, failure);
+}
+
+bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recording_t *recordings, size_t count,
+                   answer_t *answer, failure_t *failure) {
     shapes_t shapes = {.given = given, .recordings = recordings, .recording_count = count};
-    question_t *question = question_open(given != NULL);
+    question_t *question = question_open(given != NULL, seen);
     state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside};
     bool good = true;
     progress_begin(&state.progress, "diagnosing");
