@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/between.h"
+#include "chain/catalogue.h"
 #include "diagnosis/evidence/joint_fit.h"
-#include "diagnosis/evidence/search.h"
+#include "diagnosis/evidence/probing.h"
 #include "numerics/golden_section.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 
-/* The best probes that are refined. Parts of a sample: about the best instant the search goes so far, and so near the
+/* Parts of a sample: about the best instant the search goes so far, and so near the
  * beginning or the end of the hold it is that. */
-enum { REFINED = 3, STEPS = 10 /* to a hundredth of half a sample */ };
+enum { STEPS = 10 /* to a hundredth of half a sample */ };
 static const double step_of_search = 0.5, at_the_end = 0.02;
 
 typedef struct {
@@ -44,7 +45,6 @@ static double likelihood(asked_t *asked, bool known) {
     }
     const search_problem_t problem = {
         .evidence = evidence, .noise = &question->noise, .baseline = asked->model, .setting = &question->setting};
-    candidates_t found = {0};
     evidence_ask(evidence, ASK_EFFECTS);
     if (known) {
         candidate_t one;
@@ -53,21 +53,19 @@ static double likelihood(asked_t *asked, bool known) {
         best = one.likelihood;
         candidate_free(&one);
     } else {
-        size_t refined = 0;
-        search_probes(&problem, &found);
-        for (size_t i = 0; i < found.count && refined < REFINED; i++) {
-            candidate_t *candidate = &found.candidate[i];
-            if (candidate->signature != NULL && moves_between_samples(candidate->block)) {
-                candidate_refine(&problem, candidate);
-                refined++;
-                if (candidate->likelihood > best) {
-                    best = candidate->likelihood;
-                    asked->block = candidate->block;
-                    candidate_value(&candidate->model.block[candidate->at], asked->value);
+        for (size_t i = 0; i < catalogue_count; i++) {
+            candidate_t one;
+            if (moves_between_samples(catalogue[i]) && probe_is_first(catalogue[i]->probe) &&
+                model_find(asked->model, catalogue[i]->name) == NULL && probe_block(&problem, catalogue[i], &one)) {
+                candidate_refine(&problem, &one);
+                if (one.likelihood > best) {
+                    best = one.likelihood;
+                    asked->block = one.block;
+                    candidate_value(&one.model.block[one.at], asked->value);
                 }
+                candidate_free(&one);
             }
         }
-        candidates_free(&found);
     }
     evidence_close(evidence);
     return best - (double)question->samples.fitted * log(power.fitted);
