@@ -19,12 +19,39 @@ static bool too_short(const samples_t *samples, const model_block_t *block) {
     return lag_s * rate_hz < threshold.least_lag_samples;
 }
 
-/* Whether the frequency is a multiple of the drive's, as well as the recording tells frequencies apart. */
-static bool is_harmonic(const recording_t *recording, size_t from, double hz) {
-    const size_t count = recording->samples - from;
-    const double period = drive_period(recording->column[COLUMN_DRIVE] + from, count);
-    const double multiple = hz * period / recording->sample_rate_hz;
-    return period > 0.0 && multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < period;
+typedef struct {
+    size_t from, to;
+} stretch_t;
+
+/* The next stretch of a drive from where the last one ended: at rest, or in motion until it rests again. false: none. */
+static bool next_stretch(const recording_t *recording, double range_v, stretch_t *stretch, bool *rests) {
+    const double *u = recording->column[COLUMN_DRIVE], still = threshold.still * range_v;
+    const size_t least = (size_t)ceil(threshold.least_rest_s * recording->sample_rate_hz);
+    size_t since = stretch->to, k = since + 1;
+    stretch->from = stretch->to;
+    for (; k < recording->samples; k++) {
+        if (fabs(u[k] - u[since]) > still) {
+            if (k - since >= least) {
+                break;
+            }
+            since = k;
+        } else if (k - since + 1 >= least && since > stretch->from) {
+            k = since; /* the motion ends where this rest began */
+            break;
+        }
+    }
+    *rests = since == stretch->from && k - since >= least;
+    stretch->to = k;
+    return stretch->from < recording->samples;
+}
+
+/* Whether the frequency is a multiple of the drive's, in a stretch in which it moves, as well as that tells frequencies
+ * apart. */
+static bool is_harmonic(const recording_t *recording, stretch_t moves, double hz) {
+    const size_t count = moves.to - moves.from;
+    const double period = drive_period(recording->column[COLUMN_DRIVE] + moves.from, count);
+    const double multiple = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.0;
+    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < period;
 }
 
 /* Amplitude of the line in a rest, beside a parabola; 0 where it is too short to say. */
@@ -52,29 +79,6 @@ static double amplitude_at_rest(const recording_t *recording, size_t from, size_
     return good ? hypot(x[3], x[4]) : 0.0;
 }
 
-/* The line's amplitude in the longest rest of all recordings; 0: none is long enough. */
-static double at_rest(const samples_t *samples, double hz) {
-    double amplitude = 0.0;
-    size_t longest = 0;
-    for (size_t i = 0; i < samples->count; i++) {
-        const recording_t *r = &samples->recordings[i];
-        const double *u = r->column[COLUMN_DRIVE];
-        double range[2];
-        values_range(u, r->samples, range);
-        for (size_t k = 1, since = 0; k <= r->samples; k++) {
-            if (k == r->samples || fabs(u[k] - u[since]) > threshold.still * (range[1] - range[0])) {
-                const double here = k - since > longest ? amplitude_at_rest(r, since, k, hz) : 0.0;
-                if (here > 0.0) {
-                    amplitude = here;
-                    longest = k - since;
-                }
-                since = k;
-            }
-        }
-    }
-    return amplitude;
-}
-
 bool no_physics(const samples_t *samples, const model_block_t *block) {
     if (too_short(samples, block)) {
         return true;
@@ -82,11 +86,24 @@ bool no_physics(const samples_t *samples, const model_block_t *block) {
     if (!block->block->own_clock) {
         return false;
     }
-    const double hz = block->parameter[0].value[0], amplitude = fabs(block->parameter[1].value[0]);
+    const double hz = block->parameter[0].value[0];
+    double at_rest = 0.0;
+    size_t longest = 0;
+    bool harmonic = false;
     for (size_t i = 0; i < samples->count; i++) {
-        if (is_harmonic(&samples->recordings[i], samples->from[i], hz)) {
-            return at_rest(samples, hz) < shows * amplitude;
+        const recording_t *r = &samples->recordings[i];
+        stretch_t stretch = {0};
+        double range[2];
+        bool rests;
+        values_range(r->column[COLUMN_DRIVE], r->samples, range);
+        while (next_stretch(r, range[1] - range[0], &stretch, &rests)) {
+            const size_t length = stretch.to - stretch.from;
+            harmonic = harmonic || (!rests && is_harmonic(r, stretch, hz));
+            if (rests && length > longest) {
+                at_rest = amplitude_at_rest(r, stretch.from, stretch.to, hz);
+                longest = at_rest > 0.0 ? length : longest;
+            }
         }
     }
-    return false;
+    return harmonic && at_rest < shows * fabs(block->parameter[1].value[0]);
 }
