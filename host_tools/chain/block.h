@@ -124,7 +124,7 @@ typedef struct block {
     const char *text;         /**< one line: what it is */
     /* Traits, so that code for any chain need not look for blocks by name. */
     lag_t lag;
-    bool smooths; /**< what comes in held goes out smooth between samples */
+    bool smooths;     /**< what comes in held goes out smooth between samples */
     const char *twin; /**< name of the block with the same effect on the other side of the voltage; NULL: none */
     readings_t readings;
     operators_t operators;

@@ -9,8 +9,8 @@ struct chain {
     chain_stage_t stage[MODEL_MAX_BLOCKS];
 };
 
-/* What the stages before this one make of a drive that is held: those without dynamics nothing, delays hold it later, and
- * behind a lag it moves between samples. */
+/* What the stages before this one make of a drive that is held: those without dynamics nothing, delays hold it later,
+ * and behind a lag it moves between samples. */
 static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *setup) {
     size_t order[MODEL_MAX_BLOCKS], stage = 0;
     double whole;
@@ -22,8 +22,8 @@ static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *set
         const model_block_t *before = &model->block[order[stage]];
         setup->held = setup->held && !before->block->smooths;
         if (before->block->lag == LAG_DELAY) {
-            setup->held_since = held_later(
-                setup->held_since, before->parameter[0].value[0] * setup->sample_rate_hz, &whole);
+            setup->held_since =
+                held_later(setup->held_since, before->parameter[0].value[0] * setup->sample_rate_hz, &whole);
         }
     }
 }
@@ -134,9 +134,8 @@ void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size
 }
 
 void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value) {
-    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz,
-                                 .held = recording->held,
-                                 .held_since = recording->held_since};
+    const stage_setup_t setup = {
+        .sample_rate_hz = recording->sample_rate_hz, .held = recording->held, .held_since = recording->held_since};
     chain_stage_t stage = chain_stage_open(model, index, &setup);
     signal_t *signal = signals_of(value, recording->samples);
     chain_stage_settle(&stage, &signal[0]);

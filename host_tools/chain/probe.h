@@ -18,8 +18,8 @@ typedef struct {
     size_t ring_recording;   /**< which recording it is */
     double ring_hz;          /**< undamped frequency */
     double ring_damping;
-    double ring_um;          /**< amplitude right behind the strongest of these steps */
-    double ring_near;        /**< so near, as a logarithm, a frequency is the same */
+    double ring_um;   /**< amplitude right behind the strongest of these steps */
+    double ring_near; /**< so near, as a logarithm, a frequency is the same */
     /** The column does not show what the drive did between samples, and it may have been held; or the header says that
      * it is, and not when the position was sampled. */
     bool may_be_held;

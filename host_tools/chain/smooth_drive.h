@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * Interpolation of a signal between its samples: a cubic through four of them where it is smooth, a straight line at a
- * corner, or held (stage_setup_t.held). Lines alone attenuate and delay fast drives, so that a delay, a low pass and a mode could be confused. Cubics
- * alone overshoot at corners.
+ * corner, or held (stage_setup_t.held). Lines alone attenuate and delay fast drives, so that a delay, a low pass and a
+ * mode could be confused. Cubics alone overshoot at corners.
  */
 #ifndef SMOOTH_DRIVE_H
 #define SMOOTH_DRIVE_H

@@ -20,8 +20,7 @@ static bool significant(const state_t *state, const candidate_t *candidate, size
     const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * threshold.false_alarm_blocks / (double)tested, 20.0);
     const evidence_test_t *test = &candidate->test;
     return fabs(test->t) > z && (fabs(test->t_blocks) > z_blocks || is_seen(state, candidate)) &&
-           test->amplitude > 1.0 / threshold.amplitude_ratio &&
-           test->amplitude < threshold.amplitude_ratio;
+           test->amplitude > 1.0 / threshold.amplitude_ratio && test->amplitude < threshold.amplitude_ratio;
 }
 
 /* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */

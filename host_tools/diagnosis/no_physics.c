@@ -23,7 +23,8 @@ typedef struct {
     size_t from, to;
 } stretch_t;
 
-/* The next stretch of a drive from where the last one ended: at rest, or in motion until it rests again. false: none. */
+/* The next stretch of a drive from where the last one ended: at rest, or in motion until it rests again. false: none.
+ */
 static bool next_stretch(const recording_t *recording, double range_v, stretch_t *stretch, bool *rests) {
     const double *u = recording->column[COLUMN_DRIVE], still = threshold.still * range_v;
     const size_t least = (size_t)ceil(threshold.least_rest_s * recording->sample_rate_hz);

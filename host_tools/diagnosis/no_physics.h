@@ -8,7 +8,8 @@
 /**
  * Whether a block of a chain, with its numbers, is no effect of the actuator:
  *
- * - a lag shorter than a fiftieth of a sample (threshold.least_lag_samples): between samples the drive is known no better;
+ * - a lag shorter than a fiftieth of a sample (threshold.least_lag_samples): between samples the drive is known no
+ * better;
  * - a line with its own clock at a multiple of a drive's frequency, where the drive repeats itself: it is how the loops
  *   are bent. Where the drive rests, and the line is there too with half its amplitude at least, it is hum.
  */

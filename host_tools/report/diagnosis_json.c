@@ -151,6 +151,16 @@ static json_t *other_shape_to_json(const answer_t *answer) {
                      json_number_or_null(answer->own_shape_held_out_percent));
 }
 
+/* What the drive does between samples, as the answer takes it. */
+static json_t *between_to_json(const answer_t *answer) {
+    const recording_t *first = &answer->question->recordings[0];
+    return json_pack("{s:b, s:o, s:s}", "held", (int)first->held, "displacement_sampled_after_s",
+                     first->held ? json_real(first->held_since / first->sample_rate_hz) : json_null(), "from",
+                     answer->question->held_by_likelihood ? "likelihood"
+                     : first->held                        ? "header"
+                                                          : "interpolation");
+}
+
 static json_t *shape_to_json(const answer_t *answer) {
     const shape_t *shape = &answer->question->shape;
     return json_pack("{s:b, s:o, s:o, s:o, s:f, s:o, s:i, s:b, s:b, s:o, s:o}", "explains", (int)shape->whole,
@@ -212,6 +222,7 @@ json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, cons
     if (diagnosis_other_shape(answer) != NULL) {
         json_object_set_new(json, "other_shape", other_shape_to_json(answer));
     }
+    json_object_set_new(json, "between_samples", between_to_json(answer));
     if (question->shape.fitted) {
         json_object_set_new(json, "shape", shape_to_json(answer));
     }

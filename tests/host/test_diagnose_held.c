@@ -38,8 +38,8 @@ static double hysteresis_um(double u) {
     return y;
 }
 
-/* Semi-implicit Euler, 50 steps a sample: it moves a mode of 0.15 of the sample rate by (omega / 50)^2 / 24, 1.5e-5, and
- * its damping by nothing that 1 % noise shows. */
+/* Semi-implicit Euler, 50 steps a sample: it moves a mode of 0.15 of the sample rate by (omega / 50)^2 / 24, 1.5e-5,
+ * and its damping by nothing that 1 % noise shows. */
 static void move_mode(double hz, double zeta, double y[2], double u_um, double samples) {
     const int steps = (int)ceil(SUBSTEPS * samples);
     const double h = samples / (double)steps, omega = 2.0 * M_PI * hz / rate_hz;
@@ -86,6 +86,9 @@ static void expect_the_mode(bool alone) {
         TEST_ASSERT_EQUAL_UINT(1, answer->findings);
     }
     const finding_t *finding = finding_of(answer, &block_resonance);
+    for (size_t f = 0; f < answer->findings; f++) {
+        printf("found %s\n", answer->finding[f].block->name);
+    }
     TEST_ASSERT_NOT_NULL(finding);
     const model_block_t *found = &answer->model.block[finding_index(answer, finding)];
     const double truth[2] = {mode_hz, damping};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What explains something and is no physics: a lag of a hundredth of a sample, and a line at a harmonic of the drive that
- * the rests do not show. */
+/* What explains something and is no physics: a lag of a hundredth of a sample, and a line at a harmonic of the drive
+ * that the rests do not show. */
 #include "diagnosis/no_physics.h"
 #include "support.h"
 #include "unity.h"
