@@ -24,6 +24,7 @@ static const probe_t looked_for = {
     .excitation = "measured voltage on the same clock; a chirp up to the cutoff at two amplitudes",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = low_pass_filter_probe,
+    .rings = low_pass_filter_rings,
     .searched = 3U,
     .accuracy = {0.02, 0.04}};
 
@@ -31,6 +32,7 @@ const block_t block_amplifier_filter = {.name = "amplifier_filter",
                                         .place = PLACE_ELECTRONICS,
                                         .order = 25,
                                         .text = "second-order low pass of the amplifier or its input filter",
+                                        .smooths = true,
                                         .parameter = low_pass_filter_parameters,
                                         .parameters = LOW_PASS_FILTER_PARAMETERS,
                                         .state_bytes = sizeof(oscillator_stage_t),

@@ -83,6 +83,13 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return index == 0;
 }
 
+static bool from_look(const probe_seen_t *seen, size_t index, double *value) {
+    value[0] = seen->creep_per_decade;
+    value[1] = 0.1;
+    value[2] = 1000.0;
+    return index == 0 && seen->creep_per_decade > 0.0;
+}
+
 static const probe_t looked_for = {
     .group = "slow",
     .explanation = "The position goes on moving after the drive has stopped, in proportion to the logarithm of time, "
@@ -90,6 +97,7 @@ static const probe_t looked_for = {
     .excitation = "holds over two decades of time at two levels, reached from both sides",
     .parts = PROBE_SILENCE | PROBE_STAIRCASE | PROBE_CHIRPS,
     .probe = probe,
+    .from_look = from_look,
     .searched = 3U,
     .positive = 1U, /* creep continues in the direction of the step; a return is charge leakage */
     .accuracy = {0.03},

@@ -24,6 +24,23 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return probe_between(setting->sample_rate_hz / 2.5, 4.0 / setting->longest_s, 24, index - setting->lines, value);
 }
 
+/* What rings, and the maximum of the response, whose width says little of the damping where the drive has few lines. */
+static bool from_look(const probe_seen_t *seen, size_t index, double *value) {
+    if (seen->rings > 0 && index == 0) {
+        value[0] = seen->ring_hz;
+        value[1] = seen->ring_damping;
+        return true;
+    }
+    index -= seen->rings > 0 ? 1 : 0;
+    value[0] = seen->peak_hz;
+    value[1] = index == 0 ? 0.01 : 0.1;
+    return seen->peak_hz > 0.0 && index < 2;
+}
+
+static bool rings(const probe_seen_t *seen, const double *value) {
+    return probe_saw_ring(seen, value[0]);
+}
+
 static const probe_t looked_for = {
     .group = "resonance",
     .explanation =
@@ -31,6 +48,8 @@ static const probe_t looked_for = {
     .excitation = "a chirp through the mode, or edges",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
+    .from_look = from_look,
+    .rings = rings,
     .searched = 3U,
     .accuracy = {0.001, 0.04},
     .most = {0.0, 0.2}};
@@ -39,6 +58,7 @@ const block_t block_resonance = {.name = "resonance",
                                  .place = PLACE_MECHANICS,
                                  .order = 10,
                                  .text = "inertia and damping: one mode of the mechanics",
+                                 .smooths = true,
                                  .parameter = parameters,
                                  .parameters = 2,
                                  .state_bytes = sizeof(oscillator_stage_t),

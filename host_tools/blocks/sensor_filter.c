@@ -16,6 +16,7 @@ static const probe_t looked_for = {
     .excitation = "measured voltage on the same clock, and a chirp up to the cutoff",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = low_pass_filter_probe,
+    .rings = low_pass_filter_rings,
     .searched = 3U,
     .accuracy = {0.02, 0.04}};
 
@@ -23,6 +24,7 @@ const block_t block_sensor_filter = {.name = "sensor_filter",
                                      .place = PLACE_SENSOR,
                                      .order = 15,
                                      .text = "second-order low pass of the position sensor or its anti-alias filter",
+                                     .smooths = true,
                                      .parameter = low_pass_filter_parameters,
                                      .parameters = LOW_PASS_FILTER_PARAMETERS,
                                      .state_bytes = sizeof(oscillator_stage_t),

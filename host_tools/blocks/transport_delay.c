@@ -17,13 +17,19 @@ typedef struct {
     size_t length, newest; /* of the ring */
     size_t whole;          /* samples of the delay; it goes on to the one before by */
     double fraction;       /* of a sample, 0 to 1 */
+    bool held;             /* the input is: whole samples, and what follows knows the rest (held_later) */
     double weight[4];      /* of the cubic */
     double output;         /* of the last sample */
     double ring[];
 } state_t;
 
 static size_t whole_samples(const parameter_t *parameter, const stage_setup_t *setup) {
-    return (size_t)floor(parameter[0].value[0] * setup->sample_rate_hz);
+    const double samples = parameter[0].value[0] * setup->sample_rate_hz;
+    double whole = floor(samples);
+    if (setup->held) {
+        (void)held_later(setup->held_since, samples, &whole);
+    }
+    return (size_t)whole;
 }
 
 static size_t ring_length(size_t whole) {
@@ -38,7 +44,8 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     state_t *state = memory;
     state->whole = whole_samples(parameter, setup);
     state->length = ring_length(state->whole);
-    state->fraction = parameter[0].value[0] * setup->sample_rate_hz - (double)state->whole;
+    state->held = setup->held;
+    state->fraction = setup->held ? 0.0 : parameter[0].value[0] * setup->sample_rate_hz - (double)state->whole;
     smooth_drive_weights(state->fraction, state->weight);
 }
 
@@ -64,6 +71,10 @@ static void step(void *memory, signal_t *signal) {
     double x[6];
     state->newest = (state->newest + 1) % state->length;
     state->ring[state->newest] = signal->value;
+    if (state->held) {
+        signal->value = sample(state, signal, (ptrdiff_t)state->whole);
+        return;
+    }
     for (ptrdiff_t i = 0; i < 6; i++) {
         x[i] = sample(state, signal, (ptrdiff_t)state->whole - 2 + i);
     }

@@ -98,6 +98,10 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return true;
 }
 
+static bool rings(const probe_seen_t *seen, const double *value) {
+    return probe_saw_ring(seen, value[LOWER_HZ]) || probe_saw_ring(seen, value[UPPER_HZ]);
+}
+
 static const probe_t looked_for = {
     .group = "resonance",
     .in_place_of = {"resonance"},
@@ -108,6 +112,7 @@ static const probe_t looked_for = {
     .excitation = "a chirp through both modes, or edges",
     .parts = PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
+    .rings = rings,
     .searched = (1U << PARAMETERS) - 1U,
     .accuracy = {0.001, 0.04, 0.001, 0.04, 0.02},
     .most = {0.0, 0.2, 0.0, 0.2}};
@@ -116,6 +121,7 @@ const block_t block_two_modes = {.name = "two_modes",
                                  .place = PLACE_MECHANICS,
                                  .order = 15,
                                  .text = "inertia and damping: two modes of the mechanics, with their shares",
+                                 .smooths = true,
                                  .parameter = parameters,
                                  .parameters = PARAMETERS,
                                  .check = check,

@@ -45,6 +45,39 @@ static void tell(recording_t *recording, double after_s, size_t dropped) {
     recording->understood = text;
 }
 
+/* A drive that is held has no values between its own: whole samples are moved, and the rest is how long the last one
+ * has been out. */
+static bool align_held(recording_t *recording, double after_s) {
+    const double shift = after_s * recording->sample_rate_hz;
+    const double whole = shift == 0.0 ? 0.0 : ceil(shift - whole_within) - 1.0;
+    const ptrdiff_t newer = (ptrdiff_t)whole;
+    const size_t first = newer < 0 ? (size_t)-newer : 0, behind = newer > 0 ? (size_t)newer : 0;
+    const size_t kept = recording->samples - first - behind;
+    char text[40];
+    recording->held = true;
+    recording->held_since = fmin(1.0, shift - whole);
+    if (newer == 0) {
+        return true;
+    }
+    for (column_t c = 0; c < COLUMN_COUNT; c++) {
+        if (recording->column[c] != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
+            take_later(recording->column[c], recording->samples, first, kept, newer, 0.0);
+        }
+    }
+    recording_keep(recording, first, kept);
+    (void)snprintf(text, sizeof text, "%.17g", recording->held_since / recording->sample_rate_hz);
+    recording_set_key(recording, "displacement_sampled_after_s", text);
+    (void)snprintf(text, sizeof text, "%.17g", whole / recording->sample_rate_hz);
+    recording_set_key(recording, "drive_moved_s", text);
+    tell(recording, whole / recording->sample_rate_hz, first + behind);
+    return true;
+}
+
+static bool is_held(const recording_t *recording) {
+    const char *between = recording_key(recording, "drive_between_samples");
+    return between != NULL && strcmp(between, "held") == 0;
+}
+
 bool recording_align(recording_t *recording, failure_t *failure) {
     double after_s;
     char text[40];
@@ -52,6 +85,7 @@ bool recording_align(recording_t *recording, failure_t *failure) {
         return false;
     }
     if (after_s == 0.0) {
+        recording->held = is_held(recording);
         return true;
     }
     const double shift = after_s * recording->sample_rate_hz;
@@ -60,6 +94,9 @@ bool recording_align(recording_t *recording, failure_t *failure) {
                     "%s: header key displacement_sampled_after_s is %g s: that leaves less than half of %zu "
                     "samples at %g Hz",
                     recording->name, after_s, recording->samples, recording->sample_rate_hz);
+    }
+    if (is_held(recording)) {
+        return align_held(recording, after_s);
     }
     const double whole = fabs(shift - round(shift)) < whole_within ? round(shift) : ceil(shift);
     const ptrdiff_t newer = (ptrdiff_t)whole;

@@ -18,6 +18,10 @@
  * inverse of that block. Of whole samples it is exact. Where a drive has a corner between two instants, the corner is
  * cut, by at most half of what the drive moves in one sample.
  *
+ * Where the header says that the drive is held (drive_between_samples), nothing is between two samples: whole samples
+ * are moved, and recording->held_since is the rest, how long a row's drive is out when its position is sampled. The key
+ * is then that rest.
+ *
  * Rows at an end that have no drive at their instant are dropped: one for a part of a sample. The key is then 0, and
  * the key drive_moved_s says what was done; so a second call changes nothing. A line of recording->understood says it,
  * too. Without the key nothing is changed. Fails on a bad key, and on one that leaves less than half of the recording.

@@ -58,6 +58,10 @@ typedef struct {
     uint64_t seed;         /**< for noise; differs from stage to stage */
     double preload_n;      /**< force on the actuator: key preload_n of the recording, 0 without */
     double clock_s;        /**< start of the recording, for free-running sources: its clock_s */
+    /** The stage's input is held: between the sample before and this one it is the former's value, and this one's since
+     * `held_since` parts of a sample. chain_stage_open knows what earlier stages make of it. */
+    bool held;
+    double held_since;
 } stage_setup_t;
 
 /** Number of samples that a block may look ahead. */
@@ -120,6 +124,7 @@ typedef struct block {
     const char *text;         /**< one line: what it is */
     /* Traits, so that code for any chain need not look for blocks by name. */
     lag_t lag;
+    bool smooths;     /**< what comes in held goes out smooth between samples */
     const char *twin; /**< name of the block with the same effect on the other side of the voltage; NULL: none */
     readings_t readings;
     operators_t operators;

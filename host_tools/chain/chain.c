@@ -9,13 +9,33 @@ struct chain {
     chain_stage_t stage[MODEL_MAX_BLOCKS];
 };
 
+/* What the stages before this one make of a drive that is held: those without dynamics nothing, delays hold it later,
+ * and behind a lag it moves between samples. */
+static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *setup) {
+    size_t order[MODEL_MAX_BLOCKS], stage = 0;
+    double whole;
+    if (!setup->held) {
+        return;
+    }
+    chain_order(model, order);
+    for (; order[stage] != index; stage++) {
+        const model_block_t *before = &model->block[order[stage]];
+        setup->held = setup->held && !before->block->smooths;
+        if (before->block->lag == LAG_DELAY) {
+            setup->held_since =
+                held_later(setup->held_since, before->parameter[0].value[0] * setup->sample_rate_hz, &whole);
+        }
+    }
+}
+
 chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_setup_t *setup) {
     const model_block_t *from = &model->block[index];
     stage_setup_t own = *setup;
+    hold_at_stage(model, index, &own);
     own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
     return (chain_stage_t){.block = from->block,
                            .state = block_open(from->block, from->parameter, &own),
-                           .drive = block_is_hysteresis(from->block) && from->block->pass != NULL
+                           .drive = block_is_hysteresis(from->block) && from->block->pass != NULL && !own.held
                                         ? allocate(1, sizeof(drive_window_t))
                                         : NULL};
 }
@@ -114,7 +134,8 @@ void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size
 }
 
 void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value) {
-    const stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+    const stage_setup_t setup = {
+        .sample_rate_hz = recording->sample_rate_hz, .held = recording->held, .held_since = recording->held_since};
     chain_stage_t stage = chain_stage_open(model, index, &setup);
     signal_t *signal = signals_of(value, recording->samples);
     chain_stage_settle(&stage, &signal[0]);
@@ -189,7 +210,11 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
 
 bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
                  failure_t *failure) {
-    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz, .seed = seed, .clock_s = recording->clock_s};
+    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz,
+                             .seed = seed,
+                             .clock_s = recording->clock_s,
+                             .held = recording->held,
+                             .held_since = recording->held_since};
     return recording_preload(recording, &setup->preload_n, failure) &&
            may_run(model, recording->sample_rate_hz, failure);
 }

@@ -8,8 +8,28 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/**
+ * What a look at the recordings measured without any model, as plain numbers. A block's own file may begin its search
+ * there (probe_t.from_look): a strong effect then cannot be missed. 0: nothing of the kind was seen.
+ */
+typedef struct {
+    size_t rings;            /**< steps of the drive after which it rings with one frequency, of one recording */
+    const size_t *ring_step; /**< the first sample behind each of them; the caller's */
+    size_t ring_recording;   /**< which recording it is */
+    double ring_hz;          /**< undamped frequency */
+    double ring_damping;
+    double ring_um;   /**< amplitude right behind the strongest of these steps */
+    double ring_near; /**< so near, as a logarithm, a frequency is the same */
+    /** The column does not show what the drive did between samples, and it may have been held; or the header says that
+     * it is, and not when the position was sampled. */
+    bool may_be_held;
+    double peak_hz;          /**< highest maximum of the frequency response beyond its low end */
+    double creep_per_decade; /**< in holds, of the change before them */
+} probe_seen_t;
+
 /** Properties of the recordings, from which initial values are chosen. */
 typedef struct {
+    probe_seen_t seen;
     double drive_low_v, drive_high_v, largest_rate_v_per_s;
     double displacement_low_um, displacement_high_um;
     double sample_rate_hz, longest_s; /**< longest recording */
@@ -68,6 +88,11 @@ typedef struct {
      * `index` of several starting points. false: there is none.
      */
     bool (*probe)(const probe_setting_t *setting, size_t index, double *value);
+    /** The same from what a look has seen, tried before these; NULL: nothing that a look sees says anything of it. */
+    bool (*from_look)(const probe_seen_t *seen, size_t index, double *value);
+    /** It rings after a step: one parameter is its frequency, and these numbers may be what a look has seen ring. NULL:
+     * it does not. */
+    bool (*rings)(const probe_seen_t *seen, const double *value);
     /** Why there may be no starting point, a clause: what the recordings lack. NULL: there always is one. */
     const char *absent;
     /** The parameters that are then optimised, as bits: 1 << index. */
@@ -110,6 +135,9 @@ static inline bool probe_is_first(const probe_t *probe) {
 
 /** Whether a block with this probe is a richer form of the findings of a group. */
 bool probe_may_replace(const probe_t *probe, const char *group);
+
+/** Whether something at this frequency is what a look has seen ring. */
+bool probe_saw_ring(const probe_seen_t *seen, double frequency_hz);
 
 /** The middle and half the width of a range. */
 static inline void probe_range(double low, double high, double *center, double *half_range) {

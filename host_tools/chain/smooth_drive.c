@@ -72,6 +72,11 @@ double smooth_drive_value(const double x[6], size_t known_ahead, double fraction
     return line + smooth_drive(x, known_ahead) * (cubic - line);
 }
 
+double held_later(double held_since, double delay, double *whole) {
+    *whole = fmax(0.0, ceil(delay - held_since));
+    return held_since - delay + *whole;
+}
+
 void drive_window_settle(drive_window_t *window, double value) {
     for (int i = 0; i < 6; i++) {
         window->x[i] = value;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * Interpolation of a signal between its samples: a cubic through four of them where it is smooth, a straight line at a
- * corner. Lines alone attenuate and delay fast drives, so that a delay, a low pass and a mode could be confused. Cubics
- * alone overshoot at corners.
+ * corner, or held (stage_setup_t.held). Lines alone attenuate and delay fast drives, so that a delay, a low pass and a
+ * mode could be confused. Cubics alone overshoot at corners.
  */
 #ifndef SMOOTH_DRIVE_H
 #define SMOOTH_DRIVE_H
@@ -23,6 +23,10 @@ double smooth_drive(const double x[6], size_t known_ahead);
 void smooth_drive_weights(double fraction, double weight[4]);
 /** The value there: the cubic as far as the signal is smooth, else the line. */
 double smooth_drive_value(const double x[6], size_t known_ahead, double fraction, const double weight[4]);
+
+/** A held input `delay` samples later: the value is that of the sample *whole ago, held since the returned part of a
+ * sample (stage_setup_t.held_since). */
+double held_later(double held_since, double delay, double *whole);
 
 /** The samples about the interval from the last sample, x[3], to this one, x[2], and how smooth the signal is there. */
 typedef struct {

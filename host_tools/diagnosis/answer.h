@@ -80,6 +80,7 @@ typedef struct {
     remainder_t remainder; /**< whether more than noise, and another shape of the hysteresis, remains */
     /** More is left than noise, but the universal operator explains it: it is the shape of the hysteresis. */
     bool another_shape;
+    double ring_left_um; /**< amplitude of what the look saw ring and the model does not; 0: none (seen.h) */
     /** As `hyst simulate` tells them of whole recordings (delivered.h): of both models, a straight line, plays. */
     double baseline_delivered_percent, delivered_percent, line_percent, plays_percent;
     shape_t shape_after; /**< the universal operator in the place of the hysteresis, beside what was found */

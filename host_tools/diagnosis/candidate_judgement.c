@@ -6,13 +6,21 @@
 #include <math.h>
 #include <stdlib.h>
 
+/* What the look has seen ring, with a chance of its own. It may ring once, in one block of time, and in a thousandth of
+ * the samples: how it scatters from block to block, and how much of all samples it is, says nothing. */
+static bool is_seen(const state_t *state, const candidate_t *candidate) {
+    double value[BLOCK_MAX_PARAMETERS];
+    candidate_value(&candidate->model.block[candidate->at], value);
+    return candidate->block->probe->rings != NULL && candidate->block->probe->rings(&state->setting.seen, value);
+}
+
 /* Significant by both standard errors, corrected for the number of signatures tried. */
-static bool significant(const candidate_t *candidate, size_t tested) {
+static bool significant(const state_t *state, const candidate_t *candidate, size_t tested) {
     const double z = gsl_cdf_ugaussian_Qinv(0.5 * threshold.false_alarm / (double)tested);
     const double z_blocks = gsl_cdf_tdist_Qinv(0.5 * threshold.false_alarm_blocks / (double)tested, 20.0);
     const evidence_test_t *test = &candidate->test;
-    return fabs(test->t) > z && fabs(test->t_blocks) > z_blocks && test->amplitude > 1.0 / threshold.amplitude_ratio &&
-           test->amplitude < threshold.amplitude_ratio;
+    return fabs(test->t) > z && (fabs(test->t_blocks) > z_blocks || is_seen(state, candidate)) &&
+           test->amplitude > 1.0 / threshold.amplitude_ratio && test->amplitude < threshold.amplitude_ratio;
 }
 
 /* By what it takes out of the residual together with a hysteresis that is far from linear in its numbers. */
@@ -43,8 +51,8 @@ static bool large_enough(const state_t *state, const evidence_t *evidence, const
     const answer_t *answer = &state->answer;
     const double least_um = (state->answer.question->coarse ? threshold.least_size_of_steps : threshold.least_size) *
                             answer->question->noise.sigma_um;
-    bool large = candidate_own_um(candidate) > least_um;
-    if (large && answer->findings > 0) {
+    bool large = candidate_own_um(candidate) > least_um || is_seen(state, candidate);
+    if (large && answer->findings > 0 && !is_seen(state, candidate)) {
         double *found = change_found(state);
         large = found != NULL && evidence_beside(evidence, candidate->signature, candidate->test.amplitude, found,
                                                  threshold.wrong_at_a_sample) > least_um;
@@ -94,7 +102,7 @@ static bool worth_telling(const state_t *state, const evidence_t *evidence, cons
 bool candidate_convinces(const state_t *state, const evidence_t *evidence, const candidates_t *found) {
     const candidate_t *best = &found->candidate[0];
     return !candidate_contradicted(best) &&
-           (significant(best, found->tested) ||
+           (significant(state, best, found->tested) ||
             (evidence_question(evidence) == ASK_ANYTHING && jointly_significant(state, best, found->tested))) &&
            worth_telling(state, evidence, best);
 }

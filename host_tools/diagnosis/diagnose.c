@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/diagnose.h"
 #include "diagnosis/baseline.h"
+#include "diagnosis/between.h"
 #include "diagnosis/empirical.h"
 #include "diagnosis/review.h"
+#include "diagnosis/seen.h"
 #include "diagnosis/stages.h"
 #include "diagnosis/trials.h"
 #include "diagnosis/unseen.h"
@@ -51,6 +53,12 @@ static bool choose_shape(question_t *question, shapes_t *shapes, failure_t *fail
 static bool imitate(question_t *question, shapes_t *shapes, failure_t *failure) {
     (void)failure;
     question_imitate(question, &shapes->shape[0].model, &shapes->beside);
+    return true;
+}
+
+static bool read_between(question_t *question, shapes_t *shapes, failure_t *failure) {
+    (void)failure;
+    between_choose(question, &shapes->shape[0].model);
     return true;
 }
 
@@ -132,6 +140,11 @@ static bool review(state_t *state, shapes_t *shapes) {
     return good;
 }
 
+static bool compare_with_look(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    return seen_compare(state);
+}
+
 static bool limits(state_t *state, shapes_t *shapes) {
     (void)shapes;
     return unseen_complete(state);
@@ -155,6 +168,8 @@ const stage_t diagnosis_stages[] = {
     {"universal operator",
      "in the hysteresis' place: what it leaves, which blocks speak beside it, and the noise again", "belief/shape.h",
      .ask = imitate},
+    {"between samples", "whether a drive that may be held is, and when the position was read, by likelihood",
+     "between.h", .ask = read_between},
     {"search", "block after block, until none convinces; then which stay, their names and their sides", "attempt.h",
      .search = search_from_first},
     {"other shapes",
@@ -168,6 +183,8 @@ const stage_t diagnosis_stages[] = {
      "trials.h", .search = take_heard},
     {"review", "findings are weighed beside the operator: what is only shape goes, and rivals are added", "review.h",
      .search = review},
+    {"look", "what the look has shown and nothing in the answer explains is more than noise", "seen.h",
+     .search = compare_with_look},
     {"detection limits", "of what was not found", "unseen.h", .search = limits},
     {"delivered", "the error that the written model has when it is simulated; plain models beside it", "delivered.h",
      .search = deliver},
@@ -177,8 +194,13 @@ const stage_t diagnosis_stages[] = {
 const size_t diagnosis_stage_count = sizeof diagnosis_stages / sizeof diagnosis_stages[0];
 
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, answer_t *answer, failure_t *failure) {
+    return diagnose_seen(given, NULL, recordings, count, answer, failure);
+}
+
+bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recording_t *recordings, size_t count,
+                   answer_t *answer, failure_t *failure) {
     shapes_t shapes = {.given = given, .recordings = recordings, .recording_count = count};
-    question_t *question = question_open(given != NULL);
+    question_t *question = question_open(given != NULL, seen);
     state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside};
     bool good = true;
     progress_begin(&state.progress, "diagnosing");

@@ -25,7 +25,13 @@
  * signatures of all blocks. Where that leaves more than noise, or finds something, also with the others that come near.
  * The answer that leaves the least error of the held-out samples stands: a wrong shape is no missing physics, and
  * physics is no shape.
+ *
+ * seen: what a look at the recordings has measured, where blocks begin their search; NULL: they were not looked at.
+ * What rings there and in nothing of the answer is told as unexplained (seen.h).
  */
+bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recording_t *recordings, size_t count,
+                   answer_t *answer, failure_t *failure);
+/** The same without a look. */
 bool diagnose(const model_t *given, const recording_t *recordings, size_t count, answer_t *answer, failure_t *failure);
 
 #endif

@@ -3,6 +3,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/noise/lattice.h"
 #include "diagnosis/noise/line_clock.h"
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -44,8 +45,9 @@ void question_setting(const recording_t *recordings, size_t count, probe_setting
     }
 }
 
-question_t *question_open(bool model_given) {
+question_t *question_open(bool model_given, const probe_seen_t *seen) {
     question_t *question = allocate(1, sizeof *question);
+    question->seen = seen != NULL ? *seen : (probe_seen_t){0};
     question->model_given = model_given;
     return question;
 }
@@ -72,6 +74,16 @@ void question_free_shared(const question_t *shared) {
     free((question_t *)shared);
 }
 
+/* What rings is found only where both parts have some of it. */
+static void share_rings(question_t *question) {
+    const probe_seen_t *seen = &question->seen;
+    if (seen->rings > 0) {
+        const double rate_hz = question->recordings[seen->ring_recording].sample_rate_hz;
+        const double per_sample = 2.0 * M_PI * seen->ring_hz * seen->ring_damping / rate_hz;
+        samples_share_decays(&question->samples, seen->ring_recording, seen->ring_step, seen->rings, per_sample);
+    }
+}
+
 bool question_begin(question_t *question, const model_t *model, const recording_t *recordings, size_t count,
                     failure_t *failure) {
     double ignored_v;
@@ -82,10 +94,15 @@ bool question_begin(question_t *question, const model_t *model, const recording_
     }
     question_setting(recordings, count, &question->setting);
     question->setting.line_hz = question->line_hz;
+    question->setting.seen = question->seen;
     question->step_um = lattice_step_um(recordings, count, &question->step_sigma_um);
     question->recordings = allocate(count, sizeof *recordings);
     memcpy(question->recordings, recordings, count * sizeof *recordings);
-    return samples_open(&question->samples, model, question->recordings, count, failure);
+    if (!samples_open(&question->samples, model, question->recordings, count, failure)) {
+        return false;
+    }
+    share_rings(question);
+    return true;
 }
 
 /* Readings that rest on a step of the converter do not move, and yet are wrong by the steps' error: nothing smaller is

@@ -14,7 +14,9 @@ typedef struct question {
     samples_t samples;       /**< of these */
     noise_t noise;
     bool model_given;
+    probe_seen_t seen;             /**< by the look; all 0: it was not asked */
     double step_um, step_sigma_um; /**< of the converter, 0: none to be seen */
+    bool held_by_likelihood;       /**< that the drive is held between samples, and since when (between.h) */
     bool coarse;                   /**< the steps' error is larger than the noise */
     shape_t shape; /**< the universal operator in the place of the hysteresis, before anything is found */
     probe_setting_t setting;
@@ -24,8 +26,8 @@ typedef struct question {
 /** What a search begins with that knows of no lines. */
 void question_setting(const recording_t *recordings, size_t count, probe_setting_t *setting);
 
-/** To be freed, also where question_begin fails. */
-question_t *question_open(bool model_given);
+/** To be freed, also where question_begin fails. seen: what a look has shown, or NULL. */
+question_t *question_open(bool model_given, const probe_seen_t *seen);
 void question_free(const question_t *question);
 
 /** Fills what all that follows has in common: the recordings, the samples that are included, the steps of the

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/reconsider.h"
+#include "diagnosis/no_physics.h"
 #include "diagnosis/state.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -59,6 +60,11 @@ bool reconsider_superfluous(state_t *state, double least_size, unsigned spared) 
     return true;
 }
 
+static bool finding_stands(const answer_t *answer, const finding_t *finding) {
+    return finding_determined(answer, finding) &&
+           !no_physics(&answer->question->samples, &answer->model.block[finding_index(answer, finding)]);
+}
+
 bool reconsider_undetermined(state_t *state) {
     answer_t *answer = &state->answer;
     bool settled = false;
@@ -67,7 +73,7 @@ bool reconsider_undetermined(state_t *state) {
         if (!findings_errors(answer, state->failure)) {
             return false;
         }
-        while (f > 0 && finding_determined(answer, &answer->finding[f - 1])) {
+        while (f > 0 && finding_stands(answer, &answer->finding[f - 1])) {
             f--;
         }
         settled = f == 0;

@@ -3,6 +3,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/candidate_judgement.h"
 #include "diagnosis/evidence/search.h"
+#include "diagnosis/no_physics.h"
 #include "diagnosis/state.h"
 #include "diagnosis/unseen.h"
 #include "thresholds/thresholds.h"
@@ -50,6 +51,11 @@ static bool accept(state_t *state, const candidate_t *candidate, finding_t *find
         !state_measure(state, &augmented, &ignored, &finding->held_out_after_percent)) {
         model_free(&augmented);
         return false;
+    }
+    const model_block_t *put = model_find(&augmented, candidate->block->name);
+    if (no_physics(&question->samples, put)) {
+        model_free(&augmented);
+        return true;
     }
     finding->support = (double)question->samples.held * log(state->power.held / power.held);
     *accepted = finding->held_out_after_percent < finding->held_out_before_percent &&

@@ -43,8 +43,18 @@ void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample
     lag->cubic[3] = (-2.0 * m[1] + 3.0 * m[2] - m[3]) / 6.0;
 }
 
+void first_order_lag_hold(first_order_lag_t *lag, double held_since) {
+    lag->held = true;
+    lag->hold[0] = -expm1(-lag->decays * held_since);
+    lag->hold[1] = -exp(-lag->decays * held_since) * expm1(-lag->decays * (1.0 - held_since));
+}
+
 double first_order_lag_next(first_order_lag_t *lag, const drive_window_t *drive) {
     const double *x = drive->x;
+    if (lag->held) {
+        lag->output = lag->decay * lag->output + lag->hold[0] * x[2] + lag->hold[1] * x[3];
+        return lag->output;
+    }
     const double line = lag->line[0] * x[2] + lag->line[1] * x[3];
     const double cubic = lag->cubic[0] * x[1] + lag->cubic[1] * x[2] + lag->cubic[2] * x[3] + lag->cubic[3] * x[4];
     lag->output = lag->decay * lag->output + line + drive->smooth * (cubic - line);
@@ -54,6 +64,9 @@ double first_order_lag_next(first_order_lag_t *lag, const drive_window_t *drive)
 void first_order_stage_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     first_order_stage_t *stage = memory;
     first_order_lag_set(&stage->lag, parameter[0].value[0], setup->sample_rate_hz);
+    if (setup->held) {
+        first_order_lag_hold(&stage->lag, setup->held_since);
+    }
 }
 
 void first_order_stage_settle(void *memory, signal_t *signal) {
@@ -70,6 +83,9 @@ void first_order_stage_step(void *memory, signal_t *signal) {
 
 double first_order_stage_turn(const first_order_stage_t *stage, double last) {
     const double *x = stage->drive.x, slope = x[2] - x[3], behind = slope / stage->lag.decays;
+    if (stage->lag.held) { /* towards one value, then towards another: at most at the sample itself */
+        return last;
+    }
     const double ratio = 1.0 + (last - x[3]) / behind;
     const double when = ratio > 1.0 ? log(ratio) / stage->lag.decays : 1.0;
     return when < 1.0 ? x[3] + slope * when : last;

@@ -20,10 +20,14 @@ typedef struct {
     double decays; /**< decay rate times sample time */
     double decay;  /**< y[k] = decay y[k-1] + sum of weight_i u[k-i] */
     double cubic[4], line[2];
+    bool held;      /**< the input is (stage_setup_t.held): then only these count */
+    double hold[2]; /**< of this sample's input and of the last one's */
 } first_order_lag_t;
 
 /** Sets the coefficients. */
 void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz);
+/** The same for an input that is held, since part of a sample. */
+void first_order_lag_hold(first_order_lag_t *lag, double held_since);
 /** One sample: returns the output. */
 double first_order_lag_next(first_order_lag_t *lag, const drive_window_t *drive);
 

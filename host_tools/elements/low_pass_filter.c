@@ -17,3 +17,7 @@ bool low_pass_filter_probe(const probe_setting_t *setting, size_t index, double 
     value[1] = 0.7;
     return probe_between(setting->sample_rate_hz / 4.0, 4.0 / setting->longest_s, 8, index, value);
 }
+
+bool low_pass_filter_rings(const probe_seen_t *seen, const double *value) {
+    return probe_saw_ring(seen, value[0]);
+}

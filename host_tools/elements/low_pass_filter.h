@@ -16,5 +16,7 @@ extern const parameter_info_t low_pass_filter_parameters[LOW_PASS_FILTER_PARAMET
 
 /** Starting points of a search: one after the other (probe.h). */
 bool low_pass_filter_probe(const probe_setting_t *setting, size_t index, double *value);
+/** Whether it is what a look has seen ring: one that is damped little. */
+bool low_pass_filter_rings(const probe_seen_t *seen, const double *value);
 
 #endif

@@ -23,18 +23,27 @@ static void respond(const oscillator_stage_t *state, double lag, double square, 
     after[RATE] = b1 + 2.0 * b2 + 3.0 * b3 - state->transition[RATE][OUTPUT] * b0 - state->transition[RATE][RATE] * b1;
 }
 
+/* Without input, over so many samples. omega: rad per sample. */
+static void make_transition(double omega, double zeta, double samples, double transition[STATES][STATES]) {
+    const double damped = omega * sqrt(1.0 - zeta * zeta), decay = exp(-zeta * omega * samples);
+    const double c = decay * cos(damped * samples), s = decay * sin(damped * samples) / damped;
+    transition[OUTPUT][OUTPUT] = c + zeta * omega * s;
+    transition[OUTPUT][RATE] = s;
+    transition[RATE][OUTPUT] = -omega * omega * s;
+    transition[RATE][RATE] = c - zeta * omega * s;
+}
+
 void oscillator_stage_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     /* A difference of one, of three samples: half of t^2 - t, of four: a sixth of t^3 - t. */
     static const double polynomial[DIFFERENCES][3] = {{1.0, 0.0, 0.0}, {-0.5, 0.5, 0.0}, {-1.0 / 6.0, 0.0, 1.0 / 6.0}};
     oscillator_stage_t *state = memory;
     const double omega = 2.0 * M_PI * parameter[0].value[0] / setup->sample_rate_hz; /* rad per sample */
-    const double zeta = parameter[1].value[0], damped = omega * sqrt(1.0 - zeta * zeta);
-    const double decay = exp(-zeta * omega), c = decay * cos(damped), s = decay * sin(damped) / damped;
+    const double zeta = parameter[1].value[0];
     state->line = omega <= slow;
-    state->transition[OUTPUT][OUTPUT] = c + zeta * omega * s;
-    state->transition[OUTPUT][RATE] = s;
-    state->transition[RATE][OUTPUT] = -omega * omega * s;
-    state->transition[RATE][RATE] = c - zeta * omega * s;
+    state->held = setup->held;
+    make_transition(omega, zeta, 1.0, state->transition);
+    make_transition(omega, zeta, 1.0 - setup->held_since, state->hold[0]);
+    make_transition(omega, zeta, setup->held_since, state->hold[1]);
     for (size_t i = 0; i < DIFFERENCES; i++) {
         double after[STATES];
         respond(state, 2.0 * zeta / omega, 1.0 / (omega * omega), polynomial[i], after);
@@ -50,10 +59,23 @@ void oscillator_stage_settle(void *memory, signal_t *signal) {
     state->state[RATE] = 0.0;
 }
 
+/* Towards one value, which it is held at. */
+static void step_held(double state[STATES], const double transition[STATES][STATES], double value) {
+    const double behind = state[OUTPUT] - value, rate = state[RATE];
+    state[OUTPUT] = value + transition[OUTPUT][OUTPUT] * behind + transition[OUTPUT][RATE] * rate;
+    state[RATE] = transition[RATE][OUTPUT] * behind + transition[RATE][RATE] * rate;
+}
+
 void oscillator_stage_step(void *memory, signal_t *signal) {
     oscillator_stage_t *state = memory;
     const double *x = state->drive.x;
     drive_window_next(&state->drive, signal);
+    if (state->held) {
+        step_held(state->state, state->hold[0], x[3]);
+        step_held(state->state, state->hold[1], x[2]);
+        signal->value = state->state[OUTPUT];
+        return;
+    }
     const double cubic = state->line ? 0.0 : state->drive.smooth;
     const double behind = state->state[OUTPUT] - x[3], rate = state->state[RATE];
     const double first = x[2] - x[3], second = cubic * (x[2] - 2.0 * x[3] + x[4]),

@@ -14,6 +14,8 @@ typedef struct {
     double state[2]; /**< y and y' at the last sample, per sample */
     bool line;       /**< whatever the drive does: it is slow */
     double transition[2][2], input[2][3];
+    bool held;            /**< the input is (stage_setup_t.held) */
+    double hold[2][2][2]; /**< transitions while the last sample's input is there, and then this one's */
 } oscillator_stage_t;
 
 void oscillator_stage_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup);

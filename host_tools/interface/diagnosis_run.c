@@ -77,10 +77,59 @@ static void look_away(diagnosis_run_t *run) {
     }
 }
 
-static bool find_and_account(const model_t *given, const recording_t *recordings, size_t count, diagnosis_run_t *run,
+/* The ring that stands out most of all recordings. */
+static void see_ring(const look_t *looks, size_t count, probe_seen_t *seen) {
+    for (size_t i = 0; i < count; i++) {
+        const ring_t *ring = &looks[i].ring;
+        if (ring->rings > 0 && (seen->rings == 0 || ring->swing_um > seen->ring_um)) {
+            seen->rings = ring->rings;
+            seen->ring_step = ring->step;
+            seen->ring_recording = i;
+            seen->ring_hz = ring->frequency_hz / sqrt(1.0 - ring->damping * ring->damping);
+            seen->ring_damping = ring->damping;
+            seen->ring_um = ring->swing_um;
+            seen->ring_near = threshold.same_ring;
+        }
+    }
+}
+
+static bool may_be_held(const look_t *look) {
+    const drive_look_t *drive = &look->drive;
+    if (drive->between_given) {
+        return drive->between == BETWEEN_HELD && recording_key(look->recording, "displacement_sampled_after_s") == NULL;
+    }
+    return drive->between != BETWEEN_SMOOTH || drive->steps > 0;
+}
+
+/* What blocks begin their search with. */
+static probe_seen_t seen_by(const look_t *looks, size_t count) {
+    probe_seen_t seen = {0};
+    double creep = 0.0, weights = 0.0;
+    see_ring(looks, count, &seen);
+    seen.may_be_held = count > 0;
+    for (size_t i = 0; i < count; i++) {
+        seen.may_be_held = seen.may_be_held && may_be_held(&looks[i]);
+        const response_point_t *peak = response_peak(&looks[i].response);
+        seen.peak_hz = seen.peak_hz <= 0.0 && peak != NULL ? peak->frequency_hz : seen.peak_hz;
+        if (looks[i].holds.creep_sigma > 0.0) {
+            const double weight = 1.0 / (looks[i].holds.creep_sigma * looks[i].holds.creep_sigma);
+            creep += weight * looks[i].holds.creep;
+            weights += weight;
+        }
+    }
+    seen.creep_per_decade = weights > 0.0 ? creep / weights : 0.0;
+    return seen;
+}
+
+static bool find_and_account(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
-    if (!diagnose(given, recordings, count, &run->answer, failure)) {
+    const probe_seen_t seen = seen_by(run->looks, run->looked_at);
+    if (!diagnose_seen(given, &seen, recordings, count, &run->answer, failure)) {
         return false;
+    }
+    for (size_t i = 0; i < count; i++) { /* as the answer takes the drive between samples, so do all that follow */
+        recordings[i].held = run->answer.question->recordings[i].held;
+        recordings[i].held_since = run->answer.question->recordings[i].held_since;
     }
     if (!account_for(&run->answer, recordings, count, &run->account, failure)) {
         answer_free(&run->answer);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BASELINE = 5, RING = 2, SHAPE = 2, LEAST_WINDOW = 24, MOST_WINDOW = 2048, MOST_STEPS = 64, MOST_ROUNDS = 3 };
+enum { BASELINE = 5, RING = 2, SHAPE = 2, LEAST_WINDOW = 24, MOST_WINDOW = 2048, MOST_ROUNDS = 3 };
 
 typedef struct {
     const double *y;
@@ -157,7 +157,7 @@ static double step_height(const double *u, size_t at) {
 
 void ring_look(const recording_t *recording, const drive_look_t *drive, ring_t *ring) {
     const double *u = recording->column[COLUMN_DRIVE];
-    const size_t steps = drive->steps < MOST_STEPS ? drive->steps : MOST_STEPS;
+    const size_t steps = drive->steps < RING_MOST_STEPS ? drive->steps : RING_MOST_STEPS;
     ring_t *one = allocate(steps, sizeof *one);
     size_t strongest = steps;
     memset(ring, 0, sizeof *ring);
@@ -183,7 +183,7 @@ void ring_look(const recording_t *recording, const drive_look_t *drive, ring_t *
                 wd += b;
                 f += a * one[i].frequency_hz;
                 d += b * one[i].damping;
-                ring->rings++;
+                ring->step[ring->rings++] = one[i].at;
             }
         }
         ring->frequency_hz = f / wf;

@@ -13,8 +13,11 @@
 
 #include "look/drive.h"
 
+enum { RING_MOST_STEPS = 64 };
+
 typedef struct {
     size_t rings;                            /**< steps after which it rings with this frequency */
+    size_t step[RING_MOST_STEPS];            /**< the first sample behind each of these */
     size_t at;                               /**< first sample behind the strongest one */
     double step_v;                           /**< of that */
     double swing_um;                         /**< amplitude of the ring right behind it */

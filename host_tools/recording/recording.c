@@ -37,6 +37,8 @@ void recording_copy(recording_t *copy, const recording_t *recording) {
     recording_create(copy, recording->name, recording->sample_rate_hz, recording->samples);
     copy->start_s = recording->start_s;
     copy->clock_s = recording->clock_s;
+    copy->held = recording->held;
+    copy->held_since = recording->held_since;
     for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
         if (recording->column[column] != NULL) {
             memcpy(recording_add_column(copy, column), recording->column[column], size);

@@ -20,6 +20,7 @@
 #define RECORDING_H
 
 #include "base/failure.h"
+#include <stdbool.h>
 #include <stddef.h>
 
 /** Largest magnitude of a value in V, um, A or degC. A megavolt or a metre is no piezo actuator but a wrong unit, a
@@ -54,6 +55,9 @@ typedef struct {
     size_t keys;
     recording_key_t *key;
     char *understood;      /**< for a file of another format: how its columns were interpreted, some lines; else NULL */
+    bool held;             /**< the drive goes out by a converter that holds each value until the next */
+    double held_since;     /**< then: parts of a sample from when a row's drive went out until its position was read, 0
+                              to 1 */
     unsigned char *masked; /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
 } recording_t;
 

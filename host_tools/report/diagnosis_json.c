@@ -114,6 +114,14 @@ static json_t *all_unseen_to_json(const answer_t *answer) {
     return list;
 }
 
+/* What the look saw ring and nothing in the answer does. */
+static json_t *ring_left_to_json(const answer_t *answer) {
+    const probe_seen_t *seen = &answer->question->seen;
+    return answer->ring_left_um > 0.0 ? json_pack("{s:f, s:f, s:f}", "frequency_hz", seen->ring_hz, "damping_ratio",
+                                                  seen->ring_damping, "swing_um", answer->ring_left_um)
+                                      : json_null();
+}
+
 static json_t *remaining_to_json(const answer_t *answer, const account_t *account, const recording_t *recordings) {
     const remainder_t *remainder = &answer->remainder;
     json_t *json = errors_to_json(answer->nrmse_percent, answer->held_out_percent);
@@ -126,6 +134,7 @@ static json_t *remaining_to_json(const answer_t *answer, const account_t *accoun
                         remainder->high_hz > 0.0 ? json_pack("[f, f]", remainder->low_hz, remainder->high_hz)
                                                  : json_null());
     json_object_set_new(json, "outliers", json_integer((json_int_t)remainder->outliers));
+    json_object_set_new(json, "ring", ring_left_to_json(answer));
     json_object_set_new(json, "by_level", json_real(remainder->by_level.part));
     json_object_set_new(json, "levels_um",
                         remainder->by_level.part > 0.0
@@ -140,6 +149,16 @@ static json_t *other_shape_to_json(const answer_t *answer) {
     return json_pack("{s:s, s:s, s:o}", "block", diagnosis_other_shape(answer)->name, "instead_of",
                      given->block[hysteresis_index(given)].block->name, "held_out_nrmse_percent_with_that",
                      json_number_or_null(answer->own_shape_held_out_percent));
+}
+
+/* What the drive does between samples, as the answer takes it. */
+static json_t *between_to_json(const answer_t *answer) {
+    const recording_t *first = &answer->question->recordings[0];
+    return json_pack("{s:b, s:o, s:s}", "held", (int)first->held, "displacement_sampled_after_s",
+                     first->held ? json_real(first->held_since / first->sample_rate_hz) : json_null(), "from",
+                     answer->question->held_by_likelihood ? "likelihood"
+                     : first->held                        ? "header"
+                                                          : "interpolation");
 }
 
 static json_t *shape_to_json(const answer_t *answer) {
@@ -203,6 +222,7 @@ json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, cons
     if (diagnosis_other_shape(answer) != NULL) {
         json_object_set_new(json, "other_shape", other_shape_to_json(answer));
     }
+    json_object_set_new(json, "between_samples", between_to_json(answer));
     if (question->shape.fitted) {
         json_object_set_new(json, "shape", shape_to_json(answer));
     }

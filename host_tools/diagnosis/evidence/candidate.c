@@ -38,6 +38,17 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
     candidate->signature = evidence_signature(problem->evidence, &candidate->model, candidate->at);
 }
 
+/* Starting points: first those that a look has shown. */
+static bool starting_point(const probe_t *probe, const probe_setting_t *setting, size_t index, double *value) {
+    size_t shown = 0;
+    while (probe->from_look != NULL && probe->from_look(&setting->seen, shown, value)) {
+        if (shown++ == index) {
+            return true;
+        }
+    }
+    return probe->probe(setting, index - shown, value);
+}
+
 bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
     const bool known = block == setting->known;
     for (size_t p = 0; p < block->parameters; p++) {
@@ -45,8 +56,10 @@ bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_
                    : block->parameter[p].optional ? block->parameter[p].default_value
                                                   : 0.0;
     }
-    return known ? index == 0 || block_search(block)->probe(setting, index - 1, value)
-                 : block_search(block)->probe(setting, index, value);
+    if (known && index == 0) {
+        return true;
+    }
+    return starting_point(block_search(block), setting, known ? index - 1 : index, value);
 }
 
 bool candidate_proportional(const block_t *block, size_t parameter) {

@@ -184,6 +184,68 @@ samples_t samples_share_ends(const samples_t *samples) {
     return shared;
 }
 
+/* Where all but a thousandth of a decay's energy is over. */
+static size_t decay_end(const samples_t *samples, size_t recording, size_t from, double rate) {
+    const size_t length = samples->recordings[recording].samples, over = (size_t)ceil(3.5 / rate);
+    return length - from < over ? length : from + over;
+}
+
+/* Energy of decays in the samples of both parts, in parts of all of it. */
+static void decays_in_parts(const samples_t *samples, size_t recording, const size_t *from, size_t count, double rate,
+                            double *fitted, double *held) {
+    const unsigned char *part = samples->part + samples->begin[recording];
+    double all = 0.0;
+    *fitted = *held = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        const size_t end = decay_end(samples, recording, from[i], rate);
+        for (size_t k = from[i]; k < end; k++) {
+            const double energy = exp(-2.0 * rate * (double)(k - from[i]));
+            all += energy;
+            *fitted += part[k] == SAMPLE_FITTED ? energy : 0.0;
+            *held += part[k] == SAMPLE_HELD_OUT ? energy : 0.0;
+        }
+    }
+    *fitted /= all;
+    *held /= all;
+}
+
+/* Includes what came after the recording's first decay. */
+static void include_from(samples_t *samples, size_t recording, size_t from) {
+    unsigned char *part = samples->part + samples->begin[recording];
+    const recording_t *r = &samples->recordings[recording];
+    for (size_t k = from; k < samples->from[recording] + SAMPLES_SKIPPED; k++) {
+        const bool masked = r->masked != NULL && r->masked[k] != 0;
+        samples->fitted += masked ? 0 : 1;
+        part[k] = masked ? SAMPLE_LEFT_OUT : SAMPLE_FITTED;
+    }
+    samples->from[recording] = from - SAMPLES_SKIPPED;
+    samples->past_matters = true;
+}
+
+void samples_share_decays(samples_t *samples, size_t recording, const size_t *from, size_t count, double rate) {
+    unsigned char *part = samples->part + samples->begin[recording];
+    const double early = 1.0 - 1.0 / EVERY, later = 1.0 / EVERY;
+    double fitted, held;
+    decays_in_parts(samples, recording, from, count, rate, &fitted, &held);
+    if (fmin(fitted / early, held / later) >= threshold.least_share_at_rails) {
+        return;
+    }
+    if (fitted + held < threshold.least_share_at_rails && from[0] >= SAMPLES_SKIPPED) {
+        include_from(samples, recording, from[0]);
+    }
+    const size_t fitted_for = (size_t)ceil(-log(later) / (2.0 * rate));
+    for (size_t i = 0; i < count; i++) {
+        const size_t end = decay_end(samples, recording, from[i], rate);
+        for (size_t k = from[i]; k < end; k++) {
+            if (part[k] != SAMPLE_LEFT_OUT) {
+                *(part[k] == SAMPLE_HELD_OUT ? &samples->held : &samples->fitted) -= 1;
+                part[k] = k - from[i] < fitted_for ? SAMPLE_FITTED : SAMPLE_HELD_OUT;
+                *(part[k] == SAMPLE_HELD_OUT ? &samples->held : &samples->fitted) += 1;
+            }
+        }
+    }
+}
+
 void samples_close(samples_t *samples) {
     free(samples->begin);
     free(samples->from);

@@ -46,6 +46,13 @@ void samples_close(samples_t *samples);
  * in 36 blocks by itself. Their `part` is to be freed; all else is that of `samples`. */
 samples_t samples_share_ends(const samples_t *samples);
 
+/**
+ * What decays as exp(-rate k) behind these samples of a recording, in parts a sample: where one part has hardly any of
+ * it, each decay is shared out. Its beginning, two thirds of its energy, is fitted, and what follows is held out. One
+ * that is not included is, and the past then matters.
+ */
+void samples_share_decays(samples_t *samples, size_t recording, const size_t *from, size_t count, double rate);
+
 /** Room for a column, zeroed. */
 double *samples_column(const samples_t *samples);
 /** displacement - simulated; samples that are left out are 0. */

@@ -46,7 +46,7 @@ bool signals_open(signals_t *signals, const samples_t *samples, const model_t *m
         }
         for (size_t stage = 0; good && stage < signals->stages; stage++) {
             signal_t *next = signals->before[stage + 1] + begin_of(samples, i);
-            if (stage == hysteresis_stage(model)) {
+            if (stage == hysteresis_stage(model) && !recording->held) {
                 chain_note_turns(signals->before[stage] + begin_of(samples, i), recording->samples);
             }
             memcpy(next, signals->before[stage] + begin_of(samples, i), (recording->samples + 1) * sizeof(signal_t));
