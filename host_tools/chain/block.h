@@ -52,12 +52,18 @@ typedef struct {
     double *sigma;
 } parameter_t;
 
+enum { STAGE_MOST_BEFORE = 16 };
+
 /** What a stage needs to open, besides its parameters. */
 typedef struct {
     double sample_rate_hz; /**< of the simulation */
     uint64_t seed;         /**< for noise; differs from stage to stage */
     double preload_n;      /**< force on the actuator: key preload_n of the recording, 0 without */
     double clock_s;        /**< start of the recording, for free-running sources: its clock_s */
+    /** Drives before the recording: its header key drive_before_v. The chain leads a hysteresis through them; no block
+     * reads them. */
+    size_t befores;
+    double before_v[STAGE_MOST_BEFORE];
 } stage_setup_t;
 
 /** Number of samples that a block may look ahead. */

@@ -13,7 +13,7 @@ const char *advice_on_verdict(const answer_t *answer) {
     case PARTLY_EXPLAINED:
         return "Use the better model, which hyst diagnose writes with -o BETTER.json. Something else is there, too.";
     default:
-        return "Do not trust names or numbers of this page. See where it is, and check the set-up.";
+        return "Do not trust these names or numbers. See where it is, and check the set-up.";
     }
 }
 
