@@ -4,6 +4,9 @@
 #include <string.h>
 
 const char *advice_on_verdict(const answer_t *answer) {
+    if (answer_has_too_little(answer)) {
+        return "Record more, and diagnose again: a drive that turns round several times, by most of its range.";
+    }
     switch (answer->verdict) {
     case NOTHING_MISSING:
         return "Use the model. Before you rely on it elsewhere, see below which effects these recordings would have "

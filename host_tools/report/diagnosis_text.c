@@ -10,11 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Below this number of reversals of at least this travel no loop occurs twice. The shortest recordings of the proof
- * have eight. Cut to two or fewer, one in four of them yields a finding that is not there. */
-static const double large_way = 0.5;
-static const size_t fewest_reversals = 3;
-
 const char *verdict_name(verdict_t verdict) {
     static const char *const names[] = {"nothing missing", "explained", "partly explained", "unknown physics"};
     return names[verdict];
@@ -169,9 +164,9 @@ static void append_plain(const answer_t *answer, char *text) {
 }
 
 bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
-    const size_t reversals = samples_reversals(&answer->question->samples, large_way);
+    const size_t reversals = answer_reversals(answer);
     text[0] = '\0';
-    if (reversals < fewest_reversals) {
+    if (answer_has_too_little(answer)) {
         text_append(text,
                     "Too little to go by: the drive turns round %zu time%s by more than half of its range, and a "
                     "hysteresis of which nothing comes again may be any.",
