@@ -52,6 +52,8 @@ typedef struct {
     double *sigma;
 } parameter_t;
 
+enum { STAGE_MOST_BEFORE = 16 };
+
 /** What a stage needs to open, besides its parameters. */
 typedef struct {
     double sample_rate_hz; /**< of the simulation */
@@ -62,6 +64,10 @@ typedef struct {
      * `held_since` parts of a sample. chain_stage_open knows what earlier stages make of it. */
     bool held;
     double held_since;
+    /** Drives before the recording: its header key drive_before_v. The chain leads a hysteresis through them; no block
+     * reads them. */
+    size_t befores;
+    double before_v[STAGE_MOST_BEFORE];
 } stage_setup_t;
 
 /** Number of samples that a block may look ahead. */

@@ -3,6 +3,7 @@
 #include "base/progress.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct chain {
     size_t stages;
@@ -28,12 +29,37 @@ static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *set
     }
 }
 
+/* What comes of drives before the recording, each held for long, in front of a hysteresis. */
+static double *before_hysteresis(const model_t *model, size_t index, const stage_setup_t *setup) {
+    double *value = allocate(setup->befores, sizeof *value);
+    size_t order[MODEL_MAX_BLOCKS];
+    stage_setup_t plain = *setup;
+    plain.befores = 0;
+    memcpy(value, setup->before_v, setup->befores * sizeof *value);
+    chain_order(model, order);
+    for (size_t i = 0; order[i] != index; i++) {
+        if (!model->block[order[i]].block->modifies_hysteresis) {
+            chain_stage_t stage = chain_stage_open(model, order[i], &plain);
+            for (size_t b = 0; b < setup->befores; b++) {
+                signal_t signal = {.value = value[b]};
+                chain_stage_settle(&stage, &signal);
+                value[b] = signal.value;
+            }
+            chain_stage_close(&stage);
+        }
+    }
+    return value;
+}
+
 chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_setup_t *setup) {
     const model_block_t *from = &model->block[index];
     stage_setup_t own = *setup;
     hold_at_stage(model, index, &own);
     own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
+    const bool led = setup->befores > 0 && block_is_hysteresis(from->block);
     return (chain_stage_t){.block = from->block,
+                           .befores = led ? setup->befores : 0,
+                           .before_v = led ? before_hysteresis(model, index, setup) : NULL,
                            .state = block_open(from->block, from->parameter, &own),
                            .drive = block_is_hysteresis(from->block) && from->block->pass != NULL && !own.held
                                         ? allocate(1, sizeof(drive_window_t))
@@ -43,8 +69,10 @@ chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_s
 void chain_stage_close(chain_stage_t *stage) {
     free(stage->state);
     free(stage->drive);
+    free(stage->before_v);
     stage->state = NULL;
     stage->drive = NULL;
+    stage->before_v = NULL;
 }
 
 static inline void note_drive(bool hysteresis, signal_t *signal) {
@@ -53,12 +81,39 @@ static inline void note_drive(bool hysteresis, signal_t *signal) {
     }
 }
 
+/* Moves a hysteresis from its present drive to another one, in small steps. Returns its output. */
+static double lead(const chain_stage_t *hysteresis, double from_v, double to_v) {
+    enum { STEPS = 256 };
+    signal_t signal = {0};
+    for (int i = 1; i <= STEPS; i++) {
+        const double way = (double)i / STEPS;
+        signal = (signal_t){.value = from_v + way * (to_v - from_v)};
+        note_drive(true, &signal);
+        hysteresis->block->step(hysteresis->state, &signal);
+    }
+    return signal.value;
+}
+
+/* Settles on the first of the drives before the recording, and is led through the others to the present one. */
+static void settle_behind(const chain_stage_t *stage, signal_t *signal) {
+    signal_t first = {.value = stage->before_v[0], .drive_v = stage->before_v[0]};
+    stage->block->settle(stage->state, &first);
+    for (size_t b = 1; b < stage->befores; b++) {
+        (void)lead(stage, stage->before_v[b - 1], stage->before_v[b]);
+    }
+    signal->value = lead(stage, stage->before_v[stage->befores - 1], signal->value);
+}
+
 void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
     note_drive(block_is_hysteresis(stage->block), signal);
     if (stage->drive != NULL) {
         drive_window_settle(stage->drive, signal->value);
     }
-    stage->block->settle(stage->state, signal);
+    if (stage->befores > 0) {
+        settle_behind(stage, signal);
+    } else {
+        stage->block->settle(stage->state, signal);
+    }
 }
 
 /* An earlier stage may have reported a reversal; the farther one of the two is kept. */
@@ -216,6 +271,7 @@ bool chain_setup(const model_t *model, const recording_t *recording, uint64_t se
                              .held = recording->held,
                              .held_since = recording->held_since};
     return recording_preload(recording, &setup->preload_n, failure) &&
+           recording_drive_before(recording, setup->before_v, &setup->befores, failure) &&
            may_run(model, recording->sample_rate_hz, failure);
 }
 
@@ -306,15 +362,28 @@ static void cut_behind_hysteresis(chain_t *chain) {
     }
 }
 
-/* Moves the hysteresis, the last stage, from its present drive to another one and back, in small steps. */
-static void lead_there_and_back(chain_t *chain, double from_v, double to_v) {
-    enum { STEPS = 256 };
-    const chain_stage_t *hysteresis = &chain->stage[chain->stages - 1];
-    for (int i = 1; i <= 2 * STEPS; i++) {
-        const double way = (double)(i <= STEPS ? i : 2 * STEPS - i) / STEPS;
-        signal_t signal = {.value = from_v + way * (to_v - from_v)};
-        chain_stage_step(hysteresis, &signal);
+/* What comes of a drive that is held for long, in front of the hysteresis, the last stage. */
+static double at_hysteresis(const chain_t *chain, double drive_v) {
+    signal_t signal = {.value = drive_v};
+    for (size_t i = 0; i + 1 < chain->stages; i++) {
+        chain_stage_settle(&chain->stage[i], &signal);
     }
+    return signal.value;
+}
+
+/* The hysteresis goes from the recording's first drive to a far one and back, through the drives that are known to have
+ * been before the recording. */
+static void lead_there_and_back(chain_t *chain, double first_v, double far_v, const stage_setup_t *setup) {
+    const chain_stage_t *hysteresis = &chain->stage[chain->stages - 1];
+    double present = first_v;
+    (void)lead(hysteresis, present, far_v);
+    present = far_v;
+    for (size_t b = 0; b < setup->befores; b++) {
+        const double next = at_hysteresis(chain, setup->before_v[b]);
+        (void)lead(hysteresis, present, next);
+        present = next;
+    }
+    (void)lead(hysteresis, present, setup->befores > 0 ? at_hysteresis(chain, first_v) : first_v);
 }
 
 size_t chain_memory_determined(const model_t *model, const recording_t *recording, size_t end) {
@@ -322,6 +391,7 @@ size_t chain_memory_determined(const model_t *model, const recording_t *recordin
     double *difference = allocate(end, sizeof(double)), low_v = HUGE_VAL, high_v = -HUGE_VAL, low_um = HUGE_VAL,
            high_um = -HUGE_VAL;
     size_t determined = end;
+    stage_setup_t setup = {0};
     failure_t failure;
     chain_t *low = chain_open(model, recording->sample_rate_hz, 0, &failure);
     chain_t *high = chain_open(model, recording->sample_rate_hz, 0, &failure);
@@ -329,13 +399,14 @@ size_t chain_memory_determined(const model_t *model, const recording_t *recordin
         low_v = fmin(low_v, drive[k]);
         high_v = fmax(high_v, drive[k]);
     }
-    if (low != NULL && high != NULL && end > 0) {
+    if (low != NULL && high != NULL && end > 0 &&
+        recording_drive_before(recording, setup.before_v, &setup.befores, &failure)) {
         cut_behind_hysteresis(low);
         cut_behind_hysteresis(high);
         chain_settle(low, drive[0]);
         chain_settle(high, drive[0]);
-        lead_there_and_back(low, drive[0], low_v - (high_v - low_v));
-        lead_there_and_back(high, drive[0], high_v + (high_v - low_v));
+        lead_there_and_back(low, drive[0], low_v - (high_v - low_v), &setup);
+        lead_there_and_back(high, drive[0], high_v + (high_v - low_v), &setup);
         for (size_t k = 0; k < end; k++) {
             const double output = chain_step(low, drive[k]);
             difference[k] = fabs(chain_step(high, drive[k]) - output);
@@ -362,6 +433,17 @@ bool chain_determined_from(const model_t *model, const recording_t *recordings, 
         all += end[i];
     }
     return (double)used >= least_part * (double)all;
+}
+
+double error_take_zero(const double *measured, double *simulated, size_t samples) {
+    double zero = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        zero += (measured[k] - simulated[k]) / (double)samples;
+    }
+    for (size_t k = 0; k < samples; k++) {
+        simulated[k] += zero;
+    }
+    return zero;
 }
 
 error_measure_t measure_error(const double *measured, const double *simulated, size_t samples) {

@@ -31,7 +31,7 @@ double chain_step(chain_t *chain, double drive_v);
 
 void chain_close(chain_t *chain);
 
-/** Settles at the first drive of the recording, then runs it under the recording's preload. position_um has
+/** Settles at the first drive of the recording, behind the drives that its header key drive_before_v has, then runs it under the recording's preload. position_um has
  * recording->samples elements. */
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure);
@@ -60,6 +60,8 @@ typedef struct {
     const block_t *block;
     void *state;
     drive_window_t *drive; /**< of a hysteresis that follows the drive between samples; NULL for others */
+    size_t befores;        /**< of a hysteresis: drives before the recording, behind what stands in front of it, */
+    double *before_v;      /**< through which it is led when it settles; NULL: none */
 } chain_stage_t;
 
 /** `index` into model->block; the model must have passed model_check and may be freed afterwards. */
@@ -100,6 +102,9 @@ typedef struct {
     size_t max_sample;    /**< where */
     double nrmse_percent; /**< rms over peak-to-peak displacement, times 100; 0 / 0 is NAN */
 } error_measure_t;
+
+/** Moves `simulated` to the zero of `measured`: by the mean of their difference, which is returned. samples > 0. */
+double error_take_zero(const double *measured, double *simulated, size_t samples);
 
 /** Error of `simulated` against `measured`, relative to the peak-to-peak value of `measured` over these samples.
  * samples > 0. */

@@ -19,7 +19,8 @@ const command_t command_simulate = {
         "The model starts with its initial memory, or demagnetised if it has none. Until the drive of the recording "
         "has\n"
         "swept far enough to erase the hysteresis' past, a wrong initial memory shows in the error: the second line\n"
-        "counts from there on. NRMSE is the RMS error over the peak-to-peak displacement.\n"
+        "counts from there on. With its own zero: less the mean of the error, as between two days of a sensor that is set\n"
+        "to zero anew. The header key drive_before_v says what the drive was before the recording. NRMSE is the RMS error over the peak-to-peak displacement.\n"
         "OUT.csv is a recording of the model: its displacement is the simulated one, the measured one is its "
         "reference.",
     .run = simulate,
@@ -39,11 +40,24 @@ static json_t *measure_to_json(const error_measure_t *error, double start_s, dou
                      error->max_um, "max_at_s", start_s + (double)error->max_sample / rate_hz);
 }
 
+/* The error with a zero of its own: between two days a sensor is set to zero anew, and that is no error of a model. */
+static error_measure_t measure_beside_zero(const recording_t *recording, const double *position, double *zero_um) {
+    const double *measured = recording->column[COLUMN_DISPLACEMENT];
+    double *moved = allocate(recording->samples, sizeof *moved);
+    memcpy(moved, position, recording->samples * sizeof *moved);
+    *zero_um = error_take_zero(measured, moved, recording->samples);
+    const error_measure_t error = measure_error(measured, moved, recording->samples);
+    free(moved);
+    return error;
+}
+
 static bool report(const model_t *model, const recording_t *recording, const double *position, bool as_json,
                    failure_t *failure) {
     const double *measured = recording->column[COLUMN_DISPLACEMENT], rate = recording->sample_rate_hz;
     const size_t from = chain_memory_determined(model, recording, recording->samples);
     const error_measure_t whole = measure_error(measured, position, recording->samples);
+    double zero_um;
+    const error_measure_t moved = measure_beside_zero(recording, position, &zero_um);
     error_measure_t rest = {0};
     bool has_rest = false;
     if (!isfinite(whole.nrmse_percent)) {
@@ -59,6 +73,9 @@ static bool report(const model_t *model, const recording_t *recording, const dou
         json_object_set_new(json, "recording", json_string(recording->name));
         json_object_set_new(json, "samples", json_integer((json_int_t)recording->samples));
         json_object_set_new(json, "sample_rate_hz", json_real(rate));
+        json_t *beside_zero = measure_to_json(&moved, recording->start_s, rate);
+        json_object_set_new(beside_zero, "offset_um", json_real(zero_um));
+        json_object_set_new(json, "zero_of_its_own", beside_zero);
         if (has_rest) {
             const double rest_s = recording->start_s + (double)from / rate;
             json_t *part = measure_to_json(&rest, rest_s, rate);
@@ -72,6 +89,8 @@ static bool report(const model_t *model, const recording_t *recording, const dou
     }
     printf("%s: %zu samples at %.6g Hz\n", recording->name, recording->samples, rate);
     print_measure("whole recording", &whole, recording->start_s, rate);
+    print_measure("with its own zero", &moved, recording->start_s, rate);
+    printf("%-22s %+.6g um beside the model's\n", "", zero_um);
     if (has_rest) {
         char what[40];
         const double rest_s = recording->start_s + (double)from / rate;

@@ -132,6 +132,8 @@ bool account_for(answer_t *answer, const recording_t *recordings, size_t count, 
     memcpy(account->from, answer->question->samples.from, count * sizeof(size_t));
     bool good = simulate(answer, &answer->baseline, account->before, failure) &&
                 simulate_smooth(&job, &answer->model, account->after, failure);
+    account->taken_out = good ? taken_out_of(answer, failure) : NULL;
+    good = account->taken_out != NULL;
     for (size_t f = 0; good && f < answer->findings; f++) {
         account->share[f] = recordings_room(recordings, count);
         good = locate_finding(&job, &answer->finding[f], &account->where[f], account->share[f], failure);
@@ -163,4 +165,5 @@ void account_free(account_t *account) {
         recordings_room_free(account->share[f], account->recordings);
     }
     free(account->from);
+    free(account->taken_out);
 }

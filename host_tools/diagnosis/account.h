@@ -5,6 +5,7 @@
 
 #include "diagnosis/answer.h"
 #include "diagnosis/measured_columns.h"
+#include "diagnosis/taken_out.h"
 #include "diagnosis/where/locate.h"
 
 typedef struct {
@@ -21,6 +22,7 @@ typedef struct {
     /** Of each finding, what the final model loses without it (see where), of every recording; NULL behind the last. */
     double **share[DIAGNOSIS_MOST_FINDINGS];
     size_t *from;
+    taken_out_t *taken_out; /**< of every recording */
     size_t recordings;
     measured_columns_t measured; /**< what was measured beside drive and displacement */
     location_t remaining;        /**< of the residual above the noise floor; nowhere when it is not structured */

@@ -91,6 +91,11 @@ typedef struct {
     unseen_t unseen[DIAGNOSIS_MOST_UNSEEN];
 } answer_t;
 
+/** How often the drives turn round by at least half of their range. */
+size_t answer_reversals(const answer_t *answer);
+/** Whether that is so seldom that no loop occurs twice, and any verdict is a guess. */
+bool answer_has_too_little(const answer_t *answer);
+
 /** Whether it only describes what no physical effect explains (empirical.h). */
 bool finding_is_empirical(const finding_t *finding);
 /** How many findings name a physical effect: these come first. */

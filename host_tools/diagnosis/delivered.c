@@ -11,9 +11,11 @@ double delivered_percent(const samples_t *samples, const model_t *model) {
     const bool good = samples_simulate(samples, model, position, &ignored);
     for (size_t i = 0; good && i < samples->count; i++) {
         const recording_t *r = &samples->recordings[i];
-        const error_measure_t error =
-            measure_error(r->column[COLUMN_DISPLACEMENT], position + samples->begin[i], r->samples);
-        worst = fmax(worst, error.nrmse_percent);
+        double *simulated = position + samples->begin[i];
+        if (samples->count > 1) {
+            error_take_zero(r->column[COLUMN_DISPLACEMENT], simulated, r->samples);
+        }
+        worst = fmax(worst, measure_error(r->column[COLUMN_DISPLACEMENT], simulated, r->samples).nrmse_percent);
     }
     free(position);
     return good ? worst : HUGE_VAL;

@@ -5,6 +5,7 @@
 #include "diagnosis/delivered.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/measured_columns.h"
+#include "diagnosis/nuisance/past_choice.h"
 #include "diagnosis/reconsider.h"
 #include "diagnosis/state.h"
 #include "thresholds/thresholds.h"
@@ -175,43 +176,88 @@ bool review_end(state_t *state) {
     return good;
 }
 
-/* The plain model in the place of both, if it leaves less of the held-out samples, by the measure of the others. */
+/* A past for the model that is written, where it begins with one that it does not deliver by: beside what was taken out
+ * of the errors, any past did. Not if that costs the samples that are told something. */
+static bool choose_past_to_deliver(state_t *state, model_t *model, double *delivered, double *percent,
+                                   double *held_out_percent) {
+    const samples_t *samples = &state->answer.question->samples;
+    model_t with;
+    double told, held_out;
+    if (!(*delivered > threshold.clearly_more * fmax(*percent, *held_out_percent))) {
+        return true;
+    }
+    model_copy(&with, model);
+    bool good = true;
+    if (choose_past_by_error(samples, delivered_percent, *delivered, &with)) {
+        good = state_measure(state, &with, &told, &held_out);
+        if (good && held_out < threshold.clearly_more * *held_out_percent) {
+            const model_t before = *model;
+            *model = with;
+            with = before;
+            *percent = told;
+            *held_out_percent = held_out;
+            *delivered = delivered_percent(samples, model);
+        }
+    }
+    model_free(&with);
+    return good;
+}
+
+/* A plain model in the baseline's place, if it delivers less; and, where nothing was found, in the model's. */
 static bool take_plain(state_t *state, const model_t *plain, double delivered) {
     answer_t *answer = &state->answer;
     double percent, held_out_percent;
+    if (!(delivered < answer->baseline_delivered_percent)) {
+        return true;
+    }
     if (!state_measure(state, plain, &percent, &held_out_percent)) {
         return false;
     }
-    if (held_out_percent < answer->held_out_percent) {
-        model_free(&answer->baseline);
+    model_free(&answer->baseline);
+    model_copy(&answer->baseline, plain);
+    answer->baseline_delivered_percent = delivered;
+    answer->baseline_nrmse_percent = percent;
+    answer->baseline_held_out_percent = held_out_percent;
+    if (answer->findings == 0) {
         model_free(&answer->model);
-        model_copy(&answer->baseline, plain);
         model_copy(&answer->model, plain);
         answer->family = family_find("prandtl_ishlinskii");
-        answer->baseline_delivered_percent = answer->delivered_percent = delivered;
-        answer->baseline_nrmse_percent = answer->nrmse_percent = percent;
-        answer->baseline_held_out_percent = answer->held_out_percent = held_out_percent;
+        answer->delivered_percent = delivered;
+        answer->nrmse_percent = percent;
+        answer->held_out_percent = held_out_percent;
     }
     return true;
+}
+
+/* What the models deliver that the diagnosis would write. */
+static bool measure_delivered(state_t *state) {
+    answer_t *answer = &state->answer;
+    const samples_t *samples = &answer->question->samples;
+    answer->baseline_delivered_percent = delivered_percent(samples, &answer->baseline);
+    if (!choose_past_to_deliver(state, &answer->baseline, &answer->baseline_delivered_percent,
+                                &answer->baseline_nrmse_percent, &answer->baseline_held_out_percent)) {
+        return false;
+    }
+    answer->delivered_percent = delivered_percent(samples, &answer->model);
+    return choose_past_to_deliver(state, &answer->model, &answer->delivered_percent, &answer->nrmse_percent,
+                                  &answer->held_out_percent);
 }
 
 bool review_delivered(state_t *state) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
-    model_t plain[2];
     double *percent[2] = {&answer->line_percent, &answer->plays_percent};
     const size_t plays[2] = {0, DELIVERED_PLAYS};
-    bool good = true;
-    answer->baseline_delivered_percent = delivered_percent(&question->samples, &answer->baseline);
-    answer->delivered_percent = delivered_percent(&question->samples, &answer->model);
+    bool good = measure_delivered(state);
     for (size_t i = 0; i < 2; i++) {
-        const bool fitted = delivered_plain(&question->samples, plays[i], &plain[i]);
-        *percent[i] = fitted ? delivered_percent(&question->samples, &plain[i]) : HUGE_VAL;
-        if (good && fitted && !question->model_given && answer->findings == 0) {
-            good = take_plain(state, &plain[i], *percent[i]);
+        model_t plain;
+        const bool fitted = delivered_plain(&question->samples, plays[i], &plain);
+        *percent[i] = fitted ? delivered_percent(&question->samples, &plain) : HUGE_VAL;
+        if (good && fitted && !question->model_given) {
+            good = take_plain(state, &plain, *percent[i]);
         }
         if (fitted) {
-            model_free(&plain[i]);
+            model_free(&plain);
         }
     }
     answer->another_shape =

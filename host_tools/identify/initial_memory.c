@@ -15,17 +15,19 @@ typedef struct {
     const play_basis_t *basis;
     const linear_fit_t *fit;
     double first_v;
+    size_t past; /* drives of a past */
     size_t samples;
     double *low_v, *high_v; /* samples by operators */
     double *rest_um;        /* displacement less offset less direct part */
     double *memory_v;
 } search_t;
 
-static void memory_of_past(const play_basis_t *basis, const double past_v[PAST], double first_v, double *memory_v) {
+static void memory_of_past(const play_basis_t *basis, const double *past_v, size_t past, double first_v,
+                           double *memory_v) {
     for (size_t i = 0; i < basis->operators; i++) {
         const double r = basis->threshold_v[i];
         double z = past_v[0];
-        for (size_t p = 1; p < PAST; p++) {
+        for (size_t p = 1; p < past; p++) {
             z = fmax(past_v[p] - r, fmin(past_v[p] + r, z));
         }
         memory_v[i] = fmax(first_v - r, fmin(first_v + r, z));
@@ -36,7 +38,7 @@ static double mean_error(const double *past_v, void *context) {
     const search_t *search = context;
     const size_t n = search->basis->operators;
     double sum = 0.0;
-    memory_of_past(search->basis, past_v, search->first_v, search->memory_v);
+    memory_of_past(search->basis, past_v, search->past, search->first_v, search->memory_v);
     for (size_t s = 0; s < search->samples; s++) {
         const double *low = search->low_v + s * n, *high = search->high_v + s * n;
         double error = search->rest_um[s];
@@ -109,22 +111,30 @@ static void search_grid(search_t *search, double low, double high, double best_v
 
 double estimate_initial_memory(const play_basis_t *basis, const linear_fit_t *fit, const recording_t *recording,
                                size_t end, double *memory_v) {
-    search_t search = {.basis = basis, .fit = fit};
-    double low, high, past_v[PAST] = {0.0};
+    search_t search = {.basis = basis, .fit = fit, .past = PAST};
+    double low, high, past_v[PAST] = {0.0}, before_v[RECORDING_MOST_BEFORE], error;
+    size_t befores;
+    failure_t ignored;
     if (end == 0) { /* nothing depends on it */
         end = 1;
     }
     prepare(&search, recording, end);
-    drive_range(recording, &low, &high);
-    search_grid(&search, low, high, past_v);
-    const simplex_job_t job = {.function = mean_error,
-                               .context = &search,
-                               .dimensions = PAST,
-                               .step = 0.5 * (high - low) / (GRID - 1),
-                               .size = 1e-5 * (high - low),
-                               .most_iterations = MOST_ITERATIONS};
-    const double error = simplex_minimise(&job, past_v);
-    memory_of_past(basis, past_v, search.first_v, memory_v);
+    if (recording_drive_before(recording, before_v, &befores, &ignored) && befores > 0) { /* it is known */
+        search.past = befores;
+        error = mean_error(before_v, &search);
+        memory_of_past(basis, before_v, befores, search.first_v, memory_v);
+    } else {
+        drive_range(recording, &low, &high);
+        search_grid(&search, low, high, past_v);
+        const simplex_job_t job = {.function = mean_error,
+                                   .context = &search,
+                                   .dimensions = PAST,
+                                   .step = 0.5 * (high - low) / (GRID - 1),
+                                   .size = 1e-5 * (high - low),
+                                   .most_iterations = MOST_ITERATIONS};
+        error = simplex_minimise(&job, past_v);
+        memory_of_past(basis, past_v, PAST, search.first_v, memory_v);
+    }
     free(search.low_v);
     free(search.high_v);
     free(search.rest_um);

@@ -12,7 +12,8 @@
 #include "identify/linear_fit.h"
 
 /**
- * Finds the past that fits the samples [0, end) best, by the least sum of absolute errors, which is robust against a
+ * Where the recording's header says what the drive was before it (drive_before_v), the memory is that. Elsewhere it
+ * finds the past that fits the samples [0, end) best, by the least sum of absolute errors, which is robust against a
  * transient. memory_v has basis->operators elements. Returns the mean absolute error in um.
  */
 double estimate_initial_memory(const play_basis_t *basis, const linear_fit_t *fit, const recording_t *recording,

@@ -11,45 +11,133 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Evidence of the recordings with one of them set right; its readings are then spread so that no unit changes. */
-static bool evidence_undone(const recording_t *recordings, size_t count, const diagnosis_run_t *run,
-                            const fault_t *fault, double *log_evidence) {
-    recording_t *all = allocate(count, sizeof *all);
-    memcpy(all, recordings, count * sizeof *all);
-    recording_t *one = &all[fault->recording];
-    recording_copy(one, &recordings[fault->recording]);
-    const double log_gain = fault->kind->undo(fault, &run->looks[fault->recording], one);
-    const double spread = exp(log_gain / (double)one->samples);
-    for (size_t k = 0; k < one->samples; k++) {
-        one->column[COLUMN_DISPLACEMENT][k] *= spread;
+/* How likely a recording's readings are with a fault undone; they are spread so that no unit changes. A recording is
+ * judged by itself: what another one has is no reason for or against a fault of this one. */
+static bool evidence_undone(const recording_t *recording, const look_t *look, const fault_t *fault,
+                            double *log_evidence) {
+    recording_t one;
+    recording_copy(&one, recording);
+    const double log_gain = fault->kind->undo(fault, look, &one);
+    const double spread = exp(log_gain / (double)one.samples);
+    for (size_t k = 0; k < one.samples; k++) {
+        one.column[COLUMN_DISPLACEMENT][k] *= spread;
     }
-    const bool good = operator_evidence(all, count, log_evidence);
-    recording_free(one);
-    free(all);
+    const bool good = operator_evidence(&one, 1, log_evidence);
+    recording_free(&one);
     return good;
+}
+
+/* Undone, if it is likelier so; *as_they_are is then that. */
+static bool undo_if_likelier(recording_t *recording, const look_t *look, fault_t *fault, double undone,
+                             double *as_they_are) {
+    if (!(undone > *as_they_are + threshold.evidence_margin)) {
+        return false;
+    }
+    fault->kind->undo(fault, look, recording);
+    fault->undone = true;
+    *as_they_are = undone;
+    return true;
 }
 
 /* A fault that can be undone is, before physics is looked for, if a hysteresis of any shape then makes the readings
  * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. */
-static void undo_faults(recording_t *recordings, size_t count, diagnosis_run_t *run) {
-    bool asked = false, possible = false; /* of the recordings as they are now */
+static void undo_faults_of(recording_t *recording, size_t index, diagnosis_run_t *run) {
+    const look_t *look = &run->looks[index];
+    bool asked = false, possible = false;
     double as_they_are, undone;
     for (size_t f = run->faults.count; f-- > 0;) {
         fault_t *fault = &run->faults.fault[f];
-        if (fault->kind->undo == NULL) {
+        if (fault->recording != index || fault->kind->undo == NULL) {
             continue;
         }
-        possible = asked ? possible : operator_evidence(recordings, count, &as_they_are);
+        possible = asked ? possible : operator_evidence(recording, 1, &as_they_are);
         asked = true;
-        if (!possible || !evidence_undone(recordings, count, run, fault, &undone)) {
-            continue;
-        }
-        if (undone > as_they_are + threshold.evidence_margin) {
-            fault->kind->undo(fault, &run->looks[fault->recording], &recordings[fault->recording]);
-            fault->undone = true;
-            asked = false;
-        } else {
+        if (possible && evidence_undone(recording, look, fault, &undone) &&
+            !undo_if_likelier(recording, look, fault, undone, &as_they_are)) {
             fault_withdraw(&run->faults, f);
+        }
+    }
+}
+
+typedef struct {
+    const recording_t *recording;
+    const look_t *look;
+    fault_t *fault;
+} suspicion_t;
+
+/* Less is likelier. */
+static double unlikely(double size, void *context) {
+    const suspicion_t *suspicion = context;
+    double log_evidence;
+    suspicion->fault->kind->resize(suspicion->fault, suspicion->look, size);
+    return evidence_undone(suspicion->recording, suspicion->look, suspicion->fault, &log_evidence) ? -log_evidence
+                                                                                                   : HUGE_VAL;
+}
+
+/* The likeliest size: twice as large as long as that helps, and then between the two beside the best. */
+static double likeliest_size(suspicion_t *suspicion, double first, double *undone) {
+    enum { MOST_DOUBLINGS = 4, STEPS = 4 };
+    double best = first, least = unlikely(first, suspicion), low = 0.5 * first, high = 2.0 * first;
+    for (size_t i = 0; i < MOST_DOUBLINGS; i++) {
+        const double next = unlikely(2.0 * best, suspicion);
+        high = 2.0 * best;
+        if (!(next < least)) {
+            break;
+        }
+        low = best;
+        best = high;
+        least = next;
+    }
+    for (size_t i = 0; i < STEPS; i++) { /* halves of both sides, the better one */
+        const double one = 0.5 * (low + best), other = 0.5 * (best + high);
+        const double of_one = unlikely(one, suspicion), of_other = unlikely(other, suspicion);
+        if (of_one < least && of_one <= of_other) {
+            high = best;
+            best = one;
+            least = of_one;
+        } else if (of_other < least) {
+            low = best;
+            best = other;
+            least = of_other;
+        } else {
+            low = one;
+            high = other;
+        }
+    }
+    suspicion->fault->kind->resize(suspicion->fault, suspicion->look, best);
+    *undone = -least;
+    return best;
+}
+
+/* A fault of some size that the look's statistic cannot tell, and the readings can. */
+static void undo_suspected(const fault_kind_t *kind, recording_t *recording, size_t index, diagnosis_run_t *run) {
+    const look_t *look = &run->looks[index];
+    double size, as_they_are, undone;
+    if (fault_found(&run->faults, kind, index) || !kind->suspect(look, &size) ||
+        !operator_evidence(recording, 1, &as_they_are)) {
+        return;
+    }
+    fault_t fault = {.kind = kind, .recording = index};
+    suspicion_t suspicion = {recording, look, &fault};
+    (void)likeliest_size(&suspicion, size, &undone);
+    const double gain = undone - as_they_are;
+    fault_t *added = gain > threshold.evidence_margin
+                         ? fault_add(&run->faults, kind, index, gain, -gain / log(10.0))
+                         : NULL;
+    if (added != NULL) {
+        memcpy(added->number, fault.number, sizeof fault.number);
+        added->numbers = fault.numbers;
+        (void)undo_if_likelier(recording, look, added, undone, &as_they_are);
+    }
+}
+
+static void undo_faults(recording_t *recordings, diagnosis_run_t *run) {
+    for (size_t i = 0; i < run->looked_at; i++) {
+        undo_faults_of(&recordings[i], i, run);
+        for (size_t k = 0; k < fault_kind_count; k++) {
+            if (fault_kinds[k]->suspect != NULL) {
+                undo_suspected(fault_kinds[k], &recordings[i], i, run);
+            }
         }
     }
 }
@@ -65,7 +153,7 @@ static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *r
     }
     faults_find(run->looks, run->looked_at, &run->faults);
     run->masked = faults_mask(&run->faults, recordings);
-    undo_faults(recordings, count, run);
+    undo_faults(recordings, run);
     return true;
 }
 

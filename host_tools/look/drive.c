@@ -9,9 +9,8 @@
 #include <string.h>
 
 enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
-/* Less, in parts of the range, is rounding. The median of chi square with some 9 independent squares is 7 % below its
- * mean. */
-static const double noise_least = 1e-9, median_of_block = 0.93;
+/* The median of chi square with some 9 independent squares is 7 % below its mean. */
+static const double median_of_block = 0.93;
 
 const char *drive_kind_text(drive_kind_t kind) {
     static const char *const texts[] = {"never moves",
@@ -65,7 +64,7 @@ static double noise_of_drive(const double *u, size_t samples, double range_v, do
     }
     if (blocks >= 8 && range_v > 0.0 && (double)used >= threshold.white_blocks * (double)blocks) {
         noise_v = sqrt(look_quantile(white, used, 0.5) / (NOISE_BLOCK - 3) / median_of_block);
-        if (noise_v < threshold.noise_beyond_step * step_v || noise_v < noise_least * range_v ||
+        if (noise_v < threshold.noise_beyond_step * step_v || noise_v < threshold.noise_least * range_v ||
             noise_v > threshold.most_noise_of_drive * range_v) {
             noise_v = 0.0;
         }

@@ -9,12 +9,10 @@
 /* Coefficients of a complex parabola, as real numbers; of leakage and response; rows are real and imaginary parts. */
 enum { HALF_WIDTH = 8, ORDER = 3, LEAKAGE = 2 * ORDER, UNKNOWNS = 2 * LEAKAGE, LINES = 2 * HALF_WIDTH + 1 };
 enum { ROWS = 2 * LINES, POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64 };
-static const double least_line = 1e-5, highest_part_of_nyquist = 0.98;
-/* Of the power of drive and leakage in a window, in parts, that the drive has beside the leakage: less is the skirt of
- * lines elsewhere, and there the distortion of a hysteresis, some percent, passes for a response. And of that, what the
- * middle quarter has; an even spectrum has 0.29. Where all is at an edge, parabolas guess what is in the middle. */
-static const double least_drive = 1e-3, least_in_the_middle = 0.05;
-static const double false_response = 0.01; /* chance that noise passes for a response at one of a recording's points */
+static const double highest_part_of_nyquist = 0.98;
+/* Of that power, what the middle quarter of a window has; an even spectrum has 0.29. Where all is at an edge, parabolas
+ * guess what is in the middle. */
+static const double least_in_the_middle = 0.05;
 
 static const double complex j = (double complex)I; /* I alone is single precision */
 
@@ -80,7 +78,7 @@ static bool local_fit(const double *u, const double *y, size_t middle, double f,
     }
     if (!look_regress(column, LEAKAGE, drive, NULL, ROWS, &leaked) ||
         !look_regress(column, UNKNOWNS, position, NULL, ROWS, &fit) ||
-        !(ROWS * leaked.rms * leaked.rms > least_drive * all)) {
+        !(ROWS * leaked.rms * leaked.rms > threshold.least_drive * all)) {
         return false;
     }
     if (!(power_in_the_middle(columns, leaked.coefficient, drive) >=
@@ -95,11 +93,11 @@ static bool local_fit(const double *u, const double *y, size_t middle, double f,
     return true;
 }
 
-/* The square of gain over error that noise exceeds, at any of `points` points, with the chance `false_response`: of two
+/* The square of gain over error that noise exceeds, at any of `points` points, with the chance false_response: of two
  * normal numbers, with an error from ROWS - UNKNOWNS degrees of freedom, it is distributed like 2 F(2, freedom). */
 static double least_square_of_response(size_t points) {
     const double half_freedom = 0.5 * (ROWS - UNKNOWNS);
-    return 2.0 * half_freedom * (pow(false_response / (double)points, -1.0 / half_freedom) - 1.0);
+    return 2.0 * half_freedom * (pow(threshold.false_response / (double)points, -1.0 / half_freedom) - 1.0);
 }
 
 /* Keeps what was measured: where a gain is seen at all, or would be if it were the one that is known best. Above the
@@ -237,7 +235,7 @@ static void by_periods(const recording_t *recording, const drive_look_t *drive, 
         largest = fmax(largest, power[line]);
     }
     for (size_t line = 1; line <= most && largest > 0.0; line++) {
-        const bool counts = tone ? line == strongest : power[line] > least_line * largest;
+        const bool counts = tone ? line == strongest : power[line] > threshold.least_line * largest;
         if (counts) {
             add_line(recording, drive, line, used, &band);
         }

@@ -16,9 +16,6 @@ static const double shortest_law = 0.03, longest_law = 2.0;
 /* The numbers of a law move by no more than this in a step. A step that is worth less, in natural units, is the last.
  */
 static const double longest_step = 0.5, law_settled = 1.0;
-/* The slowest rho that is looked for, in cycles a sample: 1/f noise that is as strong as the white noise there holds a
- * thousandth of its power. */
-static const double slowest_rho = 1e-3;
 static const double least_power = 0.3, most_power = 4.0;
 
 /* What a fit is made of. */
@@ -322,7 +319,7 @@ static double evidence_at(const question_t *q, size_t thin, double rho, hysteres
 /* The likeliest rho: from white, in steps that get smaller. */
 static void find_noise(const question_t *q, size_t thin, hysteresis_t *h) {
     double best = evidence_at(q, thin, 0.0, h), rho = 0.0;
-    double at = slowest_rho;
+    double at = threshold.slowest_rho;
     while (at < 1.0) {
         const double evidence = evidence_at(q, thin, at, h);
         if (evidence > best + threshold.pink_worth) {

@@ -102,6 +102,13 @@ const char *recording_key(const recording_t *recording, const char *key);
 /** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
 
+/** The drive before the recording: header key drive_before_v, its turning points in V, the oldest first ("0, 100, 0").
+ * From the last one the drive went to the first of the recording. *points is how many, 0 without the key. Fails unless
+ * they are at most RECORDING_MOST_BEFORE finite numbers. */
+enum { RECORDING_MOST_BEFORE = 16 };
+bool recording_drive_before(const recording_t *recording, double before_v[RECORDING_MOST_BEFORE], size_t *points,
+                            failure_t *failure);
+
 /** How long after the instant of the drive in the same row the position was sampled, in s; negative: before. Header key
  * displacement_sampled_after_s, 0 without. Fails unless it is a finite number. */
 bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure);

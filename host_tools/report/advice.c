@@ -4,6 +4,9 @@
 #include <string.h>
 
 const char *advice_on_verdict(const answer_t *answer) {
+    if (answer_has_too_little(answer)) {
+        return "Record more, and diagnose again: a drive that turns round several times, by most of its range.";
+    }
     switch (answer->verdict) {
     case NOTHING_MISSING:
         return "Use the model. Before you rely on it elsewhere, see below which effects these recordings would have "
@@ -13,7 +16,7 @@ const char *advice_on_verdict(const answer_t *answer) {
     case PARTLY_EXPLAINED:
         return "Use the better model, which hyst diagnose writes with -o BETTER.json. Something else is there, too.";
     default:
-        return "Do not trust names or numbers of this page. See where it is, and check the set-up.";
+        return "Do not trust these names or numbers. See where it is, and check the set-up.";
     }
 }
 

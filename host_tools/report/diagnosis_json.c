@@ -6,6 +6,7 @@
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "report/diagnosis_text.h"
 #include "report/measured_columns_text.h"
+#include "report/taken_out_text.h"
 #include <math.h>
 
 static json_t *ranges_to_json(const ranges_t *ranges) {
@@ -128,6 +129,7 @@ static json_t *remaining_to_json(const answer_t *answer, const account_t *accoun
     json_object_set_new(json, "simulated_nrmse_percent", json_number_or_null(answer->delivered_percent));
     json_object_set_new(json, "noise_floor_percent", json_number_or_null(answer->noise_percent));
     json_object_set_new(json, "past_unknown", json_boolean(answer->question->samples.past_matters));
+    json_object_set_new(json, "taken_out", taken_out_to_json(account, recordings));
     json_object_set_new(json, "structured", json_boolean(something_remains(answer)));
     json_object_set_new(json, "rms_um", json_number_or_null(remainder->rms_um));
     json_object_set_new(json, "band_hz",
@@ -228,6 +230,10 @@ json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, cons
     }
     if (answer->refitted > 0) {
         json_object_set_new(json, "refitted", refitted_to_json(answer));
+    }
+    json_t *each = each_to_json(account, recordings);
+    if (each != NULL) {
+        json_object_set_new(json, "each", each);
     }
     if (account->measured.count > 0) {
         json_object_set_new(json, "measured_columns", measured_columns_to_json(&account->measured));

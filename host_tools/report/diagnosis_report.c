@@ -10,6 +10,7 @@
 #include "report/measured_columns_text.h"
 #include "report/noise_budget.h"
 #include "report/prose.h"
+#include "report/taken_out_text.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -84,6 +85,27 @@ static bool fitted_again(const answer_t *answer) {
                                         answer->finding[answer->findings - 1].held_out_after_percent) > shown_percent;
 }
 
+/* What stands between these errors and those of a simulation, of each recording. */
+static void write_taken_out(const page_t *page) {
+    char text[DIAGNOSIS_LINE];
+    fprintf(page->file,
+            "<p class=\"note\">As <code>hyst simulate</code> tells it of the whole recording, nothing taken out%s: "
+            "%.3g&nbsp;%%; a straight line %.3g&nbsp;%%, 30 play operators %.3g&nbsp;%%.</p>\n",
+            page->count > 1 ? " but the zero of each file" : "", page->answer->delivered_percent, page->answer->line_percent, page->answer->plays_percent);
+    for (size_t i = 0; i < page->count; i++) {
+        if (taken_out_text(page->account, page->recordings, i, text)) {
+            fprintf(page->file, "<p class=\"note\">Taken out: ");
+            write_prose(page->file, text);
+            fprintf(page->file, ".</p>\n");
+        }
+        if (lag_of_one_text(page->account, page->recordings, i, text)) {
+            fprintf(page->file, "<p class=\"note\">");
+            write_prose(page->file, text);
+            fprintf(page->file, ".</p>\n");
+        }
+    }
+}
+
 /* The held-out error after every step. */
 static void write_errors(const page_t *page) {
     const answer_t *answer = page->answer;
@@ -138,6 +160,7 @@ static void write_errors(const page_t *page) {
             errors_caveat(answer) != NULL ? " " : "",
             answer->question->noise.at_rest ? "what the reading does while the drive rests"
                                             : "what a rich model leaves, as the drive never rests for long");
+    write_taken_out(page);
 }
 
 /* Parameters of the given chain that changed. */

@@ -3,15 +3,12 @@
 #include "chain/catalogue.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/where/cells.h"
+#include "report/advice.h"
 #include "report/measured_columns_text.h"
 #include "report/quantity.h"
+#include "report/taken_out_text.h"
 #include <math.h>
 #include <string.h>
-
-/* Below this number of reversals of at least this travel no loop occurs twice. The shortest recordings of the proof
- * have eight. Cut to two or fewer, one in four of them yields a finding that is not there. */
-static const double large_way = 0.5;
-static const size_t fewest_reversals = 3;
 
 const char *verdict_name(verdict_t verdict) {
     static const char *const names[] = {"nothing missing", "explained", "partly explained", "unknown physics"};
@@ -155,16 +152,28 @@ static void append_given_terms(const answer_t *answer, char *text) {
     }
 }
 
+/* No model is worth anything that delivers more error than a plain one. */
+static void append_plain(const answer_t *answer, char *text) {
+    const bool line = answer->line_percent < answer->plays_percent;
+    const double plain = line ? answer->line_percent : answer->plays_percent;
+    if (plain < answer->delivered_percent) {
+        text_append(text, "%sOf the whole recording the model leaves %.3g %%, and %s alone %.3g %%.",
+                    text[0] != '\0' ? " " : "", answer->delivered_percent, line ? "a straight line" : "30 play operators",
+                    plain);
+    }
+}
+
 bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
-    const size_t reversals = samples_reversals(&answer->question->samples, large_way);
+    const size_t reversals = answer_reversals(answer);
     text[0] = '\0';
-    if (reversals < fewest_reversals) {
+    if (answer_has_too_little(answer)) {
         text_append(text,
                     "Too little to go by: the drive turns round %zu time%s by more than half of its range, and a "
                     "hysteresis of which nothing comes again may be any.",
                     reversals, reversals == 1 ? "" : "s");
     }
     append_given_terms(answer, text);
+    append_plain(answer, text);
     return text[0] != '\0';
 }
 
@@ -339,17 +348,23 @@ void location_text(const location_t *location, const recording_t *recordings, si
     const double end_s = recording->start_s + (double)recording->samples / recording->sample_rate_hz;
     double drive_v[2];
     values_range(recording->column[COLUMN_DRIVE], recording->samples, drive_v);
-    if (!is_whole(&location->drive_v, drive_v[0], drive_v[1])) {
+    if (!location->drive_v.whole && !is_whole(&location->drive_v, drive_v[0], drive_v[1])) {
         append_ranges(text, &location->drive_v, cells_linear_gap, "V; ");
     }
-    append_rates(text, &location->drive_rate_v_per_s);
-    append_ranges(text, &location->frequency_hz, cells_octave_gap, "Hz");
+    if (!location->drive_rate_v_per_s.whole) {
+        append_rates(text, &location->drive_rate_v_per_s);
+    }
+    if (location->frequency_hz.whole) {
+        text_append(text, "at all frequencies");
+    } else {
+        append_ranges(text, &location->frequency_hz, cells_octave_gap, "Hz");
+    }
     for (size_t i = 0; i < location->harmonics; i++) {
         text_append(text, "%s%u", i == 0 ? " (harmonics " : text_between(i, location->harmonics),
                     location->harmonic[i]);
     }
     text_append(text, "%s", location->harmonics > 0 ? ")" : "");
-    if (is_whole(&location->time_s, recording->start_s, end_s)) {
+    if (location->time_s.whole || is_whole(&location->time_s, recording->start_s, end_s)) {
         append_part(text, "; ");
         text_append(text, "all the time");
     } else {
@@ -490,7 +505,7 @@ bool unseen_has_limits(const answer_t *answer) {
 const char *errors_caveat(const answer_t *answer) {
     return answer->question->samples.past_matters
                ? "Errors are those beyond what drives before the recording left in it, which it does not erase: a "
-                 "function of the highest and the lowest drive since it began."
+                 "function of the highest and the lowest drive since it began. How much that is stands below."
                : NULL;
 }
 
@@ -585,9 +600,9 @@ static void print_errors(FILE *file, const answer_t *answer) {
     text_wrapped(file, "error", text);
     text[0] = '\0';
     text_append(text,
-                "as `hyst simulate` tells it of the whole recording, nothing taken out: %.4f %% (a straight line "
+                "as `hyst simulate` tells it of the whole recording, nothing taken out%s: %.4f %% (a straight line "
                 "%.4f %%, 30 play operators %.4f %%)",
-                answer->delivered_percent, answer->line_percent, answer->plays_percent);
+                answer->question->samples.count > 1 ? " but the zero of each file" : "", answer->delivered_percent, answer->line_percent, answer->plays_percent);
     text_wrapped(file, "", text);
     if (answer->question->model_given) {
         text[0] = '\0';
@@ -644,12 +659,35 @@ static void print_unseen(FILE *file, const answer_t *answer) {
     fprintf(file, "%s", count > 0 ? "\n" : "");
 }
 
+/* What to do now, before all that led to it. */
+static void print_advice(FILE *file, const answer_t *answer) {
+    text_wrapped(file, "do now", advice_on_verdict(answer));
+    fprintf(file, "next       hyst record --port DEV --probe %s\n", next_probe(answer));
+}
+
+static void print_taken_out(FILE *file, const account_t *account, const recording_t *recordings, size_t count) {
+    char text[DIAGNOSIS_LINE];
+    bool first = true;
+    for (size_t i = 0; i < count; i++) {
+        if (taken_out_text(account, recordings, i, text)) {
+            text_wrapped(file, first ? "taken out" : "", text);
+            first = false;
+        }
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (lag_of_one_text(account, recordings, i, text)) {
+            text_wrapped(file, "lag", text);
+        }
+    }
+}
+
 void diagnosis_print(FILE *file, const answer_t *answer, const account_t *account, const recording_t *recordings,
                      size_t count) {
     char text[DIAGNOSIS_LINE];
     verdict_sentence(answer, text);
     measured_columns_verdict(answer, &account->measured, text);
     text_wrapped(file, "verdict", text);
+    print_advice(file, answer);
     print_chain(file, answer);
     for (size_t f = 0; f < answer->findings; f++) {
         print_finding(file, answer, account, f, recordings, count);
@@ -658,6 +696,7 @@ void diagnosis_print(FILE *file, const answer_t *answer, const account_t *accoun
     if (errors_caveat(answer) != NULL) {
         text_wrapped(file, "", errors_caveat(answer));
     }
+    print_taken_out(file, account, recordings, count);
     print_refitted(file, answer);
     remainder_text(answer, text);
     text_wrapped(file, "remaining", text);
@@ -671,5 +710,4 @@ void diagnosis_print(FILE *file, const answer_t *answer, const account_t *accoun
     }
     fprintf(file, "tested     %zu signatures\n", answer->tested);
     print_unseen(file, answer);
-    fprintf(file, "next       hyst record --port DEV --probe %s\n", next_probe(answer));
 }

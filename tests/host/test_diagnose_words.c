@@ -94,8 +94,8 @@ static void test_what_was_not_found_tells_its_smallest_size(void) {
         "   transport_delay            would have been seen from 0.031 um rms (delay_s = 0.00025 s)\n"
         "   creep                      would have been seen from 0.0021 um rms (gamma_per_decade = 0.00041)\n"
         "   static_nonlinearity        would have been seen from 0.5 um rms\n"
-        "   thermal_drift              not testable here: the drive was at home\n"
-        "\nnext       hyst record --port DEV --probe resonance\n",
+        "   thermal_drift              not testable here: the drive was at home\n",
+        "\nnext       hyst record --port DEV --probe resonance\nchain ", /* before what led to it */
         "edges: hyst record --port DEV --probe resonance\n"};
     const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
                                  "<td>thermal_drift</td><td>not testable here: the drive was at home</td>",

@@ -155,6 +155,45 @@ static void test_two_clocks_are_undone(void) {
     TEST_ASSERT_TRUE(seen >= 2); /* of three drives: test_look_faults.c */
 }
 
+/* Of a position that is five samples ahead the drive is moved to the readings, which stay; what then has no drive is
+ * left out. */
+static void test_a_lead_is_undone(void) {
+    double *late = malloc(SCENE_SAMPLES * sizeof *late);
+    for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+        late[k] = -5.0;
+    }
+    record(2);
+    recording_free(&recording);
+    scene_record(&scene, late, &rng, &recording);
+    const double before = evidence_of_readings();
+    fault_t fault = {.kind = &fault_sampling_offset};
+    failure_t failure;
+    look_t *looks = looks_at(&recording, 1, &failure);
+    fault.kind->resize(&fault, &looks[0], -5.0);
+    TEST_ASSERT_EQUAL_DOUBLE(-5.0 / recording.sample_rate_hz, fault.number[0].value);
+    memcpy(clean, recording.column[COLUMN_DISPLACEMENT], SCENE_SAMPLES * sizeof *clean);
+    fault.kind->undo(&fault, &looks[0], &recording);
+    TEST_ASSERT_EQUAL_MEMORY(clean, recording.column[COLUMN_DISPLACEMENT], (SCENE_SAMPLES - 5) * sizeof *clean);
+    TEST_ASSERT_EQUAL_UINT8(0, recording.masked[SCENE_SAMPLES - 6]);
+    TEST_ASSERT_EQUAL_UINT8(1, recording.masked[SCENE_SAMPLES - 5]);
+    TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
+    looks_free(looks, 1);
+    free(late);
+}
+
+/* Five samples more than there are: less likely. */
+static void test_no_lead_is_worth_it_where_there_is_none(void) {
+    record(2);
+    const double before = evidence_of_readings();
+    fault_t fault = {.kind = &fault_sampling_offset};
+    failure_t failure;
+    look_t *looks = looks_at(&recording, 1, &failure);
+    fault.kind->resize(&fault, &looks[0], -5.0);
+    fault.kind->undo(&fault, &looks[0], &recording);
+    TEST_ASSERT_TRUE(evidence_of_readings() < before);
+    looks_free(looks, 1);
+}
+
 static void test_what_is_no_fault_is_not_worth_it(void) {
     record(2);
     const double before = evidence_of_readings();
@@ -187,6 +226,8 @@ int main(void) {
     RUN_TEST(test_a_gain_switch_is_undone);
     RUN_TEST(test_an_offset_is_undone);
     RUN_TEST(test_shifted_samples_are_put_back);
+    RUN_TEST(test_a_lead_is_undone);
+    RUN_TEST(test_no_lead_is_worth_it_where_there_is_none);
     RUN_TEST(test_what_is_no_fault_is_not_worth_it);
     RUN_TEST(test_physics_is_looked_for_in_the_readings_set_right);
     RUN_TEST(test_two_clocks_are_undone);

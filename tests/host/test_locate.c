@@ -230,7 +230,7 @@ static void test_reversals_of_a_sine(void) {
 }
 
 static void test_small_gaps_are_bridged_first(void) {
-    const ranges_t ranges = {4, {{1.0, 2.0}, {3.0, 4.0}, {10.0, 11.0}, {11.5, 12.0}}};
+    const ranges_t ranges = {4, {{1.0, 2.0}, {3.0, 4.0}, {10.0, 11.0}, {11.5, 12.0}}, false};
     const ranges_t three = ranges_bridged(&ranges, cells_linear_gap, 3),
                    all = ranges_bridged(&ranges, cells_linear_gap, 4);
     TEST_ASSERT_EQUAL_UINT64(4, all.count);
@@ -261,7 +261,7 @@ static void test_noise_below_the_floor_is_no_place(void) {
     for (size_t k = 7000; k < 7300; k++) {
         difference[k] += 4.0 * sin(2.0 * M_PI * 33.0 * (double)k / rate_hz);
     }
-    expect_range(&(ranges_t){1, {located(0.0).time_s.range[0]}}, 5.0, 17.0, 1e-9);
+    expect_range(&(ranges_t){1, {located(0.0).time_s.range[0]}, false}, 5.0, 17.0, 1e-9);
     /* Cells of 0.2 s of noise scatter by 10 % about the floor; the burst has 9 times it in 1.5 cells. */
     const location_t location = located(1.0);
     TEST_ASSERT_TRUE(location.somewhere);

@@ -100,9 +100,23 @@ static size_t covered(const recording_t *recording, size_t until) {
     return at_low > at_high ? at_low : at_high;
 }
 
+/* Drives before the recording (its header key drive_before_v) that were at both ends of what it covers. */
+static bool covered_before(const recording_t *recording) {
+    double before_v[RECORDING_MOST_BEFORE], range[2], before[2];
+    size_t befores;
+    failure_t ignored;
+    if (!recording_drive_before(recording, before_v, &befores, &ignored) || befores == 0) {
+        return false;
+    }
+    values_range(recording->column[COLUMN_DRIVE], recording->samples, range);
+    values_range(before_v, befores, before);
+    return before[0] <= range[0] && before[1] >= range[1];
+}
+
 static size_t first_that_counts(const model_t *model, const recording_t *recording, double most, bool *past_matters) {
     const size_t samples = recording->samples, determined = chain_memory_determined(model, recording, samples);
-    const size_t both_ends = covered(recording, samples), known = both_ends > determined ? both_ends : determined;
+    const size_t both_ends = covered_before(recording) ? 0 : covered(recording, samples);
+    const size_t known = both_ends > determined ? both_ends : determined;
     if ((double)known <= most * (double)samples) {
         return known;
     }

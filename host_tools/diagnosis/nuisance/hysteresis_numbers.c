@@ -2,16 +2,11 @@
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/nuisance/smooth_bank.h"
 #include "diagnosis/nuisance/smooth_plane.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Of the mean size of a parameter's elements: small enough for what bends behind the hysteresis, large enough for
- * double precision. */
-static const double step_part = 1e-3;
-/* Of its mean size. */
-static const double expected_change = 0.5;
 
 size_t hysteresis_index(const model_t *model) {
     size_t i = 0;
@@ -40,7 +35,7 @@ static size_t list_smooth_plane(const model_block_t *block, parameter_t *table, 
                 number[count] = (hysteresis_number_t){.parameter = table,
                                                       .elements = table->count,
                                                       .factor = allocate(table->count, sizeof(double)),
-                                                      .step = step_part,
+                                                      .step = threshold.derivative_step,
                                                       .mean_size = 1.0,
                                                       .least = -HUGE_VAL};
                 for (size_t e = 0; e < table->count; e++) {
@@ -69,13 +64,13 @@ static size_t list_smooth_bank(const model_block_t *block, parameter_t *weights,
     const double size = sum > 0.0 ? sum : 1.0;
     if (number != NULL) {
         number[0] = (hysteresis_number_t){
-            .parameter = weights, .elements = 1, .step = step_part * size, .mean_size = size, .least = -HUGE_VAL};
+            .parameter = weights, .elements = 1, .step = threshold.derivative_step * size, .mean_size = size, .least = -HUGE_VAL};
         for (size_t f = 0; f < SMOOTH_BANK_FUNCTIONS; f++) {
             number[1 + f] = (hysteresis_number_t){.parameter = weights,
                                                   .first = 1,
                                                   .elements = thresholds->count,
                                                   .factor = allocate(thresholds->count, sizeof(double)),
-                                                  .step = step_part,
+                                                  .step = threshold.derivative_step,
                                                   .mean_size = 1.0,
                                                   .least = -HUGE_VAL};
             smooth_bank_function(thresholds->value, thresholds->count, f, number[1 + f].factor);
@@ -99,7 +94,7 @@ static size_t list_elements(const parameter_info_t *info, parameter_t *parameter
         number[e] = (hysteresis_number_t){.parameter = parameter,
                                           .first = e,
                                           .elements = 1,
-                                          .step = step_part * size,
+                                          .step = threshold.derivative_step * size,
                                           .mean_size = size,
                                           .least = fmin(0.0, low - parameter->value[e])};
     }
@@ -198,7 +193,7 @@ static void add(const hysteresis_number_t *number, double change, parameter_t *p
 }
 
 double hysteresis_number_stays(const hysteresis_number_t *number, double variance) {
-    return variance / gsl_pow_2(expected_change * number->mean_size);
+    return variance / gsl_pow_2(threshold.expected_change * number->mean_size);
 }
 
 void hysteresis_number_add(const hysteresis_number_t *number, double change) {

@@ -112,18 +112,13 @@ static void fill_hat(const job_t *job, const wanted_t *wanted, double *column) {
 
 static void fill_past(const job_t *job, const wanted_t *wanted, double *column) {
     const samples_t *s = job->samples;
-    past_column(s, wanted->index, column);
-    for (size_t i = 0; i < s->count; i++) {
-        pass_through(job->signals->model, &s->recordings[i], column + s->begin[i]);
-    }
+    const size_t recording = wanted->index / PAST_COLUMNS;
+    past_column(s, recording, wanted->index % PAST_COLUMNS, column);
+    pass_through(job->signals->model, &s->recordings[recording], column + s->begin[recording]);
 }
 
 static void fill_offset(const job_t *job, const wanted_t *wanted, double *column) {
-    const samples_t *s = job->samples;
-    memset(column, 0, s->all * sizeof(double));
-    for (size_t k = s->begin[wanted->index]; k < s->begin[wanted->index + 1]; k++) {
-        column[k] = 1.0;
-    }
+    past_zero_column(job->samples, wanted->index, column);
 }
 
 static void fill_derivative(const job_t *job, const wanted_t *wanted, double *column) {
@@ -181,8 +176,10 @@ static void want_own(job_t *job, const nuisance_options_t *options) {
     for (size_t n = 0; n < job->numbers.count; n++) {
         want(job, (wanted_t){.fill = fill_derivative, .layer = NUISANCE_OWN, .index = n});
     }
-    for (size_t i = 0; options->past && samples->past_matters && i < PAST_COLUMNS; i++) {
-        want(job, (wanted_t){.fill = fill_past, .layer = NUISANCE_OWN, .index = i});
+    for (size_t i = 0; options->past && i < PAST_COLUMNS * samples->count; i++) {
+        if (past_shows(samples, i / PAST_COLUMNS)) {
+            want(job, (wanted_t){.fill = fill_past, .layer = NUISANCE_OWN, .index = i});
+        }
     }
     const double hz = options->plays ? nuisance_loop_hz(samples) : 0.0;
     for (int harmonic = 1;
@@ -274,8 +271,11 @@ void nuisance(const signals_t *signals, const nuisance_options_t *options, nuisa
 }
 
 size_t nuisance_most(const signals_t *signals, const nuisance_options_t *options) {
-    return signals->samples->count + hysteresis_numbers_count(signals->model) +
-           (options->past && signals->samples->past_matters ? PAST_COLUMNS : 0) +
+    size_t pasts = 0;
+    for (size_t i = 0; options->past && i < signals->samples->count; i++) {
+        pasts += past_shows(signals->samples, i) ? 1 : 0;
+    }
+    return signals->samples->count + hysteresis_numbers_count(signals->model) + PAST_COLUMNS * pasts +
            (options->plays ? 1 + OPERATORS + 2 * HARMONICS : 0) +
            (options->shapes ? 2 + 3 * SHAPES + 2 * BRANCH_NODES : 0) + (options->trends ? TRENDS : 0) +
            2 * options->lines;

@@ -22,18 +22,33 @@ static void fill_recording(const recording_t *recording, size_t node, double sig
     }
 }
 
-void past_column(const samples_t *samples, size_t index, double *column) {
+bool past_shows(const samples_t *samples, size_t recording) {
+    const recording_t *r = &samples->recordings[recording];
+    const double *drive = r->column[COLUMN_DRIVE];
+    double until[2], whole[2];
+    values_range(drive, samples->from[recording] + 1, until);
+    values_range(drive, r->samples, whole);
+    return samples->past_matters && (whole[0] < until[0] || whole[1] > until[1]);
+}
+
+void past_column(const samples_t *samples, size_t recording, size_t index, double *column) {
     double range[2];
     recordings_range(samples->recordings, samples->count, COLUMN_DRIVE, range);
-    for (size_t i = 0; i < samples->count; i++) {
-        fill_recording(&samples->recordings[i], index / 2, index % 2 == 0 ? 1.0 : -1.0, range,
-                       column + samples->begin[i]);
+    memset(column, 0, samples->all * sizeof *column);
+    fill_recording(&samples->recordings[recording], index / 2, index % 2 == 0 ? 1.0 : -1.0, range,
+                   column + samples->begin[recording]);
+}
+
+void past_zero_column(const samples_t *samples, size_t recording, double *column) {
+    memset(column, 0, samples->all * sizeof *column);
+    for (size_t k = samples->begin[recording]; k < samples->begin[recording + 1]; k++) {
+        column[k] = 1.0;
     }
 }
 
 /* Less what the columns before explain of it, and of unit length over the samples that are fitted. Not if these have
  * hardly any of it: a ramp in a held-out block, of which a filter's last trace is in the next. */
-static bool make_orthonormal(const past_t *past, double *of_fitted, double *of_held, double *raw) {
+static bool make_orthonormal(const past_of_one_t *past, double *of_fitted, double *of_held, double *raw) {
     const int fitted = (int)past->fitted;
     const double before = hypot(cblas_dnrm2(fitted, of_fitted, 1), cblas_dnrm2((int)past->held, of_held, 1));
     for (size_t i = 0; i < past->columns; i++) {
@@ -53,41 +68,92 @@ static bool make_orthonormal(const past_t *past, double *of_fitted, double *of_h
     return true;
 }
 
-void past_open(past_t *past, const samples_t *samples, const noise_t *noise) {
-    *past = (past_t){.all = samples->all, .fitted = samples->fitted, .held = samples->held};
-    if (!samples->past_matters) {
+/* Scratch of one of these: a column; the same whitened; the rows of either part. */
+typedef struct {
+    double *column, *white, *fitted, *held;
+} scratch_t;
+
+static void add_column(past_of_one_t *past, const samples_t *samples, const noise_t *noise, const scratch_t *scratch) {
+    double *of_fitted = past->of_fitted + past->columns * past->fitted;
+    double *of_held = past->of_held + past->columns * past->held, *raw = past->raw + past->columns * past->all;
+    noise_whiten(noise, samples, scratch->column, scratch->white);
+    samples_pick(samples, SAMPLE_FITTED, scratch->white, scratch->fitted);
+    samples_pick(samples, SAMPLE_HELD_OUT, scratch->white, scratch->held);
+    memcpy(raw, scratch->column + past->begin, past->all * sizeof *raw);
+    memcpy(of_fitted, scratch->fitted + past->fitted_begin, past->fitted * sizeof *of_fitted);
+    memcpy(of_held, scratch->held + past->held_begin, past->held * sizeof *of_held);
+    past->columns += make_orthonormal(past, of_fitted, of_held, raw) ? 1 : 0;
+}
+
+static void open_one(past_of_one_t *past, const samples_t *samples, size_t recording, const noise_t *noise,
+                     const scratch_t *scratch) {
+    const size_t zeros = recording > 0 ? 1 : 0, functions = past_shows(samples, recording) ? PAST_COLUMNS : 0;
+    past->begin = samples->begin[recording];
+    past->all = samples->begin[recording + 1] - past->begin;
+    for (size_t k = 0; k < past->all; k++) {
+        const unsigned char part = samples->part[past->begin + k];
+        past->fitted += part == SAMPLE_FITTED ? 1 : 0;
+        past->held += part == SAMPLE_HELD_OUT ? 1 : 0;
+    }
+    if (zeros + functions == 0) {
         return;
     }
-    double *white = samples_column(samples);
-    past->of_fitted = allocate(PAST_COLUMNS * past->fitted, sizeof(double));
-    past->of_held = allocate(PAST_COLUMNS * past->held, sizeof(double));
-    past->raw = allocate(PAST_COLUMNS * past->all, sizeof(double));
-    for (size_t index = 0; index < PAST_COLUMNS; index++) {
-        double *of_fitted = past->of_fitted + past->columns * past->fitted;
-        double *of_held = past->of_held + past->columns * past->held, *raw = past->raw + past->columns * past->all;
-        past_column(samples, index, raw);
-        noise_whiten(noise, samples, raw, white);
-        samples_pick(samples, SAMPLE_FITTED, white, of_fitted);
-        samples_pick(samples, SAMPLE_HELD_OUT, white, of_held);
-        past->columns += make_orthonormal(past, of_fitted, of_held, raw) ? 1 : 0;
+    past->of_fitted = allocate((zeros + functions) * past->fitted, sizeof(double));
+    past->of_held = allocate((zeros + functions) * past->held, sizeof(double));
+    past->raw = allocate((zeros + functions) * past->all, sizeof(double));
+    if (zeros > 0) {
+        past_zero_column(samples, recording, scratch->column);
+        add_column(past, samples, noise, scratch);
     }
-    free(white);
+    for (size_t index = 0; index < functions; index++) {
+        past_column(samples, recording, index, scratch->column);
+        add_column(past, samples, noise, scratch);
+    }
+}
+
+void past_open(past_t *past, const samples_t *samples, const noise_t *noise) {
+    *past = (past_t){.count = samples->count, .of = allocate(samples->count, sizeof *past->of)};
+    const scratch_t scratch = {.column = samples_column(samples),
+                               .white = samples_column(samples),
+                               .fitted = samples_column(samples),
+                               .held = samples_column(samples)};
+    size_t fitted = 0, held = 0;
+    for (size_t i = 0; i < past->count; i++) {
+        past_of_one_t *one = &past->of[i];
+        one->fitted_begin = fitted;
+        one->held_begin = held;
+        open_one(one, samples, i, noise, &scratch);
+        fitted += one->fitted;
+        held += one->held;
+        past->columns += one->columns;
+    }
+    free(scratch.column);
+    free(scratch.white);
+    free(scratch.fitted);
+    free(scratch.held);
 }
 
 void past_close(past_t *past) {
-    free(past->of_fitted);
-    free(past->of_held);
-    free(past->raw);
+    for (size_t i = 0; i < past->count; i++) {
+        free(past->of[i].of_fitted);
+        free(past->of[i].of_held);
+        free(past->of[i].raw);
+    }
+    free(past->of);
     *past = (past_t){0};
 }
 
 void past_take_out(const past_t *past, double *fitted, double *held) {
-    for (size_t i = 0; i < past->columns; i++) {
-        const double *unit = past->of_fitted + i * past->fitted;
-        const double share = cblas_ddot((int)past->fitted, unit, 1, fitted, 1);
-        cblas_daxpy((int)past->fitted, -share, unit, 1, fitted, 1);
-        if (held != NULL) {
-            cblas_daxpy((int)past->held, -share, past->of_held + i * past->held, 1, held, 1);
+    for (size_t r = 0; r < past->count; r++) {
+        const past_of_one_t *one = &past->of[r];
+        double *rows = fitted + one->fitted_begin;
+        for (size_t i = 0; i < one->columns; i++) {
+            const double *unit = one->of_fitted + i * one->fitted;
+            const double share = cblas_ddot((int)one->fitted, unit, 1, rows, 1);
+            cblas_daxpy((int)one->fitted, -share, unit, 1, rows, 1);
+            if (held != NULL) {
+                cblas_daxpy((int)one->held, -share, one->of_held + i * one->held, 1, held + one->held_begin, 1);
+            }
         }
     }
 }
@@ -97,12 +163,16 @@ static void add(const past_t *past, const samples_t *samples, const noise_t *noi
     if (past->columns == 0) {
         return;
     }
-    double *residual = samples_column(samples), *fitted = allocate(past->fitted, sizeof(double));
+    double *residual = samples_column(samples), *fitted = allocate(samples->fitted, sizeof(double));
     samples_residual(samples, simulated, residual);
     noise_whiten_fitted(noise, samples, residual, fitted);
-    for (size_t i = 0; i < past->columns; i++) {
-        const double share = cblas_ddot((int)past->fitted, past->of_fitted + i * past->fitted, 1, fitted, 1);
-        cblas_daxpy((int)past->all, share, past->raw + i * past->all, 1, simulated, 1);
+    for (size_t r = 0; r < past->count; r++) {
+        const past_of_one_t *one = &past->of[r];
+        for (size_t i = 0; i < one->columns; i++) {
+            const double share =
+                cblas_ddot((int)one->fitted, one->of_fitted + i * one->fitted, 1, fitted + one->fitted_begin, 1);
+            cblas_daxpy((int)one->all, share, one->raw + i * one->all, 1, simulated + one->begin, 1);
+        }
     }
     free(residual);
     free(fitted);

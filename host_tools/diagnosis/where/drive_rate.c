@@ -84,9 +84,10 @@ void locate_in_rate(const recording_t *recordings, size_t count, double *const *
         cell[c].to = c + 1 < CELLS ? range[0] * exp(width * (double)c) : range[1];
     }
     if (cells_have_no_place(cell, CELLS, floor_um)) {
-        *ranges = (ranges_t){1, {{cell[0].visits > 0.0 ? 0.0 : range[0], range[1]}}};
+        *ranges = (ranges_t){.count = 1, .range = {{cell[0].visits > 0.0 ? 0.0 : range[0], range[1]}}};
     } else {
         cells_collect(cell, CELLS, cells_octave_gap, 1.5 * width, ranges);
     }
+    ranges_note_whole(ranges, cell[0].visits > 0.0 ? 0.0 : range[0], range[1]);
     recordings_room_free(rate, count);
 }

@@ -35,10 +35,11 @@ static void locate_in_time(const recording_t *r, const double *difference, size_
     }
     const double width = (double)samples / r->sample_rate_hz / TIME_CELLS;
     if ((double)cells_choose(cell, TIME_CELLS) > threshold.no_place * (double)TIME_CELLS) {
-        *ranges = (ranges_t){1, {{cell[0].from, cell[TIME_CELLS - 1].to}}};
+        *ranges = (ranges_t){.count = 1, .range = {{cell[0].from, cell[TIME_CELLS - 1].to}}};
     } else {
         cells_collect(cell, TIME_CELLS, cells_linear_gap, 1.5 * width, ranges);
     }
+    ranges_note_whole(ranges, cell[0].from, cell[TIME_CELLS - 1].to);
 }
 
 static void locate_in_drive(const recording_t *recordings, size_t count, double *const *difference, const size_t *from,
@@ -65,10 +66,11 @@ static void locate_in_drive(const recording_t *recordings, size_t count, double 
         cell[c].to = low + width * (double)(c + 1);
     }
     if (cells_have_no_place(cell, DRIVE_CELLS, floor_um)) {
-        *ranges = (ranges_t){1, {{low, high}}};
+        *ranges = (ranges_t){.count = 1, .range = {{low, high}}};
     } else {
         cells_collect(cell, DRIVE_CELLS, cells_linear_gap, 1.5 * width, ranges);
     }
+    ranges_note_whole(ranges, low, high);
 }
 
 /* Cells of equal width in octaves, down from half of the highest sample rate; what lies below them is in the first. */
@@ -101,6 +103,9 @@ static void locate_in_frequency(const recording_t *recordings, size_t count, dou
     }
     cells_choose(cell, CELLS);
     cells_collect(cell, CELLS, cells_octave_gap, log(threshold.one_range), ranges);
+    /* From the lowest line on, whatever a twenty-fourth of the highest would be. */
+    ranges_note_whole(ranges, 0.0, highest);
+    ranges->whole = ranges->whole && ranges->range[0].from <= 0.0;
     free(cell);
 }
 

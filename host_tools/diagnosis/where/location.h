@@ -14,6 +14,7 @@ typedef struct {
 typedef struct {
     size_t count; /**< in rising order; gaps that would make more of them are bridged, the smallest first */
     range_t range[LOCATION_MOST_RANGES];
+    bool whole; /**< one range that is all that was looked at, or nearly: it says nothing */
 } ranges_t;
 
 /**
@@ -35,6 +36,9 @@ typedef struct {
         harmonic[LOCATION_MOST_HARMONICS]; /**< of the first 40, those with at least 5 % of the energy of what varies */
     loop_part_t loop;
 } location_t;
+
+/** Notes whether the ranges are all from low to high, to within a cell of a drive or of time (a twenty-fourth). */
+void ranges_note_whole(ranges_t *ranges, double low, double high);
 
 /** "turning points", "mid branch", "everywhere", "holds". */
 const char *loop_part_name(loop_part_t part);

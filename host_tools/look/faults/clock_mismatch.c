@@ -2,6 +2,7 @@
 /* Two clocks: the lag of the position grows steadily and jumps back, over and over (look/lags.h). What the actuator
  * does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's slowest
  * motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does. */
+#include "look/drive_before.h"
 #include "look/fault.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -64,21 +65,6 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
     for (size_t i = 0; i < count; i++) {
         find_in(&looks[i], i, kind, faults);
     }
-}
-
-/* The drive of so many samples before sample k, as it moves between samples. At the ends it stays what it was. */
-static double drive_before(const double *u, size_t n, drive_between_t between, size_t k, double samples) {
-    const double at = fmin(fmax((double)k - samples, 0.0), (double)(n - 1));
-    const size_t i = (size_t)at;
-    const double x = at - (double)i;
-    if (between == BETWEEN_HELD || i + 1 >= n) {
-        return u[i];
-    }
-    if (between == BETWEEN_SMOOTH && i >= 1 && i + 2 < n) { /* Lagrange's cubic */
-        return u[i] * (1.0 - x) * (1.0 + x) * (2.0 - x) / 2.0 + u[i + 1] * x * (1.0 + x) * (2.0 - x) / 2.0 -
-               (u[i - 1] * (1.0 - x) * (2.0 - x) + u[i + 2] * (1.0 + x) * (1.0 - x)) * x / 6.0;
-    }
-    return u[i] + x * (u[i + 1] - u[i]);
 }
 
 /* The drive of the instants at which the position was read. The readings stay: interpolation would take some of their

@@ -31,6 +31,22 @@ static double expected_inside(const look_t *look, double low, double high) {
     return expected;
 }
 
+/* Readings at the edges of the gaps: those that should be inside are among them. */
+static void mark_edges(const look_t *look, const double *low, const double *gap, size_t gaps, fault_t *fault) {
+    const double *y = look->recording->column[COLUMN_DISPLACEMENT];
+    for (size_t k = 0; k < look->recording->samples; k++) {
+        bool at_edge = false;
+        for (size_t g = 0; g < gaps; g++) {
+            at_edge = at_edge || y[k] == low[g] || fabs(y[k] - low[g] - gap[g]) <= 1e-9 * gap[g];
+        }
+        if (at_edge && fault->spans > 0 && fault->span[fault->spans - 1].to == k) {
+            fault->span[fault->spans - 1].to = k + 1;
+        } else if (at_edge) {
+            fault_span(fault, k, k + 1);
+        }
+    }
+}
+
 static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
     const size_t samples = look->recording->samples, skipped = (size_t)(threshold.gap_inside * (double)samples);
     const double stroke = look->map.stroke_um[1] - look->map.stroke_um[0];
@@ -38,6 +54,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
         fmax(threshold.gap_of_stroke * stroke,
              fmax(threshold.edge_of_noise * look->prediction.noise_um, threshold.gap_in_steps * look->noise.step_um));
     double *sorted = allocate(samples, sizeof *sorted), *gap = allocate(MOST_GAPS, sizeof *gap), expected = 0.0;
+    double low[MOST_GAPS];
     size_t gaps = 0, candidates = 0;
     memcpy(sorted, look->recording->column[COLUMN_DISPLACEMENT], samples * sizeof *sorted);
     gsl_sort(sorted, 1, samples);
@@ -49,6 +66,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
             const double here = expected_inside(look, sorted[i], sorted[i + 1]);
             /* Each place between two readings could have been one. */
             if (log10((double)samples) - here / log(10.0) < look_log_chance_limit()) {
+                low[gaps] = sorted[i];
                 gap[gaps++] = sorted[i + 1] - sorted[i];
                 expected = fmax(expected, here);
             }
@@ -57,6 +75,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     fault_t *fault =
         gaps == 0 ? NULL : fault_add(faults, kind, index, expected, log10((double)samples) - expected / log(10.0));
     if (fault != NULL) {
+        mark_edges(look, low, gap, gaps, fault);
         fault_number(fault, "gaps", "1", (double)gaps, 0.0);
         fault_number(fault, "gap_um", "um", look_quantile(gap, gaps, 0.5), fmax(look->prediction.noise_um, 0.0));
     }
@@ -77,6 +96,6 @@ const fault_kind_t fault_missing_codes = {
     .statistic = "readings expected in the emptiest range",
     .change =
         "The converter misses codes (or a digit is lost on the way): use another one, or a part of its range without "
-        "gaps. What is missing adds steps to the reading.",
-    .handling = FAULT_FATAL,
+        "gaps. What is missing adds steps to the reading; readings at the edges of what is missing are left out.",
+    .handling = FAULT_MASKABLE,
     .find = find};
