@@ -106,6 +106,7 @@ static const probe_t looked_for = {
     .group = "resonance",
     .in_place_of = {"resonance"},
     .extends = true,
+    .extends_by = UPPER_SHARE,
     .explanation =
         "The mechanics ring at two frequencies: a second mode stands beside the first, with an antiresonance "
         "between them where both move against each other.",

@@ -74,6 +74,8 @@ typedef struct {
     const char *in_place_of[2];
     /** With some numbers it is what they are: a smaller gain shows that it is more than that. */
     bool extends;
+    /** Then: index of the parameter, a part of 1, that is 0 or 1 where it is what they are. */
+    size_t extends_by;
     /** One or two plain sentences: what it is and how it shows. */
     const char *explanation;
     /** What to record to detect it, or to distinguish it within its group. */

@@ -6,11 +6,11 @@
 #include "numerics/golden_section.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
+#include <stdlib.h>
 
-/* Parts of a sample: about the best instant the search goes so far, and so near the
- * beginning or the end of the hold it is that. */
+/* About the best instant the search goes so many parts of a sample. */
 enum { STEPS = 10 /* to a hundredth of half a sample */ };
-static const double step_of_search = 0.5, at_the_end = 0.02;
+static const double step_of_search = 0.5;
 
 typedef struct {
     question_t *question;
@@ -85,20 +85,24 @@ static double search_since(asked_t *asked, double from) {
     if (!golden_section(unlikelihood_since, asked, low, high, STEPS, &since)) {
         return from;
     }
-    return since < at_the_end ? 0.0 : since > 1.0 - at_the_end ? 1.0 : since;
+    return since < threshold.least_lag_samples ? 0.0 : since > 1.0 - threshold.least_lag_samples ? 1.0 : since;
 }
 
-void between_choose(question_t *question, const model_t *model) {
+/* As they came: held_since is 0 where the header does not say it. */
+static void take_back(question_t *question, const bool *was_held) {
+    for (size_t i = 0; i < question->samples.count; i++) {
+        question->recordings[i].held = was_held[i];
+        question->recordings[i].held_since = 0.0;
+    }
+}
+
+/* Held, if that is likelier; then when the position was read. */
+static bool choose(question_t *question, const model_t *model, bool any_held) {
     static const double instants[] = {0.0, 0.5, 1.0};
     asked_t asked = {.question = question, .model = model}, best = asked;
-    const bool was_held = question->recordings[0].held;
     double most = -HUGE_VAL, since = 0.0;
-    if (!question->seen.may_be_held ||
-        (question->shape.fitted && question->shape.silent && question->seen.rings == 0)) {
-        return;
-    }
     take(question, false, 0.0);
-    const double smooth = was_held ? -HUGE_VAL : likelihood(&asked, false);
+    const double smooth = any_held ? -HUGE_VAL : likelihood(&asked, false);
     for (size_t i = 0; i < sizeof instants / sizeof instants[0]; i++) {
         take(question, true, instants[i]);
         asked.block = NULL;
@@ -110,9 +114,25 @@ void between_choose(question_t *question, const model_t *model) {
         }
     }
     if (best.block == NULL || !(most > smooth + threshold.naming_margin)) {
-        take(question, was_held, 0.0);
-        return;
+        return false;
     }
     take(question, true, search_since(&best, since));
-    question->held_by_likelihood = true;
+    return true;
+}
+
+void between_choose(question_t *question, const model_t *model) {
+    if (!question->seen.may_be_held ||
+        (question->shape.fitted && question->shape.silent && question->seen.rings == 0)) {
+        return;
+    }
+    bool *was_held = allocate(question->samples.count, sizeof *was_held), any_held = false;
+    for (size_t i = 0; i < question->samples.count; i++) {
+        was_held[i] = question->recordings[i].held;
+        any_held = any_held || was_held[i];
+    }
+    question->held_by_likelihood = choose(question, model, any_held);
+    if (!question->held_by_likelihood) {
+        take_back(question, was_held);
+    }
+    free(was_held);
 }

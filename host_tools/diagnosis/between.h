@@ -6,7 +6,7 @@
  * of nothing a lag of half a sample. So the likeliest block of the catalogue is looked for with each reading: the drive
  * as it is interpolated, and held, the position read when the value goes out, half a sample later, or when the next one
  * comes. Held stands if it makes the position likelier by naming_margin; then when the position was read is searched.
- * It is asked only where a block speaks beside the universal operator, or the look saw something ring: nothing else
+ * This is done only where a block speaks beside the universal operator, or the look saw something ring: nothing else
  * moves between samples. A delay of less than a sample is then part of this reading, and no block.
  */
 #ifndef BETWEEN_H

@@ -6,8 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What the look has seen ring, with a chance of its own. It may ring once, in one block of time, and in a thousandth of
- * the samples: how it scatters from block to block, and how much of all samples it is, says nothing. */
+/* What the look has seen ring, but for a chance of false_ring. It may ring once, in one block of time, and in a
+ * thousandth of the samples: how it scatters from block to block, and how much of all samples it is, says nothing. */
 static bool is_seen(const state_t *state, const candidate_t *candidate) {
     double value[BLOCK_MAX_PARAMETERS];
     candidate_value(&candidate->model.block[candidate->at], value);

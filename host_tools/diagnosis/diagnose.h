@@ -27,7 +27,7 @@
  * physics is no shape.
  *
  * seen: what a look at the recordings has measured, where blocks begin their search; NULL: they were not looked at.
- * What rings there and in nothing of the answer is told as unexplained (seen.h).
+ * What rings there and in nothing of the answer is unexplained (seen.h).
  */
 bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recording_t *recordings, size_t count,
                    answer_t *answer, failure_t *failure);

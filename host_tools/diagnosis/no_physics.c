@@ -6,8 +6,8 @@
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 
-/* A rest is looked at where the line has so many periods, and shows it with so much of its amplitude. */
-static const double least_periods = 2.0, shows = 0.5;
+/* A rest is looked at where the line has so many periods: with fewer a parabola imitates it. */
+static const double least_periods = 2.0;
 /* The first part of a rest still has what the motion before it left. */
 static const double settles = 0.1;
 
@@ -106,5 +106,5 @@ bool no_physics(const samples_t *samples, const model_block_t *block) {
             }
         }
     }
-    return harmonic && at_rest < shows * fabs(block->parameter[1].value[0]);
+    return harmonic && at_rest < threshold.hum_at_rest * fabs(block->parameter[1].value[0]);
 }

@@ -3,7 +3,7 @@
  * What a look has shown and the answer does not explain.
  *
  * After a step it rings, and no block of the chain rings with that frequency (probe_t.rings). Then what the chain
- * leaves behind those steps is asked: cos and sin of the ring, decaying as the look saw it, beside a parabola. Where
+ * leaves behind those steps is tested: cos and sin of the ring, decaying as the look saw it, beside a parabola. Where
  * they are there with a chance below that of a ring (threshold.false_ring), more than noise is left, whatever its part
  * of all samples: the verdict cannot be that nothing is missing, or that all is explained.
  */

@@ -160,7 +160,21 @@ bool findings_errors(answer_t *answer, failure_t *failure) {
     return true;
 }
 
+/* A richer form of which the recordings do not say that it is more than the simpler one. */
+static bool is_no_more(const model_block_t *block) {
+    const probe_t *probe = block->block->probe;
+    if (probe == NULL || !probe->extends) {
+        return false;
+    }
+    const parameter_t *by = &block->parameter[probe->extends_by];
+    const double away = fmin(fabs(by->value[0]), fabs(1.0 - by->value[0]));
+    return by->sigma != NULL && by->sigma[0] * threshold.deviations > away;
+}
+
 bool block_determined(const model_block_t *block) {
+    if (is_no_more(block)) {
+        return false;
+    }
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
         if (is_searched(block->block, p) && parameter->sigma != NULL) {

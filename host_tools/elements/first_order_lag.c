@@ -83,7 +83,7 @@ void first_order_stage_step(void *memory, signal_t *signal) {
 
 double first_order_stage_turn(const first_order_stage_t *stage, double last) {
     const double *x = stage->drive.x, slope = x[2] - x[3], behind = slope / stage->lag.decays;
-    if (stage->lag.held) { /* towards one value, then towards another: at most at the sample itself */
+    if (stage->lag.held) { /* towards one value, then towards another: where that changes is not followed */
         return last;
     }
     const double ratio = 1.0 + (last - x[3]) / behind;

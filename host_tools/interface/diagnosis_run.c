@@ -169,7 +169,9 @@ static void look_away(diagnosis_run_t *run) {
 static void see_ring(const look_t *looks, size_t count, probe_seen_t *seen) {
     for (size_t i = 0; i < count; i++) {
         const ring_t *ring = &looks[i].ring;
-        if (ring->rings > 0 && (seen->rings == 0 || ring->swing_um > seen->ring_um)) {
+        const size_t samples = looks[i].recording->samples; /* a fault that was undone may have shortened it */
+        if (ring->rings > 0 && ring->step[ring->rings - 1] < samples &&
+            (seen->rings == 0 || ring->swing_um > seen->ring_um)) {
             seen->rings = ring->rings;
             seen->ring_step = ring->step;
             seen->ring_recording = i;
