@@ -213,6 +213,10 @@ static bool take_plain(state_t *state, const model_t *plain, double delivered) {
     if (!state_measure(state, plain, &percent, &held_out_percent)) {
         return false;
     }
+    /* What it delivers may be more in the beginning alone, where no memory is right; then it is the better model. */
+    if (held_out_percent > threshold.clearly_more * answer->baseline_held_out_percent) {
+        return true;
+    }
     model_free(&answer->baseline);
     model_copy(&answer->baseline, plain);
     answer->baseline_delivered_percent = delivered;
