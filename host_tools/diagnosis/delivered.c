@@ -51,8 +51,7 @@ static void take_zeros(const samples_t *samples, const model_t *model, recording
     const bool good = samples_simulate(samples, model, position, &ignored);
     for (size_t i = 0; good && i < samples->count; i++) {
         double *measured = moved[i].column[COLUMN_DISPLACEMENT];
-        const double zero_um =
-            error_take_zero(position + samples->begin[i], measured, moved[i].samples);
+        const double zero_um = error_take_zero(position + samples->begin[i], measured, moved[i].samples);
         first_um = i == 0 ? zero_um : first_um;
         for (size_t k = 0; k < moved[i].samples; k++) {
             measured[k] -= first_um;

@@ -177,7 +177,7 @@ bool review_end(state_t *state) {
 }
 
 /* A past for the model that is written, where it begins with one that it does not deliver by: beside what was taken out
- * of the errors, any past did. Not if that costs the samples that are told something. */
+ * of the errors, any past did. Not if that costs the samples that count something. */
 static bool choose_past_to_deliver(state_t *state, model_t *model, double *delivered, double *percent,
                                    double *held_out_percent) {
     const samples_t *samples = &state->answer.question->samples;
