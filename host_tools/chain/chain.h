@@ -31,8 +31,8 @@ double chain_step(chain_t *chain, double drive_v);
 
 void chain_close(chain_t *chain);
 
-/** Settles at the first drive of the recording, behind the drives that its header key drive_before_v has, then runs it under the recording's preload. position_um has
- * recording->samples elements. */
+/** Settles at the first drive of the recording, behind the drives that its header key drive_before_v has, then runs it
+ * under the recording's preload. position_um has recording->samples elements. */
 bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                     failure_t *failure);
 

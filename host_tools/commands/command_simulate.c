@@ -19,8 +19,10 @@ const command_t command_simulate = {
         "The model starts with its initial memory, or demagnetised if it has none. Until the drive of the recording "
         "has\n"
         "swept far enough to erase the hysteresis' past, a wrong initial memory shows in the error: the second line\n"
-        "counts from there on. With its own zero: less the mean of the error, as between two days of a sensor that is set\n"
-        "to zero anew. The header key drive_before_v says what the drive was before the recording. NRMSE is the RMS error over the peak-to-peak displacement.\n"
+        "counts from there on. With its own zero: less the mean of the error, as between two days of a sensor that is "
+        "set\n"
+        "to zero anew. The header key drive_before_v says what the drive was before the recording. NRMSE is the RMS "
+        "error over the peak-to-peak displacement.\n"
         "OUT.csv is a recording of the model: its displacement is the simulated one, the measured one is its "
         "reference.",
     .run = simulate,
@@ -40,7 +42,7 @@ static json_t *measure_to_json(const error_measure_t *error, double start_s, dou
                      error->max_um, "max_at_s", start_s + (double)error->max_sample / rate_hz);
 }
 
-/* The error with a zero of its own: between two days a sensor is set to zero anew, and that is no error of a model. */
+/* The error with the zero of this recording: between two days a sensor is set to zero anew, and that is no error of a model. */
 static error_measure_t measure_beside_zero(const recording_t *recording, const double *position, double *zero_um) {
     const double *measured = recording->column[COLUMN_DISPLACEMENT];
     double *moved = allocate(recording->samples, sizeof *moved);

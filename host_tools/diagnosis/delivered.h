@@ -9,7 +9,7 @@
 #include "diagnosis/noise/samples.h"
 
 /** NRMSE of whole recordings as they are simulated, of the worst one; HUGE_VAL: it cannot be simulated. Of several
- * recordings each has a zero of its own, as `hyst simulate` tells it beside the other error. */
+ * recordings each has its zero, as `hyst simulate` tells it beside the other error. */
 double delivered_percent(const samples_t *samples, const model_t *model);
 
 enum { DELIVERED_PLAYS = 30 };

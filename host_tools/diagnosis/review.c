@@ -177,7 +177,7 @@ bool review_end(state_t *state) {
 }
 
 /* A past for the model that is written, where it begins with one that it does not deliver by: beside what was taken out
- * of the errors, any past did. Not if that costs the samples that are told something. */
+ * of the errors, any past did. Not if that costs the samples that count something. */
 static bool choose_past_to_deliver(state_t *state, model_t *model, double *delivered, double *percent,
                                    double *held_out_percent) {
     const samples_t *samples = &state->answer.question->samples;
@@ -212,6 +212,10 @@ static bool take_plain(state_t *state, const model_t *plain, double delivered) {
     }
     if (!state_measure(state, plain, &percent, &held_out_percent)) {
         return false;
+    }
+    /* What it delivers may be more in the beginning alone, where no memory is right; then it is the better model. */
+    if (held_out_percent > threshold.clearly_more * answer->baseline_held_out_percent) {
+        return true;
     }
     model_free(&answer->baseline);
     model_copy(&answer->baseline, plain);

@@ -11,8 +11,8 @@ typedef struct {
     double past_rms_um, past_range_um; /**< what an unknown past explains (past.h), of the samples that count */
     double left_out_s;                 /**< from its beginning on, samples that do not count */
     double left_out_rms_um;            /**< of the model's error there, beside its zero */
-    /** How much later than the model it is, from what the model leaves: of several recordings the one that was made with
-     * another filter, or is not what its name says. The standard error is that of 36 blocks of time. */
+    /** How much later than the model it is, from what the model leaves: of several recordings the one that was made
+     * with another filter, or is not what its name says. The standard error is that of 36 blocks of time. */
     double lag_s, lag_sigma_s;
 } taken_out_t;
 

@@ -121,9 +121,8 @@ static void undo_suspected(const fault_kind_t *kind, recording_t *recording, siz
     suspicion_t suspicion = {recording, look, &fault};
     (void)likeliest_size(&suspicion, size, &undone);
     const double gain = undone - as_they_are;
-    fault_t *added = gain > threshold.evidence_margin
-                         ? fault_add(&run->faults, kind, index, gain, -gain / log(10.0))
-                         : NULL;
+    fault_t *added =
+        gain > threshold.evidence_margin ? fault_add(&run->faults, kind, index, gain, -gain / log(10.0)) : NULL;
     if (added != NULL) {
         memcpy(added->number, fault.number, sizeof fault.number);
         added->numbers = fault.numbers;

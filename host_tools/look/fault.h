@@ -59,8 +59,8 @@ struct fault_kind {
      * the sum of log(gain) over all readings that were divided by one. NULL: it cannot be undone. */
     double (*undo)(const fault_t *fault, const look_t *look, recording_t *recording);
     /** Of a fault of one size that can be undone: whether a recording may have it that the statistic cannot tell, and
-     * about how large; and a fault of another size. NULL: none. Whether there is one, and of which size, says how likely
-     * the readings are with it undone (interface/diagnosis_run.h); `hyst look` does not report it. */
+     * about how large; and a fault of another size. NULL: none. Whether there is one, and of which size, says how
+     * likely the readings are with it undone (interface/diagnosis_run.h); `hyst look` does not report it. */
     bool (*suspect)(const look_t *look, double *size);
     void (*resize)(fault_t *fault, const look_t *look, double size);
 };

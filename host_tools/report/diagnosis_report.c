@@ -91,7 +91,8 @@ static void write_taken_out(const page_t *page) {
     fprintf(page->file,
             "<p class=\"note\">As <code>hyst simulate</code> tells it of the whole recording, nothing taken out%s: "
             "%.3g&nbsp;%%; a straight line %.3g&nbsp;%%, 30 play operators %.3g&nbsp;%%.</p>\n",
-            page->count > 1 ? " but the zero of each file" : "", page->answer->delivered_percent, page->answer->line_percent, page->answer->plays_percent);
+            page->count > 1 ? " but the zero of each file" : "", page->answer->delivered_percent,
+            page->answer->line_percent, page->answer->plays_percent);
     for (size_t i = 0; i < page->count; i++) {
         if (taken_out_text(page->account, page->recordings, i, text)) {
             fprintf(page->file, "<p class=\"note\">Taken out: ");

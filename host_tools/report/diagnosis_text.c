@@ -158,8 +158,8 @@ static void append_plain(const answer_t *answer, char *text) {
     const double plain = line ? answer->line_percent : answer->plays_percent;
     if (plain < answer->delivered_percent) {
         text_append(text, "%sOf the whole recording the model leaves %.3g %%, and %s alone %.3g %%.",
-                    text[0] != '\0' ? " " : "", answer->delivered_percent, line ? "a straight line" : "30 play operators",
-                    plain);
+                    text[0] != '\0' ? " " : "", answer->delivered_percent,
+                    line ? "a straight line" : "30 play operators", plain);
     }
 }
 
@@ -602,7 +602,8 @@ static void print_errors(FILE *file, const answer_t *answer) {
     text_append(text,
                 "as `hyst simulate` tells it of the whole recording, nothing taken out%s: %.4f %% (a straight line "
                 "%.4f %%, 30 play operators %.4f %%)",
-                answer->question->samples.count > 1 ? " but the zero of each file" : "", answer->delivered_percent, answer->line_percent, answer->plays_percent);
+                answer->question->samples.count > 1 ? " but the zero of each file" : "", answer->delivered_percent,
+                answer->line_percent, answer->plays_percent);
     text_wrapped(file, "", text);
     if (answer->question->model_given) {
         text[0] = '\0';

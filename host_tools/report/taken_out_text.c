@@ -41,10 +41,11 @@ bool lag_of_one_text(const account_t *account, const recording_t *recordings, si
     if (taken_out_lags(taken, account->recordings)) {
         text_append(text, "%s is ", short_name(&recordings[recording]));
         text_append_value(text, 1e3 * fabs(taken->lag_s), 1e3 * taken->lag_sigma_s);
-        text_append(text,
-                    " ms %s than the one model of all these recordings: another filter or rate, or the file is not what "
-                    "its name says",
-                    taken->lag_s > 0.0 ? "later" : "earlier");
+        text_append(
+            text,
+            " ms %s than the one model of all these recordings: another filter or rate, or the file is not what "
+            "its name says",
+            taken->lag_s > 0.0 ? "later" : "earlier");
     }
     return text[0] != '\0';
 }
@@ -59,9 +60,8 @@ json_t *taken_out_to_json(const account_t *account, const recording_t *recording
                                                   taken->past_rms_um, "range_um", taken->past_range_um));
         }
         if (taken->offset_um != 0.0) {
-            json_array_append_new(list,
-                                  json_pack("{s:s, s:s, s:f, s:f}", "what", "offset", "recording", name, "rms_um",
-                                            fabs(taken->offset_um), "offset_um", taken->offset_um));
+            json_array_append_new(list, json_pack("{s:s, s:s, s:f, s:f}", "what", "offset", "recording", name, "rms_um",
+                                                  fabs(taken->offset_um), "offset_um", taken->offset_um));
         }
         if (taken->left_out_s > 0.0) {
             json_array_append_new(list, json_pack("{s:s, s:s, s:f, s:f}", "what", "beginning", "recording", name,
@@ -78,11 +78,10 @@ json_t *each_to_json(const account_t *account, const recording_t *recordings) {
     json_t *list = json_array();
     for (size_t i = 0; i < account->recordings; i++) {
         const taken_out_t *taken = &account->taken_out[i];
-        json_array_append_new(list,
-                              json_pack("{s:s, s:f, s:o, s:o, s:b}", "recording", recordings[i].name, "offset_um",
-                                        taken->offset_um, "lag_s", json_number_or_null(taken->lag_s), "lag_sigma_s",
-                                        json_number_or_null(taken->lag_sigma_s), "lags",
-                                        (int)taken_out_lags(taken, account->recordings)));
+        json_array_append_new(list, json_pack("{s:s, s:f, s:o, s:o, s:b}", "recording", recordings[i].name, "offset_um",
+                                              taken->offset_um, "lag_s", json_number_or_null(taken->lag_s),
+                                              "lag_sigma_s", json_number_or_null(taken->lag_sigma_s), "lags",
+                                              (int)taken_out_lags(taken, account->recordings)));
     }
     return list;
 }

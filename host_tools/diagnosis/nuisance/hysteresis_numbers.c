@@ -63,8 +63,11 @@ static size_t list_smooth_bank(const model_block_t *block, parameter_t *weights,
     }
     const double size = sum > 0.0 ? sum : 1.0;
     if (number != NULL) {
-        number[0] = (hysteresis_number_t){
-            .parameter = weights, .elements = 1, .step = threshold.derivative_step * size, .mean_size = size, .least = -HUGE_VAL};
+        number[0] = (hysteresis_number_t){.parameter = weights,
+                                          .elements = 1,
+                                          .step = threshold.derivative_step * size,
+                                          .mean_size = size,
+                                          .least = -HUGE_VAL};
         for (size_t f = 0; f < SMOOTH_BANK_FUNCTIONS; f++) {
             number[1 + f] = (hysteresis_number_t){.parameter = weights,
                                                   .first = 1,

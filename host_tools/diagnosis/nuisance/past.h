@@ -2,13 +2,13 @@
 /**
  * What is taken out of recordings before a model is judged by them, since it says nothing about the actuator.
  *
- * *What an unknown past left* in a recording that begins in the middle of it. A hysteresis that was driven beyond what a
- * recording reaches keeps, of each such drive, what the recording does not undo. It shows once: where the drive goes
+ * *What an unknown past left* in a recording that begins in the middle of it. A hysteresis that was driven beyond what
+ * a recording reaches keeps, of each such drive, what the recording does not undo. It shows once: where the drive goes
  * further up, or down, than since the recording began. So it is a function of the highest and one of the lowest drive
- * until then, whatever the hysteresis; each is taken for a line between evenly spread nodes, and for 0 at the end of the
- * recording. Each recording has a past of its own. Where the past does not matter (samples.h) there is none.
+ * until then, whatever the hysteresis; each is taken for a line between evenly spread nodes, and for 0 at the end of
+ * the recording. Each recording has its past. Where the past does not matter (samples.h) there is none.
  *
- * *A zero of its own* of each recording but the first, whose zero is the model's: a sensor is set to zero anew from day
+ * *The zero* of each recording but the first, whose zero is the model's: a sensor is set to zero anew from day
  * to day.
  */
 #ifndef PAST_H

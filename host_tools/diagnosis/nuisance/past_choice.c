@@ -65,7 +65,7 @@ bool choose_past(const samples_t *samples, left_of_past_t *left_of, void *contex
     return changed;
 }
 
-enum { LEVELS = 5, PASTS = LEVELS * LEVELS };
+enum { LEVELS = 5, SWEPT = LEVELS * LEVELS, DEMAGNETISED = SWEPT, PASTS };
 
 typedef struct {
     const samples_t *samples;
@@ -74,14 +74,20 @@ typedef struct {
     double range_v[2], left[PASTS];
 } pasts_t;
 
-/* From the other end of the range to one level, and on to another. */
+/* From the other end of the range to one level, and on to another; or none. */
 static void model_with_past(const pasts_t *job, size_t index, model_t *with) {
     const double step_v = (job->range_v[1] - job->range_v[0]) / (LEVELS - 1);
     const double first_v = job->range_v[0] + step_v * (double)(index / LEVELS);
     const double then_v = job->range_v[0] + step_v * (double)(index % LEVELS);
     const double past_v[] = {job->range_v[first_v < then_v ? 1 : 0], first_v, then_v};
     model_copy(with, job->model);
-    set_past(&with->block[hysteresis_index(with)], past_v, 3, false);
+    model_block_t *hysteresis = &with->block[hysteresis_index(with)];
+    if (index == DEMAGNETISED) {
+        const bool plays = hysteresis->block->operators == OPERATORS_PLAYS;
+        model_set_array(hysteresis, plays ? "initial_memory_v" : "past_v", 0, past_v, NULL);
+    } else {
+        set_past(hysteresis, past_v, 3, false);
+    }
 }
 
 static void try_past(void *context, size_t index) {

@@ -16,8 +16,8 @@ bool choose_past(const samples_t *samples, left_of_past_t *left_of, void *contex
 /** The error of a model that is simulated, in any unit. Called by several threads. */
 typedef double error_of_model_t(const samples_t *samples, const model_t *model);
 
-/** Gives the model one of 25 pasts (from an end of the range to one level, and on to another), if that leaves less than
- * `least`. Returns whether it does. */
+/** Gives the model one of 25 pasts (from an end of the range to one level, and on to another), or none (demagnetised),
+ * if that leaves less than `least`. Returns whether it does. */
 bool choose_past_by_error(const samples_t *samples, error_of_model_t *error, double least, model_t *model);
 
 /** A measure: what is left of the excluded samples, in which the past is, but for a constant: that may be
