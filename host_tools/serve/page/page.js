@@ -4,13 +4,13 @@
 
 const byId = (id) => document.getElementById(id);
 const page = document.body.dataset; // what the page is in, also for tests: server, line, run, job, control
-const MOST_ROWS = 1 << 20, SILENCE_MS = 4000, AGAIN_MS = 700, DRAW_MS = 30;
+const MOST_ROWS = 1 << 20, MOST_SILENT = 4, AGAIN_MS = 700, DRAW_MS = 30;
 const STREAM_MS = 300; // without a frame there is no stream
 const stream = { heard: -Infinity, next: null }; // next: number of the frame that comes, once one has come
 const plots = {};
 for (const name of ["position", "loop", "drive", "error"]) { plots[name] = new Plot(byId(`plot-${name}`)); }
 for (const name of ["time", "loop", "error"]) { plots[`compare-${name}`] = new Plot(byId(`compare-${name}`)); }
-let socket = null, heard = 0, paused = false, stale = false, gone = false, line = {}, files = [], lastLive = null;
+let socket = null, silent = 0, paused = false, stale = false, gone = false, line = {}, files = [], lastLive = null;
 const compared = { a: null, b: null };
 
 // ---- Small things ----
@@ -464,11 +464,11 @@ const handlers = {
 };
 
 function connect() {
-  heard = Date.now();
+  silent = 0;
   socket = new WebSocket(`ws://${location.host}${location.pathname}socket`, "hyst");
   socket.addEventListener("open", () => enter("server", "open"));
   socket.addEventListener("message", (received) => {
-    heard = Date.now();
+    silent = 0;
     const event = JSON.parse(received.data);
     if (handlers[event.event]) { handlers[event.event](event); }
   });
@@ -482,8 +482,10 @@ function connect() {
   });
 }
 
+// Seconds in which nothing came and the page could have heard it: while it is busy no second is counted, and what came
+// meanwhile waits. By the clock a slow page would take itself for a server that is gone, and Stop with it.
 setInterval(() => {
-  if (page.server === "open" && Date.now() - heard > SILENCE_MS) { socket.close(); }
+  if (page.server === "open" && ++silent > MOST_SILENT) { socket.close(); }
 }, 1000);
 addEventListener("pagehide", () => {
   gone = true;
