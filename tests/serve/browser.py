@@ -277,6 +277,8 @@ def ripple(day):
         share > 0.6 for share in day.script(FILLED, "#plot-drive", "--drive")) >= 60 or not day.has(run="record"))
     if not day.has(run="record"):
         day.fail("no envelope of a sine of 237 Hz was to be seen")
+    if not day.script("return plots.loop.series[0].dots"):
+        day.fail("the loop is a scribble: lines between samples of which there are four a period")
     day.picture("ripple", "main")
     day.result("record")
     if day.script("return Number(document.body.dataset.gaps || 0)") != 0:

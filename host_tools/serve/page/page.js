@@ -129,6 +129,18 @@ function rowAt(t) {
   return low;
 }
 
+// Whether lines from sample to sample would be a scribble: on average they go over a tenth of the range, as a triangle
+// of 20 samples a period does.
+function jumps(values) {
+  let way = 0, low = Infinity, high = -Infinity;
+  for (let i = 1; i < values.length; i++) {
+    if (!Number.isNaN(values[i] - values[i - 1])) { way += Math.abs(values[i] - values[i - 1]); }
+    if (values[i] < low) { low = values[i]; }
+    if (values[i] > high) { high = values[i]; }
+  }
+  return way > 0.1 * (high - low) * values.length;
+}
+
 function drawSoon() {
   if (!stale) {
     stale = true;
@@ -206,7 +218,7 @@ function drawLive() {
   plots.drive.draw([{ ...against(drive, "drive"), colour: "--drive" }], { x, live: true, least: 1, values: true });
   plots.error.draw([{ ...against(position.map((value, i) => value - reference[i]), "error"), colour: "--error" }],
     { x, live: true, least: 0.02, values: true, empty: "no reference is followed" });
-  const loop = { x: drive, y: position, colour: "--position", dots: t.length > 4 * plots.loop.columns() };
+  const loop = { x: drive, y: position, colour: "--position", dots: t.length > 4 * plots.loop.columns() || jumps(drive) };
   plots.loop.draw([loop], { x: rangeOf([loop], "x", 1), live: true, least: 0.2 });
 }
 
@@ -394,7 +406,7 @@ function drawCompared() {
       time.push({ x: t, y: r.reference, colour: "--reference", label: "reference", dash: true });
     }
     time.push({ x: t, y: r.displacement, colour, label: name });
-    loop.push({ x: r.drive, y: r.displacement, colour, label: name });
+    loop.push({ x: r.drive, y: r.displacement, colour, label: name, dots: jumps(r.drive) });
     if (r.reference) {
       error.push({ x: t, y: r.displacement.map((value, i) => value - r.reference[i]), colour, label: name });
     }
