@@ -4,8 +4,8 @@
 A stub of the server, with the page's own files, sends what `hyst serve` would if a line carried each sample of a loop at
 10 kHz. Stop is pressed while the page draws that, and once more while it is a minute and more behind, on a processor
 slowed down twenty times: it must not wait for what came before it. Then the page gets more frames than it keeps, twice,
-and its memory must not grow. What it took is compared with what was sent, and no test here measures time. Exits with 77
-where there is no Chromium, chromedriver, Selenium or websockets.
+and its memory must not grow. In the end the server falls silent. What the page took is compared with what was sent; no
+time is measured. Exits with 77 where there is no Chromium, chromedriver, Selenium or websockets.
 """
 import asyncio
 import http
@@ -40,7 +40,7 @@ class Server:
     """Serves the page, streams on demand, and keeps what the page sends in the order in which it came."""
 
     def __init__(self, folder):
-        self.folder, self.frames, self.received, self.pages = folder, 0, [], []
+        self.folder, self.frames, self.received, self.pages, self.silent = folder, 0, [], [], False
         self.loop = asyncio.new_event_loop()
         ready = threading.Event()
         threading.Thread(target=self.run, args=(ready,), daemon=True).start()
@@ -71,8 +71,21 @@ class Server:
         await self.tell(socket, event="line", connected=True, port="stub", board="stub", sample_rate_hz=RATE_HZ,
                         has_parameters=True, model_id="0x1", drive_v=[0, 100], position_um=[-5, 40])
         self.pages.append(socket)
-        async for text in socket:
-            self.received.append(json.loads(text))
+        beats = asyncio.ensure_future(self.beat(socket))
+        try:
+            async for text in socket:
+                self.received.append(json.loads(text))
+        except websockets.ConnectionClosed:
+            pass # as a page does that goes
+        finally:
+            beats.cancel()
+
+    async def beat(self, socket):
+        """By which a page knows that the server is there."""
+        while True:
+            if not self.silent:
+                await self.tell(socket, event="beat")
+            await asyncio.sleep(1)
 
     async def tell(self, socket, **event):
         await socket.send(json.dumps(event))
@@ -215,6 +228,15 @@ def memory_stays(page, server):
         page.fail("the last frame is not the last of the traces")
 
 
+def silence_is_noticed(page, server):
+    """A server that is stuck sends nothing, and its connection stays open: the page must not show old values as new."""
+    opened = len(server.pages)
+    server.silent = True
+    page.until("the page closes the connection and tries again", lambda: len(server.pages) > opened)
+    server.silent = False
+    page.until("it is connected again", lambda: page.script("return document.body.dataset.server") == "open")
+
+
 def main():
     folder, scratch = sys.argv[1:3]
     if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
@@ -228,6 +250,7 @@ def main():
         stop_while_it_draws(page, server)
         stop_while_it_is_behind(page, server)
         memory_stays(page, server)
+        silence_is_noticed(page, server)
         page.browser.save_screenshot(f"{scratch}/stream.png")
     finally:
         page.browser.quit()
