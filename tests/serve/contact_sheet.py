@@ -12,8 +12,8 @@ import sys
 from PIL import Image, ImageDraw, ImageFont
 
 GAP, CAPTION = 12, 26
-COLOURS = 64 # plots and text have few; with more the sheets double in size
-SHEETS = {"live-wide.png": (3, 620, ("recording", "fitted", "tracked", "ripple", "second-viewer", "bench")),
+COLOURS = 256 # with fewer the traces lose theirs
+SHEETS = {"live-wide.png": (2, 620, ("tracked", "ripple", "second-viewer", "bench")),
           "live-narrow.png": (5, 300, ("narrow-dark", "line-cut", "line-is-back", "diagnosing", "diagnosis"))}
 
 
@@ -30,7 +30,7 @@ def sheet(folder, across, width, names):
         left, top = GAP + i % across * (width + GAP), GAP + i // across * cell
         made.paste(one, (left, top))
         ImageDraw.Draw(made).text((left, top + one.height + 5), f"{i + 1}  {name.replace('-', ' ')}", "white", font)
-    return made.quantize(COLOURS, dither=Image.Dither.NONE)
+    return made.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
 
 
 def main():
