@@ -8,7 +8,7 @@
 #include <time.h>
 
 struct provenance_note {
-    char *command, *device;
+    char *command, *device, *title;
     char **path;
     size_t paths;
 };
@@ -23,6 +23,7 @@ void provenance_note_free(provenance_note_t *note) {
     if (note != NULL) {
         free(note->command);
         free(note->device);
+        free(note->title);
         for (size_t i = 0; i < note->paths; i++) {
             free(note->path[i]);
         }
@@ -101,6 +102,21 @@ void provenance_set_device(const char *device) {
         free(entered->device);
         entered->device = copy_text(device);
     }
+}
+
+void provenance_note_set_title(provenance_note_t *note, const char *title) {
+    free(note->title);
+    note->title = title != NULL ? copy_text(title) : NULL;
+}
+
+void provenance_set_title(const char *title) {
+    if (entered != NULL) {
+        provenance_note_set_title(entered, title);
+    }
+}
+
+const char *provenance_title(void) {
+    return entered != NULL ? entered->title : NULL;
 }
 
 static void take_text(char **text, const char *other) {

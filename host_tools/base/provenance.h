@@ -32,6 +32,11 @@ const provenance_note_t *provenance_entered(void);
 void provenance_set_command(int argc, char *const *argv);
 /** Notes a file that is read. What is no regular file when the result is written is left out. A file counts once. */
 void provenance_add_file(const char *path);
+/** Notes what the run's page is to be called; NULL: as pages of its kind are. */
+void provenance_set_title(const char *title);
+void provenance_note_set_title(provenance_note_t *note, const char *title);
+/** That title, or NULL. Valid until the next one. */
+const char *provenance_title(void);
 /** Notes the device: name, serial, firmware, port. */
 void provenance_set_device(const char *device);
 

@@ -2,6 +2,7 @@
 #include "base/json_output.h"
 #include "base/stop_signal.h"
 #include "bench/emulator.h"
+#include "bench/firmware_file.h"
 #include "bench/twin_file.h"
 #include "commands/command.h"
 #include "commands/twin_options.h"
@@ -92,7 +93,7 @@ static int run(int argc, char **argv) {
     const char *model = NULL;
     bool json = false, attached = false;
     const option_t options[] = {
-        {"--image", NULL, OPTION_INPUT, "ELF", "firmware of the board `bench`", &image},
+        {"--image", NULL, OPTION_INPUT, "ELF", "firmware of the board `bench` (that of this program)", &image},
         {"--model", NULL, OPTION_INPUT, "MODEL", "the actuator", &model},
         TWIN_OPTIONS(settings),
         {"--qemu", NULL, OPTION_TEXT, "PROGRAM", "emulator (qemu-system-arm)", &program},
@@ -103,8 +104,8 @@ static int run(int argc, char **argv) {
     size_t arguments = 0;
     int status =
         options_parse(&command_bench, options, sizeof options / sizeof options[0], argc, argv, 0, 0, &arguments);
-    if (status == OPTIONS_RUN && (image == NULL || model == NULL)) {
-        status = usage_error(&command_bench, "--image ELF and --model MODEL are both needed");
+    if (status == OPTIONS_RUN && model == NULL) {
+        status = usage_error(&command_bench, "--model MODEL is needed");
     }
     if (status == OPTIONS_RUN) {
         status = twin_options_check(&command_bench, &settings);
@@ -113,21 +114,28 @@ static int run(int argc, char **argv) {
         return status;
     }
     failure_t failure;
+    char own_image[4096];
+    if (image == NULL) {
+        if (!firmware_file_find(own_image, sizeof own_image, &failure)) {
+            return failure_print(&failure);
+        }
+        image = own_image;
+    }
     return bench(program, image, model, &settings, attached, json, &failure) ? STATUS_DONE : failure_print(&failure);
 }
 
 const command_t command_bench = {
     .name = "bench",
     .order = 140,
-    .arguments = "--image ELF --model MODEL",
+    .arguments = "--model MODEL",
     .summary = "Run the amplifier's firmware under emulation, with its twin",
     .details =
         "Starts qemu-system-arm and the twin. As soon as the loop runs, the first line on stdout says where the "
         "amplifier's\n"
         "Modbus line is, as `port: /dev/pts/N`, which is what the other commands take as --port. Runs until Ctrl-C.",
     .run = run,
-    .files = FILE_MODEL "ELF: the firmware of board `bench`, from build/host/arm/firmware/bench.elf.\n",
+    .files = FILE_MODEL "ELF: the firmware of the board `bench`. One comes with the program.\n",
     .examples = "# An amplifier without hardware: the first line says which port it is\n"
-                "hyst bench --image bench.elf --model twin.json --noise-um 0.02\n"
+                "hyst bench --model twin.json --noise-um 0.02\n"
                 "# Then, in another terminal, with that port\n"
                 "hyst info --port /dev/pts/3\n"};

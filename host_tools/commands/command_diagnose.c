@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/monotonic_clock.h"
+#include "base/provenance.h"
 #include "commands/command.h"
 #include "commands/diagnose_script.h"
 #include "commands/recording_input.h"
@@ -47,7 +48,7 @@ const command_t command_diagnose = {
                 "hyst diagnose probe.csv --model model.json --emit-python diagnose.py\n"};
 
 typedef struct {
-    const char *model, *report, *output, *script;
+    const char *model, *report, *output, *script, *title;
     bool json;
     unsigned long sure, seed; /* sure: 0: not asked */
 } outputs_t;
@@ -128,6 +129,7 @@ static int run(int argc, char **argv) {
          &outputs.sure},
         {"--seed", NULL, OPTION_COUNT, "N", "of the noise of --sure; 1", &outputs.seed},
         {"--report", NULL, OPTION_OUTPUT, "F.html", "write it as a page with pictures", &outputs.report},
+        {"--title", NULL, OPTION_TEXT, "TEXT", "heading of that page, for a lab book", &outputs.title},
         {"--emit-python", NULL, OPTION_OUTPUT, "F.py", "write the Python script that repeats this", &outputs.script}};
     size_t count;
     failure_t failure;
@@ -139,6 +141,10 @@ static int run(int argc, char **argv) {
     if (status != OPTIONS_RUN) {
         return status;
     }
+    if (outputs.title != NULL && outputs.report == NULL) {
+        return usage_error(&command_diagnose, "--title is of the page that --report writes");
+    }
+    provenance_set_title(outputs.title);
     recording_t *recordings = read_spans_aloud(argv + 1, count, &span, &failure);
     bool good = recordings != NULL;
     good = good && diagnose_files(&outputs, recordings, count, &answer, &failure);
@@ -149,6 +155,7 @@ static int run(int argc, char **argv) {
                                 .to_s = span.to_s,
                                 .json = json_file(),
                                 .report = outputs.report,
+                                .title = outputs.title,
                                 .output = outputs.output,
                                 .seed = outputs.seed};
     if (good) {

@@ -36,7 +36,7 @@ static bool write_report(const report_t *report, const char *path, bool json, fa
 }
 
 typedef struct {
-    const char *output, *picture, *simulated, *diagnosis;
+    const char *output, *picture, *simulated, *diagnosis, *title;
     bool json;
 } settings_t;
 
@@ -103,6 +103,7 @@ static int run(int argc, char **argv) {
         {"--output", "-o", OPTION_OUTPUT, "FILE", "page to write (report.html)", &s.output},
         {"--picture", NULL, OPTION_OUTPUT, "FILE.svg", "error traces as a separate picture", &s.picture},
         {"--simulated", NULL, OPTION_TEXT, "TEXT", "say that the tracks were simulated, and how", &s.simulated},
+        {"--title", NULL, OPTION_TEXT, "TEXT", "heading of the page, for a lab book", &s.title},
         {"--diagnosis", NULL, OPTION_INPUT, "F.json",
          "BEFORE and AFTER are compensated both, and this diagnosis lies between them", &s.diagnosis},
         JSON_OPTION(&s.json),
@@ -113,6 +114,7 @@ static int run(int argc, char **argv) {
     if (status != OPTIONS_RUN) {
         return status;
     }
+    provenance_set_title(s.title);
     const size_t tracks = arguments - 2;
     track_argument_t *track = allocate(tracks, sizeof *track);
     for (size_t i = 0; i < tracks && status == OPTIONS_RUN; i++) {

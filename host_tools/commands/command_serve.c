@@ -2,6 +2,7 @@
 #include "base/json_output.h"
 #include "base/stop_signal.h"
 #include "bench/emulator.h"
+#include "bench/firmware_file.h"
 #include "bench/twin_file.h"
 #include "commands/command.h"
 #include "commands/device_options.h"
@@ -38,11 +39,16 @@ static void *run_twin(void *context) {
 }
 
 static bool bench_open(bench_t *bench, const settings_t *s, failure_t *failure) {
+    char own_image[4096];
+    const char *const image = s->image != NULL ? s->image : own_image;
+    if (s->image == NULL && !firmware_file_find(own_image, sizeof own_image, failure)) {
+        return false;
+    }
     *bench = (bench_t){.twin = twin_from_file(s->model, &s->twin.twin, failure)};
     if (bench->twin == NULL) {
         return false;
     }
-    if (!emulator_start(&bench->emulator, s->program, s->image, failure)) {
+    if (!emulator_start(&bench->emulator, s->program, image, failure)) {
         twin_close(bench->twin);
         return false;
     }
@@ -104,8 +110,8 @@ static int check(settings_t *s) {
     if (port == s->bench) {
         return usage_error(&command_serve, "either --port DEV or --bench");
     }
-    if (s->bench && (s->image == NULL || s->model == NULL)) {
-        return usage_error(&command_serve, "--bench needs --image ELF and --model MODEL");
+    if (s->bench && s->model == NULL) {
+        return usage_error(&command_serve, "--bench needs --model MODEL");
     }
     if (s->listen > 65535) {
         return usage_error(&command_serve, "--listen %lu: outside 0..65535", s->listen);
@@ -123,7 +129,8 @@ static int run(int argc, char **argv) {
         {"--listen", NULL, OPTION_COUNT, "N", "TCP port on 127.0.0.1 (one that is free)", &s.listen},
         {"--folder", NULL, OPTION_TEXT, "DIR", "where recordings, models and reports are (.)", &s.folder},
         JSON_OPTION(&s.json),
-        {"--image", NULL, OPTION_INPUT, "ELF", "with --bench: firmware of the board `bench`", &s.image},
+        {"--image", NULL, OPTION_INPUT, "ELF", "with --bench: firmware of the board `bench` (that of this program)",
+         &s.image},
         {"--model", NULL, OPTION_INPUT, "MODEL", "with --bench: the actuator", &s.model},
         {"--qemu", NULL, OPTION_TEXT, "PROGRAM", "emulator (qemu-system-arm)", &s.program},
         TWIN_OPTIONS(s.twin),
@@ -157,4 +164,4 @@ const command_t command_serve = {
     .examples = "# An amplifier at a port; open the address that is printed\n"
                 "hyst serve --port /dev/ttyUSB0 --folder measurements\n"
                 "# Without hardware\n"
-                "hyst serve --bench --image bench.elf --model twin.json --noise-um 0.02\n"};
+                "hyst serve --bench --model twin.json --noise-um 0.02\n"};

@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A path as a Python expression. Only what is plain ASCII is a string as it stands; a path may be any bytes. */
+/* A path, or a title, as a Python expression. Only what is plain ASCII is a string as it stands; it may be any bytes.
+ */
 static void write_path(FILE *file, const char *path) {
     bool plain = true;
     for (const char *at = path; *at != '\0'; at++) {
@@ -54,7 +55,11 @@ static void write_script(FILE *file, const diagnose_script_t *script) {
         write_call(file, "diagnosis.model.save(", script->output, ")\n");
     }
     if (script->report != NULL) {
-        write_call(file, "diagnosis.report(", script->report, ")\n");
+        write_call(file, "diagnosis.report(", script->report, "");
+        if (script->title != NULL) {
+            write_call(file, ", title=", script->title, "");
+        }
+        fputs(")\n", file);
     }
     if (script->json != NULL) {
         write_call(file, "with open(", script->json, ", \"w\", encoding=\"utf-8\") as file:\n");

@@ -10,7 +10,7 @@ typedef struct {
     char *const *recordings;
     size_t count;
     double from_s, to_s; /**< infinite: not given */
-    const char *model, *json, *report, *output;
+    const char *model, *json, *report, *title, *output;
     size_t sure; /**< 0: not asked */
     unsigned long seed;
 } diagnose_script_t;

@@ -146,6 +146,8 @@ HYST_HOST size_t hyst_host_diagnosis_sure(hyst_host_diagnosis_t *diagnosis, cons
 HYST_HOST char *hyst_host_diagnosis_json(const hyst_host_diagnosis_t *diagnosis);
 /** What the command prints. */
 HYST_HOST char *hyst_host_diagnosis_text(const hyst_host_diagnosis_t *diagnosis);
+/** Heading of the page, as with --title; NULL: none. */
+HYST_HOST void hyst_host_diagnosis_set_title(hyst_host_diagnosis_t *diagnosis, const char *title);
 /** What the command writes with --report. */
 HYST_HOST int hyst_host_diagnosis_report(const hyst_host_diagnosis_t *diagnosis, const char *path);
 /** The chain with what was found, fitted: what the command writes with -o. */

@@ -76,6 +76,10 @@ char *hyst_host_diagnosis_text(const hyst_host_diagnosis_t *diagnosis) {
     return fclose(file) == 0 ? text : NULL;
 }
 
+void hyst_host_diagnosis_set_title(hyst_host_diagnosis_t *diagnosis, const char *title) {
+    provenance_note_set_title(diagnosis->note, title);
+}
+
 int hyst_host_diagnosis_report(const hyst_host_diagnosis_t *diagnosis, const char *path) {
     provenance_note_t *before = provenance_enter(diagnosis->note);
     const bool good =

@@ -1,24 +1,30 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/look_text.h"
+#include "base/quantity.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* "212.3 +- 0.4": two digits of the error, and the value as exactly. */
-static void print_value(FILE *file, double value, double sigma) {
-    if (isfinite(sigma) && sigma > 0.0) {
-        const int digits = (int)fmax(0.0, fmin(12.0, 1.0 - floor(log10(sigma))));
-        fprintf(file, "%.*f +- %.*f", digits, value, digits, sigma);
-    } else {
-        fprintf(file, "%.4g", value);
-    }
+/* Of a range without a known error: a thousandth of it. */
+static const double shown_part = 1e-3;
+
+static void print_value(FILE *file, const char *name, const char *unit, double value, double sigma) {
+    char text[QUANTITY_TEXT];
+    quantity_text(text, name, unit, value, sigma);
+    fputs(text, file);
 }
 
-static void print_unit(FILE *file, const char *unit) {
-    if (strcmp(unit, "1") != 0) {
-        fprintf(file, " %s", unit);
-    }
+static void print_rounded(FILE *file, const char *unit, double value, int digits) {
+    char text[QUANTITY_TEXT];
+    quantity_named(text, "", unit, value, digits);
+    fputs(text, file);
+}
+
+static void print_range(FILE *file, double from, double to, double resolution) {
+    char text[QUANTITY_TEXT];
+    quantity_range(text, from, to, resolution);
+    fputs(text, file);
 }
 
 static void print_drive(FILE *file, const look_t *look) {
@@ -27,13 +33,19 @@ static void print_drive(FILE *file, const look_t *look) {
         "held between samples", "a straight line between samples", "so smooth that between samples nothing matters"};
     const drive_look_t *d = &look->drive;
     const double rate_hz = look->recording->sample_rate_hz;
-    fprintf(file, "  drive      %s, %.4g .. %.4g V", drive_kind_text(d->kind), d->range_v[0], d->range_v[1]);
+    fprintf(file, "  drive      %s, ", drive_kind_text(d->kind));
+    print_range(file, d->range_v[0], d->range_v[1], shown_part * (d->range_v[1] - d->range_v[0]));
+    fprintf(file, " V");
     if (d->period > 0.0) {
-        fprintf(file, "; %zu passes of %.6g s (%.4g Hz), %.4g .. %.4g s", drive_periods(d), d->period / rate_hz,
-                rate_hz / d->period, recording_time(look->recording, (double)d->repeat.from),
-                recording_time(look->recording, (double)d->repeat.to));
+        fprintf(file, "; %zu passes of %.6g s (%.4g Hz), ", drive_periods(d), d->period / rate_hz, rate_hz / d->period);
+        print_range(file, recording_time(look->recording, (double)d->repeat.from),
+                    recording_time(look->recording, (double)d->repeat.to),
+                    shown_part * (double)look->recording->samples / rate_hz);
+        fprintf(file, " s");
     } else if (d->kind != DRIVE_RESTS) {
-        fprintf(file, "; most of it at %.3g .. %.3g Hz", d->frequency_hz[0], d->frequency_hz[1]);
+        fprintf(file, "; most of it at ");
+        print_range(file, d->frequency_hz[0], d->frequency_hz[1], 0.0);
+        fprintf(file, " Hz");
     }
     if (d->rests > 0) {
         fprintf(file, "; %zu rest%s of %.3g s together", d->rests, d->rests == 1 ? "" : "s", d->rest_s);
@@ -60,8 +72,11 @@ static void print_drive(FILE *file, const look_t *look) {
 
 static void print_map(FILE *file, const look_t *look) {
     const static_map_t *map = &look->map;
-    fprintf(file, "  position   %.5g .. %.5g um; %.4g um/V, a straight line leaves %.2g %% of the stroke",
-            map->stroke_um[0], map->stroke_um[1], map->gain_um_per_v, map->line_error_percent);
+    const double noise_um = look->prediction.noise_um, stroke_um = map->stroke_um[1] - map->stroke_um[0];
+    fprintf(file, "  position   ");
+    print_range(file, map->stroke_um[0], map->stroke_um[1], noise_um > 0.0 ? noise_um : shown_part * stroke_um);
+    fprintf(file, " um; %.3g um/V, a straight line leaves %.2g %% of the stroke", map->gain_um_per_v,
+            map->line_error_percent);
     if (map->levels > 0) {
         fprintf(file, "; loop %.2g %% wide", map->width_percent);
     }
@@ -110,7 +125,8 @@ static void print_response(FILE *file, const look_t *look) {
         return;
     }
     fprintf(file, "  response   %.3g um/V at %.3g Hz, lag ", lowest->gain_um_per_v, lowest->frequency_hz);
-    fprintf(file, "%.2g s (%.2g deg)", lowest->lag_s, -lowest->phase_rad * 180.0 / M_PI);
+    print_rounded(file, "s", lowest->lag_s, 2);
+    fprintf(file, " (%.2g deg)", -lowest->phase_rad * 180.0 / M_PI);
     for (size_t i = 0; i < response->count; i++) {
         last = response->point[i].coherence >= threshold.coherent_enough ? &response->point[i] : last;
     }
@@ -118,8 +134,9 @@ static void print_response(FILE *file, const look_t *look) {
         fprintf(file, "; most, %.3g um/V, at %.4g Hz", peak->gain_um_per_v, peak->frequency_hz);
     }
     if (last != NULL && last != lowest) {
-        fprintf(file, ";\n             %.3g um/V at %.3g Hz, lag %.2g s (coherence %.2f)", last->gain_um_per_v,
-                last->frequency_hz, last->lag_s, last->coherence);
+        fprintf(file, ";\n             %.3g um/V at %.3g Hz, lag ", last->gain_um_per_v, last->frequency_hz);
+        print_rounded(file, "s", last->lag_s, 2);
+        fprintf(file, " (coherence %.2f)", last->coherence);
     }
     fprintf(file, "\n");
 }
@@ -128,9 +145,9 @@ static void print_ring(FILE *file, const look_t *look) {
     const ring_t *ring = &look->ring;
     if (ring->rings > 0) {
         fprintf(file, "  rings      ");
-        print_value(file, ring->frequency_hz, ring->frequency_sigma_hz);
-        fprintf(file, " Hz with damping ");
-        print_value(file, ring->damping, ring->damping_sigma);
+        print_value(file, "", "Hz", ring->frequency_hz, ring->frequency_sigma_hz);
+        fprintf(file, " with damping ");
+        print_value(file, "", "1", ring->damping, ring->damping_sigma);
         fprintf(file, " after %zu step%s; %.3g um after %.4g V at %.4g s\n", ring->rings, ring->rings == 1 ? "" : "s",
                 ring->swing_um, ring->step_v, recording_time(look->recording, (double)ring->at));
     }
@@ -140,8 +157,8 @@ static void print_holds(FILE *file, const look_t *look) {
     const holds_t *holds = &look->holds;
     if (holds->creep_sigma > 0.0) {
         fprintf(file, "  holds      %zu; the position goes on by ", holds->count);
-        print_value(file, 100.0 * holds->creep, 100.0 * holds->creep_sigma);
-        fprintf(file, " %% of the way before, per decade of time\n");
+        print_value(file, "", "%", 100.0 * holds->creep, 100.0 * holds->creep_sigma);
+        fprintf(file, " of the way before, per decade of time\n");
     }
 }
 
@@ -160,9 +177,8 @@ void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *f
     fprintf(file, ": %s\n    ", fault->kind->text);
     for (size_t i = 0; i < fault->numbers; i++) {
         const fault_number_t *n = &fault->number[i];
-        fprintf(file, "%s%s = ", i > 0 ? ", " : "", n->name);
-        print_value(file, n->value, n->sigma);
-        print_unit(file, n->unit);
+        fputs(i > 0 ? ", " : "", file);
+        print_value(file, n->name, n->unit, n->value, n->sigma);
     }
     if (fault->spans > 0) {
         fprintf(file, "; %zu sample%s at ", fault_samples(fault, looks), fault_samples(fault, looks) == 1 ? "" : "s");

@@ -48,13 +48,19 @@ bool page_open(output_file_t *page, const char *path, const char *title, failure
     if (!output_file_open(page, path, failure)) {
         return false;
     }
+    const char *own = provenance_title(), *heading = own != NULL ? own : title;
     fprintf(page->file,
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
             "content=\"width=device-width, initial-scale=1\">\n<title>");
-    write_escaped(page->file, title);
+    write_escaped(page->file, heading);
     fprintf(page->file, "</title>\n<style>\n%s%s</style>\n</head>\n<body>\n<main>\n<h1>", plot_style, style);
-    write_escaped(page->file, title);
+    write_escaped(page->file, heading);
     fprintf(page->file, "</h1>\n");
+    if (own != NULL) {
+        fprintf(page->file, "<p class=\"note\">");
+        write_escaped(page->file, title);
+        fprintf(page->file, "</p>\n");
+    }
     return true;
 }
 

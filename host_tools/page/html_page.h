@@ -7,8 +7,8 @@
 
 #include "base/output_file.h"
 
-/** Opens the file and writes everything up to the contents, the title as the first heading, which the caller writes to
- * page->file. */
+/** Opens the file and writes everything up to the contents, which the caller writes to page->file. The first heading is
+ * the title that the run was given (base/provenance.h), with this one below; else this one. */
 bool page_open(output_file_t *page, const char *path, const char *title, failure_t *failure);
 
 /** Ends the page, with where it comes from (base/provenance.h), as output_file_close does. */

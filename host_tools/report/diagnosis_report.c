@@ -211,7 +211,7 @@ static void write_numbers(const page_t *page, const finding_t *finding) {
     for (size_t p = 0, written = 0; p < block->block->parameters; p++) {
         if (finding_tells(finding, p)) {
             char text[DIAGNOSIS_LINE];
-            parameter_words(block, p, text);
+            parameter_text(block, p, text);
             fprintf(page->file, "%s", written++ > 0 ? "<br>" : "");
             write_prose(page->file, text);
         }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/diagnosis_text.h"
+#include "base/quantity.h"
 #include "chain/catalogue.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/where/cells.h"
 #include "report/advice.h"
 #include "report/measured_columns_text.h"
-#include "report/quantity.h"
 #include "report/taken_out_text.h"
 #include <math.h>
 #include <string.h>
@@ -288,8 +288,10 @@ bool finding_times_text(const answer_t *answer, const finding_t *finding, char t
     if (!finding_times(answer, finding, time_s)) {
         return false;
     }
-    text_append(text, "from %.2g s to %.3g s after a step: what is quicker or slower these recordings do not show",
-                time_s[0], time_s[1]);
+    char from[QUANTITY_TEXT], to[QUANTITY_TEXT];
+    quantity_named(from, "", "s", time_s[0], 2);
+    quantity_named(to, "", "s", time_s[1], 3);
+    text_append(text, "from %s to %s after a step: what is quicker or slower these recordings do not show", from, to);
     return true;
 }
 
@@ -298,8 +300,10 @@ static void append_ranges(char *text, const ranges_t *all, double (*gap)(const r
                           const char *unit) {
     enum { MOST_TOLD = 3 };
     const ranges_t told = ranges_bridged(all, gap, MOST_TOLD);
+    char range[QUANTITY_TEXT];
     for (size_t i = 0; i < told.count; i++) {
-        text_append(text, "%s%.4g .. %.4g", text_between(i, told.count), told.range[i].from, told.range[i].to);
+        quantity_range(range, told.range[i].from, told.range[i].to, 0.0);
+        text_append(text, "%s%s", text_between(i, told.count), range);
     }
     text_append(text, " %s", unit);
 }
@@ -376,35 +380,14 @@ void location_text(const location_t *location, const recording_t *recordings, si
     }
 }
 
-/* " Hz"; nothing for a number without a unit. */
-static void append_unit(char *text, const parameter_info_t *info) {
-    if (strcmp(info->unit, "1") != 0) {
-        text_append(text, " %s", info->unit);
-    }
-}
-
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
     const parameter_info_t *info = &block->block->parameter[parameter];
     const double value = block->parameter[parameter].value[0];
     const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
+    char number[QUANTITY_TEXT];
+    quantity_text(number, info->name, info->unit, value, sigma);
     text[0] = '\0';
-    if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
-        text_append(text, "%s = ", info->name);
-        text_append_value(text, value, sigma);
-        append_unit(text, info);
-    } else {
-        text_append(text, "%s = %.4g", info->name, value);
-        append_unit(text, info);
-        text_append(text, " (%s)", info->chosen ? "chosen" : sigma == 0.0 ? "at its bound" : "not determined");
-    }
-}
-
-void parameter_words(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
-    const parameter_info_t *info = &block->block->parameter[parameter];
-    const double value = block->parameter[parameter].value[0];
-    const double sigma = block->parameter[parameter].sigma != NULL ? block->parameter[parameter].sigma[0] : HUGE_VAL;
-    text[0] = '\0';
-    quantity_append(text, info->name, info->unit, value, sigma);
+    text_append(text, "%s", number);
     if (!isfinite(sigma) || !(sigma > 0.0)) {
         text_append(text, " (%s)", info->chosen ? "chosen" : sigma == 0.0 ? "at its bound" : "not determined");
     }
@@ -412,10 +395,11 @@ void parameter_words(const model_block_t *block, size_t parameter, char text[DIA
 
 void remainder_text(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     const remainder_t *remainder = &answer->remainder;
+    char range[QUANTITY_TEXT];
     text[0] = '\0';
     if (remainder->rms_um > 0.0) {
-        text_append(text, "%.2g um rms beside the noise, most of it at %.3g .. %.3g Hz", remainder->rms_um,
-                    remainder->low_hz, remainder->high_hz);
+        quantity_range(range, remainder->low_hz, remainder->high_hz, 0.0);
+        text_append(text, "%.2g um rms beside the noise, most of it at %s Hz", remainder->rms_um, range);
     } else {
         text_append(text, "noise at all frequencies");
     }
@@ -424,8 +408,9 @@ void remainder_text(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
                     remainder->outliers == 1 ? "" : "s");
     }
     if (remainder->by_level.part > 0.0) {
-        text_append(text, "; %.2g of the noise goes with the position, most of it at %.4g .. %.4g um",
-                    remainder->by_level.part, remainder->by_level.low_um, remainder->by_level.high_um);
+        quantity_range(range, remainder->by_level.low_um, remainder->by_level.high_um, 0.0);
+        text_append(text, "; %.2g of the noise goes with the position, most of it at %s um", remainder->by_level.part,
+                    range);
     }
     if (!remainder->structured &&
         (remainder->rms_um > 0.0 || remainder->outliers > 0 || remainder->by_level.part > 0.0)) {
@@ -488,13 +473,13 @@ bool unseen_has_parameter(const unseen_t *unseen) {
 }
 
 void unseen_text(const unseen_t *unseen, char text[DIAGNOSIS_LINE]) {
+    char number[QUANTITY_TEXT];
     text[0] = '\0';
     text_append(text, "%.2g um rms", unseen->smallest_um);
     if (unseen_has_parameter(unseen)) {
         const parameter_info_t *info = &unseen->block->parameter[unseen->parameter];
-        text_append(text, " (%s = %.2g", info->name, fabs(unseen->value));
-        append_unit(text, info);
-        text_append(text, ")");
+        quantity_named(number, info->name, info->unit, fabs(unseen->value), 2);
+        text_append(text, " (%s)", number);
     }
 }
 
@@ -616,14 +601,14 @@ static void print_errors(FILE *file, const answer_t *answer) {
 
 bool refitted_text(const answer_t *answer, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]) {
     const model_block_t *was = model_find(&answer->given, block->name), *is = model_find(&answer->model, block->name);
-    char number[DIAGNOSIS_LINE];
+    char number[DIAGNOSIS_LINE], before[QUANTITY_TEXT];
     text[0] = '\0';
     if (!refitted_changed(was, is, parameter)) {
         return false;
     }
     parameter_text(is, parameter, number);
-    text_append(text, "%s in the given chain: %s, it was %.5g", block->name, number,
-                was->parameter[parameter].value[0]);
+    quantity_named(before, "", block->parameter[parameter].unit, was->parameter[parameter].value[0], 5);
+    text_append(text, "%s in the given chain: %s, it was %s", block->name, number, before);
     return true;
 }
 

@@ -42,13 +42,10 @@ const char *finding_standing(const answer_t *answer, const finding_t *finding);
 /** The words before the excitation of a finding: "To tell them apart, record" where it has rivals. */
 const char *excitation_heading(const finding_t *finding);
 
-/** "frequency_hz = 212.3 +- 0.4 Hz". element 0 of a parameter of the final model. */
+/** "frequency 212.3 +- 0.4 Hz" (quantity.h). element 0 of a parameter of the final model. */
 void parameter_text(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
 
-/** "frequency 212.3 +- 0.4 Hz": the same in words, for a page (quantity.h). */
-void parameter_words(const model_block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
-
-/** "transport_delay in the given chain: delay_s = 0.0009 +- 2e-05 s, it was 0.0005", of a block that was fitted again
+/** "transport_delay in the given chain: delay 900 +- 20 us, it was 500 us", of a block that was fitted again
  * (refitted.h). false, and empty, where the number did not change. */
 bool refitted_text(const answer_t *answer, const block_t *block, size_t parameter, char text[DIAGNOSIS_LINE]);
 

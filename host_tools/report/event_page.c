@@ -5,6 +5,7 @@
 #include "page/svg_plot.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_text.h"
+#include "report/prose.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -98,7 +99,7 @@ static size_t write_refitted(FILE *file, const answer_t *answer) {
         for (size_t p = 0; p < answer->refitted_block[i]->parameters; p++) {
             if (refitted_text(answer, answer->refitted_block[i], p, text)) {
                 fputs("<li>A number of the model changed: ", file);
-                write_escaped(file, text);
+                write_prose(file, text);
                 fputs("</li>\n", file);
                 written++;
             }
@@ -117,7 +118,7 @@ static void write_finding(FILE *file, const answer_t *answer, const account_t *a
         if (finding_tells(finding, p)) {
             parameter_text(block, p, text);
             fputs("; ", file);
-            write_escaped(file, text);
+            write_prose(file, text);
         }
     }
     finding_explanation(finding, text);
@@ -217,7 +218,6 @@ bool event_write_page(const event_t *event, const answer_t *answer, const accoun
     if (!page_open(&page, path, title, failure)) {
         return false;
     }
-    fprintf(page.file, "<h1>%s</h1>\n", title);
     since_text(event, since);
     fprintf(page.file,
             "<p>The error of the position had been %.4g µm (root mean square); the limit was %.4g µm. The amplifier "

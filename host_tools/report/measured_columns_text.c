@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/measured_columns_text.h"
 #include "base/json_output.h"
+#include "base/quantity.h"
 #include "diagnosis/account.h"
 #include <math.h>
 
@@ -10,12 +11,9 @@ static const char *unit_of(column_t column) {
 
 /* "0.51 +- 0.02 um/K, behind it by a lag of 3 s" */
 static void append_coefficient(char *text, column_t column, const column_relation_t *relation) {
-    text_append_value(text, relation->coefficient, relation->sigma);
-    if (column == COLUMN_VOLTAGE) {
-        text_append(text, " of what the model makes of the difference");
-    } else {
-        text_append(text, " %s", unit_of(column));
-    }
+    char number[QUANTITY_TEXT];
+    quantity_text(number, "", unit_of(column), relation->coefficient, relation->sigma);
+    text_append(text, "%s%s", number, column == COLUMN_VOLTAGE ? " of what the model makes of the difference" : "");
     if (relation->lag_s > 0.0) {
         text_append(text, ", behind it by a lag of about %.2g s", relation->lag_s);
     }
@@ -74,7 +72,9 @@ void measured_column_text(const answer_t *answer, const measured_column_t *colum
 
 /* "(0.99 +- 0.01 of it)" */
 static void append_part(char *text, const electrical_change_t *change, const char *of) {
-    text_append(text, " (%.3f +- %.2g of %s)", change->part, fmax(change->sigma, electrical_least_sigma), of);
+    char part[QUANTITY_TEXT];
+    quantity_text(part, "", "1", change->part, fmax(change->sigma, electrical_least_sigma));
+    text_append(text, " (%s of %s)", part, of);
 }
 
 static void append_change(char *text, const finding_t *finding, const finding_columns_t *columns, column_t column) {

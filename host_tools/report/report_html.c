@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/quantity.h"
 #include "page/html_page.h"
 #include "page/svg_plot.h"
 #include "report/prose.h"
-#include "report/quantity.h"
 #include "report/report.h"
 #include <math.h>
 #include <stdio.h>
@@ -127,10 +127,11 @@ static void write_finding(FILE *file, json_t *finding) {
     json_object_foreach(json_object_get(finding, "parameters"), name, parameter) {
         const json_t *value = json_object_get(parameter, "value"), *sigma = json_object_get(parameter, "sigma");
         if (json_is_number(value)) {
-            char text[DIAGNOSIS_LINE] = ", ";
+            char text[QUANTITY_TEXT];
             const char *unit = json_string_value(json_object_get(parameter, "unit"));
-            quantity_append(text, name, unit != NULL ? unit : "1", json_number_value(value),
-                            json_is_number(sigma) ? json_number_value(sigma) : (double)NAN);
+            quantity_text(text, name, unit != NULL ? unit : "1", json_number_value(value),
+                          json_is_number(sigma) ? json_number_value(sigma) : (double)NAN);
+            fprintf(file, ", ");
             write_prose(file, text);
         }
     }

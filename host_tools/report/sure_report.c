@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/sure_report.h"
+#include "base/quantity.h"
 #include "report/text_line.h"
 
-/* "With creep at 3 times its detection limit (gamma_per_decade = 0.0004)". */
+/* "With creep at 3 times its detection limit (gamma per decade 0.0004)". */
 static void append_hidden(const sure_question_t *q, char text[DIAGNOSIS_LINE]) {
     if (q->hidden == NULL) {
         text_append(text, "With nothing missing");
     } else if (q->limits > 0.0) {
-        text_append(text, "With %s at %s its detection limit (%s = %.2g)", q->hidden->name,
-                    q->limits < 1.0 ? "a third of" : "three times", q->hidden->parameter[q->parameter].name, q->value);
+        const parameter_info_t *info = &q->hidden->parameter[q->parameter];
+        char number[QUANTITY_TEXT];
+        quantity_named(number, info->name, info->unit, q->value, 2);
+        text_append(text, "With %s at %s its detection limit (%s)", q->hidden->name,
+                    q->limits < 1.0 ? "a third of" : "three times", number);
     } else if (q->hidden == q->in_place_of) {
         text_append(text, "With %s, as the answer says", q->hidden->name);
     } else {

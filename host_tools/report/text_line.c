@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/text_line.h"
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -19,24 +18,19 @@ const char *text_between(size_t index, size_t count) {
     return index == 0 ? "" : index + 1 < count ? ", " : " and ";
 }
 
-/* Precision for %.*g: the value to two digits of its error. */
-static int digits_of(double value, double sigma) {
-    const int digits = 2 + (int)floor(log10(fabs(value))) - (int)floor(log10(sigma));
-    return digits < 2 ? 2 : digits > 9 ? 9 : digits;
-}
-
-void text_append_value(char text[DIAGNOSIS_LINE], double value, double sigma) {
-    if (isfinite(sigma) && sigma > 0.0 && value != 0.0) {
-        text_append(text, "%.*g +- %.2g", digits_of(value, sigma), value, sigma);
-    } else {
-        text_append(text, "%.4g", value);
+/* Up to where a line may break: not inside of "2.95 .. 3.05" and "301.1 +- 0.3". */
+static size_t word_length(const char *text) {
+    size_t length = strcspn(text, " ");
+    while (strncmp(text + length, " .. ", 4) == 0 || strncmp(text + length, " +- ", 4) == 0) {
+        length += 4 + strcspn(text + length + 4, " ");
     }
+    return length;
 }
 
 void text_wrapped(FILE *file, const char *heading, const char *text) {
     fprintf(file, "%-*s", INDENT, heading);
     for (size_t column = INDENT; *text != '\0';) {
-        const size_t word = strcspn(text, " ");
+        const size_t word = word_length(text);
         if (column > INDENT && column + word >= WIDTH) {
             fprintf(file, "\n%*s", INDENT, "");
             column = INDENT;
@@ -46,7 +40,7 @@ void text_wrapped(FILE *file, const char *heading, const char *text) {
         text += word;
         if (*text == ' ') {
             text++;
-            if (*text != '\0' && column + 1 + strcspn(text, " ") < WIDTH) {
+            if (*text != '\0' && column + 1 + word_length(text) < WIDTH) {
                 fputc(' ', file);
                 column++;
             } else if (*text != '\0') {

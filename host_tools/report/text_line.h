@@ -17,10 +17,6 @@ void text_append(char text[DIAGNOSIS_LINE], const char *format, ...);
 /** The separator before item `index` of `count`: "a", "a and b", "a, b and c". */
 const char *text_between(size_t index, size_t count);
 
-/** "212.3 +- 0.4": two digits of the error, and the value as exactly; without an error that is above 0 four digits of
- * the value alone. */
-void text_append_value(char text[DIAGNOSIS_LINE], double value, double sigma);
-
 /** A paragraph behind a heading of a word or none, in lines of a terminal's width. */
 void text_wrapped(FILE *file, const char *heading, const char *text);
 

@@ -91,13 +91,13 @@ static void test_what_is_isolated_is_not_sold_as_a_name(void) {
 static void test_what_was_not_found_tells_its_smallest_size(void) {
     const char *const told[] = {
         "\nnot seen, beside what was found; sizes are those of the form of each block that shows best here\n"
-        "   transport_delay            would have been seen from 0.031 um rms (delay_s = 0.00025 s)\n"
-        "   creep                      would have been seen from 0.0021 um rms (gamma_per_decade = 0.00041)\n"
+        "   transport_delay            would have been seen from 0.031 um rms (delay 250 us)\n"
+        "   creep                      would have been seen from 0.0021 um rms (gamma per decade 0.00041)\n"
         "   static_nonlinearity        would have been seen from 0.5 um rms\n"
         "   thermal_drift              not testable here: the drive was at home\n",
         "\nnext       hyst record --port DEV --probe resonance\nchain ", /* before what led to it */
         "edges: hyst record --port DEV --probe resonance\n"};
-    const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma_per_decade = 0.00041)</td>",
+    const char *const shown[] = {"<td>creep</td><td>0.0021&nbsp;µm rms (gamma per decade 0.00041)</td>",
                                  "<td>thermal_drift</td><td>not testable here: the drive was at home</td>",
                                  ": <code>hyst record --port DEV --probe resonance</code></dd>"};
     const char *const hedged[] = {"more than noise remains, and may hide effects of any size\n   thermal_drift"};
@@ -185,13 +185,13 @@ static void test_what_was_changed_in_a_given_chain_is_told(void) {
     verdict_sentence(&diagnosis, text);
     TEST_ASSERT_EQUAL_STRING_LEN(other, text, strlen(other));
     char *all = printed();
-    TEST_ASSERT_NOT_NULL(strstr(all, "\nrefitted   resonance in the given chain: frequency_hz = 180"));
-    TEST_ASSERT_NOT_NULL(strstr(all, "it was 150\n"));
-    TEST_ASSERT_NULL(strstr(all, "chain: damping_ratio"));
+    TEST_ASSERT_NOT_NULL(strstr(all, "\nrefitted   resonance in the given chain: frequency 180"));
+    TEST_ASSERT_NOT_NULL(strstr(all, "it was 150 Hz\n"));
+    TEST_ASSERT_NULL(strstr(all, "chain: damping ratio"));
     free(all);
     const char *const shown[] = {"numbers fitted again</td><td>1.5000", "another hysteresis</td><td>1.0000",
                                  "hysteresis, in place of the given one",
-                                 "Fitted again: resonance in the given chain: frequency_hz = 180"};
+                                 "Fitted again: resonance in the given chain: frequency 180"};
     expect_all(page(), shown, 4);
     json_t *json = as_json();
     const json_t *shape = json_object_get(json, "other_shape"), *numbers = json_object_get(json, "refitted");
@@ -212,9 +212,9 @@ static void expect_remainder(remainder_t remainder, const char *expected) {
 
 static void test_what_remains_is_told_in_words(void) {
     const char
-        *const told[] = {"\nremaining  0.012 um rms beside the noise, most of it at 2 .. 2.83 Hz; 5 single samples "},
+        *const told[] = {"\nremaining  0.012 um rms beside the noise, most of it at 2 .. 2.8 Hz; 5 single samples "},
                *const shown[] = {
-                   "<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2&nbsp;to&nbsp;2.83 Hz; 5"};
+                   "<p>The model leaves 0.012&nbsp;µm rms beside the noise, most of it at 2&nbsp;to&nbsp;2.8 Hz; 5"};
     double low, high;
     expect_remainder((remainder_t){0}, "noise at all frequencies");
     expect_remainder((remainder_t){.outliers = 1},

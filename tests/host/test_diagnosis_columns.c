@@ -43,7 +43,7 @@ static void measure(actuator_t actuator) {
     actuator.samples = SAMPLES;
     actuator.noise_um = noise_um;
     measure_actuator(&actuator, "actuator.csv", &rng, &recording);
-    question = question_open(false);
+    question = question_open(false, NULL);
     diagnosis = (answer_t){.question = question};
     model_copy(&diagnosis.given, &bank);
     model_copy(&diagnosis.baseline, &bank);

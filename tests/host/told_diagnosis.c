@@ -36,7 +36,7 @@ void setUp(void) {
         recording_set_key(&recordings[i], "actuator", "<script>");
     }
     fill_drive();
-    question = question_open(true);
+    question = question_open(true, NULL);
     diagnosis = (answer_t){.question = question};
     make_bank_model(&diagnosis.baseline, RATE_HZ, 1.0, 3, weights, thresholds);
     model_copy(&diagnosis.given, &diagnosis.baseline);

@@ -293,7 +293,8 @@ class Diagnoses(unittest.TestCase):
         odd = 'script/a "name" \u00b5.csv'
         self.recording.write(odd)
         answers = []
-        options = ("--model", "model.json", "--json", "script/d.json", "-o", "script/m.json", "--report", "script/d.html", "--from", "0.5")
+        options = ("--model", "model.json", "--json", "script/d.json", "-o", "script/m.json", "--report", "script/d.html",
+                   "--title", "Axis 3 <\u00b5>", "--from", "0.5")
         printed = command("diagnose", odd, *options, "--emit-python", "script/repeat.py")
         for again in (False, True):
             if again:
@@ -303,6 +304,17 @@ class Diagnoses(unittest.TestCase):
             with open("script/d.html", encoding="utf-8") as page:
                 answers.append((document("script/d.json"), document("script/m.json"), without_origin(page.read())))
         self.assertEqual(answers[0], answers[1])
+        self.assertIn("<title>Axis 3 &lt;\u00b5&gt;</title>", answers[0][2])
+        self.assertIn("<h1>Axis 3 &lt;\u00b5&gt;</h1>\n<p class=\"note\">What the model leaves out</p>", answers[0][2])
+
+    def test_a_title_is_of_one_page(self):
+        self.answer.report("titled.html", title="Axis 3")
+        self.answer.report("untitled.html")
+        for name, heading in ("titled.html", "Axis 3"), ("untitled.html", "What the model leaves out"):
+            with open(name, encoding="utf-8") as page:
+                self.assertEqual(re.findall("<h1>(.*)</h1>", page.read()), [heading])
+        self.assertIn("--title is of the page that --report writes",
+                      line_of(command, "diagnose", RECORDING, "--title", "Axis 3"))
 
     def test_a_span_of_a_recording(self):
         part = self.recording.span(0.5, 0.75)

@@ -267,16 +267,25 @@ FILLED = """
 
 
 def ripple(day):
-    """A sine of two periods a column: the envelope fills whole columns, which twenty snapshots a second cannot."""
-    day.forget_result()
+    """A sine of two periods a column: the envelope fills whole columns, which twenty snapshots a second cannot. A busy
+    machine may look for it too late; then it is played again."""
+    def filled():
+        return sum(share > 0.6 for share in day.script(FILLED, "#plot-drive", "--drive")) >= 60
+
     Select(day.browser.find_element(By.ID, "window")).select_by_value("5")
     day.fill("record", waveform="sine", frequency="237", cycles="700", frames="3000", name="ripple")
-    day.click("#record .go")
-    day.until_page(run="record")
-    day.until("the envelope fills the plot of the drive", lambda: sum(
-        share > 0.6 for share in day.script(FILLED, "#plot-drive", "--drive")) >= 60 or not day.has(run="record"))
-    if not day.has(run="record"):
+    for _ in range(3):
+        day.forget_result()
+        day.click("#record .go")
+        day.until_page(run="record")
+        day.until("the envelope fills the plot of the drive", lambda: filled() or not day.has(run="record"))
+        if filled():
+            break
+        day.result("record")
+    else:
         day.fail("no envelope of a sine of 237 Hz was to be seen")
+    if not day.script("return plots.loop.series[0].dots"):
+        day.fail("the loop is a scribble: lines between samples of which there are four a period")
     day.picture("ripple", "main")
     day.result("record")
     if day.script("return Number(document.body.dataset.gaps || 0)") != 0:

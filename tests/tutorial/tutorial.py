@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tutorial.py SOURCE BUILD SCRATCH DOCUMENT [--rewrite]: docs/DOCUMENT is true.
+"""tutorial.py SOURCE BUILD SCRATCH DOCUMENT [--rewrite]: docs/DOCUMENT is true. README.md too: see use_it.
 
 Runs the commands of its ```console blocks, in order and in one shell, in a copy of the layout that a reader has, and
 compares what they print with what the document shows. --rewrite puts what was printed into the document instead; a
@@ -71,19 +71,45 @@ def same(shown, printed, tolerance):
     return bool(printed) and same_line(shown[0], printed[0], tolerance) and same(shown[1:], printed[1:], tolerance)
 
 
+def use_it(lines):
+    """Yields (first line, command, first line of what of its output is shown, end, tolerance) of README's "Use it".
+
+    Each indented block up to the reader's own recording is one paste; what stands behind a line that ends with "prints:"
+    is of the paste before. No pair of numbers is farther apart than the tutorial allows, which shows the same lines.
+    """
+    at = lines.index("## Use it")
+    end = next(i for i in range(at, len(lines)) if lines[i].startswith("**Your own recording**"))
+    pastes, heading = [], ""
+    while at < end:
+        first = at
+        while at < end and lines[at].startswith("    "):
+            at += 1
+        if at == first:
+            heading = lines[at] or heading
+            at += 1
+        elif heading.endswith("prints:"):
+            pastes[-1][2:4] = first, at
+        else:
+            pastes.append([first, "\n".join(line[4:] for line in lines[first:at]), at, at])
+    return pastes
+
+
 def lay_out(source, build, scratch):
-    """What a reader has beside docs/: the build in build/host."""
+    """What a reader has beside docs/: the build in build/host, and scripts/build, which has built it."""
     shutil.rmtree(scratch, ignore_errors=True)
-    os.makedirs(os.path.join(scratch, "build"))
+    for folder in "build", "scripts":
+        os.makedirs(os.path.join(scratch, folder))
     os.symlink(os.path.join(source, "docs"), os.path.join(scratch, "docs"))
     os.symlink(build, os.path.join(scratch, "build", "host"))
+    os.symlink("/bin/true", os.path.join(scratch, "scripts", "build"))
 
 
 def main():
     source, build, scratch = (os.path.abspath(path) for path in sys.argv[1:4])
     name = sys.argv[4]
     rewrite = sys.argv[5:] == ["--rewrite"]
-    document = os.path.join(source, "docs", name)
+    readme = name == "README.md"
+    document = os.path.join(source, "" if readme else "docs", name)
     with open(document, encoding="utf-8") as file:
         lines = file.read().split("\n")
     lay_out(source, build, scratch)
@@ -91,7 +117,12 @@ def main():
                              stderr=subprocess.STDOUT, text=True, env={**os.environ, "LC_ALL": "C.UTF-8"})
     print("trap 'kill $(jobs -p) 2> /dev/null' EXIT", file=shell.stdin)
     failures, checked, shifts = 0, 0, []
-    for tolerance, commands in blocks(lines):
+    if readme: # as a reader pastes it, but ending at the first failure, whose status is that of no last command
+        print("set -e", file=shell.stdin)
+        found = (((0.4, 0.01), [(first, paste, (begin, end))]) for first, paste, begin, end in use_it(lines))
+    else:
+        found = blocks(lines)
+    for tolerance, commands in found:
         for first, command, (begin, end) in commands:
             print(f"{command}\nprintf '\\n%s %s\\n' {DONE} $?", file=shell.stdin, flush=True)
             printed = []
@@ -105,10 +136,12 @@ def main():
             while printed and not printed[-1].strip():
                 printed.pop()
             shown = lines[begin:end]
+            if readme: # shows some of the lines
+                shown = ["...", *(part for line in shown for part in (line, "..."))]
             if status != "0":
                 print(f"FAIL: {name}:{first + 1}: exit status {status}: {command}", *printed, sep="\n    ")
                 failures += 1
-            elif rewrite and "..." not in map(str.strip, shown):
+            elif rewrite and not readme and "..." not in map(str.strip, shown):
                 shifts.append((begin, end, printed))
             elif not same(shown, printed, tolerance):
                 print(f"FAIL: {name}:{first + 1}: {command}", "shown:", *shown, "printed:", *printed, sep="\n    ")
@@ -121,7 +154,7 @@ def main():
     if rewrite:
         with open(document, "w", encoding="utf-8") as file:
             file.write("\n".join(lines))
-    if checked < 20 and not rewrite:
+    if checked < (5 if readme else 20) and not rewrite:
         print(f"FAIL: only {checked} lines were compared")
         failures += 1
     print(f"{checked} lines, {failures} failures")

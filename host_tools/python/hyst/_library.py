@@ -61,6 +61,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "diagnosis_sure": (c_size_t, [c_void_p, c_void_p, c_size_t, c_ulong]),
     "diagnosis_json": (c_void_p, [c_void_p]),
     "diagnosis_text": (c_void_p, [c_void_p]),
+    "diagnosis_set_title": (None, [c_void_p, c_char_p]),
     "diagnosis_report": (c_int, [c_void_p, c_char_p]),
     "diagnosis_model": (c_void_p, [c_void_p]),
     "diagnosis_column": (_doubles, [c_void_p, c_size_t, c_char_p]),

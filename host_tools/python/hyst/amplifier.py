@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Callable, Iterator
 
+import hyst_command
+
 from ._library import Error, Progress, interruptible, lib, options, text
 from .model import Model, compile
 from .recording import Recording
@@ -279,23 +281,28 @@ class Amplifier:
 class EmulatedAmplifier:
     """`hyst bench`: the amplifier's firmware under emulation, with a simulated actuator. For trying things out.
 
-        with hyst.EmulatedAmplifier("bench.elf", "actuator.json") as port, hyst.Amplifier(port, timeout=5) as amplifier:
+        with hyst.EmulatedAmplifier(None, "actuator.json") as port, hyst.Amplifier(port, timeout=5) as amplifier:
             ...
 
-    Needs the command hyst and qemu-system-arm in the PATH. arguments: more options of the command. It ends with this
-    process, however that ends.
+    image: the firmware of the board `bench`; None: that of the command. command: None is the one that pip installed
+    with this package, else the `hyst` of the PATH. Needs qemu-system-arm in the PATH. arguments: more options of the
+    command. It ends with this process, however that ends.
     """
 
-    def __init__(self, image: str | os.PathLike[str], model: str | os.PathLike[str], *arguments: str,
-                 command: str = "hyst") -> None:
-        self._arguments = [command, "bench", "--attached", "--json", "--image", os.fspath(image), "--model", os.fspath(model),
-                           *arguments]
+    def __init__(self, image: str | os.PathLike[str] | None, model: str | os.PathLike[str], *arguments: str,
+                 command: str | os.PathLike[str] | None = None) -> None:
+        own_image = [] if image is None else ["--image", os.fspath(image)]
+        self._arguments = [hyst_command.path() if command is None else os.fspath(command), "bench", "--attached", "--json",
+                           *own_image, "--model", os.fspath(model), *arguments]
         self._process: subprocess.Popen[str] | None = None
 
     def __enter__(self) -> str:
-        self._process = subprocess.Popen(self._arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         stderr=subprocess.PIPE, text=True,
-                                         start_new_session=True)  # Ctrl-C is for the run, and not for the emulator
+        try:
+            self._process = subprocess.Popen(self._arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                             stderr=subprocess.PIPE, text=True,
+                                             start_new_session=True)  # Ctrl-C is for the run, and not for the emulator
+        except OSError as reason:
+            raise Error(f"the emulated amplifier: cannot run {self._arguments[0]}: {reason.strerror}") from None
         assert self._process.stdout is not None and self._process.stderr is not None
         line = self._process.stdout.readline()
         if not line:

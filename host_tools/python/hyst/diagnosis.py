@@ -27,8 +27,12 @@ class Parameter:
     def __str__(self) -> str:
         if isinstance(self.value, list):
             return f"{len(self.value)} values in {self.unit}"
-        error = "" if not isinstance(self.error, float) else f" +- {self.error:.2g}"
-        return f"{self.value:.6g}{error} {self.unit}"
+        unit = "" if self.unit == "1" else " " + self.unit
+        if not isinstance(self.error, float) or not self.error > 0.0:
+            return f"{self.value:.4g}{unit}"
+        power = math.floor(math.log10(self.error))  # one digit of the error, two if the first is 1 or 2
+        places = max(0, -power + (self.error < 2.95 * 10.0**power))
+        return f"{self.value:.{places}f} +- {self.error:.{places}f}{unit}"
 
 
 @dataclass(frozen=True)
@@ -145,8 +149,9 @@ class Diagnosis:
         """The first sample that counts: the memory of the hysteresis is not determined before."""
         return lib.diagnosis_from(self._handle, recording)
 
-    def report(self, path: str | os.PathLike[str]) -> None:
-        """Writes the page that `hyst diagnose --report` writes."""
+    def report(self, path: str | os.PathLike[str], title: str | None = None) -> None:
+        """Writes the page that `hyst diagnose --report` writes. title: its heading, for a lab book."""
+        lib.diagnosis_set_title(self._handle, None if title is None else os.fsencode(title))
         checked(lib.diagnosis_report(self._handle, as_path(path)))
 
     def plot(self, recording: int = 0, axes: Any = None) -> Any:

@@ -4,13 +4,13 @@
 
 const byId = (id) => document.getElementById(id);
 const page = document.body.dataset; // what the page is in, also for tests: server, line, run, job, control
-const MOST_ROWS = 1 << 20, SILENCE_MS = 4000, AGAIN_MS = 700, DRAW_MS = 30;
+const MOST_ROWS = 1 << 20, MOST_SILENT = 4, AGAIN_MS = 700, DRAW_MS = 30;
 const STREAM_MS = 300; // without a frame there is no stream
 const stream = { heard: -Infinity, next: null }; // next: number of the frame that comes, once one has come
 const plots = {};
 for (const name of ["position", "loop", "drive", "error"]) { plots[name] = new Plot(byId(`plot-${name}`)); }
 for (const name of ["time", "loop", "error"]) { plots[`compare-${name}`] = new Plot(byId(`compare-${name}`)); }
-let socket = null, heard = 0, paused = false, stale = false, gone = false, line = {}, files = [], lastLive = null;
+let socket = null, silent = 0, paused = false, stale = false, gone = false, line = {}, files = [], lastLive = null;
 const compared = { a: null, b: null };
 
 // ---- Small things ----
@@ -129,6 +129,18 @@ function rowAt(t) {
   return low;
 }
 
+// Whether lines from sample to sample would be a scribble: on average they go over a tenth of the range, as a triangle
+// of 20 samples a period does.
+function jumps(values) {
+  let way = 0, low = Infinity, high = -Infinity;
+  for (let i = 1; i < values.length; i++) {
+    if (!Number.isNaN(values[i] - values[i - 1])) { way += Math.abs(values[i] - values[i - 1]); }
+    if (values[i] < low) { low = values[i]; }
+    if (values[i] > high) { high = values[i]; }
+  }
+  return way > 0.1 * (high - low) * values.length;
+}
+
 function drawSoon() {
   if (!stale) {
     stale = true;
@@ -206,7 +218,7 @@ function drawLive() {
   plots.drive.draw([{ ...against(drive, "drive"), colour: "--drive" }], { x, live: true, least: 1, values: true });
   plots.error.draw([{ ...against(position.map((value, i) => value - reference[i]), "error"), colour: "--error" }],
     { x, live: true, least: 0.02, values: true, empty: "no reference is followed" });
-  const loop = { x: drive, y: position, colour: "--position", dots: t.length > 4 * plots.loop.columns() };
+  const loop = { x: drive, y: position, colour: "--position", dots: t.length > 4 * plots.loop.columns() || jumps(drive) };
   plots.loop.draw([loop], { x: rangeOf([loop], "x", 1), live: true, least: 0.2 });
 }
 
@@ -394,7 +406,7 @@ function drawCompared() {
       time.push({ x: t, y: r.reference, colour: "--reference", label: "reference", dash: true });
     }
     time.push({ x: t, y: r.displacement, colour, label: name });
-    loop.push({ x: r.drive, y: r.displacement, colour, label: name });
+    loop.push({ x: r.drive, y: r.displacement, colour, label: name, dots: jumps(r.drive) });
     if (r.reference) {
       error.push({ x: t, y: r.displacement.map((value, i) => value - r.reference[i]), colour, label: name });
     }
@@ -464,11 +476,11 @@ const handlers = {
 };
 
 function connect() {
-  heard = Date.now();
+  silent = 0;
   socket = new WebSocket(`ws://${location.host}${location.pathname}socket`, "hyst");
   socket.addEventListener("open", () => enter("server", "open"));
   socket.addEventListener("message", (received) => {
-    heard = Date.now();
+    silent = 0;
     const event = JSON.parse(received.data);
     if (handlers[event.event]) { handlers[event.event](event); }
   });
@@ -482,8 +494,10 @@ function connect() {
   });
 }
 
+// Seconds in which nothing came and the page could have heard it: while it is busy no second is counted, and what came
+// meanwhile waits. By the clock a slow page would take itself for a server that is gone, and Stop with it.
 setInterval(() => {
-  if (page.server === "open" && Date.now() - heard > SILENCE_MS) { socket.close(); }
+  if (page.server === "open" && ++silent > MOST_SILENT) { socket.close(); }
 }, 1000);
 addEventListener("pagehide", () => {
   gone = true;
