@@ -7,11 +7,11 @@
  *
  * The window is the one in which the drive shows most of what it does: of 8 levels by 16 octaves of its rate, the most
  * combinations; the first of equal ones. It has to see both ends of the drive's range. Where the drive is so slow that
- * no window does, the samples become means of 2, 4, 8 .. neighbours, so that the same number of them spans more time:
- * as few as will do, and what is quicker than these is then not seen.
+ * no window does, the samples become means of 2, 4, 8 .. neighbours, as few as will do. The same number of them then
+ * spans more time, and what is quicker than these is not seen.
  *
  * What takes longer than the window, or happens outside of it, is not seen either. The error that the answer's model
- * delivers is told of the whole recording (delivered.h).
+ * delivers is that of the whole recording (delivered.h).
  */
 #ifndef EXCERPT_H
 #define EXCERPT_H
