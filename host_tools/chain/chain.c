@@ -324,18 +324,6 @@ void chain_close(chain_t *chain) {
     }
 }
 
-bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
-                    failure_t *failure) {
-    signal_t *signal = signals_of(recording->column[COLUMN_DRIVE], recording->samples);
-    size_t order[MODEL_MAX_BLOCKS];
-    const bool good = chain_run(model, recording, seed, 0, chain_order(model, order), signal, failure);
-    for (size_t k = 0; good && k < recording->samples; k++) {
-        position_um[k] = signal[1 + k].value;
-    }
-    free(signal);
-    return good;
-}
-
 bool chain_simulate_finite(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                            failure_t *failure) {
     if (!chain_simulate(model, recording, seed, position_um, failure)) {

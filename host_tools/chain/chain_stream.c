@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "chain/chain_stream.h"
+#include "base/progress.h"
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
@@ -106,4 +107,27 @@ bool chain_stream_position(const model_t *model, const recording_t *recording, s
         finite = isfinite(position_um[k]);
     }
     return finite || fail(failure, "the model runs away");
+}
+
+bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
+                    failure_t *failure) {
+    stage_setup_t setup;
+    bool good = true;
+    if (!chain_setup(model, recording, seed, &setup, failure)) {
+        return false;
+    }
+    chain_stream_t stream = chain_stream_open(model, 0, &setup);
+    stream_piece_t *piece = allocate(1, sizeof *piece);
+    chain_stream_settle(&stream, (signal_t){.value = recording->column[COLUMN_DRIVE][0]}, NULL);
+    for (size_t start = 0, k = 0; good && k < recording->samples; start += piece->count) {
+        chain_stream_fill(&stream, recording, start, recording->samples, piece);
+        chain_stream_run(&stream, piece->signal, piece->count, piece->ends, NULL);
+        for (size_t i = 0; i < stream.out; i++, k++) {
+            position_um[k] = stream.signal[i].value;
+        }
+        good = progress_go_on(failure);
+    }
+    free(piece);
+    chain_stream_close(&stream);
+    return good;
 }

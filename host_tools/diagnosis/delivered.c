@@ -6,19 +6,21 @@
 #include <stdlib.h>
 
 double delivered_percent(const samples_t *samples, const model_t *model) {
-    double *position = samples_column(samples), worst = 0.0;
-    failure_t ignored;
-    const bool good = samples_simulate(samples, model, position, &ignored);
+    bool good = true;
+    double worst = 0.0;
     for (size_t i = 0; good && i < samples->count; i++) {
-        const recording_t *r = &samples->recordings[i];
-        double *simulated = position + samples->begin[i];
-        if (samples->count > 1) {
-            error_take_zero(r->column[COLUMN_DISPLACEMENT], simulated, r->samples);
+        const recording_t *part = &samples->recordings[i], *r = part->whole != NULL ? part->whole : part;
+        double *position = allocate(r->samples, sizeof *position);
+        failure_t ignored;
+        good = chain_simulate(model, r, 0, position, &ignored);
+        if (good && samples->count > 1) {
+            error_take_zero(r->column[COLUMN_DISPLACEMENT], position, r->samples);
         }
-        worst = fmax(worst, measure_error(r->column[COLUMN_DISPLACEMENT], simulated, r->samples).nrmse_percent);
+        worst = good ? fmax(worst, measure_error(r->column[COLUMN_DISPLACEMENT], position, r->samples).nrmse_percent)
+                     : HUGE_VAL;
+        free(position);
     }
-    free(position);
-    return good ? worst : HUGE_VAL;
+    return worst;
 }
 
 /* Runs of samples that are not held out. Returns how many; span NULL: only counts. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/diagnosis_run.h"
+#include "diagnosis/excerpt.h"
 #include "diagnosis/operator_evidence.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
@@ -230,6 +231,7 @@ static bool find_and_account(const model_t *given, recording_t *recordings, size
 bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                    failure_t *failure) {
     *run = (diagnosis_run_t){0};
+    excerpt(recordings, count, (size_t)threshold.most_samples);
     const bool good =
         look_first(recordings, count, run, failure) && find_and_account(given, recordings, count, run, failure);
     if (!good) {

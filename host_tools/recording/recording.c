@@ -149,6 +149,10 @@ void recording_free(recording_t *recording) {
     free(recording->name);
     free(recording->understood);
     free(recording->masked);
+    if (recording->whole != NULL) {
+        recording_free(recording->whole);
+        free(recording->whole);
+    }
     memset(recording, 0, sizeof *recording);
 }
 

@@ -45,7 +45,7 @@ typedef struct {
     char *key, *value;
 } recording_key_t;
 
-typedef struct {
+typedef struct recording {
     char *name; /**< path it was read from, for messages */
     double sample_rate_hz;
     double start_s;               /**< t of the first sample; recording_time */
@@ -59,6 +59,7 @@ typedef struct {
     double held_since;     /**< then: parts of a sample from when a row's drive went out until its position was read, 0
                               to 1 */
     unsigned char *masked; /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
+    struct recording *whole; /**< of which this is a part (diagnosis/excerpt.h), freed with it; NULL: it is whole */
 } recording_t;
 
 /** Name of a column as the file writes it. */
@@ -81,7 +82,7 @@ bool recording_write(const recording_t *recording, const char *path, failure_t *
 /** An empty recording of `samples` zeroed samples with drive and displacement. Further columns: recording_add_column.
  */
 void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples);
-/** A copy with all its columns, keys and marks; free both. */
+/** A copy with all its columns, keys and marks, but without what it may be a part of; free both. */
 void recording_copy(recording_t *copy, const recording_t *recording);
 /** Adds a zeroed column unless it exists. Returns its values. */
 double *recording_add_column(recording_t *recording, column_t column);

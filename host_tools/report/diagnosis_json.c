@@ -3,6 +3,7 @@
 #include "base/json_output.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/searched.h"
+#include "diagnosis/excerpt.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "report/diagnosis_text.h"
 #include "report/measured_columns_text.h"
@@ -195,6 +196,22 @@ static json_t *refitted_to_json(const answer_t *answer) {
     return numbers;
 }
 
+/* What was used of each recording, where that was not all. */
+static json_t *used_to_json(const recording_t *recordings, size_t count) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++) {
+        const recording_t *r = &recordings[i];
+        const size_t of = excerpt_mean_of(r);
+        if (r->whole != NULL) {
+            json_array_append_new(list, json_pack("{s:s, s:I, s:I, s:I, s:[f, f]}", "recording", r->name, "samples",
+                                                  (json_int_t)(r->samples * of), "of_samples",
+                                                  (json_int_t)r->whole->samples, "mean_of", (json_int_t)of, "time_s",
+                                                  recording_time(r, 0.0), recording_time(r, (double)r->samples)));
+        }
+    }
+    return list;
+}
+
 json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, const recording_t *recordings,
                           size_t count) {
     const question_t *question = answer->question;
@@ -221,6 +238,11 @@ json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, cons
         "baseline", baseline, "findings", findings, "not_found", all_unseen_to_json(answer), "remaining",
         remaining_to_json(answer, account, recordings), "verdict", verdict_name(answer->verdict), "caveat",
         doubtful ? caveat : NULL);
+    json_t *used = used_to_json(recordings, count);
+    if (json_array_size(used) > 0) {
+        json_object_set(json, "used", used);
+    }
+    json_decref(used);
     if (diagnosis_other_shape(answer) != NULL) {
         json_object_set_new(json, "other_shape", other_shape_to_json(answer));
     }

@@ -20,6 +20,8 @@
  * its numbers that were fitted again, and, where a hysteresis of another shape took the given one's place,
  * "other_shape":
  * {"block":, "instead_of":, "held_out_nrmse_percent_with_that":}.
+ * Of recordings that are too long for all of it (excerpt.h) also "used": [{"recording":, "samples":, "of_samples":,
+ * "mean_of":, "time_s": [from, to]}].
  * With measured columns also "measured_columns" and, in findings, "measured" (measured_columns_text.h).
  * where: {"recording": name (of time_s and harmonics), "time_s": [[from, to], ..], "frequency_hz": [..], "drive": [..],
  * "loop":, "harmonics": {"fundamental_hz":, "numbers": [..]} (only of a periodic drive)}. Nowhere: lists are empty.

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/diagnosis_report.h"
 #include "chain/catalogue.h"
+#include "diagnosis/excerpt.h"
 #include "page/html_page.h"
 #include "page/svg_plot.h"
 #include "report/advice.h"
@@ -56,6 +57,7 @@ static const char *file_name(const recording_t *recording) {
 }
 
 static void write_recordings(const page_t *page) {
+    char text[EXCERPT_LINE];
     fprintf(page->file, "<p class=\"note\">");
     for (size_t i = 0; i < page->count; i++) {
         const recording_t *r = &page->recordings[i];
@@ -68,6 +70,9 @@ static void write_recordings(const page_t *page) {
             write_escaped(page->file, r->key[k].value);
         }
         fprintf(page->file, "%s", i + 1 < page->count ? "; " : ".");
+        if (excerpt_text(r, text)) {
+            fprintf(page->file, " Used: %s", text);
+        }
     }
     fprintf(page->file, "</p>\n");
 }

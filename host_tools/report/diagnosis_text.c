@@ -2,6 +2,7 @@
 #include "report/diagnosis_text.h"
 #include "base/quantity.h"
 #include "chain/catalogue.h"
+#include "diagnosis/excerpt.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/where/cells.h"
 #include "report/advice.h"
@@ -667,9 +668,21 @@ static void print_taken_out(FILE *file, const account_t *account, const recordin
     }
 }
 
+static void print_used(FILE *file, const recording_t *recordings, size_t count) {
+    char text[DIAGNOSIS_LINE], used[EXCERPT_LINE];
+    for (size_t i = 0; i < count; i++) {
+        text[0] = '\0';
+        if (excerpt_text(&recordings[i], used)) {
+            text_append(text, "%s%s%s", count > 1 ? recordings[i].name : "", count > 1 ? ": " : "", used);
+            text_wrapped(file, "used", text);
+        }
+    }
+}
+
 void diagnosis_print(FILE *file, const answer_t *answer, const account_t *account, const recording_t *recordings,
                      size_t count) {
     char text[DIAGNOSIS_LINE];
+    print_used(file, recordings, count);
     verdict_sentence(answer, text);
     measured_columns_verdict(answer, &account->measured, text);
     text_wrapped(file, "verdict", text);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/taken_out_text.h"
 #include "base/json_output.h"
-#include "report/quantity.h"
+#include "base/quantity.h"
 #include <math.h>
 #include <string.h>
 

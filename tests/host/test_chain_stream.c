@@ -42,6 +42,22 @@ static void make_chain(model_t *model) {
     TEST_ASSERT_EQUAL_UINT64(STAGES, model->blocks);
 }
 
+/* chain_simulate is a stream itself. */
+static void expect_as_in_one_piece(const recording_t *recording, const model_t *model) {
+    signal_t *signal = allocate(recording->samples + 1, sizeof *signal);
+    size_t order[MODEL_MAX_BLOCKS];
+    failure_t failure;
+    signal[0].value = recording->column[COLUMN_DRIVE][0];
+    for (size_t k = 0; k < recording->samples; k++) {
+        signal[1 + k].value = recording->column[COLUMN_DRIVE][k];
+    }
+    TEST_ASSERT_TRUE(chain_run(model, recording, 0, 0, chain_order(model, order), signal, &failure));
+    for (size_t k = 0; k < recording->samples; k++) {
+        TEST_ASSERT_TRUE(signal[1 + k].value == recording->column[COLUMN_DISPLACEMENT][k]);
+    }
+    free(signal);
+}
+
 /* Smooth first, where looking ahead tells a curve from a line, then rough. */
 static void make_recording(recording_t *recording, const model_t *model, size_t samples, random_t *random) {
     const double cycles = 0.05 * random_unit(random);
@@ -51,6 +67,7 @@ static void make_recording(recording_t *recording, const model_t *model, size_t 
             40.0 * cos(6.28 * cycles * (double)k) + (k > samples / 2 ? 10.0 * random_normal(random) : 0.0);
     }
     simulate_into(recording, model, 0);
+    expect_as_in_one_piece(recording, model);
 }
 
 static size_t up_to(random_t *random, size_t most) {
