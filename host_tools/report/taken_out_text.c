@@ -39,13 +39,12 @@ bool lag_of_one_text(const account_t *account, const recording_t *recordings, si
     const taken_out_t *taken = &account->taken_out[recording];
     text[0] = '\0';
     if (taken_out_lags(taken, account->recordings)) {
-        text_append(text, "%s is ", short_name(&recordings[recording]));
-        text_append_value(text, 1e3 * fabs(taken->lag_s), 1e3 * taken->lag_sigma_s);
-        text_append(
-            text,
-            " ms %s than the one model of all these recordings: another filter or rate, or the file is not what "
-            "its name says",
-            taken->lag_s > 0.0 ? "later" : "earlier");
+        char lag[QUANTITY_TEXT];
+        quantity_text(lag, "", "s", fabs(taken->lag_s), taken->lag_sigma_s);
+        text_append(text,
+                    "%s is %s %s than the one model of all these recordings: another filter or rate, or the file is not "
+                    "what its name says",
+                    short_name(&recordings[recording]), lag, taken->lag_s > 0.0 ? "later" : "earlier");
     }
     return text[0] != '\0';
 }
