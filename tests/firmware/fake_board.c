@@ -78,6 +78,9 @@ int32_t board_health(health_channel_t channel) {
     return fake_board.health[channel];
 }
 
+void board_health_convert(void) {
+}
+
 void board_watchdog_feed(void) {
     fake_board.watchdog_fed++;
 }

@@ -12,14 +12,14 @@ typedef struct {
 
 static struct {
     channel_t channel[HEALTH_CHANNELS];
-    unsigned next;
+    channel_t *looked_at;
     uint32_t looks;
     uint32_t warnings;
     volatile uint32_t faults;
 } watch;
 
 void health_watch_init(void) {
-    watch.next = 0;
+    watch.looked_at = &watch.channel[HEALTH_CHANNELS - 1U]; /* a look begins with the next one */
     for (unsigned i = 0; i < HEALTH_CHANNELS; i++) {
         watch.channel[i] = (channel_t){.reading = HEALTH_ABSENT};
     }
@@ -76,18 +76,43 @@ uint32_t health_watch_outside(void) {
     return faults;
 }
 
-uint32_t health_watch_look(bool stage_up) {
-    const health_channel_t which = (health_channel_t)watch.next;
-    channel_t *channel = &watch.channel[which];
-    const int32_t x = board_health(which);
-    const bool there = x != HEALTH_ABSENT && (which != HEALTH_HIGH_VOLTAGE || stage_up);
-    const bool trips = debounced(&channel->tripping, there && outside(channel, x));
-    const bool warns = debounced(&channel->alerting, there && (x < channel->alert_low || x > channel->alert_high));
-    channel->reading = x;
-    watch.faults = with(watch.faults, channel->fault, trips);
-    watch.warnings = with(watch.warnings, channel->warning, warns);
-    watch.next = watch.next + 1U < HEALTH_CHANNELS ? watch.next + 1U : 0;
-    return watch.faults;
+/* Whether there is something to judge. */
+static inline bool there(const channel_t *channel, bool stage_up) {
+    return channel->reading != HEALTH_ABSENT && (stage_up || channel != &watch.channel[HEALTH_HIGH_VOLTAGE]);
+}
+
+static inline uint32_t read_and_judge(bool stage_up) {
+    channel_t *const last = &watch.channel[HEALTH_CHANNELS - 1U];
+    channel_t *const channel = watch.looked_at < last ? watch.looked_at + 1 : watch.channel;
+    watch.looked_at = channel;
+    channel->reading = board_health((health_channel_t)(channel - watch.channel));
+    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, channel->reading));
+    const uint32_t faults = with(watch.faults, channel->fault, trips);
+    watch.faults = faults;
+    return faults;
+}
+
+static inline void warn(channel_t *channel, bool stage_up) {
+    const int32_t x = channel->reading;
+    const bool alerts = there(channel, stage_up) && (x < channel->alert_low || x > channel->alert_high);
+    watch.warnings = with(watch.warnings, channel->warning, debounced(&channel->alerting, alerts));
+}
+
+HYST_APART uint32_t health_watch_step(health_watch_step_t step, bool stage_up) {
+    switch (step) {
+    case HEALTH_WATCH_JUDGE:
+        return read_and_judge(stage_up);
+    case HEALTH_WATCH_WARN:
+        warn(watch.looked_at, stage_up);
+        break;
+    case HEALTH_WATCH_CONVERT:
+        board_health_convert();
+        break;
+    case HEALTH_WATCH_PAUSE:
+    case HEALTH_WATCH_STEPS:
+        break;
+    }
+    return 0;
 }
 
 uint32_t health_watch_warnings(void) {
