@@ -101,13 +101,17 @@ uint32_t board_core_hz(void);
 /** Enable line of the power stage. Sample interrupt, each sample. */
 void board_stage_enable(bool on);
 
-/** The newest reading, 0.001 C or mV. Sample interrupt, one channel every HEALTH_WATCH_EVERY samples, in turn, so a
- * board may begin the next conversion here. Must not wait. */
+/** The newest reading, 0.001 C or mV. Sample interrupt, one channel every HEALTH_WATCH_EVERY samples, in turn. Must not
+ * wait. */
 int32_t board_health(health_channel_t channel);
 
 /** Does the drive's converter hold the code of the last sample? True where it cannot be read back. Sample interrupt,
  * every HEALTH_WATCH_EVERY samples, before this sample's code is written. */
 bool board_output_follows(void);
+
+/** Takes the conversion that came to its end, and begins the next one, if that is how the board comes by its readings.
+ * Sample interrupt, as often, and some samples before board_health. Must not wait. */
+void board_health_convert(void);
 
 /** Feeds the hardware watchdog, where there is one: main loop, when it has seen the sample interrupt run. The sample
  * interrupt while a fault's ramp is under way, and no longer than LOOP_FAULT_FEED_MS. */

@@ -37,5 +37,5 @@ const board_info_t board_info = {.id = BOARD_ID,
                                  .image_limits = {1, HYST_Q31_MAX, 0}};
 
 void cost_board_init(void) {
-    late_cycles = UINT32_MAX; /* every interrupt is in time: what is counted here are not cycles */
+    sampling.late_cycles = UINT32_MAX; /* every interrupt is in time: what is counted here are not cycles */
 }

@@ -63,7 +63,7 @@ static void single_set(const hyst_pi_t *model) {
     single.limit = (float)model->kappa_limit * 0x1p-31F;
     single.drive = single.rate = 0.0F;
     for (uint32_t i = 0; i <= model->operators; i++) {
-        single.weight[i] = (float)(model->slope[i] - (i > 0 ? model->slope[i - 1U] : 0)) * 0x1p-28F;
+        single.weight[i] = (float)(model->slope[i].value - (i > 0 ? model->slope[i - 1U].value : 0)) * 0x1p-28F;
     }
     for (uint32_t i = 0; i < model->operators; i++) {
         single.threshold[i] = (float)model->threshold[i] * 0x1p-31F;

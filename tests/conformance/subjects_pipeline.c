@@ -4,13 +4,16 @@
 #include <string.h>
 
 static void digest_filter_state(digest_t *digest, const hyst_iir_t *iir, const hyst_iir_state_t *state) {
+    hyst_q31_t x1 = state->x1, x2 = state->x2;
     for (uint32_t i = 0; i < iir->sections; i++) {
         const hyst_iir_section_state_t *const s = &state->section[i];
-        digest_add_signed(digest, s->x1);
-        digest_add_signed(digest, s->x2);
+        digest_add_signed(digest, x1);
+        digest_add_signed(digest, x2);
         digest_add_signed(digest, s->y1);
         digest_add_signed(digest, s->y2);
         digest_add_signed(digest, s->remainder);
+        x1 = s->y1;
+        x2 = s->y2;
     }
 }
 

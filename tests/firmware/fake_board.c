@@ -84,6 +84,9 @@ bool board_output_follows(void) {
     return !fake_board.output_stuck;
 }
 
+void board_health_convert(void) {
+}
+
 void board_watchdog_feed(void) {
     fake_board.watchdog_fed++;
 }

@@ -306,7 +306,7 @@ static void test_what_was_before_the_trigger(void) {
             (void)fake_board_sample((hyst_q31_t)(n << 16));
         }
         TEST_ASSERT_EQUAL(CAPTURE_ARMED, capture_state());
-        const loop_input_t low = {.position_code = (uint16_t)(n ^ BOARD_CODE_MIDDLE), .supply_low = true};
+        const loop_input_t low = {.position_code = (uint16_t)(n ^ BOARD_CODE_MIDDLE), .faults = FAULT_SUPPLY};
         (void)loop_sample(&low);
         for (n++; master_get(INDEX_capture_state) != CAPTURE_DONE; n++) {
             (void)fake_board_sample((hyst_q31_t)(n << 16));

@@ -128,7 +128,7 @@ static void test_a_multisine_is_refused_with_more_tones_than_there_is_time_for(v
 }
 
 static unsigned late_samples(unsigned most, bool (*go_on)(void)) {
-    const loop_input_t late = {.overrun = true, .position_code = BOARD_CODE_MIDDLE};
+    const loop_input_t late = {.faults = FAULT_OVERRUN, .position_code = BOARD_CODE_MIDDLE};
     unsigned samples = 0;
     while (samples < most && go_on()) {
         (void)loop_sample(&late);

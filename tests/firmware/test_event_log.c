@@ -53,7 +53,7 @@ static void test_commands_and_commits(void) {
 
 static void test_a_trip_and_a_warning(void) {
     const uint32_t before = master_get(INDEX_events);
-    const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
+    const loop_input_t low = {.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE};
     (void)loop_sample(&low);
     (void)amplifier_serve();
     expect_event(before, EVENT_TRIP, FAULT_SUPPLY, now_ms());

@@ -143,7 +143,7 @@ static bool host_dies(void) {
 
 static bool clock_too_slow(void) {
     for (unsigned i = 0; i < LOOP_OVERRUNS_TO_TRIP; i++) {
-        (void)sample((loop_input_t){.overrun = true});
+        (void)sample((loop_input_t){.faults = FAULT_OVERRUN});
     }
     return state() == AMPLIFIER_FAULT && parked_by(FAULT_OVERLOAD);
 }
@@ -151,7 +151,7 @@ static bool clock_too_slow(void) {
 static bool single_late_samples(void) {
     const uint32_t before = state();
     for (unsigned i = 0; i < 50; i++) {
-        (void)sample((loop_input_t){.overrun = true});
+        (void)sample((loop_input_t){.faults = FAULT_OVERRUN});
         loop_master_heard();
         run((unsigned)random_between(&rng, 1, 20));
     }
@@ -160,7 +160,7 @@ static bool single_late_samples(void) {
 }
 
 static bool supply_sags(void) {
-    (void)sample((loop_input_t){.supply_low = true});
+    (void)sample((loop_input_t){.faults = FAULT_SUPPLY});
     return state() == AMPLIFIER_FAULT && parked_by(FAULT_SUPPLY);
 }
 
@@ -180,7 +180,7 @@ static bool other_images_in_a_fault(void) {
 static bool converter_stuck(void) {
     loop_master_heard();
     for (unsigned i = 0; i < 500; i++) {
-        (void)sample((loop_input_t){.converter_timeout = true});
+        (void)sample((loop_input_t){.faults = FAULT_CONVERTER_TIMEOUT});
     }
     return state() != AMPLIFIER_FAULT && (master_get(INDEX_faults_live) & FAULT_CONVERTER_TIMEOUT) != 0;
 }

@@ -53,6 +53,7 @@ static void test_telemetry_is_never_torn(void) {
         telemetry_t sample;
         uint32_t words[sizeof sample / sizeof(uint32_t)];
         telemetry_read(&sample);
+        sample.capture_state = sample.capture_frames = sample.sequence; /* not the interrupt's: filled in on reading */
         memcpy(words, &sample, sizeof sample);
         for (size_t i = 1; i < sizeof words / sizeof words[0]; i++) {
             TEST_ASSERT_EQUAL_UINT32(words[0], words[i]);

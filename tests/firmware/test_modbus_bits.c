@@ -48,7 +48,7 @@ static void test_arming_by_the_coil_has_the_same_conditions(void) {
 
 static void test_discrete_inputs_are_the_bits_of_the_registers(void) {
     uint8_t answer[MODBUS_FRAME_MAX];
-    const loop_input_t blind = {.converter_timeout = true, .supply_low = true};
+    const loop_input_t blind = {.faults = FAULT_CONVERTER_TIMEOUT | FAULT_SUPPLY};
     (void)loop_sample(&blind);
     const size_t length = master_ask(BYTES(2, 0, 0, 0, MODBUS_DISCRETE_INPUTS), answer);
     TEST_ASSERT_EQUAL_UINT(2U + 9U, length);

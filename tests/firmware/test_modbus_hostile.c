@@ -291,7 +291,7 @@ static void test_random_requests(void) {
             accepted++;
         }
         if (run % FRAMES_OF_A_FAULT == FRAMES_OF_A_FAULT - 1) {
-            (void)loop_sample(&(loop_input_t){.supply_low = true, .position_code = BOARD_CODE_MIDDLE});
+            (void)loop_sample(&(loop_input_t){.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE});
         }
         (void)fake_board_sample(random_q31(&rng));
         (void)amplifier_serve();

@@ -244,7 +244,7 @@ static void test_what_is_parked_may_be_left_alone(void) {
 }
 
 static void sample_late(unsigned times) {
-    const loop_input_t late = {.overrun = true, .position_code = BOARD_CODE_MIDDLE};
+    const loop_input_t late = {.faults = FAULT_OVERRUN, .position_code = BOARD_CODE_MIDDLE};
     for (unsigned i = 0; i < times; i++) {
         (void)loop_sample(&late);
     }
@@ -264,7 +264,7 @@ static void test_an_overload_ramps_without_the_compensator(void) {
     (void)fake_board_run(1);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(AMPLIFIER_RUN, state(), "a few late samples are only counted");
     hyst_q31_t last = fake_board_run(1);
-    const loop_input_t late = {.overrun = true, .position_code = BOARD_CODE_MIDDLE};
+    const loop_input_t late = {.faults = FAULT_OVERRUN, .position_code = BOARD_CODE_MIDDLE};
     for (unsigned i = 1; i <= RAMP_LENGTH; i++) {
         const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&late) ^ BOARD_CODE_MIDDLE) << 16);
         const int32_t step = drive > last ? drive - last : last - drive;
@@ -283,7 +283,7 @@ static void test_an_overload_ramps_without_the_compensator(void) {
 
 static void test_a_low_supply_trips(void) {
     const hyst_q31_t drive = hold_somewhere();
-    const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
+    const loop_input_t low = {.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE};
     (void)loop_sample(&low);
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
     expect_a_ramp_to_off(drive - SLEW, AMPLIFIER_FAULT, AMPLIFIER_FAULT);
@@ -311,7 +311,8 @@ static void test_missed_periods_count_for_the_timeout(void) {
     const uint32_t began = loop_periods();
     for (unsigned sample = 0; state() == AMPLIFIER_HOLD && sample < 2U * TIMEOUT; sample++) {
         const bool late = sample % 2U == 0; /* not in a row, which is an overload */
-        const loop_input_t input = {.overrun = late, .missed = late ? MISSED : 0, .position_code = BOARD_CODE_MIDDLE};
+        const loop_input_t input = {
+            .faults = late ? FAULT_OVERRUN : 0U, .missed = late ? MISSED : 0, .position_code = BOARD_CODE_MIDDLE};
         health_watch_main_turned();
         (void)loop_sample(&input);
     }
@@ -393,8 +394,8 @@ static void test_no_unlawful_transition(void) {
         health_watch_main_turned();
         uint32_t now = before;
         for (unsigned i = 0; i < samples; i++) {
-            const loop_input_t input = {
-                .overrun = late, .supply_low = low && i == 0, .position_code = BOARD_CODE_MIDDLE};
+            const loop_input_t input = {.faults = (late ? FAULT_OVERRUN : 0U) | (low && i == 0 ? FAULT_SUPPLY : 0U),
+                                        .position_code = BOARD_CODE_MIDDLE};
             const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
             TEST_ASSERT_TRUE(llabs((long long)drive - last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP);
             last = drive;

@@ -35,7 +35,7 @@ void plain_advance(const hyst_pi_t *model, plain_t *plain, int32_t drive) {
 }
 
 static int64_t weight(const hyst_pi_t *model, uint32_t i) {
-    return i == 0 ? model->slope[0] : (int64_t)model->slope[i] - model->slope[i - 1];
+    return i == 0 ? model->slope[0].value : (int64_t)model->slope[i].value - model->slope[i - 1].value;
 }
 
 static int64_t sum(const hyst_pi_t *model, const plain_t *plain) {
@@ -58,10 +58,10 @@ static int64_t walk(const hyst_pi_t *model, const plain_t *plain, int64_t growth
     int64_t beyond = 0;
     for (uint32_t i = 0; i < model->operators && rest > 0; i++) {
         const int64_t next = plain->memory[i] + outward * (model->threshold[i] + growth);
-        const int64_t left = rest - (i > 0 ? model->slope[i] * size(next - corner) : 0);
+        const int64_t left = rest - (i > 0 ? model->slope[i].value * size(next - corner) : 0);
         if (left > 0) {
             corner = next;
-            slope = model->slope[i + 1];
+            slope = model->slope[i + 1].value;
             beyond = left;
         }
         rest = left;

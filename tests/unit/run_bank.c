@@ -12,11 +12,11 @@ run_bank_t run_bank_of(const hyst_pi_t *model) {
                        .kappa_limit = model->kappa_limit,
                        .beta = model->beta,
                        .rate_gain = model->rate_gain};
-    bank.slope[0] = model->slope[0];
+    bank.slope[0] = model->slope[0].value;
     for (uint32_t i = 0; i < model->operators; i++) {
-        bank.slope[i + 1] = model->slope[i + 1];
+        bank.slope[i + 1] = model->slope[i + 1].value;
         bank.threshold[i] = model->threshold[i];
-        bank.moment[i + 1] = bank.moment[i] + hyst_product(model->slope[i + 1] - model->slope[i], model->threshold[i]);
+        bank.moment[i + 1] = bank.moment[i] + hyst_product(bank.slope[i + 1] - bank.slope[i], model->threshold[i]);
     }
     return bank;
 }

@@ -161,7 +161,8 @@ static void test_saturates_and_reports(void) {
 static void test_the_largest_sum_does_not_wrap(void) {
     const hyst_iir_section_t s = {INT32_MAX - 16, q28(4.0), q28(1.0), q28(-1.0), q28(0.5)};
     const hyst_iir_t iir = accept(1, &s);
-    hyst_iir_state_t state = {.section = {{INT32_MAX, INT32_MAX, INT32_MAX, INT32_MIN, HYST_Q28_ONE - 1}}};
+    hyst_iir_state_t state = {.x1 = INT32_MAX, .x2 = INT32_MAX};
+    state.section[0] = (hyst_iir_section_state_t){INT32_MAX, INT32_MIN, HYST_Q28_ONE - 1};
     bool saturated = false;
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, hyst_iir_step(&iir, &state, INT32_MAX, &saturated));
     TEST_ASSERT_TRUE(saturated);

@@ -72,7 +72,7 @@ static void compose(const hyst_pi_t *model, int samples, composition_t *total) {
     hyst_pi_reset(model, &forward, 0);
     hyst_q28_t steepest = 0;
     for (uint32_t j = 0; j <= model->operators; j++) {
-        steepest = model->slope[j] > steepest ? model->slope[j] : steepest;
+        steepest = model->slope[j].value > steepest ? model->slope[j].value : steepest;
     }
     const double bound = 0.5 * steepest / HYST_Q28_ONE + 0.5;
     hyst_q31_t ramp = 1;
@@ -153,7 +153,7 @@ static void test_inverse_of_forward(void) {
         const hyst_pi_t model = pi_accept(&a);
         hyst_q28_t flattest = INT32_MAX;
         for (uint32_t j = 0; j <= model.operators; j++) {
-            flattest = model.slope[j] < flattest ? model.slope[j] : flattest;
+            flattest = model.slope[j].value < flattest ? model.slope[j].value : flattest;
         }
         const double bound = 0.5 * HYST_Q28_ONE / flattest + 0.5;
         hyst_pi_state_t state;

@@ -46,7 +46,6 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.feeds_most = loop_samples_in(LOOP_FAULT_FEED_MS);
     loop.storing = false;
     loop.timeout = loop_samples_in(LOOP_DEFAULT_TIMEOUT_MS);
-    loop.cost = 0;
     loop.attend = true;
     loop.playing = false;
     loop.settling = loop_samples_in(LOOP_SETTLING_MS) + BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX;
@@ -71,14 +70,15 @@ static void conditioning_ended(void) {
     }
 }
 
-/* Temperature, supplies and the main loop, which are not looked at in every sample: faults of this look. What is on its
+/* Temperature, supplies and the main loop, a step of a look in some samples: the faults that it ends with. What is on its
  * way off goes there, unless the main loop stalls, and arming is refused while they last. */
-static inline uint32_t unhealthy(void) {
-    if (loop.telemetry.sequence % HEALTH_WATCH_EVERY != 0) {
+static inline uint32_t look_at_health(void) {
+    if (loop.telemetry.sequence % HEALTH_WATCH_EACH_STEP != 0) {
         return 0;
     }
-    const uint32_t faults = health_watch_look(loop.power.state == POWER_ON);
-    return power_armed(&loop.power) ? faults : faults & (uint32_t)FAULT_STALL;
+    const uint32_t step = loop.telemetry.sequence / HEALTH_WATCH_EACH_STEP % HEALTH_WATCH_STEPS;
+    const uint32_t faults = health_watch_step((health_watch_step_t)step, loop.power.state == POWER_ON);
+    return faults == 0 || power_armed(&loop.power) ? faults : faults & (uint32_t)FAULT_STALL;
 }
 
 /* As a transition, and no faster than any other reference. */
@@ -142,11 +142,10 @@ static void adopt_pending(void) {
 
 /* The compensator's step, with the window of this sample for limits. */
 static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
-    loop_parameters_t *p = loop.active;
+    const loop_parameters_t *p = loop.active;
     const drive_window_t window = drive_window(&p->range, loop.compensator.drive, board_info.drive_slew_max);
-    p->compensator.drive_low = window.low;
-    p->compensator.drive_high = window.high;
-    const hyst_q31_t drive = hyst_compensator_step(&p->compensator, &loop.compensator, mode, reference, events);
+    const hyst_q31_t drive = hyst_compensator_step_within(&p->compensator, &loop.compensator, mode, reference,
+                                                          window.low, window.high, events);
     const bool limited = (*events & HYST_STEP_DRIVE_LIMITED) != 0;
     if (limited && drive != p->range.low && drive != p->range.high) {
         *events = (*events & ~(unsigned)HYST_STEP_DRIVE_LIMITED) | SLEW_LIMITED;
@@ -175,14 +174,14 @@ static bool steady(void) {
 }
 
 /* The beginning of such a sample. */
-static HYST_APART void look_at_everything(const loop_input_t *input, uint32_t known_faults) {
-    loop_protect(input, known_faults);
+static HYST_APART void look_at_everything(uint32_t faults, uint32_t missed, uint32_t unhealthy) {
+    loop_protect(faults, missed, unhealthy);
     adopt_pending();
 }
 
 /* The end of it, or of one in which a source ended. */
-static HYST_APART void show_everything(bool supply_low, bool overrun, bool converter_timeout, hyst_mode_t mode) {
-    loop_report(supply_low, overrun, converter_timeout, mode);
+static HYST_APART void show_everything(uint32_t faults, hyst_mode_t mode) {
+    loop_report(faults, mode);
     loop.attend = !steady();
 }
 
@@ -213,16 +212,14 @@ static inline void capture_aligned(uint16_t position_code) {
         }
         capture_taken(to);
     }
-    t->capture_state = capture_state();
-    t->capture_frames = capture_frames();
 }
 
 /* Compares the position with the reference, which is the model's prediction of it as long as the drive is the model's.
  */
-static inline void watch_model(bool eventful, unsigned events, hyst_mode_t mode) {
+static inline void watch_model(uint32_t faults, unsigned events, hyst_mode_t mode) {
     const telemetry_t *t = &loop.telemetry;
     if (mode != HYST_MODE_COMPENSATE || (events & ~(unsigned)REFERENCE_LIMITED) != 0 ||
-        loop.compensator.transition != 0 || eventful) {
+        loop.compensator.transition != 0 || faults != 0) {
         loop.unsettled = loop.settling;
         return;
     }
@@ -256,17 +253,12 @@ uint16_t loop_sample(const loop_input_t *input) {
     const uint16_t position_code = input->position_code;
     telemetry_t *t = &loop.telemetry;
     t->sequence++;
-    t->cost_last = loop.cost;
-    if (loop.cost > t->cost_max) {
-        t->cost_max = loop.cost;
-    }
-    const bool eventful = (input->converter_timeout | input->overrun | input->supply_low) != 0;
     const uint32_t silence = loop.silence + 1U;
-    const uint32_t faults = unhealthy();
-    const bool attend =
-        loop.attend || eventful || faults != 0 || loop.current > loop.current_limit || silence > loop.timeout;
+    const uint32_t unhealthy = look_at_health();
+    const bool attend = ((uint32_t)loop.attend | input->faults | unhealthy) != 0 || loop.current > loop.current_limit ||
+                        silence > loop.timeout;
     if (attend) {
-        look_at_everything(input, faults);
+        look_at_everything(input->faults, input->missed, unhealthy);
     } else {
         loop.silence = silence; /* a steady sample is one in motion */
     }
@@ -288,12 +280,15 @@ uint16_t loop_sample(const loop_input_t *input) {
     now->drive = drive;
     account(position_code, events);
     if (attend || loop.source.playing != loop.playing) {
-        show_everything(input->supply_low, input->overrun, input->converter_timeout, mode);
+        show_everything(input->faults, mode);
     }
-    watch_model(eventful, events, mode);
+    watch_model(input->faults, events, mode);
     watch_hardware(position_code, before, drive);
     capture_aligned(position_code);
 
-    loop.cost = board_cost_counter() - start;
+    t->cost_last = board_cost_counter() - start;
+    if (t->cost_last > t->cost_max) {
+        t->cost_max = t->cost_last;
+    }
     return code ^ BOARD_CODE_MIDDLE;
 }

@@ -34,17 +34,18 @@
 /** What the converters delivered. */
 typedef struct {
     uint16_t position_code; /**< offset binary, board_info.position_bits wide, left-aligned to 16 bits */
-    bool converter_timeout; /**< no fresh position; the code is the last one */
-    bool overrun;           /**< more than one period passed since the last sample, or its end came late */
-    uint32_t missed;        /**< periods without a sample since the last one; 0 without overrun */
-    bool supply_low;        /**< the supply is below what the converters need */
+    uint32_t missed;        /**< periods without a sample since the last one; 0 without FAULT_OVERRUN */
+    uint32_t faults;        /**< of this sample, any of
+                                 FAULT_CONVERTER_TIMEOUT  no fresh position; the code is the last one
+                                 FAULT_OVERRUN            more than one period since the last sample, or that ended late
+                                 FAULT_SUPPLY             the supply is below what the converters need */
 } loop_input_t;
 
 /** What a parameter image becomes. */
 typedef struct {
     drive_range_t range;            /**< the limits in force, within those of the image */
     uint32_t lookahead_samples;     /**< 0..HYST_LOOKAHEAD_MAX */
-    hyst_compensator_t compensator; /**< its limits are the window of the present sample, and the loop's to set */
+    hyst_compensator_t compensator; /**< each sample has a window in place of its limits */
     drive_range_t image_range;      /**< the limits of the image */
 } loop_parameters_t;
 

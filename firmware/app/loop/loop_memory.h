@@ -47,7 +47,6 @@ typedef struct {
     uint32_t silence, timeout;  /* periods since a master was heard, and more than how many trip */
     uint32_t missed;            /* periods without a sample, since the start */
     uint32_t feeds, feeds_most; /* samples in which a fault's ramp still feeds the hardware watchdog, and at a trip */
-    uint32_t cost;              /* of the last sample; telemetry gets it with the next */
     bool playing;               /* as telemetry's states have it */
     uint32_t unsettled;         /* samples until the model is watched again */
     uint32_t current;           /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
@@ -122,15 +121,15 @@ void loop_stop_motion(void);
 /** The same, and the mode is park. */
 void loop_to_park(void);
 
-/** The protections of a sample, before anything is computed: trips on these faults and on what it finds itself, and
- * switches the stage. Sample interrupt. */
-void loop_protect(const loop_input_t *input, uint32_t known_faults);
+/** The protections of a sample, before anything is computed: trips on what the board says (loop_input_t), on what is
+ * unhealthy and on what it finds itself, and switches the stage. Sample interrupt. */
+void loop_protect(uint32_t board_faults, uint32_t missed, uint32_t unhealthy);
 
 /** These faults are live. */
 void loop_note_faults(uint32_t faults);
 
-/** Faults and states, of this sample. Sample interrupt. */
-void loop_report(bool supply_low, bool overrun, bool converter_timeout, hyst_mode_t mode);
+/** Faults that the board saw, and states, of this sample. Sample interrupt. */
+void loop_report(uint32_t faults, hyst_mode_t mode);
 /** What the limits did in it. */
 void loop_report_limits(unsigned events);
 /** These warnings are live. */

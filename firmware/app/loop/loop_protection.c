@@ -31,9 +31,9 @@ static bool moving(void) {
     return loop.power.state == POWER_ON && (loop.mode != HYST_MODE_PARK || loop.conditioning.leg != CONDITIONING_OFF);
 }
 
-/* The faults of this sample that trip, beside those that are known. */
-static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
-    faults |= input->supply_low ? FAULT_SUPPLY : 0U;
+/* The faults of this sample that trip. */
+static uint32_t tripping(uint32_t board_faults, uint32_t missed, uint32_t unhealthy) {
+    uint32_t faults = unhealthy | (board_faults & FAULT_SUPPLY);
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
@@ -41,14 +41,15 @@ static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
         faults |= FAULT_IMAGE;
     }
     const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
-    loop.overruns_in_a_row = input->overrun && !adopting && !loop.storing ? loop.overruns_in_a_row + 1U : 0;
+    loop.overruns_in_a_row =
+        (board_faults & FAULT_OVERRUN) != 0 && !adopting && !loop.storing ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;
     }
-    loop.missed += input->missed;
-    health_watch_missed(input->missed);
-    loop.silence += moving() ? 1U + input->missed : 0U;
+    loop.missed += missed;
+    health_watch_missed(missed);
+    loop.silence += moving() ? 1U + missed : 0U;
     if (loop.silence > loop.timeout) {
         loop.silence = 0;
         faults |= FAULT_WATCHDOG;
@@ -84,9 +85,9 @@ static void in_fault(bool stage) {
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
-void loop_protect(const loop_input_t *input, uint32_t known_faults) {
+void loop_protect(uint32_t board_faults, uint32_t missed, uint32_t unhealthy) {
     const bool parked = loop.compensator.drive == loop.active->range.park;
-    const uint32_t faults = tripping(input, known_faults);
+    const uint32_t faults = tripping(board_faults, missed, unhealthy);
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         trip(faults);
     }

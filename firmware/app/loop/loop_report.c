@@ -71,20 +71,21 @@ void loop_report_warnings(uint32_t warnings) {
     t->warnings_sticky |= warnings;
 }
 
-void loop_report(bool supply_low, bool overrun, bool converter_timeout, hyst_mode_t mode) {
+void loop_report(uint32_t faults, hyst_mode_t mode) {
     telemetry_t *t = &loop.telemetry;
     t->active_mode = mode;
     t->state = state_of(mode);
     t->amplifier_state = amplifier_state();
     t->trip_cause = first_of(loop.power.cause);
     loop.playing = loop.source.playing;
-    overrun = overrun && !loop.storing;
-    count(&t->overruns, overrun);
-    count(&t->converter_timeouts, converter_timeout);
-    const uint32_t faults = loop.standing_faults | (supply_low ? FAULT_SUPPLY : 0U) | (overrun ? FAULT_OVERRUN : 0U) |
-                            (converter_timeout ? FAULT_CONVERTER_TIMEOUT : 0U);
-    if (faults != t->faults_live) {
-        loop_note_faults(faults);
+    if (loop.storing) {
+        faults &= ~(uint32_t)FAULT_OVERRUN;
+    }
+    count(&t->overruns, (faults & FAULT_OVERRUN) != 0);
+    count(&t->converter_timeouts, (faults & FAULT_CONVERTER_TIMEOUT) != 0);
+    const uint32_t live = loop.standing_faults | faults;
+    if (live != t->faults_live) {
+        loop_note_faults(live);
     }
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "loop/telemetry.h"
+#include "loop/capture.h"
 #include <stdatomic.h>
 
 /*
@@ -21,6 +22,8 @@ void telemetry_read(telemetry_t *sample) {
         before = *version;
         atomic_signal_fence(memory_order_acquire);
         *sample = *from;
+        sample->capture_state = capture_state();
+        sample->capture_frames = capture_frames();
         atomic_signal_fence(memory_order_acquire);
     } while (before != *version);
 }

@@ -48,8 +48,8 @@ enum {
 #define TELEMETRY_BITS uint32_t
 #define TELEMETRY_Q31  hyst_q31_t
 
-/** One field a row TELEMETRY or COUNTER of registers.def. Reference, drive and position are aligned (loop.h); cost_last
- * and cost_max are of the samples before this one, whose own cost is not known yet. */
+/** One field a row TELEMETRY or COUNTER of registers.def. Reference, drive and position are aligned (loop.h).
+ */
 typedef struct {
 #define TELEMETRY(name, address, type, unit, text) TELEMETRY_##type name;
 #include "registers/registers.def"
@@ -59,7 +59,7 @@ typedef struct {
  * the main loop, under board_lock), and each sample has another sequence number. */
 void telemetry_publish(const telemetry_t *sample);
 
-/** Main loop only: the newest sample. */
+/** Main loop only: the newest sample. How far a capture is (capture.h) is filled in here. */
 void telemetry_read(telemetry_t *sample);
 
 #endif

@@ -13,7 +13,7 @@ typedef struct {
 
 static struct {
     channel_t channel[HEALTH_CHANNELS];
-    unsigned next;
+    unsigned which; /* looked at last; HEALTH_CHANNELS: all that is no channel */
     uint32_t looks;
     uint32_t stuck;          /* turns in a row at whose ends the output did not follow */
     volatile uint32_t stall; /* periods since the main loop came round */
@@ -23,7 +23,7 @@ static struct {
 } watch;
 
 void health_watch_init(void) {
-    watch.next = 0;
+    watch.which = HEALTH_CHANNELS; /* a turn begins with the first */
     watch.stuck = watch.stall = 0;
     watch.stall_most = (uint32_t)((uint64_t)HEALTH_WATCH_STALL_MS * board_info.sample_rate_mhz / 1000000U);
     watch.warnings = watch.faults = 0;
@@ -81,7 +81,7 @@ uint32_t health_watch_outside(void) {
     return faults;
 }
 
-/* The fourth of four looks. */
+/* The last look of a turn. */
 static void look_at_the_rest(void) {
     watch.stall += HEALTH_WATCH_TURN;
     const uint32_t faults = with(watch.faults, FAULT_STALL, watch.stall > watch.stall_most);
@@ -96,29 +96,51 @@ void health_watch_missed(uint32_t periods) {
     watch.stall += periods;
 }
 
-/* A reading of a channel that was seen. */
-static void judge(channel_t *channel, int32_t x, bool counts) {
-    const bool trips = debounced(&channel->tripping, counts && outside(channel, x));
-    const bool warns = debounced(&channel->alerting, counts && (x < channel->alert_low || x > channel->alert_high));
-    watch.faults = with(watch.faults, channel->fault, trips);
-    watch.warnings = with(watch.warnings, channel->warning, warns);
+/* Whether there is something to judge. */
+static inline bool there(const channel_t *channel, bool stage_up) {
+    return channel->seen && (stage_up || channel != &watch.channel[HEALTH_HIGH_VOLTAGE]);
 }
 
-uint32_t health_watch_look(bool stage_up) {
-    const unsigned which = watch.next;
-    watch.next = which < HEALTH_CHANNELS ? which + 1U : 0;
-    if (which == HEALTH_CHANNELS) {
+static inline uint32_t read_and_judge(bool stage_up) {
+    watch.which = watch.which < HEALTH_CHANNELS ? watch.which + 1U : 0;
+    if (watch.which == HEALTH_CHANNELS) {
         look_at_the_rest();
         return watch.faults;
     }
-    channel_t *channel = &watch.channel[which];
-    const int32_t x = board_health((health_channel_t)which);
+    channel_t *const channel = &watch.channel[watch.which];
+    const int32_t x = board_health((health_channel_t)watch.which);
     channel->reading = x;
     channel->seen = channel->seen || x != HEALTH_ABSENT;
-    if (channel->seen) {
-        judge(channel, x, which != HEALTH_HIGH_VOLTAGE || stage_up);
+    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, x));
+    const uint32_t faults = with(watch.faults, channel->fault, trips);
+    watch.faults = faults;
+    return faults;
+}
+
+static inline void warn(bool stage_up) {
+    if (watch.which < HEALTH_CHANNELS) {
+        channel_t *const channel = &watch.channel[watch.which];
+        const int32_t x = channel->reading;
+        const bool alerts = there(channel, stage_up) && (x < channel->alert_low || x > channel->alert_high);
+        watch.warnings = with(watch.warnings, channel->warning, debounced(&channel->alerting, alerts));
     }
-    return watch.faults;
+}
+
+HYST_APART uint32_t health_watch_step(health_watch_step_t step, bool stage_up) {
+    switch (step) {
+    case HEALTH_WATCH_JUDGE:
+        return read_and_judge(stage_up);
+    case HEALTH_WATCH_WARN:
+        warn(stage_up);
+        break;
+    case HEALTH_WATCH_CONVERT:
+        board_health_convert();
+        break;
+    case HEALTH_WATCH_PAUSE:
+    case HEALTH_WATCH_STEPS:
+        break;
+    }
+    return 0;
 }
 
 uint32_t health_watch_warnings(void) {

@@ -3,8 +3,9 @@
  * Temperature and supplies, as far as the board measures them (board_health): an alert, which is a warning, and limits
  * beyond which it trips.
  *
- * One channel is looked at every HEALTH_WATCH_EVERY samples, in turn. Debounce: what is outside in so many looks of a
- * channel in a row counts, and one look inside ends it.
+ * One channel is looked at every HEALTH_WATCH_EVERY samples, in turn, and in steps, each in another sample, so
+ * that none costs much. Debounce: what is outside in so many looks of a channel in a row counts, and one look inside
+ * ends it.
  *
  *   temperature    above the alert warns, above the trip trips. Below HEALTH_COLDEST warns, too: a sensor that is lost
  *   supply         outside of its limits trips
@@ -29,6 +30,16 @@
 /** Samples between two looks at a channel: 12.8 ms at 10 kHz. */
 #define HEALTH_WATCH_TURN ((HEALTH_CHANNELS + 1U) * HEALTH_WATCH_EVERY)
 
+/** The steps of a look, in the order of the samples. What trips does so in the sample that reads. */
+typedef enum {
+    HEALTH_WATCH_JUDGE,   /**< reads; is it outside of the limits? */
+    HEALTH_WATCH_WARN,    /**< is it beyond the alert? */
+    HEALTH_WATCH_CONVERT, /**< the board's next conversion */
+    HEALTH_WATCH_PAUSE,
+    HEALTH_WATCH_STEPS
+} health_watch_step_t;
+#define HEALTH_WATCH_EACH_STEP (HEALTH_WATCH_EVERY / HEALTH_WATCH_STEPS)
+
 /** The debounce count after start: an eighth of a second at 10 kHz. */
 #define HEALTH_WATCH_LOOKS 10U
 
@@ -51,9 +62,9 @@ void health_watch_init(void);
  * nothing off. */
 void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks);
 
-/** Sample interrupt, every HEALTH_WATCH_EVERY samples. Returns the FAULT_ bits of what is outside of its limits, stuck
- * or stalled. */
-uint32_t health_watch_look(bool stage_up);
+/** Sample interrupt, every HEALTH_WATCH_EACH_STEP samples, the steps in turn. HEALTH_WATCH_JUDGE returns the FAULT_
+ * bits of what is outside of its limits, stuck or stalled, the others none. */
+uint32_t health_watch_step(health_watch_step_t step, bool stage_up);
 
 /** The main loop has come round. Any context: one word. */
 void health_watch_main_turned(void);

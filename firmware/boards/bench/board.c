@@ -93,6 +93,9 @@ bool board_output_follows(void) {
     return true;
 }
 
+void board_health_convert(void) {
+}
+
 /* As an h405's, so that an image is refused here as it is there. The emulator has no such clock. */
 uint32_t board_core_hz(void) {
     return QEMU_CORE_HZ;

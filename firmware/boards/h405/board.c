@@ -88,13 +88,14 @@ const board_info_t board_info = {
 };
 
 /* Touched by the sample interrupt alone once it runs. */
-static uint16_t position_code = BOARD_CODE_MIDDLE;
-static bool period_missed;
-static uint32_t last_cycles;
-
-static volatile uint32_t periods; /* since start; read by the main loop */
-static uint32_t cycles_per_period;
-static uint32_t late_cycles; /* so many since the last interrupt, rounded to periods, are two */
+static struct {
+    uint16_t position_code;
+    uint32_t ended_late; /* FAULT_OVERRUN, if the last one's end was after the next update */
+    uint32_t last_cycles;
+    volatile uint32_t periods; /* since start; read by the main loop */
+    uint32_t cycles_per_period;
+    uint32_t late_cycles; /* so many since the last interrupt, rounded to periods, are two */
+} sampling = {.position_code = BOARD_CODE_MIDDLE};
 
 static uint32_t apb1_timer_hz, core_hz;
 
@@ -161,8 +162,8 @@ board_start_t board_init(void) {
     const clocks_t clocks = clock_init(supplied);
     apb1_timer_hz = clocks.apb1_timer_hz;
     core_hz = clocks.core_hz;
-    cycles_per_period = core_hz / SAMPLE_RATE_HZ;
-    late_cycles = 2U * cycles_per_period - cycles_per_period / 2U;
+    sampling.cycles_per_period = core_hz / SAMPLE_RATE_HZ;
+    sampling.late_cycles = 2U * sampling.cycles_per_period - sampling.cycles_per_period / 2U;
     DEMCR |= DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
     converters_init();
@@ -193,9 +194,9 @@ void board_stage_enable(bool on) {
     }
 }
 
-/* Takes the conversion that was started at the last look, and starts that of the other channel. One that does not end
+/* Takes the conversion that was started the last time, and starts that of the other channel. One that does not end
  * leaves no reading: what it read before is not the present. */
-static void convert_health(void) {
+void board_health_convert(void) {
     const bool ended = (ADC1->SR & ADC_SR_JEOC) != 0;
     if (health_channel != 0 && !ended && health_waits < HEALTH_WAITS) {
         health_waits++;
@@ -229,7 +230,6 @@ static int32_t temperature_mc(void) {
 }
 
 int32_t board_health(health_channel_t channel) {
-    convert_health();
     switch (channel) {
     case HEALTH_TEMPERATURE:
         return temperature_mc();
@@ -274,7 +274,7 @@ void board_start(uint16_t drive_code) {
     TIM2->CR2 = TIM_CR2_MMS_UPDATE;
     DAC->CR = DAC_CR_EN1 | DAC_CR_TEN1 | DAC_CR_TSEL1_TIM2;
     ADC1->CR2 = ADC_CR2_ADON | ADC_CR2_EXTSEL_TIM2_CC2 | ADC_CR2_EXTEN_RISING;
-    last_cycles = DWT_CYCCNT;
+    sampling.last_cycles = DWT_CYCCNT;
     nvic_enable(IRQ_TIM2, PRIORITY_SAMPLE);
     TIM2->DIER = TIM_DIER_UIE;
     TIM2->CR1 = TIM_CR1_CEN;
@@ -290,30 +290,34 @@ static bool conversion_done(void) {
     return false;
 }
 
-/* Returns whether a conversion was ready in time. If the trigger started none, the software does, and the fault is
- * reported all the same: such a position is some microseconds late. */
-static bool read_position(void) {
+/* Returns FAULT_CONVERTER_TIMEOUT unless a conversion was ready in time. If the trigger started none, the software
+ * does, and the fault is reported all the same: such a position is some microseconds late. */
+static uint32_t read_position(void) {
     const bool in_time = conversion_done();
     if (!in_time) {
         ADC1->CR2 |= ADC_CR2_SWSTART;
     }
     if (in_time || conversion_done()) {
-        position_code = (uint16_t)(ADC1->DR << 4); /* reading clears EOC */
+        sampling.position_code = (uint16_t)(ADC1->DR << 4); /* reading clears EOC */
     }
-    return in_time;
+    return in_time ? 0U : FAULT_CONVERTER_TIMEOUT;
 }
 
-/* Since the last interrupt: 1, unless some were missed. (An emulator without a cycle counter says 0 cycles.) */
+static HYST_APART uint32_t periods_in(uint32_t cycles) {
+    return (cycles + sampling.cycles_per_period / 2U) / sampling.cycles_per_period;
+}
+
+/* Periods that passed without an interrupt. (An emulator without a cycle counter says 0 cycles.) */
 static uint32_t count_periods(void) {
     const uint32_t cycles = DWT_CYCCNT;
-    const uint32_t since = cycles - last_cycles;
-    uint32_t passed = 1;
-    last_cycles = cycles;
-    if (since >= late_cycles) {
-        passed = (since + cycles_per_period / 2U) / cycles_per_period;
+    const uint32_t since = cycles - sampling.last_cycles;
+    uint32_t missed = 0;
+    sampling.last_cycles = cycles;
+    if (since >= sampling.late_cycles) {
+        missed = periods_in(since) - 1U;
     }
-    periods += passed;
-    return passed;
+    sampling.periods += 1U + missed;
+    return missed;
 }
 
 /*
@@ -323,15 +327,15 @@ static uint32_t count_periods(void) {
  */
 void tim2_handler(void) {
     TIM2->SR = ~TIM_SR_UIF;
-    const uint32_t passed = count_periods();
-    loop_input_t input = {.overrun = period_missed || passed > 1U, .missed = passed - 1U, .supply_low = supply_low()};
-    input.converter_timeout = !read_position();
-    input.position_code = position_code;
+    const uint32_t missed = count_periods();
+    const uint32_t faults =
+        sampling.ended_late | (missed > 0 ? FAULT_OVERRUN : 0U) | (supply_low() ? FAULT_SUPPLY : 0U) | read_position();
+    const loop_input_t input = {.position_code = sampling.position_code, .missed = missed, .faults = faults};
     DAC->DHR12L1 = loop_sample(&input);
-    if (input.converter_timeout) {
+    if ((faults & FAULT_CONVERTER_TIMEOUT) != 0) {
         ADC1->SR = ~ADC_SR_EOC; /* a conversion that ended after all must not pass for the next sample's */
     }
-    period_missed = (TIM2->SR & TIM_SR_UIF) != 0;
+    sampling.ended_late = (TIM2->SR & TIM_SR_UIF) != 0 ? FAULT_OVERRUN : 0U;
 }
 
 /* Of 12 bits. */
@@ -372,5 +376,5 @@ uint32_t board_cost_counter(void) {
 
 /* In steps of one period: all that this clock times, the end of a Modbus frame and its echo, is long against it. */
 uint32_t board_microseconds(void) {
-    return periods * SAMPLE_PERIOD_US;
+    return sampling.periods * SAMPLE_PERIOD_US;
 }

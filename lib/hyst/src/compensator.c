@@ -45,18 +45,18 @@ static inline stage_drive_t same(hyst_q31_t drive) {
 }
 
 /* A cascade that is there. Its state starts settled where it does not belong to the present input. */
-static inline hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *state, bool settled, hyst_q31_t x,
-                                bool *saturated) {
+static HYST_WITHIN hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *state, bool settled, hyst_q31_t x,
+                                     bool *saturated) {
     return settled ? hyst_iir_step(iir, state, x, saturated) : hyst_iir_begin(iir, state, x, saturated);
 }
 
-static inline stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                       const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
-                                       hyst_hysteresis_found_t *found, unsigned *events) {
+/* Of `stages` those that there may be: most chains have no others than filters, and a copy of this to themselves. */
+static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                            const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
+                                            hyst_hysteresis_found_t *found, unsigned *events, unsigned stages,
+                                            bool settled) {
     bool filter_saturated = false;
     bool unreachable = false;
-    const unsigned stages = c->stages;
-    const bool settled = state->settled;
     hyst_q31_t elastic = reference;
     if ((stages & HYST_STAGE_REFERENCE_CURVE) != 0) {
         elastic = hyst_curve_apply(&c->reference_curve, elastic);
@@ -79,10 +79,20 @@ static inline stage_drive_t compensate(const hyst_compensator_t *c, hyst_compens
     if ((stages & HYST_STAGE_EQUALISE) != 0) {
         drive.amplifier = filter(&c->equalise, &state->equalise, settled, drive.amplifier, &filter_saturated);
     }
-    state->settled = true;
     *events = (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
               (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
     return drive;
+}
+
+#define FILTERS ((unsigned)HYST_STAGE_SHAPE | (unsigned)HYST_STAGE_EQUALISE)
+
+/* Any chain, and its first sample. */
+static HYST_APART stage_drive_t compensate_any(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                               const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
+                                               hyst_hysteresis_found_t *found, unsigned *events) {
+    const bool settled = state->settled;
+    state->settled = true;
+    return compensate(c, state, memory, reference, found, events, c->stages, settled);
 }
 
 static inline hyst_q31_t without_model(const hyst_compensator_t *c, hyst_mode_t mode, hyst_q31_t reference) {
@@ -96,22 +106,17 @@ static inline hyst_q31_t without_model(const hyst_compensator_t *c, hyst_mode_t 
     return c->drive_park;
 }
 
-/* A transition of more than 32 bits, as after a step across more than half the range: rare, and in 64 bits. */
-static int64_t far_towards_zero(int64_t x, hyst_q31_t step) {
-    return x > 0 ? x - step : x + step; /* farther from zero than any step */
-}
-
+/* x != 0. */
 static inline int64_t towards_zero(int64_t x, hyst_q31_t step) {
-    const int32_t near = (int32_t)x;
-    if (near != x) {
-        return far_towards_zero(x, step);
+    if (x > 0) {
+        x -= step;
+        return x > 0 ? x : 0;
     }
-    if (near > 0) {
-        return near > step ? near - step : 0;
-    }
-    return near < -step ? near + step : 0; /* step > 0 */
+    x += step;
+    return x < 0 ? x : 0;
 }
 
+/* A transition of more than 32 bits, as after a step across more than half the range: rare, and in 64 bits. */
 static hyst_q31_t far_limited(hyst_q31_t drive, int64_t transition, hyst_q31_t low, hyst_q31_t high, bool *met) {
     const int64_t sum = drive + transition; /* |.| < 2^33 */
     const hyst_q31_t result = hyst_clamp(hyst_saturate(sum), low, high);
@@ -148,13 +153,18 @@ static inline void remember(const hyst_compensator_t *c, hyst_compensator_state_
     }
 }
 
-hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
-                                 hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+HYST_APART hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *compensator,
+                                                   hyst_compensator_state_t *state, hyst_mode_t mode,
+                                                   hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
+                                                   unsigned *events) {
     hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
     hyst_hysteresis_found_t found;
     stage_drive_t stage;
     if (mode == HYST_MODE_COMPENSATE) {
-        stage = compensate(compensator, state, memory, reference, &found, events);
+        const unsigned stages = compensator->stages;
+        stage = state->settled && (stages & ~FILTERS) == 0
+                    ? compensate(compensator, state, memory, reference, &found, events, stages & FILTERS, true)
+                    : compensate_any(compensator, state, memory, reference, &found, events);
     } else {
         *events = 0;
         state->settled = false; /* the filters stand still meanwhile */
@@ -170,8 +180,6 @@ hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_com
         transition = towards_zero(transition, compensator->transition_slew);
         state->transition = transition;
     }
-    const hyst_q31_t low = compensator->drive_low;
-    const hyst_q31_t high = compensator->drive_high;
     bool met;
     const hyst_q31_t drive = limited(stage.amplifier, transition, low, high, &met);
     if (met) {

@@ -49,14 +49,15 @@ hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_
     return HYST_IIR_OK;
 }
 
-static hyst_iir_section_state_t at_rest(hyst_q31_t x, hyst_q31_t y) {
+static hyst_iir_section_state_t at_rest(hyst_q31_t y) {
     /* Half a unit in the remainder makes the truncating shift round to nearest. */
-    return (hyst_iir_section_state_t){.x1 = x, .x2 = x, .y1 = y, .y2 = y, .remainder = HALF_UNIT};
+    return (hyst_iir_section_state_t){.y1 = y, .y2 = y, .remainder = HALF_UNIT};
 }
 
 void hyst_iir_reset(hyst_iir_state_t *state) {
+    state->x1 = state->x2 = 0;
     for (uint32_t i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {
-        state->section[i] = at_rest(0, 0);
+        state->section[i] = at_rest(0);
     }
 }
 
@@ -77,11 +78,11 @@ static inline hyst_q31_t at_dc(const hyst_iir_coefficients_t *s, hyst_q31_t x, i
 }
 
 void hyst_iir_settle(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x) {
+    state->x1 = state->x2 = x;
     for (uint32_t i = 0; i < iir->sections; i++) {
         int64_t rest;
-        const hyst_q31_t y = at_dc(&iir->section[i], x, &rest);
-        state->section[i] = at_rest(x, y);
-        x = y;
+        x = at_dc(&iir->section[i], x, &rest);
+        state->section[i] = at_rest(x);
     }
 }
 
@@ -109,16 +110,15 @@ static inline hyst_q31_t rounded(int64_t sum, int32_t *remainder, bool *saturate
  * x): the bound of every sum.
  */
 HYST_APART hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
-    const hyst_iir_coefficients_t *s = iir->section;
     hyst_q31_t settled = x;
-    for (uint32_t i = 0; i < iir->sections; i++, s++) {
+    state->x1 = state->x2 = x;
+    for (uint32_t i = 0; i < iir->sections; i++) {
+        const hyst_iir_coefficients_t *s = &iir->section[i];
         hyst_iir_section_state_t *past = &state->section[i];
         int64_t rest;
         const hyst_q31_t y = at_dc(s, settled, &rest);
         const int64_t sum =
             rest + HALF_UNIT + hyst_product(y, HYST_Q28_ONE) + (hyst_product(s->b0, x) - hyst_product(s->b0, settled));
-        past->x2 = settled;
-        past->x1 = x;
         past->y2 = y;
         x = rounded(sum, &past->remainder, saturated);
         past->y1 = x;
@@ -134,13 +134,11 @@ static inline hyst_q31_t section_step(const hyst_iir_coefficients_t *s, hyst_iir
     const hyst_q31_t y2 = past->y2;
     /* |sum| < 15 * 2^28 * 2^31 + 2^28 < 2^63. */
     int64_t sum = (uint32_t)past->remainder;
-    sum += hyst_product(s->b0, x);
     sum += hyst_product(s->b1, *x1);
     sum += hyst_product(s->b2, *x2);
     sum += hyst_product(s->minus_a1, y1);
     sum += hyst_product(s->minus_a2, y2);
-    past->x2 = *x1;
-    past->x1 = x;
+    sum += hyst_product(s->b0, x);
     const hyst_q31_t y = rounded(sum, &past->remainder, saturated);
     past->y2 = y1;
     past->y1 = y;
@@ -154,11 +152,13 @@ _Static_assert(HYST_IIR_MAX_SECTIONS == 4, "sections are written out");
 
 HYST_APART hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
     const uint32_t sections = iir->sections;
-    hyst_q31_t x1 = state->section[0].x1;
-    hyst_q31_t x2 = state->section[0].x2;
+    hyst_q31_t x1 = state->x1;
+    hyst_q31_t x2 = state->x2;
     if (sections == 0) {
         return x;
     }
+    state->x1 = x;
+    state->x2 = x1;
     x = section_step(&iir->section[0], &state->section[0], x, &x1, &x2, saturated);
     if (sections == 1) {
         return x;

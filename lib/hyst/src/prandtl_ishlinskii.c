@@ -24,30 +24,29 @@ static inline uint32_t smaller(uint32_t a, uint32_t b) {
 #define ALONG(outward)   ((outward) > 0 ? HYST_PI_UP : HYST_PI_DOWN)
 #define AGAINST(outward) ((outward) > 0 ? HYST_PI_DOWN : HYST_PI_UP)
 
-/* Outermost run whose first operator is carried by a movement to `edge`, when that of the innermost is. The runs
- * outside are not, from some one on (nesting). Bisection: floor(log2(runs - 1)) + 1 probes. */
-static inline hyst_pi_run_t *last_run_by_drive(hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
-    hyst_pi_run_t *run = &state->run[state->runs - 1U];
-    for (uint32_t left = state->runs - 1U; left > 0;) { /* runs that may be carried, too */
-        const uint32_t half = (left + 1U) / 2U;
-        const hyst_q31_t corner = (run - half)->corner[ALONG(outward)];
-        run = (outward > 0 ? edge > corner : edge < corner) ? run - half : run;
-        left -= half; /* beyond one that is not carried lie half - 1 <= left - half; asking a known one again does no
-                         harm */
-    }
+/* Outermost run whose first operator is carried by a movement to `edge`, when that of the innermost is. */
+static HYST_WITHIN hyst_pi_run_t *last_run_by_drive(hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
+    const uint32_t open = state->runs - 1U;
+    hyst_pi_run_t *run = state->run;
+    hyst_pi_run_t *const innermost = run + open;
+#define CARRIED(i)  (outward > 0 ? edge > run[i].corner[ALONG(outward)] : edge < run[i].corner[ALONG(outward)])
+#define FIRST(size) run = CARRIED((size)-1) ? run : innermost + 1 - (size)
+#define PROBE(half) run = CARRIED((half)-1) ? run : run + (half)
+    HYST_PI_BISECT_RUNS(open, FIRST, PROBE)
+#undef CARRIED
     return run;
 }
 
 /* The same for a movement that ends where the position is `goal`. */
-static inline const hyst_pi_run_t *last_run_by_position(const hyst_pi_state_t *state, int64_t goal, int outward) {
-    uint32_t left = state->runs - 1U;
-    const hyst_pi_run_t *run = &state->run[left];
-    while (left > 0) {
-        const uint32_t half = (left + 1U) / 2U;
-        const int64_t response = (run - half)->response[ALONG(outward)];
-        run = (outward > 0 ? goal > response : goal < response) ? run - half : run;
-        left -= half;
-    }
+static HYST_WITHIN const hyst_pi_run_t *last_run_by_position(const hyst_pi_state_t *state, int64_t goal, int outward) {
+    const uint32_t open = state->runs - 1U;
+    const hyst_pi_run_t *run = state->run;
+    const hyst_pi_run_t *const innermost = run + open;
+#define CARRIED(i) (outward > 0 ? goal > run[i].response[ALONG(outward)] : goal < run[i].response[ALONG(outward)])
+    HYST_PI_BISECT_RUNS(open, FIRST, PROBE)
+#undef CARRIED
+#undef PROBE
+#undef FIRST
     return run;
 }
 
@@ -64,8 +63,8 @@ static inline uint32_t last_turn_below(const hyst_pi_t *model, uint64_t reach) {
  * The first `end` operators, up to one of `run`, turn round at the drive `edge`, where the position is `response`, both
  * less the growth: they become the innermost run. |edge|: Q31, see above.
  */
-static inline void carry_along(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_pi_run_t *run, uint32_t end,
-                               hyst_q31_t edge, int64_t response, int outward) {
+static HYST_WITHIN void carry_along(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_pi_run_t *run, uint32_t end,
+                                    hyst_q31_t edge, int64_t response, int outward) {
     if (end < run->end) { /* some are left behind */
         if (run->side == 0) {
             hyst_pi_begin_at(model, run, hyst_pi_base(run), end);
@@ -73,6 +72,7 @@ static inline void carry_along(const hyst_pi_t *model, hyst_pi_state_t *state, h
             const hyst_q31_t threshold = model->threshold[end];
             const hyst_q31_t memory =
                 (hyst_q31_t)((uint32_t)run->level + (uint32_t)outward * (uint32_t)threshold); /* as hyst_pi_memory_in */
+            run->first = (uint8_t)end;
             run->response[ALONG(outward)] = run->response[AGAINST(outward)] + outward * model->turn[end];
             run->corner[ALONG(outward)] = outward > 0 ? hyst_add(memory, threshold) : hyst_subtract(memory, threshold);
         }
@@ -87,11 +87,12 @@ static inline void carry_along(const hyst_pi_t *model, hyst_pi_state_t *state, h
     run->level = edge;
     run->end = (uint16_t)end;
     run->side = (int8_t)-outward;
+    run->first = 0;
     state->runs = (uint32_t)(run - state->run) + 1U; /* <= operators: every run has at least one */
 }
 
 /* Carries along all operators that the drive less the growth, `edge`, lies beyond; the innermost is one of them. */
-static inline void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
+static HYST_WITHIN void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
     hyst_pi_run_t *run = last_run_by_drive(state, edge, outward);
     /* Beyond the corner of its first operator by 1 .. 2^32 - 1, modulo 2^32. */
     uint32_t beyond = outward > 0 ? (uint32_t)edge - (uint32_t)run->corner[ALONG(outward)]
@@ -101,7 +102,7 @@ static inline void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, 
     if (run->side != -outward) {
         /* Corner i lies |side + outward| (a_i - a_first) further out. Up to 2^31 + (2^32 - 2) / 2; or, where the memory
          * is the level, edge - level - 1 in all: below 2^32. */
-        const uint32_t first = hyst_pi_first(state, run);
+        const uint32_t first = run->first;
         const uint32_t nearest = (uint32_t)model->threshold[first];
         const uint32_t reach = nearest + ((beyond - 1U) >> (run->side & 1));
         /* Thresholds rise over all runs: within this one it is that, or its last. */
@@ -117,18 +118,18 @@ static inline void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, 
         }
     }
     /* Behind the corner of the last one the slope is S_end: 2^32 * 2^30 = 2^62 at most; the sum is a response. */
-    response += outward * (int64_t)((uint64_t)beyond * (uint32_t)model->slope[end]);
+    response += outward * (int64_t)((uint64_t)beyond * (uint32_t)model->slope[end].value);
     carry_along(model, state, run, end, edge, response, outward);
 }
 
-static inline void move(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
+static inline void move(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive, hyst_q31_t growth) {
     if (state->runs == 0) {
         return;
     }
     /* At most one of the two finds anything. Not only the sign of the step decides: thresholds may also have shrunk. */
     const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
-    const hyst_q31_t up = hyst_subtract(drive, state->growth);
-    const hyst_q31_t down = hyst_add(drive, state->growth);
+    const hyst_q31_t up = hyst_subtract(drive, growth);
+    const hyst_q31_t down = hyst_add(drive, growth);
     if (up > innermost->corner[HYST_PI_UP]) {
         move_outward(model, state, up, 1);
     } else if (down < innermost->corner[HYST_PI_DOWN]) {
@@ -168,24 +169,29 @@ void hyst_pi_reset(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t dr
         hyst_pi_begin_at(model, all, 0, 0); /* at drive 0 the position is the offset */
         state->runs = 1;
     }
-    move(model, state, drive);
+    move(model, state, drive, 0);
 }
 
 void hyst_pi_advance(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
-    move(model, state, drive);
+    const hyst_q31_t growth = state->growth;
     remember(model, state, drive);
+    move(model, state, drive, growth);
 }
 
 HYST_APART void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive,
                                const hyst_pi_found_t *found) {
-    if (drive != found->drive || found->outward == HYST_PI_SEARCH) {
-        move(model, state, drive);
-    } else if (found->outward > 0) { /* carried, so the drive less the growth lies beyond a corner: it fits */
-        carry_along(model, state, &state->run[found->run], found->end, drive - state->growth, found->response, 1);
-    } else if (found->outward < 0) {
-        carry_along(model, state, &state->run[found->run], found->end, drive + state->growth, found->response, -1);
-    }
+    const hyst_q31_t growth = state->growth;
     remember(model, state, drive);
+    if (drive != found->drive || found->outward == HYST_PI_SEARCH) {
+        move(model, state, drive, growth);
+    } else if (found->outward != 0) {
+        hyst_pi_run_t *run = state->run + (found->run - state->run);
+        if (found->outward > 0) {
+            carry_along(model, state, run, found->end, drive - growth, found->response, 1);
+        } else {
+            carry_along(model, state, run, found->end, drive + growth, found->response, -1);
+        }
+    }
 }
 
 hyst_q31_t hyst_pi_memory(const hyst_pi_t *model, const hyst_pi_state_t *state, uint32_t index) {
@@ -204,12 +210,12 @@ static inline int64_t memory_sum(const hyst_pi_t *model, const hyst_pi_state_t *
     }
     const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
     const int64_t middle = innermost->response[HYST_PI_UP] - (model->turn[0] >> 1); /* at drive = z_1 */
-    return middle - hyst_product(model->slope[0], hyst_pi_memory_in(model, innermost, 0));
+    return middle - hyst_product(model->slope[0].value, hyst_pi_memory_in(model, innermost, 0));
 }
 
 hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state) {
     /* |w_0 u + W| <= 2^61 together, offset < 2^59 in Q59. */
-    const int64_t sum = hyst_product(model->slope[0], state->drive) + memory_sum(model, state);
+    const int64_t sum = hyst_product(model->slope[0].value, state->drive) + memory_sum(model, state);
     return hyst_saturate(hyst_round_shift(sum + hyst_product(model->offset, HYST_Q28_ONE), 28));
 }
 
@@ -225,13 +231,13 @@ static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_
                                     hyst_pi_found_t *found) {
     /* w_0 = S_0 > 0 and |goal - W| < 2^62. Half a divisor away from zero, then toward zero. */
     const int64_t distance = goal - memory_sum(model, state);
-    const uint32_t slope = (uint32_t)model->slope[0];
+    const uint32_t slope = (uint32_t)model->slope[0].value;
     const uint64_t dividend = (uint64_t)hyst_magnitude(distance) + slope / 2U;
     if (dividend >> 32 >= slope) { /* |u| >= 2^32 */
         return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
     }
     uint32_t remainder;
-    const int64_t size = hyst_divide(dividend, slope, model->reciprocal[0], &remainder);
+    const int64_t size = hyst_divide(dividend, slope, model->slope[0].reciprocal, &remainder);
     const int64_t drive = distance < 0 ? -size : size;
     if (drive > HYST_Q31_MAX || drive < HYST_Q31_MIN) {
         return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
@@ -242,8 +248,8 @@ static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_
 }
 
 /* The drive outside of it, on the side `outward`. `goal`: less the growth. */
-static inline hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal, int outward,
-                                    bool *saturated, hyst_pi_found_t *found) {
+static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal,
+                                         int outward, bool *saturated, hyst_pi_found_t *found) {
     const hyst_pi_run_t *run = last_run_by_position(state, goal, outward);
     /* Beyond the corner of the last operator passed: > 0, < 2^63 by the bounds above. */
     uint64_t rest;
@@ -261,13 +267,13 @@ static inline hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_
         rest -= run->side != 0 ? turn : turn >> 1;
     }
     /* Behind its corner, memory + outward (threshold + growth), the slope is S_end. */
-    const uint32_t slope = (uint32_t)model->slope[last + 1U];
+    const uint32_t slope = (uint32_t)model->slope[last + 1U].value;
     const uint64_t dividend = rest + slope / 2U;
     if (dividend >> 32 >= slope) { /* 2^32 further at least */
         return out_of_reach(outward, saturated, found);
     }
     uint32_t remainder;
-    const uint32_t further = hyst_divide(dividend, slope, model->reciprocal[last + 1U], &remainder);
+    const uint32_t further = hyst_divide(dividend, slope, model->slope[last + 1U].reciprocal, &remainder);
     const hyst_q31_t memory = hyst_pi_memory_in(model, run, last);
     const uint32_t room =
         outward > 0 ? (uint32_t)HYST_Q31_MAX - (uint32_t)memory : (uint32_t)memory + (UINT32_C(1) << 31);
@@ -277,7 +283,7 @@ static inline hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_
         return out_of_reach(outward, saturated, found);
     }
     found->drive = (hyst_q31_t)(outward > 0 ? (uint32_t)memory + distance : (uint32_t)memory - distance);
-    found->run = (uint16_t)(run - state->run);
+    found->run = run;
     found->end = (uint16_t)(last + 1U);
     /* At the rounded drive the position is off the goal by what the division left: dividend = slope further +
      * remainder, so slope further - rest = slope / 2 - remainder. */
@@ -294,7 +300,7 @@ HYST_APART hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t
     if (state->runs > 0) {
         const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
         /* Behind a corner the position is S_0 growth further than without growth: nothing but w_0 u knows of it. */
-        const int64_t growth = hyst_product(model->slope[0], state->growth);
+        const int64_t growth = hyst_product(model->slope[0].value, state->growth);
         if (goal - growth > innermost->response[HYST_PI_UP]) {
             return beyond_gap(model, state, goal - growth, 1, saturated, found);
         }

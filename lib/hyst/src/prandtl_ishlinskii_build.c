@@ -64,6 +64,10 @@ static hyst_pi_status_t check_rate(uint32_t operators, const hyst_q28_t weight[]
     return HYST_PI_OK;
 }
 
+static hyst_pi_slope_t slope_of(hyst_q28_t value) {
+    return (hyst_pi_slope_t){.value = value, .reciprocal = hyst_reciprocal((uint32_t)value)};
+}
+
 hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t offset, const hyst_q28_t weight[],
                                const hyst_q31_t threshold[], hyst_q20_t beta, hyst_q30_t rate_gain, uint32_t *element) {
     *element = 0;
@@ -83,15 +87,13 @@ hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t 
     *element = 0;
     model->operators = operators;
     model->offset = offset;
-    model->slope[0] = weight[0];
-    model->reciprocal[0] = hyst_reciprocal((uint32_t)weight[0]);
+    model->slope[0] = slope_of(weight[0]);
     int64_t moment = 0; /* w_1 a_1 + ... + w_i a_i, below 2^61 in magnitude */
     for (uint32_t i = 0; i < operators; i++) {
         model->threshold[i] = threshold[i];
-        model->turn[i] = 2 * (hyst_product(model->slope[i], threshold[i]) - moment);
+        model->turn[i] = 2 * (hyst_product(model->slope[i].value, threshold[i]) - moment);
         moment += hyst_product(weight[i + 1], threshold[i]);
-        model->slope[i + 1] = model->slope[i] + weight[i + 1]; /* 2^20 .. 2^30 by check_weights */
-        model->reciprocal[i + 1] = hyst_reciprocal((uint32_t)model->slope[i + 1]);
+        model->slope[i + 1] = slope_of(model->slope[i].value + weight[i + 1]); /* 2^20 .. 2^30 by check_weights */
     }
     model->levels = 0;
     while (UINT32_C(1) << model->levels < operators) {

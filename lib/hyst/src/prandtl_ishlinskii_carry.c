@@ -35,12 +35,12 @@ static line_t line_in(const hyst_pi_t *model, const hyst_pi_run_t *run) {
  * S_end level + side M_end each, M_end = w_1 a_1 + ... = S_end a_end - T_end. Within 2^63 on the way, in 64 bits.
  */
 static int64_t base_inside(const hyst_pi_t *model, uint32_t end, line_t line, line_t outer, int64_t outer_base) {
-    const uint32_t slope = (uint32_t)model->slope[end];
+    const uint32_t slope = (uint32_t)model->slope[end].value;
     uint64_t base = (uint64_t)outer_base + (uint64_t)(line.level - outer.level) * slope;
     const int turns = line.side - outer.side;
     if (turns != 0) {
         const int64_t moment =
-            hyst_product(model->slope[end], model->threshold[end - 1U]) - (model->turn[end - 1U] >> 1);
+            hyst_product(model->slope[end].value, model->threshold[end - 1U]) - (model->turn[end - 1U] >> 1);
         base += (uint64_t)(turns * moment); /* |moment| <= 2^61 */
     }
     return (int64_t)base;

@@ -15,11 +15,6 @@ static inline hyst_q31_t hyst_pi_growth(const hyst_pi_t *model, hyst_q30_t rate)
                                                                                 : (hyst_q31_t)(uint32_t)growth;
 }
 
-/* First operator of a run: where the next inner one ends. */
-static inline uint32_t hyst_pi_first(const hyst_pi_state_t *state, const hyst_pi_run_t *run) {
-    return run == &state->run[state->runs - 1U] ? 0U : run[1].end;
-}
-
 /* z_i of an operator of the run. Fits, so 32 bits with wrap-around lead there although the level may need 33. */
 static inline hyst_q31_t hyst_pi_memory_in(const hyst_pi_t *model, const hyst_pi_run_t *run, uint32_t i) {
     return (hyst_q31_t)((uint32_t)run->level + (uint32_t)run->side * (uint32_t)model->threshold[i]);
@@ -41,6 +36,7 @@ static inline int64_t hyst_pi_base(const hyst_pi_run_t *run) {
 
 /* What searches compare with, once the run begins at operator `first`. */
 static inline void hyst_pi_begin_at(const hyst_pi_t *model, hyst_pi_run_t *run, int64_t base, uint32_t first) {
+    run->first = (uint8_t)first;
     const hyst_q31_t memory = hyst_pi_memory_in(model, run, first);
     const int64_t turn = model->turn[first]; /* 2 T, even: (side + outward) T is one of -2 T, -T, 0, T and 2 T */
     const int64_t down = run->side > 0 ? 0 : turn;
@@ -80,6 +76,49 @@ static inline void hyst_pi_begin_at(const hyst_pi_t *model, hyst_pi_run_t *run, 
         PROBE(1);                                                                                                      \
         __attribute__((fallthrough));                                                                                  \
     case 0:                                                                                                            \
+        break;                                                                                                         \
+    }
+
+/*
+ * Bisection over the runs outside of the innermost one, `open` of them: from the outermost on none is carried up to
+ * some one, and then all are (nesting). Shar's way (Knuth, The Art of Computer Programming 3, section 6.2.1):
+ * FIRST(size) asks for the run at the largest power of two. If that is not carried, it goes on where the powers below
+ * reach the innermost. PROBE(half) asks for each of these: floor(log2(open)) + 1 questions.
+ */
+#define HYST_PI_BISECT_RUNS(open, FIRST, PROBE)                                                                        \
+    switch ((open) > 0 ? 32 - __builtin_clz(open) : 0) {                                                               \
+    case 0:                                                                                                            \
+        break;                                                                                                         \
+    case 1:                                                                                                            \
+        FIRST(1);                                                                                                      \
+        break;                                                                                                         \
+    case 2:                                                                                                            \
+        FIRST(2);                                                                                                      \
+        PROBE(1);                                                                                                      \
+        break;                                                                                                         \
+    case 3:                                                                                                            \
+        FIRST(4);                                                                                                      \
+        PROBE(2), PROBE(1);                                                                                            \
+        break;                                                                                                         \
+    case 4:                                                                                                            \
+        FIRST(8);                                                                                                      \
+        PROBE(4), PROBE(2), PROBE(1);                                                                                  \
+        break;                                                                                                         \
+    case 5:                                                                                                            \
+        FIRST(16);                                                                                                     \
+        PROBE(8), PROBE(4), PROBE(2), PROBE(1);                                                                        \
+        break;                                                                                                         \
+    case 6:                                                                                                            \
+        FIRST(32);                                                                                                     \
+        PROBE(16), PROBE(8), PROBE(4), PROBE(2), PROBE(1);                                                             \
+        break;                                                                                                         \
+    case 7:                                                                                                            \
+        FIRST(64);                                                                                                     \
+        PROBE(32), PROBE(16), PROBE(8), PROBE(4), PROBE(2), PROBE(1);                                                  \
+        break;                                                                                                         \
+    default: /* 255 runs at most */                                                                                    \
+        FIRST(128);                                                                                                    \
+        PROBE(64), PROBE(32), PROBE(16), PROBE(8), PROBE(4), PROBE(2), PROBE(1);                                       \
         break;                                                                                                         \
     }
 

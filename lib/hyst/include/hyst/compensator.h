@@ -103,10 +103,18 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
 
 /**
  * One sample. `reference` is a position or a reading (linear, compensate) or a drive (direct). Returns the drive,
- * within the limits. *events receives the HYST_STEP_ bits of this sample (overwritten).
+ * within the limits of this one sample, low <= high. *events receives the HYST_STEP_ bits of this sample (overwritten).
  */
-hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
-                                 hyst_mode_t mode, hyst_q31_t reference, unsigned *events);
+hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
+                                        hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
+                                        unsigned *events);
+
+/** The same within the compensator's limits. */
+static inline hyst_q31_t hyst_compensator_step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
+                                               hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+    return hyst_compensator_step_within(compensator, state, mode, reference, compensator->drive_low,
+                                        compensator->drive_high, events);
+}
 
 /** Memory of the hysteresis, the one in use. */
 static inline hyst_hysteresis_state_t *hyst_compensator_memory(hyst_compensator_state_t *state) {

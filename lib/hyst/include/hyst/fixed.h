@@ -34,18 +34,19 @@ typedef int32_t hyst_q20_t; /**< [-2048, 2048) in steps of 2^-20 */
  * of what each sample does. docs/TIMING.md. */
 #define HYST_APART __attribute__((noinline))
 
+/** A function that is copied into its callers whatever its size: one copy for each direction or kind that they name. */
+#define HYST_WITHIN inline __attribute__((always_inline))
+
 /* C11 leaves the right shift of a negative number to the compiler. The library needs the arithmetic one. */
 _Static_assert((-3 >> 1) == -2, "lib/hyst needs an arithmetic right shift");
 
 /** x if it fits into 32 bits, else the nearer end of the range. */
 static inline int32_t hyst_saturate(int64_t x) {
-    if (x > INT32_MAX) {
-        return INT32_MAX;
+    const int32_t near = (int32_t)(uint32_t)(uint64_t)x;
+    if (near == x) {
+        return near;
     }
-    if (x < INT32_MIN) {
-        return INT32_MIN;
-    }
-    return (int32_t)x;
+    return x < 0 ? INT32_MIN : INT32_MAX;
 }
 
 /** a + b, saturated. One instruction on a Cortex-M4. */

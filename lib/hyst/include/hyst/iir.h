@@ -41,13 +41,14 @@ typedef struct {
     hyst_iir_coefficients_t section[HYST_IIR_MAX_SECTIONS];
 } hyst_iir_t;
 
-/** What a section remembers. Within a cascade, x of a section is y of the one before it, once settled. */
+/** What a section remembers: the past of its output, which is that of the next section's input. */
 typedef struct {
-    hyst_q31_t x1, x2, y1, y2;
+    hyst_q31_t y1, y2;
     int32_t remainder; /**< Q59 part of the last sum below Q31, [0, 2^28) */
 } hyst_iir_section_state_t;
 
 typedef struct {
+    hyst_q31_t x1, x2; /**< past of the cascade's input */
     hyst_iir_section_state_t section[HYST_IIR_MAX_SECTIONS];
 } hyst_iir_state_t;
 

@@ -60,6 +60,12 @@
 #define HYST_PI_CARRY_RUNS  1
 #define HYST_PI_CARRY_CALLS (HYST_PI_MAX_OPERATORS / HYST_PI_CARRY_RUNS)
 
+/** S_j = w_0 + ... + w_j, >= HYST_PI_MIN_SLOPE: what the position gains behind corner j. */
+typedef struct {
+    hyst_q28_t value;
+    uint32_t reciprocal; /**< of it, see reciprocal.h */
+} hyst_pi_slope_t;
+
 /** Coefficients. Written by hyst_pi_build only; constant afterwards. */
 typedef struct {
     uint32_t operators;     /**< n, 0..HYST_PI_MAX_OPERATORS */
@@ -68,14 +74,14 @@ typedef struct {
     hyst_q31_t kappa_limit; /**< 1 - a_n */
     hyst_q20_t beta;        /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
     hyst_q30_t rate_gain;   /**< g, (0, 1] */
-    hyst_q31_t threshold[HYST_PI_MAX_OPERATORS];    /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0;
-                                                       up to 2^levels the largest number, so that searches end at n */
-    hyst_q28_t slope[HYST_PI_MAX_OPERATORS + 1];    /**< S_0..S_n, S_j = w_0 + ... + w_j, all >= HYST_PI_MIN_SLOPE */
-    uint32_t reciprocal[HYST_PI_MAX_OPERATORS + 1]; /**< of the slopes, see reciprocal.h */
+    /* In an order in which one load with an index and a constant reaches each of them. */
     int64_t turn[HYST_PI_MAX_OPERATORS]; /**< 2 T_i, T_i = S_{i-1} a_i - (w_1 a_1 + ... + w_{i-1} a_{i-1}), Q59: what
                                             the position changes on the way back from a reversal until the drive begins
                                             to carry operator i again. Rising, 0 < 2 T_i <= 2^62; up to 2^levels the
                                             largest number */
+    hyst_q31_t threshold[HYST_PI_MAX_OPERATORS]; /**< a_1..a_n, fraction of drive full scale, strictly rising, > 0; up
+                                                    to 2^levels the largest number, so that searches end at n */
+    hyst_pi_slope_t slope[HYST_PI_MAX_OPERATORS + 1]; /**< S_0..S_n */
 } hyst_pi_t;
 
 /** Index of a direction of the drive. */
@@ -89,9 +95,10 @@ typedef struct {
     int64_t response[2]; /**< position, less offset, at which the drive begins to carry it, Q59, <= 2^62 in magnitude */
     hyst_q31_t corner[2]; /**< drive there, saturated */
     hyst_q31_t level;     /**< units of 2^-31, modulo 2^32 */
-    uint16_t end;         /**< one past the last operator of the run; it begins where the next inner run ends */
-    int8_t side; /**< -1 where the drive rose last, +1 where it fell, 0 for memory that was never moved since reset or
-                    carry */
+    uint16_t end;         /**< one past the last operator of the run */
+    int8_t side;   /**< -1 where the drive rose last, +1 where it fell, 0 for memory that was never moved since reset or
+                      carry */
+    uint8_t first; /**< operator: 0 in the innermost run, else where the next inner one ends */
 } hyst_pi_run_t;
 
 /** Memory. */
@@ -105,10 +112,11 @@ typedef struct {
 
 /** What hyst_pi_find found, for hyst_pi_follow. Belongs to that memory as it is. */
 typedef struct {
-    int64_t response;  /**< position, less offset, at which the carried operators turn round, Q59 */
-    hyst_q31_t drive;  /**< the answer */
-    uint16_t run, end; /**< run of the last operator that it carries, and one past that operator */
-    int8_t outward;    /**< +1, -1: the way it carries them; 0: it carries none; HYST_PI_SEARCH: look again */
+    int64_t response;         /**< position, less offset, at which the carried operators turn round, Q59 */
+    hyst_q31_t drive;         /**< the answer */
+    const hyst_pi_run_t *run; /**< of the last operator that it carries */
+    uint16_t end;             /**< one past that operator */
+    int8_t outward;           /**< +1, -1: the way it carries them; 0: it carries none; HYST_PI_SEARCH: look again */
 } hyst_pi_found_t;
 
 #define HYST_PI_SEARCH 2
