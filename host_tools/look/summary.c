@@ -50,7 +50,7 @@ static void see_noise(const recording_t *part, const drive_look_t *drive, summar
         prediction_t prediction;
         prediction_make(part, drive, &prediction);
         summary->noise_um = prediction.noise_um;
-        summary->noise_from = "from neighbouring readings";
+        summary->noise_from = "between neighbours";
         prediction_free(&prediction);
     }
     repetition_free(&repetition);

@@ -21,7 +21,7 @@ typedef struct {
     size_t periods;
     double line_error_percent, width_percent; /**< of the stroke: beside a straight line; of the loop, 0: not known */
     double noise_um;
-    const char *noise_from; /**< "at rest", "between passes", or "from neighbouring readings" */
+    const char *noise_from; /**< "at rest", "between passes", or "between neighbours" */
 } summary_t;
 
 /** false: too short, or its keys are wrong (look.h); *failure says which. */
