@@ -6,9 +6,7 @@
 
 enum { MOST_NAMES = 4 };
 
-static struct {
-    const char *path, *shown;
-} names[MOST_NAMES];
+static struct { const char *path, *shown; } names[MOST_NAMES];
 
 void shown_name_set(const char *path, const char *shown) {
     for (size_t i = 0; i < MOST_NAMES; i++) {

@@ -65,9 +65,10 @@ static json_t *to_json(const char *path, const table_t *table, const import_acco
     for (size_t i = 0; i < account->lines; i++) {
         json_array_append_new(understood, json_string(account->line[i]));
     }
-    json_t *json = json_pack("{s:s, s:s, s:s, s:I, s:o, s:o, s:s?}", "format", "hyst-import-1", "file", shown_name(path), "kind",
-                             table->kind, "rows", (json_int_t)table->rows, "columns", columns_to_json(table),
-                             "understood", understood, "recording", output != NULL ? shown_name(output) : NULL);
+    json_t *json =
+        json_pack("{s:s, s:s, s:s, s:I, s:o, s:o, s:s?}", "format", "hyst-import-1", "file", shown_name(path), "kind",
+                  table->kind, "rows", (json_int_t)table->rows, "columns", columns_to_json(table), "understood",
+                  understood, "recording", output != NULL ? shown_name(output) : NULL);
     if (recording != NULL) {
         json_object_set_new(json, "samples", json_integer((json_int_t)recording->samples));
         json_object_set_new(json, "sample_rate_hz", json_real(recording->sample_rate_hz));

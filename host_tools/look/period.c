@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 32, WIDER = 8, REACH = 2 };
+enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 32, WIDER = 8 };
 
 double value_between(const double *value, size_t samples, double at) {
     const double whole = floor(at), x = at - whole;
@@ -22,8 +22,8 @@ double value_between(const double *value, size_t samples, double at) {
     return b + 0.5 * x * (c - a + x * (2.0 * a - 5.0 * b + 4.0 * c - d + x * (3.0 * (b - c) + d - a)));
 }
 
-/* The place of the least difference between the passes near a period, which is off by `reach` samples at most. */
-static double refined(const double *u, size_t samples, look_span_t span, double period, double reach) {
+/* The place of the least difference between the passes near a period. */
+static double refined(const double *u, size_t samples, look_span_t span, double period) {
     for (size_t i = 0; i < REFINEMENTS; i++) {
         double product = 0.0, square = 0.0;
         for (size_t k = span.from; (double)k + period + 1.0 < (double)span.to; k++) {
@@ -31,7 +31,7 @@ static double refined(const double *u, size_t samples, look_span_t span, double 
             const double slope = 0.5 * (value_between(u, samples, fmin(at + 1.0, (double)samples - 1.0)) -
                                         value_between(u, samples, at - 1.0));
             const double difference = u[k] - value_between(u, samples, at);
-            if (fabs(difference) < fabs(slope) * reach + 1e-300) { /* elsewhere it is another path */
+            if (fabs(difference) < fabs(slope) * 2.0 + 1e-300) { /* elsewhere it is another path */
                 product += difference * slope;
                 square += slope * slope;
             }
@@ -105,22 +105,37 @@ static double lines_of_period(const double *u, look_span_t span, double period, 
 
 static void take_if_better(const double *u, size_t samples, look_span_t all, double period, drive_look_t *drive) {
     look_span_t first = longest_run(u, drive, all, period, threshold.first_place), span;
-    double reach = REACH;
-    /* Where the drive swells, or has few and long periods, the autocovariance is largest some samples beside them. */
+    /* Where the drive swells, the autocovariance is largest some samples beside the period. */
     if ((double)span_length(first) < threshold.two_passes_first * period) {
         first = longest_run(u, drive, all, period, WIDER * threshold.first_place);
-        reach = WIDER * threshold.first_place;
     }
     if ((double)span_length(first) < threshold.two_passes_first * period || !moves(u, drive, first)) {
         return;
     }
-    period = refined(u, samples, first, period, reach);
+    period = refined(u, samples, first, period);
     span = longest_run(u, drive, all, period, threshold.refined_place);
     /* A longer period has to repeat more than the shorter one: multiples of a period are periods, too. */
     if ((double)span_length(span) >= threshold.two_passes * period && moves(u, drive, span) &&
         (double)span_length(span) > threshold.repeats_more * (double)span_length(drive->repeat)) {
         drive->period = period;
         drive->repeat = span;
+    }
+}
+
+/* Each sum over the power of the two stretches that it multiplies: at a period it is what it is at lag 0, wherever the
+ * recording ends (McLeod and Wyvill 2005). Over the number of products alone, a part of a period at the end would move
+ * the maximum. */
+static void normalise(const double *centred, size_t count, double *sums) {
+    double all = 0.0;
+    for (size_t k = 0; k < count; k++) {
+        all += centred[k] * centred[k];
+    }
+    double without_end = all, without_begin = all;
+    for (size_t lag = 1; lag < count; lag++) {
+        without_end -= centred[count - lag] * centred[count - lag];
+        without_begin -= centred[lag - 1] * centred[lag - 1];
+        const double both = without_end + without_begin;
+        sums[lag] = both > 1e-9 * all ? sums[lag] * 2.0 * all / both : 0.0;
     }
 }
 
@@ -147,9 +162,7 @@ void period_find(const double *u, size_t samples, drive_look_t *drive) {
         centred[k] = u[all.from + k] - mean;
     }
     look_autocovariance(centred, count, sums);
-    for (size_t lag = 0; lag < count; lag++) { /* as if there were equally many products of each */
-        sums[lag] *= (double)count / (double)(count - lag);
-    }
+    normalise(centred, count, sums);
     for (size_t lag = LEAST_PERIOD; 2 * lag <= count + count / 20 && lag + 1 < count && tried < MOST_CANDIDATES;
          lag++) {
         if (sums[lag] >= sums[lag - 1] && sums[lag] > sums[lag + 1] &&

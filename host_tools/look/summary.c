@@ -50,7 +50,7 @@ static void see_noise(const recording_t *part, const drive_look_t *drive, summar
         prediction_t prediction;
         prediction_make(part, drive, &prediction);
         summary->noise_um = prediction.noise_um;
-        summary->noise_from = "from neighbouring readings";
+        summary->noise_from = "between neighbours";
         prediction_free(&prediction);
     }
     repetition_free(&repetition);
@@ -77,14 +77,16 @@ bool summary_make(const recording_t *recording, summary_t *summary, failure_t *f
         return false;
     }
     static_map_look(&part, &drive, &map);
-    *summary = (summary_t){.looked_at_s = (double)part.samples / part.sample_rate_hz,
-                           .whole = part.samples == recording->samples ||
-                                    part.sample_rate_hz < recording->sample_rate_hz,
-                           .kind = drive.kind,
-                           .period_s = drive.period / part.sample_rate_hz,
-                           .periods = whole_periods(&drive),
-                           .line_error_percent = map.line_error_percent,
-                           .width_percent = map.levels > 0 ? map.width_percent : 0.0};
+    *summary = (summary_t){
+        .looked_at_s = (double)part.samples / part.sample_rate_hz,
+        .whole =
+            part.samples == recording->samples ||
+                    part.sample_rate_hz<recording->sample_rate_hz, .kind = drive.kind,
+                                        .period_s = drive.period / part.sample_rate_hz,
+                                        .periods = whole_periods(&drive), .line_error_percent = map.line_error_percent,
+                                        .width_percent = map.levels> 0
+                ? map.width_percent
+                : 0.0};
     see_noise(&part, &drive, summary);
     values_range(recording->column[COLUMN_DRIVE], recording->samples, summary->range_v);
     values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, summary->stroke_um);
@@ -99,7 +101,7 @@ void summary_print(FILE *file, const summary_t *s) {
     if (s->periods > 0) {
         fprintf(file, ", %zu periods of %.4g s (%.4g Hz)", s->periods, s->period_s, 1.0 / s->period_s);
     }
-    fprintf(file, "; stroke %.4g um, beside a straight line %.2g %%", s->stroke_um[1] - s->stroke_um[0],
+    fprintf(file, "\n%-12s stroke %.4g um, beside a straight line %.2g %%", "", s->stroke_um[1] - s->stroke_um[0],
             s->line_error_percent);
     if (s->width_percent > 0.0) {
         fprintf(file, ", loop %.2g %% wide", s->width_percent);

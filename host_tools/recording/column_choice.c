@@ -89,7 +89,7 @@ static bool repeats_time(const column_choice_t *choice, const table_t *table, in
 /* Why no values of a column can be a signal; NULL: they can. */
 static const char *no_signal(const column_choice_t *choice, const table_t *table, int column) {
     const double *value = table->column[column].value;
-    return repeats_time(choice, table, column)    ? "the same times"
+    return repeats_time(choice, table, column) ? "the same times"
            : steps_by(value, table->rows, 0.0) ? "never changes"
            : steps_by(value, table->rows, 1.0) ? "counts"
                                                : NULL;
@@ -220,9 +220,8 @@ static int strength_of(const chooser_t *c, int role, int column) {
     int strength = 0;
     switch (role) {
     case COLUMN_DRIVE:
-        strength = m->meaning == MEANING_DRIVE ? (m->said == SAID_BY_NAME ? NAMED_DRIVE : WEAK_DRIVE)
-                   : m->meaning == MEANING_VOLTAGE
-                       ? (m->said == SAID_BY_UNIT ? ANY_VOLTAGE : NAMED_VOLTAGE)
+        strength = m->meaning == MEANING_DRIVE              ? (m->said == SAID_BY_NAME ? NAMED_DRIVE : WEAK_DRIVE)
+                   : m->meaning == MEANING_VOLTAGE          ? (m->said == SAID_BY_UNIT ? ANY_VOLTAGE : NAMED_VOLTAGE)
                    : m->meaning == MEANING_MEASURED_VOLTAGE ? ANY_VOLTAGE
                                                             : 0;
         break;
@@ -235,9 +234,9 @@ static int strength_of(const chooser_t *c, int role, int column) {
     case COLUMN_VOLTAGE: {
         const int drive = c->choice->column[COLUMN_DRIVE];
         const bool other = drive != NO_COLUMN && c->choice->meaning[drive].meaning == MEANING_DRIVE;
-        strength = m->meaning == MEANING_MEASURED_VOLTAGE                                    ? 2
+        strength = m->meaning == MEANING_MEASURED_VOLTAGE                              ? 2
                    : m->meaning == MEANING_VOLTAGE && m->said != SAID_BY_UNIT && other ? 1
-                                                                                             : 0;
+                                                                                       : 0;
         break;
     }
     default:
@@ -345,7 +344,8 @@ static void list_all(chooser_t *c) {
         list_column(c->choice, c->table, (int)listed, text, sizeof text);
     }
     list_more(listed, c->table->columns, text, sizeof text);
-    import_account_add(c->problems, "the columns are %s: say which (hyst import --drive NAME --displacement NAME)", text);
+    import_account_add(c->problems, "the columns are %s: say which (hyst import --drive NAME --displacement NAME)",
+                       text);
 }
 
 /* Where all candidates belong to actuators that are numbered alike, the first is meant. */
@@ -398,8 +398,7 @@ static void find_both_by_place(chooser_t *c) {
 
 static void find_drive_and_displacement(chooser_t *c) {
     const candidates_t drive = find_candidates(c, COLUMN_DRIVE), position = find_candidates(c, COLUMN_DISPLACEMENT);
-    const bool drive_open = said_for(c, COLUMN_DRIVE) == NULL,
-               position_open = said_for(c, COLUMN_DISPLACEMENT) == NULL;
+    const bool drive_open = said_for(c, COLUMN_DRIVE) == NULL, position_open = said_for(c, COLUMN_DISPLACEMENT) == NULL;
     const bool some_voltage = drive_open && drive.count > 1 && drive.strength % USABLE < WEAK_DRIVE;
     if (are_siblings(c, &drive, &position) || (drive.count == 1 && position.count == 1)) {
         take_candidate(c, COLUMN_DRIVE, &drive);

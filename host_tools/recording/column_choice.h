@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Which column of a table is what: by the caller's options, then by what names and units say (column_meaning.h), then by
- * place.
+ * Which column of a table is what: by the caller's options, then by what names and units say (column_meaning.h), then
+ * by place.
  *
  * By place, drive before displacement, are taken columns of which neither name nor unit says a quantity, or that are
  * some voltage; only where there are just as many of them as are missing. A column that counts, that never changes or
@@ -13,7 +13,8 @@
 #define COLUMN_CHOICE_H
 
 #include "recording/column_meaning.h"
-#include "recording/import.h"
+#include "recording/import_account.h"
+#include "recording/import_options.h"
 
 enum { NO_COLUMN = -1, ROLE_TIME = COLUMN_COUNT, ROLES };
 

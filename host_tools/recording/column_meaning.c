@@ -200,7 +200,7 @@ static unsigned decide(unsigned w, unsigned unit) {
     }
     if ((w & TIME) != 0 && (w & (VOLTS | LENGTH | AMPERES | DEGREES)) != 0) { /* "real-time position" */
         w &= (w & FIRST) != 0 && (unit == 0 || unit == TIME) ? ~(unsigned)(VOLTS | LENGTH | AMPERES | DEGREES)
-                                                              : ~(unsigned)TIME;
+                                                             : ~(unsigned)TIME;
     }
     if ((w & AXIS) != 0 && (w & QUANTITIES) == 0 && (unit == 0 || unit == LENGTH)) { /* not "Z Piezo" in volts */
         w |= LENGTH;
@@ -239,11 +239,11 @@ static meaning_t combine(unsigned w, unsigned unit) {
         return MEANING_OTHER;
     }
     if (((w & LENGTH) != 0 || (w & SENSOR) != 0) && (w & (AMPERES | DEGREES | TIME)) == 0) {
-        return (w & VOLTS) != 0                              ? volts_of_position(w, true)
-               : unit == VOLTS                               ? volts_of_position(w, false)
+        return (w & VOLTS) != 0                                 ? volts_of_position(w, true)
+               : unit == VOLTS                                  ? volts_of_position(w, false)
                : unit == 0 || unit == LENGTH || unit == AMPERES ? of_length(w)
-               : named == 0                                  ? combine(w & ~(unsigned)SENSOR, unit)
-                                                             : MEANING_OTHER;
+               : named == 0                                     ? combine(w & ~(unsigned)SENSOR, unit)
+                                                                : MEANING_OTHER;
     }
     if (named != 0 && unit != 0 && unit != named) {
         return MEANING_OTHER; /* the unit contradicts the name */
@@ -277,7 +277,8 @@ static column_meaning_t judge(const reading_t *reading, quantity_t unit) {
     const unsigned w = reading->stands_for & ~(unsigned)NOTHING;
     const bool letter = reading->words == 1 && reading->letters == 1;
     column_meaning_t result = {.meaning = combine(w, of_unit(unit)),
-                               .said = w == 0 || (w == AXIS && of_unit(unit) != 0 && of_unit(unit) != LENGTH) ? SAID_BY_UNIT
+                               .said = w == 0 || (w == AXIS && of_unit(unit) != 0 && of_unit(unit) != LENGTH)
+                                           ? SAID_BY_UNIT
                                        : letter || w == RESULT || w == COUNT ? SAID_WEAKLY
                                                                              : SAID_BY_NAME,
                                .quantity = unit};
@@ -322,8 +323,8 @@ column_meaning_t column_meaning(const table_column_t *column) {
 }
 
 const char *meaning_text(meaning_t meaning) {
-    static const char *const texts[] = {"unknown", "time",    "counter",     "drive",        "voltage",   "measured voltage",
-                                        "current", "temperature", "displacement", "reference", "control error",
-                                        "another quantity"};
+    static const char *const texts[] = {
+        "unknown", "time",        "counter",      "drive",     "voltage",       "measured voltage",
+        "current", "temperature", "displacement", "reference", "control error", "another quantity"};
     return texts[meaning];
 }

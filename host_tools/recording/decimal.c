@@ -100,8 +100,8 @@ static double days_since_1970(int year, int month, int day) {
     return (double)era * 146097.0 + (double)days - 719468.0;
 }
 
-/* A date and a blank or 'T' behind it: 2026-11-23, 2026/11/23, 23.11.2026; or 23/11/2026, of which day and month are not
- * told apart: *days is then 0. false: there is none, *at stays. */
+/* A date and a blank or 'T' behind it: 2026-11-23, 2026/11/23, 23.11.2026; or 23/11/2026, of which day and month are
+ * not told apart: *days is then 0. false: there is none, *at stays. */
 static bool read_date(const char **at, double *days) {
     const char *text = *at;
     int first, month, last;

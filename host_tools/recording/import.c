@@ -5,7 +5,6 @@
 #include "recording/time_axis.h"
 #include "recording/units.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,44 +20,6 @@ typedef struct {
 import_options_t import_nothing_said(void) {
     const import_options_t nothing = {0};
     return nothing;
-}
-
-void import_account_add(import_account_t *account, const char *format, ...) {
-    char text[800];
-    va_list arguments;
-    if (account == NULL) {
-        return;
-    }
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    account->line = reallocate(account->line, account->lines + 1, sizeof *account->line);
-    account->line[account->lines++] = copy_text(text);
-}
-
-char *import_account_text(const import_account_t *account) {
-    size_t length = 0;
-    char *text, *at;
-    for (size_t i = 0; i < account->lines; i++) {
-        length += strlen(account->line[i]) + 1;
-    }
-    text = at = allocate(length + 1, 1);
-    for (size_t i = 0; i < account->lines; i++) {
-        const size_t size = strlen(account->line[i]);
-        memcpy(at, account->line[i], size);
-        at[size] = '\n';
-        at += size + 1;
-    }
-    *at = '\0';
-    return text;
-}
-
-void import_account_free(import_account_t *account) {
-    for (size_t i = 0; i < account->lines; i++) {
-        free(account->line[i]);
-    }
-    free(account->line);
-    memset(account, 0, sizeof *account);
 }
 
 /* The unit of a column: its own, or that of a header key such as displacement_unit; two that differ are a problem. */
@@ -163,8 +124,9 @@ static void convert_column(import_job_t *job, int role, double *into) {
 static void tell_choice(const import_job_t *job) {
     char text[700];
     if (strcmp(job->choice.why[COLUMN_DRIVE], "by its place") == 0) {
-        import_account_add(job->account,
-                           "  by place: no name or unit says which of the two is the drive; --drive and --displacement do");
+        import_account_add(
+            job->account,
+            "  by place: no name or unit says which of the two is the drive; --drive and --displacement do");
     }
     columns_not_used(&job->choice, job->table, text, sizeof text);
     if (text[0] != '\0') {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "base/shown_name.h"
 #include "recording/table.h"
+#include "base/shown_name.h"
 #include "recording/units.h"
 #include <errno.h>
 #include <stdarg.h>

@@ -34,11 +34,12 @@ typedef struct {
     char *kind;   /**< "text, ';' between columns, decimal comma", "MATLAB 7.3", .. */
     size_t rows, columns;
     table_column_t *column;
-    double interval_s;        /**< between rows, as the file states it; 0: it does not */
-    double start_s;           /**< time of row number 0, as the file states it; 0: it does not */
-    char *role_unit[COLUMN_COUNT]; /**< that a header key states for a column of a recording ("drive_unit: mV"), or NULL */
-    char *interval_origin;    /**< where it is stated ("header line 3: Sample Interval"), or NULL */
-    unsigned long first_line; /**< of a text: line of row 0, counted from 1; else 0 */
+    double interval_s;             /**< between rows, as the file states it; 0: it does not */
+    double start_s;                /**< time of row number 0, as the file states it; 0: it does not */
+    char *role_unit[COLUMN_COUNT]; /**< that a header key states for a column of a recording ("drive_unit: mV"), or NULL
+                                    */
+    char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
+    unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
     char *damage; /**< rows that could not be read, or NULL. They hold a straight line between their neighbours, so that
                        what else is wrong shows as well; such a table makes no recording (import_table refuses it) */
     size_t notes;

@@ -149,7 +149,7 @@ static size_t sample_lines(const text_source_t *source, size_t from, const char 
 }
 
 /* Whether a line is one of data: numbers where they belong, and no word before them that the others do not have. Where
- * a word stands in front of numbers of its own (Tektronix TDS), the line is one of data. */
+ * a word stands in front of its number, in columns before those of data (Tektronix TDS), the line is one of data. */
 static bool fits(const layout_t *layout, const char *line) {
     field_kind_t kind[MOST_COLUMNS];
     const size_t fields = line_shape(line, layout->dialect, kind);
@@ -346,12 +346,11 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
     return NULL;
 }
 
-/* Names and units by number, in the order of the columns of numbers ("# NAME0 = Target Position"): each over its column.
- * NULL: not one for each. To be freed. */
+/* Names and units by number, in the order of the columns of numbers ("# NAME0 = Target Position"): each over its
+ * column. NULL: not one for each. To be freed. */
 static text_field_t *numbered(const text_source_t *source, const layout_t *layout, const char *key) {
     text_field_t *field = allocate(MOST_COLUMNS, sizeof *field), *over = allocate(MOST_COLUMNS, sizeof *over);
-    const size_t count =
-        text_numbered((const char *const *)source->line, layout->begin, key, field, MOST_COLUMNS);
+    const size_t count = text_numbered((const char *const *)source->line, layout->begin, key, field, MOST_COLUMNS);
     size_t next = 0;
     for (size_t j = 0; count == layout->columns && j < MOST_COLUMNS; j++) {
         if (layout->number[j]) {
@@ -407,7 +406,8 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
     }
 }
 
-/* R writes the numbers of rows in front, and no name over them: names that are one short belong to the columns behind. */
+/* R writes the numbers of rows in front, and no name over them: names that are one short belong to the columns behind.
+ */
 static text_field_t *names_behind_numbers(const text_source_t *source, const layout_t *layout, size_t least,
                                           const double *first) {
     text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
@@ -489,9 +489,8 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
             at = next_field(at, layout->dialect.separator, &field, &length);
             const bool is_number = field_kind(field, length, layout->dialect.point, &number) == FIELD_NUMBER;
             const size_t sign = length > 0 && (*field == '-' || *field == '+') ? 1 : 0;
-            const size_t digits = strspn(field + sign, "0123456789") < length - sign
-                                      ? strspn(field + sign, "0123456789")
-                                      : length - sign;
+            const size_t digits =
+                strspn(field + sign, "0123456789") < length - sign ? strspn(field + sign, "0123456789") : length - sign;
             numbers[j] += is_number;
             if (text_is_grouped(field, length) && !is_number) {
                 grouped[j]++;
@@ -506,9 +505,10 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
     }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
         if (!layout->number[j] && grouped[j] > 0 && (numbers[j] + grouped[j]) * 10 >= lines * 9) {
-            return fail(failure,
-                        "%s: line %zu: column %zu has signs between thousands: '%.60s': export the numbers without them",
-                        path, line_of[j] + 1, j + 1, source->line[line_of[j]]);
+            return fail(
+                failure,
+                "%s: line %zu: column %zu has signs between thousands: '%.60s': export the numbers without them", path,
+                line_of[j] + 1, j + 1, source->line[line_of[j]]);
         }
         signs.thousands = signs.thousands || (j > 0 && layout->number[j] && short_one[j - 1] && three[j]);
     }

@@ -10,8 +10,7 @@
 
 static bool is_bracketed(const char *text) {
     const size_t length = strlen(text);
-    return length >= 2 &&
-           ((text[0] == '(' && text[length - 1] == ')') || (text[0] == '[' && text[length - 1] == ']'));
+    return length >= 2 && ((text[0] == '(' && text[length - 1] == ')') || (text[0] == '[' && text[length - 1] == ']'));
 }
 
 void text_bare_unit(char *unit) {
@@ -95,7 +94,8 @@ size_t text_numbered(const char *const *line, size_t lines, const char *key, tex
     for (size_t i = 0; i < lines; i++) {
         char found[60];
         text_field_t value;
-        if (split_fact(line[i], found, &value) && strncmp(found, key, size) == 0 && isdigit((unsigned char)found[size])) {
+        if (split_fact(line[i], found, &value) && strncmp(found, key, size) == 0 &&
+            isdigit((unsigned char)found[size])) {
             char *end;
             const unsigned long number = strtoul(found + size, &end, 10);
             if (*end == '\0' && number < most) {

@@ -29,7 +29,8 @@ bool text_is_name_key(const char *field);
  * there are from 0 on without a gap, `most` at most. */
 size_t text_numbered(const char *const *line, size_t lines, const char *key, text_field_t *field, size_t most);
 
-/** Header keys "displacement_unit: nm", "drive_unit = mV" and those of the other columns: sets role_unit of the table. */
+/** Header keys "displacement_unit: nm", "drive_unit = mV" and those of the other columns: sets role_unit of the table.
+ */
 void text_find_role_units(table_t *table, const char *const *line, size_t lines);
 
 /** Looks for a sample interval or rate among the first lines of a file: "Sample Interval", "Increment", "Delta_X",

@@ -55,9 +55,10 @@ const char *text_signs_problem(const text_signs_t *signs) {
     if (signs->names < 2 || signs->fields <= signs->names) {
         return NULL;
     }
-    return signs->whole       ? "all whole numbers: decimal commas and separators are the same sign: export with "
-                                "semicolons between columns, or with decimal points"
-           : signs->thousands ? "one of up to three digits before one of three: signs between thousands are separators, "
-                                "too: export the numbers without them"
-                              : NULL;
+    return signs->whole ? "all whole numbers: decimal commas and separators are the same sign: export with "
+                          "semicolons between columns, or with decimal points"
+           : signs->thousands
+               ? "one of up to three digits before one of three: signs between thousands are separators, "
+                 "too: export the numbers without them"
+               : NULL;
 }

@@ -10,10 +10,10 @@
 bool text_is_grouped(const char *field, size_t length);
 
 typedef struct {
-    size_t names;     /**< fields of the line above the data, all words */
-    size_t fields;    /**< of the lines of data */
-    bool whole;       /**< all of them are whole numbers */
-    bool thousands;   /**< one has up to three digits in all lines, and the next begins with three more */
+    size_t names;   /**< fields of the line above the data, all words */
+    size_t fields;  /**< of the lines of data */
+    bool whole;     /**< all of them are whole numbers */
+    bool thousands; /**< one has up to three digits in all lines, and the next begins with three more */
 } text_signs_t;
 
 /** What has happened where a line has more fields than there are names; NULL: nothing that is known. */

@@ -124,8 +124,9 @@ static bool check_numbers(const table_t *table, const double *number, failure_t 
         if (number[k] - number[k - 1] != step || !(step > 0.0)) {
             char text[40];
             where(table, k, text, sizeof text);
-            return fail(failure, "%s: samples are missing: their number goes from %.9g to %.9g (--time none: ignore it)",
-                        text, number[k - 1], number[k]);
+            return fail(failure,
+                        "%s: samples are missing: their number goes from %.9g to %.9g (--time none: ignore it)", text,
+                        number[k - 1], number[k]);
         }
     }
     return true;
@@ -156,8 +157,8 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
         }
         counts = counts || quantity == QUANTITY_INDEX;
         if (!counts && quantity != QUANTITY_TIME && of->unit[0] != '\0') {
-            return fail(failure, "time is column %zu '%s' in %s, which is no unit of time: s, ms, us or min are", of->number,
-                        of->name, of->unit);
+            return fail(failure, "time is column %zu '%s' in %s, which is no unit of time: s, ms, us or min are",
+                        of->number, of->name, of->unit);
         }
         if (!counts && !(by_one && stated > 0.0 && quantity == QUANTITY_UNKNOWN)) {
             stamp = allocate(table->rows, sizeof *stamp);
@@ -172,7 +173,8 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
         (void)snprintf(counter, sizeof counter, " (column %zu '%s' counts samples)", of->number, of->name);
     }
     if (!(stated > 0.0)) {
-        return fail(failure, "neither a column of times nor a sample rate%s: say it (hyst import --time or --sample-rate)",
+        return fail(failure,
+                    "neither a column of times nor a sample rate%s: say it (hyst import --time or --sample-rate)",
                     counter);
     }
     axis->sample_rate_hz = given_rate_hz > 0.0 ? stated : fewest_digits(stated, 1e-9);

@@ -13,11 +13,11 @@ typedef struct {
 } time_axis_t;
 
 /**
- * column: that of the time stamps, or -1; counts: its name says that it numbers the samples. The rate follows from the stamps, rounded to the fewest digits that their
- * resolution allows. A rate from the options or the file must agree within 0.5 %; it is used if there are no stamps, or
- * only sample numbers. Stamps uneven by more than a quarter of a sample: stamp_s is set. False for a gap of more than a
- * sample and a half beside even neighbours, for stamps that repeat or go back, for numbers that leave one out, and
- * without any rate.
+ * column: that of the time stamps, or -1; counts: its name says that it numbers the samples. The rate follows from the
+ * stamps, rounded to the fewest digits that their resolution allows. A rate from the options or the file must agree
+ * within 0.5 %; it is used if there are no stamps, or only sample numbers. Stamps uneven by more than a quarter of a
+ * sample: stamp_s is set. False for a gap of more than a sample and a half beside even neighbours, for stamps that
+ * repeat or go back, for numbers that leave one out, and without any rate.
  */
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure);

@@ -165,6 +165,20 @@ static void test_a_period_between_samples(void) {
     look_free(&look);
 }
 
+/* Few periods, and long ones: what does not end with a period shifts the maximum of the autocovariance by many samples.
+ */
+static void test_few_long_periods_without_rounding(void) {
+    const double period = (double)SAMPLES / 4.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 60.0 - 60.0 * cos(2.0 * M_PI * (double)k / period);
+        position()[k] = 0.1 * drive()[k] + 0.001 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_EQUAL(DRIVE_SINE, look.drive.kind);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, period, look.drive.period); /* a cubic between samples is exact to far less */
+    look_free(&look);
+}
+
 /* A converter at 1/24 of the recording's rate: its staircase is neither noise, nor rests, nor steps. */
 static void test_a_converter_slower_than_the_recording(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -356,6 +370,7 @@ int main(void) {
     RUN_TEST(test_response_to_a_repeated_drive);
     RUN_TEST(test_response_ends_where_the_drive_does);
     RUN_TEST(test_a_period_between_samples);
+    RUN_TEST(test_few_long_periods_without_rounding);
     RUN_TEST(test_a_converter_slower_than_the_recording);
     RUN_TEST(test_a_sine_that_swells_at_first);
     RUN_TEST(test_kinds_of_drive);

@@ -70,7 +70,8 @@ static void test_write_then_read_gives_the_same_numbers(void) {
     recording_free(&read);
 }
 
-/* Units that a header states are converted, by this reader and by that of other files (no sample rate in the header). */
+/* Units that a header states are converted, by this reader and by that of other files (no sample rate in the header).
+ */
 static void test_converts_stated_units(void) {
     static const char *const texts[] = {
         "# sample_rate_hz: 100\n# drive_unit: mV\n# displacement_unit: nm\n# reference_unit: mm\n# temperature_unit: "

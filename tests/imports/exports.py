@@ -29,9 +29,14 @@ import refused_files
 PAGE = """<!-- Written by tests/imports/exports.py, and compared by the test imports. -->
 # Files that `hyst` reads
 
-The same measurement in the ways in which laboratories export it, and what becomes of each. Every command reads these
-files; `hyst import` says what it takes the columns for, and has options for what a file does not say. The libraries
-that write these formats wrote the files. Those of instruments are in the layout that their manuals print.
+The same measurement in the ways in which laboratories export it, and what becomes of each: {read} kinds are read, {refused}
+are refused with the reason. Every command reads these files; `hyst import` says what it takes the columns for, and has
+options for what a file does not say. The libraries that write these formats wrote the files. Those of instruments are
+in the layout that their manuals print.
+
+What a column is, its name and its unit say. Words of names are English, German and French, some Italian and Spanish.
+What neither says is taken by its place only where nothing is left to choose; then a line says so. Where two columns
+could be the drive or the displacement, the file is refused, with the columns and the option to give.
 
 Files that real instruments wrote are read as well: `./scripts/recordings --exports` brings 14 of them from public
 repositories, by commit and checksum, and shows their licences; they are not part of this one. The test `imports_real`
@@ -149,13 +154,18 @@ def main():
             wrong.append(f"export-{number:02d}: {trouble}")
         lines.append(f"| {entry[0]} | {outcome or 'WRONG'} |")
     if len(sys.argv) > 4 and sys.argv[3] == "--table":
-        page = PAGE + "\n".join(lines) + "\n"
+        read = sum(entry[3] is None for entry in EXPORTS)
+        page = PAGE.format(read=read, refused=len(EXPORTS) - read) + "\n".join(lines) + "\n"
         with open(sys.argv[4], "w", encoding="utf-8") as file:
             file.write(page)
         if len(sys.argv) > 5:
             with open(sys.argv[5], encoding="utf-8") as file:
                 if file.read() != page:
                     wrong.append(f"{sys.argv[5]} is not what is read and refused: {sys.argv[4]} is")
+            comparison = os.path.join(os.path.dirname(sys.argv[5]), "COMPARISON.md")
+            with open(comparison, encoding="utf-8") as file:
+                if f"| {read} kinds of export ([IMPORTS](IMPORTS.md)) |" not in file.read():
+                    wrong.append(f"{comparison}: not {read} kinds of export, which are read")
     for line in wrong:
         print(line)
     print(f"{len(EXPORTS) - len(wrong)} of {len(EXPORTS)} as they should be")

@@ -309,3 +309,84 @@ def _(path):
 @export("decimal commas between commas", refused="decimal commas and separators are the same sign")
 def _(path):
     text(path, "t,u,y\n" + rows(T, U, Y, comma=True, form="%.4f"))
+
+
+# ---- habits of programs that write rows and times
+
+@export("Origin: names, units, remarks", says=["'Position' in nm"])
+def _(path):
+    text(path, "Time\tDrive\tPosition\ns\tV\tnm\nrun 1\trun 1\trun 1\n" + rows(T, U, 1e3 * Y, separator="\t"))
+
+
+@export("R: numbers of rows without a name", says=["1 'column 1' (counts)"])
+def _(path):
+    text(path, '"t" "drive" "pos"\n' + "".join(f'"{k + 1}" {t:.9g} {u:.9g} {y:.9g}\n' for k, t, u, y in zip(K, T, U, Y)))
+
+
+@export("pandas: an index without a name", "--sample-rate 1000")
+def _(path):
+    text(path, ",drive,position\n" + rows(K, U, Y))
+
+
+@export("dSPACE: a word before each line, names and units in keyed lines", says=["'Model Root/DAC/u' in V"])
+def _(path):
+    text(path, '"descriptor","","",""\n"path","Platform()","Model Root/DAC/u","Model Root/ADC/pos"\n"type","","",""\n'
+         '"unit","s","V","um"\n' + "".join(f'"data",{t:.9g},{u:.9g},{y:.9g}\n' for t, u, y in zip(T, U, Y)))
+
+
+@export("Simulink: numbered parts of one signal", says=["'Data:1(1)', taken for V (by its place)"])
+def _(path):
+    table(path, "Time,Data:1(1),Data:1(2)", T, U, Y)
+
+
+@export("LabVIEW: the time of a signal", "--displacement-scale 5", says=["time         column 1 'Time - Voltage_0'"])
+def _(path):
+    table(path, "Time - Voltage_0\tAmplitude - Voltage_0\tAmplitude - Voltage_1", T, U, Y / 5.0, separator="\t")
+
+
+@export("AFM: a piezo named by its axis", says=["drive        column 2 'Z Piezo' in V", "'Deflection Error' in nm (control error)"])
+def _(path):
+    table(path, "Time (s)\tZ Piezo (V)\tHeight Sensor (nm)\tDeflection Error (nm)", T, U, 1e3 * Y, ERROR, separator="\t")
+
+
+@export("two sensors of one axis", refused="2 columns could be the displacement: 3 'x_cap' (displacement), 4 'x_sg'")
+def _(path):
+    table(path, "t,U,x_cap,x_sg", T, U, Y, 1.1 * Y)
+
+
+@export("a position, and the same filtered", says=["4 'Position filtered' (displacement)"])
+def _(path):
+    table(path, "Time,Drive,Position,Position filtered", T, U, Y, 0.9 * Y)
+
+
+@export("a date with points")
+def _(path):
+    text(path, "Zeit;Spannung;Weg\n" + "".join(f"25.11.2026 10:00:{t:06.3f};{u:.9g};{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("a date with slashes, and PM", start=12 * 3600.0 + 10)
+def _(path):
+    text(path, "Timestamp,Drive,Position\n" +
+         "".join(f"11/12/2026 12:00:{t + 10:06.3f} PM,{u:.9g},{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("a date with a time zone, over midnight")
+def _(path):
+    text(path, "Timestamp,Drive,Position\n" +
+         "".join(f"2026-11-{'25T23:59:59' if k < 200 else '26T00:00:00'}.{(k + 800) % 1000:03d}+01:00,{u:.9g},{y:.9g}\n"
+                 for k, u, y in zip(K, U, Y)))
+
+
+@export("minutes and seconds", start=90.0)
+def _(path):
+    text(path, "Time,Drive,Position\n" + "".join(f"01:{t + 30:06.3f},{u:.9g},{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("stamps with too few digits", refused="time stays or goes back: 0 s after 0 s (too few digits?")
+def _(path):
+    text(path, "t,u,y\n" + "".join(f"{t:.2f},{u:.9g},{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("JSON", refused="JSON (a model of this project?), no table of measurements")
+def _(path):
+    text(path, '{"format": "hyst-model-1"}\n')
