@@ -166,7 +166,7 @@ static bool supply_sags(void) {
 
 /* At random moments of the ramp and after it. */
 static bool other_images_in_a_fault(void) {
-    (void)sample((loop_input_t){.supply_low = true});
+    (void)sample((loop_input_t){.faults = FAULT_SUPPLY});
     for (unsigned i = 0; i < 10; i++) {
         uint32_t words[HYST_IMAGE_MAX_WORDS];
         const hyst_q31_t park = i < 9U ? random_between(&rng, LOW, HIGH) : PARK;

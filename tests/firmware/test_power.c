@@ -324,7 +324,7 @@ static void test_missed_periods_count_for_the_timeout(void) {
 static void test_a_supply_that_recovers_after_the_start(void) {
     const board_start_t start = {
         .reset_cause = RESET_POWER, .starts = 1, .faults = FAULT_SUPPLY | FAULT_CLOCK_FALLBACK};
-    const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
+    const loop_input_t low = {.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE};
     fake_board_start(&start);
     (void)loop_sample(&low);
     TEST_ASSERT_EQUAL_HEX32(FAULT_SUPPLY | FAULT_CLOCK_FALLBACK, master_get(INDEX_faults_live));

@@ -78,13 +78,13 @@ static hyst_q31_t drive_of(loop_input_t input) {
 }
 
 static void sag(void) {
-    last = drive_of((loop_input_t){.supply_low = true, .position_code = BOARD_CODE_MIDDLE});
+    last = drive_of((loop_input_t){.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE});
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
 }
 
 static void late(unsigned times) {
     for (unsigned i = 0; i < times; i++) {
-        last = drive_of((loop_input_t){.overrun = true, .position_code = BOARD_CODE_MIDDLE});
+        last = drive_of((loop_input_t){.faults = FAULT_OVERRUN, .position_code = BOARD_CODE_MIDDLE});
     }
 }
 
@@ -321,7 +321,7 @@ static void test_missed_periods_count_for_a_stall(void) {
     unsigned samples = 0;
     while (state() == AMPLIFIER_HOLD) {
         loop_master_heard();
-        last = drive_of((loop_input_t){.overrun = samples % 2U == 0, .missed = samples % 2U == 0 ? 18U : 0U});
+        last = drive_of((loop_input_t){.faults = samples % 2U == 0 ? FAULT_OVERRUN : 0U, .missed = samples % 2U == 0 ? 18U : 0U});
         samples++;
     }
     TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
