@@ -126,10 +126,13 @@ static void test_nothing_changes_before_the_command_and_before_its_answer(void) 
     expect_line(42, 19200, LINE_PARITY_EVEN);
 }
 
-static void test_a_broadcast_changes_it_too(void) {
+/* It would give every amplifier of the line one address. */
+static void test_a_broadcast_changes_nothing(void) {
     note(7, 38400, LINE_PARITY_ODD);
     TEST_ASSERT_FALSE(commanded(0, COMMAND_SAVE_LINE));
-    expect_line(7, 38400, LINE_PARITY_ODD);
+    TEST_ASSERT_EQUAL_UINT(0, fake_store.erasures);
+    expect_line(1, 115200, LINE_PARITY_NONE);
+    TEST_ASSERT_EQUAL_UINT32(WRITE_BROADCAST, master_get(INDEX_write_refused));
 }
 
 static void test_a_start_has_what_was_stored(void) {
@@ -254,7 +257,7 @@ int main(void) {
     RUN_TEST(test_what_no_line_can_have_is_refused);
     RUN_TEST(test_a_rate_is_one_that_the_divider_makes);
     RUN_TEST(test_nothing_changes_before_the_command_and_before_its_answer);
-    RUN_TEST(test_a_broadcast_changes_it_too);
+    RUN_TEST(test_a_broadcast_changes_nothing);
     RUN_TEST(test_a_start_has_what_was_stored);
     RUN_TEST(test_the_board_can_ask_for_the_default);
     RUN_TEST(test_stored_settings_that_are_not_possible_are_not_in_force);

@@ -56,6 +56,20 @@ uint32_t control_needs(unsigned index, uint32_t value) {
     }
 }
 
+bool control_may_be_broadcast(unsigned index, uint32_t value) {
+    switch (index) {
+    case INDEX_command:
+        return value == COMMAND_NONE || value == COMMAND_STOP || value == COMMAND_CLEAR || value == COMMAND_PARK ||
+               value == COMMAND_LATCH || value == COMMAND_DISARM;
+    case INDEX_mode:
+        return value == HYST_MODE_PARK;
+    case INDEX_unlock:
+        return value == 0;
+    default:
+        return false;
+    }
+}
+
 static void unlock(uint32_t value[REGISTER_COUNT], uint32_t key) {
     value[INDEX_unlocked] = key == 0                        ? 0
                             : key == CONTROL_KEY_PARAMETERS ? value[INDEX_unlocked] | CONTROL_PARAMETERS
