@@ -254,36 +254,11 @@ static size_t disarming(uint8_t pdu[PDU_MAX]) {
     return sizeof request;
 }
 
-/* What a request that was answered wrote to the command register, or to the coil. */
-static uint32_t command_of(const uint8_t *pdu) {
-    const uint8_t *const at = pdu + (pdu[0] == 23 ? 5 : 1);
-    const unsigned first = (unsigned)at[0] << 8 | at[1];
-    switch (pdu[0]) {
-    case 5:
-        return pdu[3] != 0 ? COMMAND_ARM : COMMAND_DISARM;
-    case 15:
-        return (pdu[6] & 1U) != 0 ? COMMAND_ARM : COMMAND_DISARM;
-    case 6:
-        return first == ADDRESS_command ? (uint32_t)(pdu[3] << 8 | pdu[4]) : 0U;
-    case 22: /* what is masked reads as 0 */
-        return first == ADDRESS_command ? (uint32_t)((pdu[5] & ~pdu[3]) << 8 | (pdu[6] & ~pdu[4])) & 0xFFFFU : 0U;
-    case 16:
-    case 23:
-        if (first <= ADDRESS_command && first + at[3] > ADDRESS_command) {
-            const uint8_t *const value = at + 5U + 2U * (ADDRESS_command - first);
-            return (uint32_t)(value[0] << 8 | value[1]);
-        }
-        return 0;
-    default:
-        return 0;
-    }
-}
-
 /* Never answered, and no way to anything but a safer output. */
 static void check_broadcast(modbus_outcome_t outcome, const uint8_t *pdu, size_t reply_length) {
     TEST_ASSERT_EQUAL_UINT(0, reply_length);
     TEST_ASSERT_TRUE(outcome != MODBUS_FRAME_ANSWERED && outcome != MODBUS_FRAME_BROKEN);
-    const uint32_t command = command_of(pdu);
+    const uint32_t command = master_command_of(pdu);
     TEST_ASSERT_TRUE(outcome != MODBUS_FRAME_BROADCAST || command == COMMAND_NONE || command == COMMAND_STOP ||
                      command == COMMAND_CLEAR || command == COMMAND_PARK || command == COMMAND_LATCH ||
                      command == COMMAND_DISARM);
@@ -326,7 +301,7 @@ static void test_random_requests(void) {
         (void)amplifier_serve();
         telemetry_t t;
         telemetry_read(&t);
-        const uint32_t command = taken ? command_of(pdu) : (uint32_t)COMMAND_NONE;
+        const uint32_t command = taken ? master_command_of(pdu) : (uint32_t)COMMAND_NONE;
         TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(state, t.amplifier_state, command, true), "transition");
         state = t.amplifier_state;
         TEST_ASSERT_TRUE(state != AMPLIFIER_OFF || !fake_board.stage_enabled);
