@@ -20,6 +20,7 @@ void amplifier_init(const board_start_t *start) {
 }
 
 bool amplifier_serve(void) {
+    loop_main_turned();
     const bool served = modbus_server_poll();
     if (modbus_server_accepted() != accepted) {
         accepted = modbus_server_accepted();

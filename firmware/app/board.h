@@ -42,8 +42,11 @@ typedef struct {
     /** No two drive codes are farther apart than this, whatever makes the drive: a source that starts elsewhere, a new
      * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */
     hyst_q31_t drive_slew_max;
+    /** A fault's ramp to park is no slower than this, whatever the image says: from anywhere it has to be over before a
+     * fault does its damage, and before the hardware watchdog bites. */
+    hyst_q31_t fault_slew_min;
     hyst_board_limits_t image_limits; /**< what an image may ask for */
-    board_health_limits_t health;     /**< after start */
+    board_health_limits_t health;     /**< after start; a register may narrow them, and does not widen them */
 } board_info_t;
 
 #define BOARD_LATENCY_MAX 64U
@@ -62,7 +65,8 @@ enum {
     FAULT_CURRENT = 64,  /**< the average current is above its limit */
     FAULT_TEMPERATURE = 128,
     FAULT_HIGH_VOLTAGE = 256, /**< the stage's supply is outside of its limits */
-    FAULT_IMAGE = 512         /**< the image in force is not what was committed: memory has changed */
+    FAULT_IMAGE = 512,        /**< the image in force is not what was committed: memory has changed */
+    FAULT_STALL = 1024        /**< the main loop stands still */
 };
 
 /** Bits of the register `reset_cause`. Append only. */
@@ -100,7 +104,8 @@ void board_stage_enable(bool on);
  * board may begin the next conversion here. Must not wait. */
 int32_t board_health(health_channel_t channel);
 
-/** Feeds the hardware watchdog, where there is one: main loop, when it has seen the sample interrupt run. */
+/** Feeds the hardware watchdog, where there is one: main loop, when it has seen the sample interrupt run. The sample
+ * interrupt while a fault's ramp is under way, and no longer than LOOP_FAULT_FEED_MS. */
 void board_watchdog_feed(void);
 
 /** Puts this drive code out, then starts the sample interrupt, which calls loop_sample(). From then on every sample

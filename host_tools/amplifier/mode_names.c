@@ -48,7 +48,8 @@ const char *fault_name(unsigned bit) {
                                         "average current too high",
                                         "temperature",
                                         "supply of the stage",
-                                        "image changed in memory"};
+                                        "image changed in memory",
+                                        "main loop stood still"};
     return bit < sizeof names / sizeof names[0] ? names[bit] : NULL;
 }
 

@@ -22,6 +22,7 @@ const board_info_t board_info = {.id = 0,
                                  .modbus_silence_us = FAKE_SILENCE_US,
                                  .safe_code = FAKE_SAFE_CODE,
                                  .drive_slew_max = FAKE_DRIVE_SLEW_MAX,
+                                 .fault_slew_min = FAKE_FAULT_SLEW_MIN,
                                  .image_limits = {.transition_slew_min = FAKE_TRANSITION_SLEW_MIN,
                                                   .transition_slew_max = FAKE_TRANSITION_SLEW_MAX,
                                                   .filter_gain_max = FAKE_FILTER_GAIN_MAX},
@@ -127,6 +128,9 @@ void fake_board_power_on(uint16_t faults) {
 
 uint16_t fake_board_sample(hyst_q31_t position) {
     fake_board.microseconds += FAKE_SAMPLE_US;
+    if (!fake_board.main_stalls) {
+        loop_main_turned();
+    }
     const loop_input_t input = {.position_code = (uint16_t)((uint32_t)position >> 16 ^ BOARD_CODE_MIDDLE)};
     return loop_sample(&input);
 }

@@ -14,6 +14,7 @@ enum { FAKE_LATENCY = 2, FAKE_SAMPLE_US = 100, FAKE_SILENCE_US = 1750 };
 #define FAKE_DRIVE_SLEW_MAX      BOARD_RANGE_IN_US(800, 1000000U / FAKE_SAMPLE_US)
 #define FAKE_TRANSITION_SLEW_MIN BOARD_RANGE_IN_US(10000000, 1000000U / FAKE_SAMPLE_US)
 #define FAKE_TRANSITION_SLEW_MAX BOARD_RANGE_IN_US(10000, 1000000U / FAKE_SAMPLE_US)
+#define FAKE_FAULT_SLEW_MIN      BOARD_RANGE_IN_US(500000, 1000000U / FAKE_SAMPLE_US)
 #define FAKE_FILTER_GAIN_MAX     64
 #define FAKE_SAFE_CODE           0U
 
@@ -35,6 +36,7 @@ typedef struct {
     bool stage_enabled;
     uint16_t kept_park;    /**< board_keep_park */
     unsigned watchdog_fed; /**< how often */
+    bool main_stalls;      /**< the main loop makes no turn between two samples */
     int32_t health[HEALTH_CHANNELS];
 } fake_board_t;
 
@@ -61,6 +63,7 @@ typedef struct {
     bool cutting, dead;
     bool stuck; /**< stuck_word takes nothing */
     size_t stuck_word;
+    void (*after_each_step)(void); /**< what happens while the flash is busy; NULL: nothing */
 } fake_store_t;
 
 extern fake_store_t fake_store;

@@ -25,6 +25,9 @@ bool fake_store_power_on(void) {
 
 /* Is this the step in which the supply goes? */
 static bool cut_now(void) {
+    if (fake_store.after_each_step != NULL) {
+        fake_store.after_each_step();
+    }
     if (fake_store.cutting && fake_store.steps_left == 0) {
         fake_store.dead = true;
         return true;

@@ -36,7 +36,11 @@ static bool is_output(unsigned index) {
 
 /* A value that is in range, and not the present one where that can be. */
 static uint32_t fitting(unsigned index) {
-    return index == INDEX_drive_low ? UINT32_MAX : index == INDEX_line_baud ? LINE_BAUD_MIN : 1U;
+    const bool lower_bound = index == INDEX_supply_low || index == INDEX_high_voltage_low; /* the board's is above 1 */
+    return index == INDEX_drive_low   ? UINT32_MAX
+           : index == INDEX_line_baud ? LINE_BAUD_MIN
+           : lower_bound              ? INT32_MAX
+                                      : 1U;
 }
 
 static void expect_everything_locked(bool parameters, bool out) {

@@ -4,8 +4,8 @@
  * held. The table goes to FAULTS_JSON, with the seed and the commit that repeat it. HYST_FAULT_RUNS sets how many lives
  * each fault gets (a hundred without it).
  *
- * In every life, whatever fails: no two drives are farther apart than the board allows, and the drive is within the
- * limits of the image once it has been there.
+ * In every life, whatever fails: no two drives are farther apart than the board allows, the drive is within the limits
+ * of the image once it has been there, and the stage comes on only after an arming that was accepted.
  */
 #include "amplifier.h"
 #include "built_from.h"
@@ -31,7 +31,9 @@
 static random_t rng;
 static uint64_t seed;
 static hyst_q31_t last;
-static bool lawful; /* steps and limits, so far in this life */
+static bool lawful; /* steps, limits and stage, so far in this life */
+static bool stage;  /* on */
+static bool armed;  /* accepted since the stage was last on */
 static bool inside; /* the drive has been within the limits */
 
 void setUp(void) {
@@ -45,10 +47,16 @@ static uint32_t any_bits(void) {
 
 static hyst_q31_t sample(loop_input_t input) {
     fake_board.microseconds += FAKE_SAMPLE_US;
+    if (!fake_board.main_stalls) {
+        loop_main_turned();
+    }
     const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
     lawful = lawful && llabs((long long)drive - last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP;
     inside = inside || (drive >= LOW && drive <= HIGH);
     lawful = lawful && (!inside || (drive >= LOW - CODE_STEP && drive <= HIGH + CODE_STEP));
+    lawful = lawful && (!fake_board.stage_enabled || stage || armed);
+    armed = armed && !fake_board.stage_enabled;
+    stage = fake_board.stage_enabled;
     last = drive;
     return drive;
 }
@@ -63,20 +71,30 @@ static uint32_t state(void) {
     return master_get(INDEX_amplifier_state);
 }
 
-static size_t image(uint32_t words[HYST_IMAGE_MAX_WORDS], uint32_t model) {
+static void arm(void) {
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_command, COMMAND_ARM));
+    armed = true;
+}
+
+static size_t image_parked_at(hyst_q31_t park, uint32_t words[HYST_IMAGE_MAX_WORDS], uint32_t model) {
     hyst_parameters_t p;
     hyst_parameters_default(&p);
     p.model_id = model;
     p.drive_low = LOW;
     p.drive_high = HIGH;
-    p.drive_park = PARK;
+    p.drive_park = park;
     p.transition_slew = SLEW;
     return hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS);
+}
+
+static size_t image(uint32_t words[HYST_IMAGE_MAX_WORDS], uint32_t model) {
+    return image_parked_at(PARK, words, model);
 }
 
 static void start(void) {
     const board_start_t power = {.reset_cause = RESET_POWER, .starts = 1};
     fake_board_start(&power);
+    stage = armed = false;
     last = (hyst_q31_t)((uint32_t)(loop_park_code() ^ BOARD_CODE_MIDDLE) << 16);
 }
 
@@ -90,7 +108,7 @@ static void live(void) {
     master_write_words(ADDRESS_staging, words, image(words, 1));
     master_command(COMMAND_COMMIT);
     run(3000);
-    master_command(COMMAND_ARM);
+    arm();
     run(1100);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, (uint32_t)random_between(&rng, 1, 3)));
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, any_bits()));
@@ -142,6 +160,19 @@ static bool single_late_samples(void) {
 
 static bool supply_sags(void) {
     (void)sample((loop_input_t){.supply_low = true});
+    return state() == AMPLIFIER_FAULT && parked_by(FAULT_SUPPLY);
+}
+
+/* At random moments of the ramp and after it. */
+static bool other_images_in_a_fault(void) {
+    (void)sample((loop_input_t){.supply_low = true});
+    for (unsigned i = 0; i < 10; i++) {
+        uint32_t words[HYST_IMAGE_MAX_WORDS];
+        const hyst_q31_t park = i < 9U ? random_between(&rng, LOW, HIGH) : PARK;
+        master_write_words(ADDRESS_staging, words, image_parked_at(park, words, i + 2U));
+        master_command(COMMAND_COMMIT);
+        run((unsigned)random_between(&rng, 300, 3000)); /* longer than an adoption takes */
+    }
     return state() == AMPLIFIER_FAULT && parked_by(FAULT_SUPPLY);
 }
 
@@ -280,7 +311,7 @@ static bool stage_supply_implausible(void) {
 
 /* Off, and then armed again, with something wrong: is it found before anything moves? */
 static bool self_test_finds(uint32_t fault) {
-    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_command, COMMAND_ARM));
+    arm();
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_setpoint, (uint32_t)HIGH));
     bool rested = true;
@@ -328,7 +359,7 @@ static bool image_changes_in_memory(void) {
     master_command(COMMAND_COMMIT);
     loop_master_heard();
     run(3000);
-    master_command(COMMAND_ARM);
+    arm();
     loop_master_heard();
     run(1100);
     return found && again && state() == AMPLIFIER_HOLD && (master_get(INDEX_limits_live) & LIMIT_MEMORY) == 0;
@@ -370,6 +401,9 @@ static const struct {
      clock_too_slow, false},
     {"single late samples", "counted, no reaction", single_late_samples, false},
     {"supply sags", "ramp to park in the same sample; out only by stop", supply_sags, false},
+    {"images with other parking drives are committed in a fault",
+     "ramp to the last one's; the stage goes off where the output rests first, and stays off", other_images_in_a_fault,
+     false},
     {"position converter stuck", "reported, no reaction: nothing is controlled by the position", converter_stuck,
      false},
     {"average current above its limit", "ramp to park in the sample that exceeds it; out only by stop",

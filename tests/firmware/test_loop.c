@@ -5,6 +5,7 @@
 #include "loop/loop.h"
 #include "master.h"
 #include "unity.h"
+#include <stdlib.h>
 
 #define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
 
@@ -196,7 +197,9 @@ static void test_parking_stops_everything(void) {
 
 /* Conditioning, from any mode and with any left-over: whole range, no step, and back to work. */
 static void condition_and_check(hyst_mode_t mode, hyst_parameters_t p) {
-    const hyst_q31_t rate = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
+    const hyst_q31_t fixed = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
+    const hyst_q31_t rate = fixed < p.transition_slew ? fixed : p.transition_slew;
+    const unsigned most = (unsigned)((UINT64_C(3) << 32) / (uint32_t)rate); /* three times the range, less by the image's */
     hyst_q31_t highest = INT32_MIN, lowest = INT32_MAX;
     set(INDEX_setpoint_slew, (uint32_t)p.transition_slew); /* one bound for both ways back */
     hyst_q31_t last = fake_board_run(1), end;
@@ -210,7 +213,7 @@ static void condition_and_check(hyst_mode_t mode, hyst_parameters_t p) {
         end = last; /* the drive before the first sample that does something else again */
         last = drive;
         samples++;
-        TEST_ASSERT_TRUE_MESSAGE(samples < 30000, "conditioning takes at most three seconds");
+        TEST_ASSERT_TRUE_MESSAGE(samples < most, "conditioning takes at most three seconds, unless a slew says more");
     } while (master_get(INDEX_state) == LOOP_CONDITIONING);
     TEST_ASSERT_EQUAL_INT32(p.drive_high, highest);
     TEST_ASSERT_EQUAL_INT32(p.drive_low, lowest);
@@ -241,13 +244,14 @@ static void test_conditioning_from_every_mode(void) {
 }
 
 /* A transition in direct mode that outlasts the way up must not cut the sweep short: the drive lags behind the sweep by
- * up to a quarter of full scale, for 5400 samples; the way up takes 3700. */
+ * up to a quarter of full scale, for 5400 samples; the way up takes 700. */
 static void test_conditioning_during_a_transition(void) {
     hyst_parameters_t p = limited_model();
     p.linear_offset = -(1 << 29);
     p.transition_slew = 100000;
     commit(&p);
     set(INDEX_mode, HYST_MODE_LINEAR);
+    set(INDEX_setpoint, (uint32_t)(p.drive_high - (1 << 26)));
     (void)settle();
     set(INDEX_mode, HYST_MODE_DIRECT);
     (void)fake_board_run(5);
@@ -277,6 +281,29 @@ static void test_conditioning_from_a_running_sine(void) {
     master_command(COMMAND_START);
     (void)fake_board_run(300);
     condition_and_check(HYST_MODE_DIRECT, p);
+}
+
+/* Nothing moves faster than what a lab sets for its load, conditioning neither. */
+static void test_conditioning_keeps_to_the_slews(void) {
+    static const uint32_t slews[][2] = {{FAKE_TRANSITION_SLEW_MIN, INT32_MAX}, {1 << 20, 54321}, {1 << 20, INT32_MAX}};
+    const hyst_q31_t fixed = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
+    for (unsigned i = 0; i < sizeof slews / sizeof slews[0]; i++) {
+        fake_board_power_on(0);
+        hyst_parameters_t p = limited_model();
+        p.transition_slew = (hyst_q31_t)slews[i][0];
+        commit(&p);
+        set(INDEX_reference_slew, slews[i][1]);
+        hyst_q31_t last = settle(), largest = 0;
+        master_command(COMMAND_CONDITION);
+        for (int sample = 0; sample < 10000; sample++) {
+            const hyst_q31_t drive = fake_board_run(1);
+            largest = abs(drive - last) > largest ? abs(drive - last) : largest;
+            last = drive;
+        }
+        TEST_ASSERT_EQUAL_UINT32(LOOP_CONDITIONING, master_get(INDEX_state));
+        const uint32_t slower = slews[i][0] < slews[i][1] ? slews[i][0] : slews[i][1];
+        TEST_ASSERT_INT32_WITHIN(CODE_STEP, slower < (uint32_t)fixed ? (hyst_q31_t)slower : fixed, largest);
+    }
 }
 
 /* Two amplifiers with different pasts agree to the bit after conditioning: the memory is erased. */
@@ -402,6 +429,7 @@ int main(void) {
     RUN_TEST(test_conditioning_during_a_transition);
     RUN_TEST(test_conditioning_does_not_wait_for_slow_transitions);
     RUN_TEST(test_conditioning_from_a_running_sine);
+    RUN_TEST(test_conditioning_keeps_to_the_slews);
     RUN_TEST(test_conditioning_erases_the_past);
     RUN_TEST(test_start_is_refused_while_conditioning_and_stop_ends_it);
     RUN_TEST(test_counters_count_and_clear);

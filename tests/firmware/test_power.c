@@ -34,19 +34,23 @@ static uint32_t state(void) {
     return master_get(INDEX_amplifier_state);
 }
 
-static void commit(void) {
+static modbus_exception_t try_commit(hyst_q31_t park) {
     hyst_parameters_t p;
     uint32_t words[HYST_IMAGE_MAX_WORDS];
     hyst_parameters_default(&p);
     p.drive_low = -(3 << 29);
     p.drive_high = 3 << 29;
-    p.drive_park = PARK;
+    p.drive_park = park;
     p.transition_slew = SLEW;
     p.pi_operators = 1;
     p.pi_weight[0] = p.pi_weight[1] = HYST_Q28_ONE / 2;
     p.pi_threshold[0] = 1 << 28;
     master_write_words(ADDRESS_staging, words, hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS));
-    master_command(COMMAND_COMMIT);
+    return master_set(INDEX_command, COMMAND_COMMIT);
+}
+
+static void commit(void) {
+    TEST_ASSERT_EQUAL(MODBUS_OK, try_commit(PARK));
     TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, master_get(INDEX_fault_code));
 }
 
@@ -307,6 +311,7 @@ static void test_missed_periods_count_for_the_timeout(void) {
     for (unsigned sample = 0; state() == AMPLIFIER_HOLD && sample < 2U * TIMEOUT; sample++) {
         const bool late = sample % 2U == 0; /* not in a row, which is an overload */
         const loop_input_t input = {.overrun = late, .missed = late ? MISSED : 0, .position_code = BOARD_CODE_MIDDLE};
+        loop_main_turned();
         (void)loop_sample(&input);
     }
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
@@ -346,6 +351,7 @@ static void test_limits_have_codes_of_their_own(void) {
 static void test_no_unlawful_transition(void) {
     enum { STEPS = 60000 };
     unsigned visits[AMPLIFIER_FAULT + 1] = {0};
+    bool stage = false, armed = false; /* armed: accepted since the stage was last on */
     commit();
     set(INDEX_source, SOURCE_SINE);
     set(INDEX_source_amplitude, 1U << 28);
@@ -359,6 +365,9 @@ static void test_no_unlawful_transition(void) {
             if (master_set(INDEX_command, command) != MODBUS_OK) {
                 command = COMMAND_NONE;
             }
+            armed = armed || command == COMMAND_ARM;
+        } else if (random_between(&rng, 0, 9) == 0) {
+            (void)try_commit(random_between(&rng, -(3 << 29), 3 << 29)); /* parked elsewhere, refused while one waits */
         } else if (random_between(&rng, 0, 3) == 0) {
             (void)master_set(INDEX_mode, (uint32_t)random_between(&rng, 0, 3));
         }
@@ -366,6 +375,7 @@ static void test_no_unlawful_transition(void) {
         const bool low = random_between(&rng, 0, 300) == 0;
         const unsigned samples = (unsigned)random_between(&rng, 1, 200);
         loop_master_heard();
+        loop_main_turned();
         uint32_t now = before;
         for (unsigned i = 0; i < samples; i++) {
             const loop_input_t input = {
@@ -378,6 +388,9 @@ static void test_no_unlawful_transition(void) {
             TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(now, t.amplifier_state, command, late || low), "transition");
             now = t.amplifier_state;
             TEST_ASSERT_TRUE(now != AMPLIFIER_OFF || !fake_board.stage_enabled);
+            TEST_ASSERT_TRUE_MESSAGE(!fake_board.stage_enabled || stage || armed, "the stage came on by itself");
+            armed = armed && !fake_board.stage_enabled;
+            stage = fake_board.stage_enabled;
             visits[now]++;
         }
     }

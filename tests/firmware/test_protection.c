@@ -334,10 +334,67 @@ static void test_limits_and_the_debounce_are_registers(void) {
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state));
 }
 
+/* A master that writes limits all the time, the same or others. */
+static void test_writing_limits_holds_no_trip_off(void) {
+    static const unsigned indices[] = {INDEX_temperature_alert, INDEX_temperature_trip, INDEX_supply_low,
+                                       INDEX_health_looks};
+    static const int32_t values[][2] = {{60000, 70000}, {79999, 80000}, {3000, 3100}, {10, 11}};
+    for (unsigned i = 0; i < sizeof indices / sizeof indices[0]; i++) {
+        fake_board_power_on(0);
+        hold_somewhere();
+        fake_board.health[HEALTH_TEMPERATURE] = 150000;
+        for (unsigned look = 0; look < HEALTH_WATCH_LOOKS + 2U; look++) {
+            set(indices[i], values[i][look % 2U]);
+            (void)fake_board_run(LOOKS);
+        }
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state),
+                                         register_table[indices[i]].name);
+        set(indices[i], values[i][0]);
+        TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM), "still too hot");
+    }
+}
+
+/* What the board can stand is not for a register to say. */
+static void test_limits_are_within_the_boards(void) {
+    static const struct {
+        unsigned index;
+        int32_t last, beyond;
+    } bounds[] = {{INDEX_temperature_alert, 80000, 80001},    {INDEX_temperature_trip, 80000, 80001},
+                  {INDEX_temperature_trip, INT32_MIN, INT32_MAX},   {INDEX_supply_low, 3000, 2999},
+                  {INDEX_supply_high, 3600, 3601},            {INDEX_high_voltage_low, 150000, 149999},
+                  {INDEX_high_voltage_high, 170000, 170001},  {INDEX_health_looks, HEALTH_WATCH_LOOKS_MAX, 101}};
+    for (unsigned i = 0; i < sizeof bounds / sizeof bounds[0]; i++) {
+        set(bounds[i].index, bounds[i].last);
+        TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(bounds[i].index, (uint32_t)bounds[i].beyond),
+                                  register_table[bounds[i].index].name);
+    }
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_health_looks, UINT16_MAX));
+}
+
+/* A sensor, or the converter behind it, that was there and is no more. */
+static void test_a_reading_that_vanishes(void) {
+    hold_somewhere();
+    fake_board.health[HEALTH_TEMPERATURE] = HEALTH_ABSENT;
+    (void)fake_board_run((HEALTH_WATCH_LOOKS + 1U) * LOOKS);
+    TEST_ASSERT_EQUAL_UINT32(WARNING_TEMPERATURE, master_get(INDEX_warnings_live) & WARNING_TEMPERATURE);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+    fake_board.health[HEALTH_TEMPERATURE] = FAKE_TEMPERATURE;
+    (void)fake_board_run(LOOKS);
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_warnings_live) & WARNING_TEMPERATURE);
+    expect_trip(HEALTH_SUPPLY, HEALTH_ABSENT, FAULT_SUPPLY);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+    expect_arming_after(HEALTH_SUPPLY, FAKE_SUPPLY);
+    expect_trip(HEALTH_HIGH_VOLTAGE, HEALTH_ABSENT, FAULT_HIGH_VOLTAGE);
+    master_command(COMMAND_ARM); /* the self test finds that it is not back */
+    (void)fake_board_run(2 * SELF_TEST);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_HIGH_VOLTAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
+}
+
 static void test_what_a_board_does_not_have_is_never_wrong(void) {
     for (int i = 0; i < HEALTH_CHANNELS; i++) {
         fake_board.health[i] = HEALTH_ABSENT;
     }
+    health_watch_init(); /* as from the start */
     hold_somewhere();
     (void)fake_board_run(10U * HEALTH_WATCH_LOOKS * LOOKS);
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
@@ -360,6 +417,9 @@ int main(void) {
     RUN_TEST(test_a_stage_that_does_not_come_up);
     RUN_TEST(test_the_alert_warns_and_stops_nothing);
     RUN_TEST(test_limits_and_the_debounce_are_registers);
+    RUN_TEST(test_writing_limits_holds_no_trip_off);
+    RUN_TEST(test_limits_are_within_the_boards);
+    RUN_TEST(test_a_reading_that_vanishes);
     RUN_TEST(test_what_a_board_does_not_have_is_never_wrong);
     return UNITY_END();
 }

@@ -42,6 +42,11 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.overruns_in_a_row = 0;
     loop.silence = 0;
     loop.missed = 0;
+    loop.stall = 0;
+    loop.stall_most = loop_samples_in(LOOP_STALL_MS);
+    loop.feeds = 0;
+    loop.feeds_most = loop_samples_in(LOOP_FAULT_FEED_MS);
+    loop.storing = false;
     loop.timeout = loop_samples_in(LOOP_DEFAULT_TIMEOUT_MS);
     loop.cost = 0;
     loop.attend = true;
@@ -68,14 +73,22 @@ static void conditioning_ended(void) {
     }
 }
 
-/* Temperature and supplies, which are not looked at in every sample: faults of this look. What is on its way off goes
- * there, and arming is refused while they last. */
+/* Temperature, supplies and the main loop, which are not looked at in every sample: faults of this look. What is on its
+ * way off goes there, unless the main loop stalls, and arming is refused while they last. */
 static inline uint32_t unhealthy(void) {
     if (loop.telemetry.sequence % HEALTH_WATCH_EVERY != 0) {
         return 0;
     }
+    loop.stall += HEALTH_WATCH_EVERY;
+    const uint32_t stall = loop.stall > loop.stall_most ? FAULT_STALL : 0U;
     const uint32_t faults = health_watch_look(loop.power.state == POWER_ON);
-    return power_armed(&loop.power) ? faults : 0;
+    return stall | (power_armed(&loop.power) ? faults : 0U);
+}
+
+/* As a transition, and no faster than any other reference. */
+static hyst_q31_t conditioning_rate(const drive_range_t *range) {
+    const hyst_q31_t slew = range->return_slew < loop.limit.slew ? range->return_slew : loop.limit.slew;
+    return slew < loop.conditioning_rate ? slew : loop.conditioning_rate;
 }
 
 /* Whether something else than mode and source says what the compensator is to do, and what. */
@@ -89,7 +102,7 @@ static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
     if (loop.conditioning.leg != CONDITIONING_OFF) {
         if (conditioning_continues(&loop.conditioning, range, loop.compensator.drive)) {
             *mode = HYST_MODE_DIRECT;
-            *reference = conditioning_step(&loop.conditioning, range, loop.conditioning_rate);
+            *reference = conditioning_step(&loop.conditioning, range, conditioning_rate(range));
             return true;
         }
         conditioning_ended();

@@ -96,7 +96,23 @@ void loop_master_heard(void);
 void loop_set_timeout(uint32_t milliseconds);
 #define LOOP_DEFAULT_TIMEOUT_MS 1000U
 
-/** So many overruns in a row trip (FAULT_OVERLOAD), but for those of an adoption, which ends. From then on a plain ramp
+/** The main loop has come round. It trips (FAULT_STALL), by a ramp, when that is longer ago than LOOP_STALL_MS, so that
+ * the hardware watchdog does not cut the stage at whatever drive there is. The longest turn is an answer of 256 bytes
+ * at 9600 baud: 0.29 s. Limitation: an image with three cascades of filters that ring for 2^16 samples each may take
+ * longer to check while the loop runs (estimated from the instructions of a filter, not measured). Its commit trips
+ * then. */
+void loop_main_turned(void);
+#define LOOP_STALL_MS 400U
+
+/** From a trip on the sample interrupt feeds the hardware watchdog itself until the output rests, at most so long: twice
+ * what a ramp takes (board_info.fault_slew_min). Then a main loop that stands still is the watchdog's. */
+#define LOOP_FAULT_FEED_MS 1000U
+
+/** The flash is being written, or no more. It stalls the sample interrupt, so late samples do not count meanwhile. Only
+ * while loop_off(). */
+void loop_set_storing(bool storing);
+
+/** So many overruns in a row trip (FAULT_OVERLOAD), but for those of an adoption, which ends, and of storing. From then on a plain ramp
  * to park runs in place of the compensator, so that the main loop gets to hear the master again. */
 #define LOOP_OVERRUNS_TO_TRIP 5U
 
@@ -149,7 +165,8 @@ uint32_t loop_warnings(void);
 void loop_stop(void);
 
 /** Only while armed. Sweeps the drive, from where it is, up to drive_high, down to drive_low and back to drive_park, at
- * one converter range per second. Then as said above. */
+ * one converter range per second, or slower: no faster than the image's transition_slew and reference_limit_t.slew.
+ * Then as said above. */
 void loop_condition(void);
 
 /** Counters to zero; sticky faults to those that are live. */

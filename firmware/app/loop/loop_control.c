@@ -80,7 +80,7 @@ bool loop_adopt(loop_parameters_t *next) {
 }
 
 hyst_mode_t loop_mode(void) {
-    return loop.mode; /* only the main loop writes it */
+    return *(volatile hyst_mode_t *)&loop.mode; /* one word: read whole. A trip writes it, too */
 }
 
 /* A fault may come between the check of a request and this: then the fault has it. */
@@ -158,6 +158,16 @@ uint32_t loop_periods(void) {
 
 void loop_master_heard(void) {
     *(volatile uint32_t *)&loop.silence = 0; /* one word: written whole */
+}
+
+void loop_main_turned(void) {
+    *(volatile uint32_t *)&loop.stall = 0; /* one word: written whole */
+}
+
+void loop_set_storing(bool storing) {
+    const uint32_t key = take();
+    loop.storing = storing;
+    board_unlock(key);
 }
 
 void loop_set_timeout(uint32_t milliseconds) {

@@ -41,10 +41,14 @@ typedef struct {
     uint32_t standing_faults; /* live until something ends them */
     power_state_t power;
     bool image_whole; /* in force: as committed, when it was last armed */
+    bool storing;     /* the flash is being written, which stalls the interrupt */
     bool bypass;      /* after an overload or with a damaged image: a plain ramp in place of the compensator */
     uint32_t overruns_in_a_row;
     uint32_t silence, timeout; /* periods since a master was heard, and more than how many trip */
     uint32_t missed;           /* periods without a sample, since the start */
+    uint32_t stall;            /* periods since the main loop's last turn, by HEALTH_WATCH_EVERY */
+    uint32_t stall_most;       /* more trip */
+    uint32_t feeds, feeds_most; /* samples in which a fault's ramp still feeds the hardware watchdog, and at a trip */
     uint32_t cost;             /* of the last sample; telemetry gets it with the next */
     bool playing;              /* as telemetry's states have it */
     uint32_t unsettled;        /* samples until the model is watched again */
@@ -68,7 +72,7 @@ _Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event i
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
 #define TRIPS                                                                                                          \
     ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT | FAULT_TEMPERATURE |                   \
-                FAULT_HIGH_VOLTAGE | FAULT_IMAGE))
+                FAULT_HIGH_VOLTAGE | FAULT_IMAGE | FAULT_STALL))
 
 /* The average current is over 2^13 samples: 0.8 s at 10 kHz, in which a power stage warms up little. A step is below
  * 2^32, so in units of 2^11 below 2^21; no board's is above an eighth of that, and the sum stays below 2^32. */

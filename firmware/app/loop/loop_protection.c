@@ -41,12 +41,13 @@ static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
         faults |= FAULT_IMAGE;
     }
     const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
-    loop.overruns_in_a_row = input->overrun && !adopting ? loop.overruns_in_a_row + 1U : 0;
+    loop.overruns_in_a_row = input->overrun && !adopting && !loop.storing ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;
     }
     loop.missed += input->missed;
+    loop.stall += input->missed;
     loop.silence += moving() ? 1U + input->missed : 0U;
     if (loop.silence > loop.timeout) {
         loop.silence = 0;
@@ -59,10 +60,28 @@ static void trip(uint32_t faults) {
     loop_to_park();
     if (loop.power.state != POWER_FAULT) {
         capture_event(CAPTURE_AT_FAULT);
+        loop.feeds = loop.feeds_most;
     }
     power_trip(&loop.power, faults);
     loop.standing_faults |= faults;
     loop.bypass = loop.bypass || (faults & (FAULT_OVERLOAD | FAULT_IMAGE)) != 0;
+}
+
+/* A fault's ramp: no slower than the board wants, so the rest of a transition shrinks by that much more; and the
+ * hardware watchdog does not cut it short. */
+static void see_to_the_ramp(bool stage) {
+    const hyst_q31_t slew = loop.active->image_range.return_slew;
+    hyst_q31_t faster = 0;
+    if (loop.power.state == POWER_FAULT) {
+        faster = board_info.fault_slew_min > slew ? board_info.fault_slew_min - slew : 0;
+        if (stage && loop.feeds > 0) {
+            loop.feeds--;
+            board_watchdog_feed();
+        }
+    }
+    loop.active->range.return_slew = slew + faster;
+    const int64_t rest = loop.compensator.transition;
+    loop.compensator.transition = rest > faster ? rest - faster : rest < -faster ? rest + faster : 0;
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
@@ -80,5 +99,7 @@ void loop_protect(const loop_input_t *input, uint32_t known_faults) {
         loop.bypass = false;
         hyst_compensator_reset(&loop.active->compensator, &loop.compensator); /* as after a start */
     }
-    board_stage_enable(power_stage_enabled(&loop.power, parked));
+    const bool stage = power_stage(&loop.power, parked);
+    board_stage_enable(stage);
+    see_to_the_ramp(stage);
 }

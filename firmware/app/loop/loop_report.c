@@ -78,6 +78,7 @@ void loop_report(bool supply_low, bool overrun, bool converter_timeout, hyst_mod
     t->amplifier_state = amplifier_state();
     t->trip_cause = first_of(loop.power.cause);
     loop.playing = loop.source.playing;
+    overrun = overrun && !loop.storing;
     count(&t->overruns, overrun);
     count(&t->converter_timeouts, converter_timeout);
     const uint32_t faults = loop.standing_faults | (supply_low ? FAULT_SUPPLY : 0U) | (overrun ? FAULT_OVERRUN : 0U) |

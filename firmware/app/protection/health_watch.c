@@ -7,6 +7,7 @@ typedef struct {
     int32_t alert_low, alert_high;
     uint32_t fault, warning;
     uint32_t tripping, alerting; /* looks in a row, at most `looks` */
+    bool seen;                   /* there was a reading since the start */
     volatile int32_t reading;
 } channel_t;
 
@@ -20,6 +21,7 @@ static struct {
 
 void health_watch_init(void) {
     watch.next = 0;
+    watch.warnings = watch.faults = 0;
     for (unsigned i = 0; i < HEALTH_CHANNELS; i++) {
         watch.channel[i] = (channel_t){.reading = HEALTH_ABSENT};
     }
@@ -34,7 +36,6 @@ static void set_channel(health_channel_t which, int32_t low, int32_t high, uint3
     channel->alert_high = INT32_MAX;
     channel->fault = fault;
     channel->warning = 0;
-    channel->tripping = channel->alerting = 0;
 }
 
 void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks) {
@@ -45,8 +46,6 @@ void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks
     watch.channel[HEALTH_TEMPERATURE].alert_high = limits->temperature_alert;
     watch.channel[HEALTH_TEMPERATURE].warning = WARNING_TEMPERATURE;
     watch.looks = looks;
-    watch.warnings = 0;
-    watch.faults = 0;
 }
 
 /* One more look, outside or not. Returns whether it counts. */
@@ -63,8 +62,13 @@ static uint32_t with(uint32_t bits, uint32_t bit, bool on) {
     return on ? bits | bit : bits & ~bit;
 }
 
+/* What vanished: a channel that can warn warns, another one trips. */
 static bool outside(const channel_t *channel, int32_t x) {
-    return x != HEALTH_ABSENT && (x < channel->low || x > channel->high);
+    return x == HEALTH_ABSENT ? channel->seen && channel->warning == 0 : x < channel->low || x > channel->high;
+}
+
+static bool alerting(const channel_t *channel, int32_t x) {
+    return x == HEALTH_ABSENT ? channel->seen : x < channel->alert_low || x > channel->alert_high;
 }
 
 uint32_t health_watch_outside(void) {
@@ -80,9 +84,10 @@ uint32_t health_watch_look(bool stage_up) {
     const health_channel_t which = (health_channel_t)watch.next;
     channel_t *channel = &watch.channel[which];
     const int32_t x = board_health(which);
-    const bool there = x != HEALTH_ABSENT && (which != HEALTH_HIGH_VOLTAGE || stage_up);
-    const bool trips = debounced(&channel->tripping, there && outside(channel, x));
-    const bool warns = debounced(&channel->alerting, there && (x < channel->alert_low || x > channel->alert_high));
+    const bool counts = which != HEALTH_HIGH_VOLTAGE || stage_up;
+    const bool trips = debounced(&channel->tripping, counts && outside(channel, x));
+    const bool warns = debounced(&channel->alerting, counts && alerting(channel, x));
+    channel->seen = channel->seen || x != HEALTH_ABSENT;
     channel->reading = x;
     watch.faults = with(watch.faults, channel->fault, trips);
     watch.warnings = with(watch.warnings, channel->warning, warns);

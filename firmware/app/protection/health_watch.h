@@ -10,7 +10,8 @@
  *   supply         outside of its limits trips
  *   high voltage   likewise, but only while the stage is up: before that it is none
  *
- * A channel that the board does not have (HEALTH_ABSENT) is never outside. The self test at the end of precharge asks
+ * A channel that the board does not have (HEALTH_ABSENT) is never outside. One that was there and is no more is: the
+ * temperature warns, a supply trips. The self test at the end of precharge asks
  * for all of them as last read, without debounce: the stage's supply has to be up before the drive may move.
  */
 #ifndef HEALTH_WATCH_H
@@ -24,13 +25,17 @@
 /** The debounce count after start: a tenth of a second. */
 #define HEALTH_WATCH_LOOKS 10U
 
+/** And at most: a second at 10 kHz. */
+#define HEALTH_WATCH_LOOKS_MAX 100U
+
 /** 0.001 C: below this is no temperature that an amplifier has. */
 #define HEALTH_COLDEST (-40000)
 
 /** Nothing seen, the board's limits. Before the sample interrupt runs. */
 void health_watch_init(void);
 
-/** Main loop, under board_lock. looks: 1 or more. Begins to count anew. */
+/** Main loop, under board_lock. looks: 1 or more. What was counted stays: limits that are written again and again hold
+ * nothing off. */
 void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks);
 
 /** Sample interrupt, every HEALTH_WATCH_EVERY samples. Returns the FAULT_ bits of what is outside of its limits. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "protection/power_state.h"
-#include "board.h"
 
 void power_init(power_state_t *power) {
     *power = (power_state_t){.state = POWER_OFF};
@@ -60,7 +59,9 @@ uint32_t power_sample(power_state_t *power, bool parked, uint32_t failing) {
     return 0;
 }
 
-bool power_stage_enabled(const power_state_t *power, bool parked) {
-    const bool none_to_ramp = parked || (power->cause & FAULT_IMAGE) != 0; /* a stage that was off stays so */
-    return power->state != POWER_OFF && !(power->state == POWER_FAULT && none_to_ramp);
+bool power_stage(power_state_t *power, bool parked) {
+    if (parked) {
+        power->stage = power_armed(power);
+    }
+    return power->stage;
 }

@@ -10,9 +10,12 @@
  *     | disarm
  *   stopping    ramp to the parking drive, then off
  *
- *   fault       from any state: ramp to the parking drive, then the stage is disabled (with a damaged image at once,
- * which is found when it has just been enabled). Only the command stop leads out of it, to stopping and so to off;
- * arming comes after that. Nothing re-enables itself.
+ *   fault       from any state: ramp to the parking drive, then the stage is disabled. Only the command stop leads out
+ * of it, to stopping and so to off; arming comes after that. Nothing re-enables itself.
+ *
+ * The stage is switched only while the output rests at the parking drive: on when armed, off otherwise. Whatever comes
+ * within a ramp, the stage stays as it was: what was on is never cut, and what was off does not come on. Only an
+ * accepted arming ever leads from off to on.
  *
  * May be called from: the context that owns the power_state_t (the sample interrupt; the main loop under board_lock).
  */
@@ -33,6 +36,7 @@ typedef struct {
     uint32_t precharge; /**< samples that are left of it */
     uint32_t patience;  /**< samples after it in which the self test may fail */
     uint32_t cause;     /**< FAULT_ bits of what tripped, 0 outside of fault */
+    bool stage;         /**< enabled */
 } power_state_t;
 
 /** Off. */
@@ -60,7 +64,7 @@ static inline bool power_armed(const power_state_t *power) {
     return power->state == POWER_PRECHARGE || power->state == POWER_ON;
 }
 
-/** The stage's enable line. */
-bool power_stage_enabled(const power_state_t *power, bool parked);
+/** The stage's enable line: after power_sample and whatever tripped, once a sample. */
+bool power_stage(power_state_t *power, bool parked);
 
 #endif

@@ -279,8 +279,19 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_reference_low:
     case INDEX_reference_high:
         return (hyst_q31_t)value[INDEX_reference_low] <= (hyst_q31_t)value[INDEX_reference_high];
+    case INDEX_temperature_alert:
+    case INDEX_temperature_trip:
+        return (int32_t)x <= board_info.health.temperature_trip;
+    case INDEX_supply_low:
+        return (int32_t)x >= board_info.health.supply_low;
+    case INDEX_supply_high:
+        return (int32_t)x <= board_info.health.supply_high;
+    case INDEX_high_voltage_low:
+        return (int32_t)x >= board_info.health.high_voltage_low;
+    case INDEX_high_voltage_high:
+        return (int32_t)x <= board_info.health.high_voltage_high;
     case INDEX_health_looks:
-        return x > 0;
+        return x > 0 && x <= HEALTH_WATCH_LOOKS_MAX;
     case INDEX_line_address:
     case INDEX_line_baud:
     case INDEX_line_parity:

@@ -132,12 +132,14 @@ parameter_store_status_t parameter_store_status(void) {
 }
 
 static bool note_saved(bool saved) {
+    loop_set_storing(false);
     store.status.stored = saved ? STORE_SAVED : STORE_FAILED;
     store.status.sequence = image_store_sequence();
     return saved;
 }
 
 void parameter_store_save(const stored_limit_t *limits, size_t count) {
+    loop_set_storing(true);
     (void)note_saved(image_store_save(store.active, store.active[WORD_LENGTH], limits, count));
 }
 
@@ -151,6 +153,7 @@ void parameter_store_refuse_limits(void) {
 }
 
 bool parameter_store_save_line(const line_settings_t *line) {
+    loop_set_storing(true);
     return note_saved(image_store_save_line(line));
 }
 

@@ -37,6 +37,7 @@ const board_info_t board_info = {
     .safe_code = 0,
     /* As the h405's. */
     .drive_slew_max = BOARD_RANGE_IN_US(800, SAMPLE_RATE_HZ),
+    .fault_slew_min = BOARD_RANGE_IN_US(500000, SAMPLE_RATE_HZ),
     /* The stage's supply is what the twin says. Which one is wrong depends on the actuator: the master sets limits. */
     .health = {.high_voltage_low = 0, .high_voltage_high = HIGH_VOLTAGE_MOST},
     .image_limits = {.transition_slew_min = BOARD_RANGE_IN_US(10000000, SAMPLE_RATE_HZ),

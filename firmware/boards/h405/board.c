@@ -73,6 +73,9 @@ const board_info_t board_info = {
     /* The whole range in 0.8 ms: 150 V into 3 uF, a large stack, are then 0.56 A. A sine over the whole range may have
      * 400 Hz. A slower stage needs a smaller number here. */
     .drive_slew_max = BOARD_RANGE_IN_US(800, SAMPLE_RATE_HZ),
+    /* The whole range in half a second: shorter than the hardware watchdog ever is (0.7 s), and slow against any
+     * mechanics that one would park in 10 ms. */
+    .fault_slew_min = BOARD_RANGE_IN_US(500000, SAMPLE_RATE_HZ),
     /* Parking over the whole range takes between 10 ms, three periods of a mode of 300 Hz and 45 mA into those 3 uF,
      * and 10 s, the longest that somebody waits for it. A filter amplifies at most 64 times: one code of a 12-bit
      * position moves the drive by no more than 1/64 of its range. The host's roll-offs make up to 11. */
@@ -95,9 +98,13 @@ static uint32_t late_cycles; /* so many since the last interrupt, rounded to per
 
 static uint32_t apb1_timer_hz, core_hz;
 
-/* Sample interrupt. Codes, 0 before the first one. */
+/* Sample interrupt. Codes, 0 before the first one, and again when no conversion ends any more. */
 static uint32_t temperature_raw, reference_raw;
 static uint32_t health_channel; /* that is being converted, 0 none */
+static unsigned health_waits;   /* looks at a conversion that has not ended */
+
+/* A conversion takes 23 us, and looks are 32 samples apart, so one that is not over at the next look has not begun. */
+#define HEALTH_WAITS 3U
 
 /* From the factory; 0 where the chip is not the one that has them there. */
 static struct { int32_t reference, at_30, at_110; } calibration;
@@ -186,15 +193,19 @@ void board_stage_enable(bool on) {
     }
 }
 
-/* Takes the conversion that was started at the last look, and starts that of the other channel. */
+/* Takes the conversion that was started at the last look, and starts that of the other channel. One that does not end
+ * leaves no reading: what it read before is not the present. */
 static void convert_health(void) {
-    if (health_channel != 0 && (ADC1->SR & ADC_SR_JEOC) == 0) {
+    const bool ended = (ADC1->SR & ADC_SR_JEOC) != 0;
+    if (health_channel != 0 && !ended && health_waits < HEALTH_WAITS) {
+        health_waits++;
         return;
     }
     uint32_t *const raw = health_channel == CHANNEL_TEMPERATURE ? &temperature_raw : &reference_raw;
     if (health_channel != 0) {
-        *raw = ADC1->JDR1;
+        *raw = ended ? ADC1->JDR1 : 0; /* and the next one is tried */
     }
+    health_waits = 0;
     health_channel = health_channel == CHANNEL_TEMPERATURE ? CHANNEL_REFERENCE : CHANNEL_TEMPERATURE;
     ADC1->SR = ~ADC_SR_JEOC;
     ADC1->JSQR = ADC_JSQR_SINGLE(health_channel);

@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: MIT */
+/* The enable line of the power stage, and how a fault brings the output to rest. */
+#include "fake_board.h"
+#include "loop/loop.h"
+#include "loop/loop_memory.h"
+#include "master.h"
+#include "protection/health_watch.h"
+#include "unity.h"
+
+#define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
+#define PARK      (-(1 << 29))
+#define ELSEWHERE (1 << 29)
+#define SLEW      (1 << 20) /* 4096 samples for the whole range */
+#define RAMP      6000U     /* samples in which any ramp of SLEW is over */
+#define PRECHARGE (POWER_PRECHARGE_MS * 1000U / FAKE_SAMPLE_US)
+
+static hyst_q31_t last; /* drive */
+
+void setUp(void) {
+    const board_start_t start = {.reset_cause = RESET_POWER, .starts = 1};
+    fake_store_clear();
+    fake_board_start(&start);
+    last = HYST_Q31_MIN;
+}
+void tearDown(void) {
+}
+
+static void set(unsigned index, uint32_t value) {
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
+}
+
+static uint32_t state(void) {
+    return master_get(INDEX_amplifier_state);
+}
+
+static void commit(hyst_q31_t park, hyst_q31_t slew) {
+    hyst_parameters_t p;
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    hyst_parameters_default(&p);
+    p.drive_low = -(3 << 29);
+    p.drive_high = 3 << 29;
+    p.drive_park = park;
+    p.transition_slew = slew;
+    master_write_words(ADDRESS_staging, words, hyst_parameters_encode(&p, words, HYST_IMAGE_MAX_WORDS));
+    master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, master_get(INDEX_fault_code));
+}
+
+/* A master that talks. */
+static void run(unsigned samples) {
+    for (unsigned i = 0; i < samples; i++) {
+        loop_master_heard();
+        last = fake_board_run(1);
+    }
+}
+
+static void hold_somewhere(hyst_q31_t slew) {
+    commit(PARK, slew);
+    while (last != PARK) {
+        run(1);
+    }
+    run(2);
+    master_command(COMMAND_ARM);
+    run(PRECHARGE + 3U);
+    set(INDEX_mode, HYST_MODE_DIRECT);
+    set(INDEX_setpoint, 1U << 30);
+    while (last != 1 << 30) {
+        run(1);
+    }
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, state());
+}
+
+static hyst_q31_t drive_of(loop_input_t input) {
+    return (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
+}
+
+static void sag(void) {
+    last = drive_of((loop_input_t){.supply_low = true, .position_code = BOARD_CODE_MIDDLE});
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+}
+
+static void late(unsigned times) {
+    for (unsigned i = 0; i < times; i++) {
+        last = drive_of((loop_input_t){.overrun = true, .position_code = BOARD_CODE_MIDDLE});
+    }
+}
+
+static void expect_off_for(unsigned samples) {
+    for (unsigned i = 0; i < samples; i++) {
+        run(1);
+        TEST_ASSERT_FALSE_MESSAGE(fake_board.stage_enabled, "the stage came on by itself");
+    }
+}
+
+/* Parked with the stage off; then another image's park is elsewhere. */
+static void test_a_fault_that_is_over_enables_nothing(void) {
+    hold_somewhere(SLEW);
+    sag();
+    run(RAMP);
+    TEST_ASSERT_EQUAL_INT32(PARK, last);
+    TEST_ASSERT_FALSE(fake_board.stage_enabled);
+    commit(ELSEWHERE, SLEW);
+    expect_off_for(RAMP);
+    TEST_ASSERT_EQUAL_INT32(ELSEWHERE, last);
+    commit(PARK, SLEW);
+    expect_off_for(500);
+    TEST_ASSERT_NOT_EQUAL(PARK, last);
+    master_command(COMMAND_STOP); /* on its way still: stopping */
+    expect_off_for(RAMP);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+}
+
+static void test_a_failed_self_test_enables_nothing_later(void) {
+    commit(PARK, SLEW);
+    run(RAMP);
+    fake_board.health[HEALTH_HIGH_VOLTAGE] = 0;
+    run(100);
+    master_command(COMMAND_ARM);
+    run(POWER_SELF_TEST_MS * 10U + 10U);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    TEST_ASSERT_FALSE(fake_board.stage_enabled);
+    commit(ELSEWHERE, SLEW);
+    expect_off_for(RAMP);
+}
+
+static void test_an_overload_while_off_enables_nothing(void) {
+    commit(ELSEWHERE, SLEW);
+    run(1000);
+    late(LOOP_OVERRUNS_TO_TRIP + 1U);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    expect_off_for(RAMP);
+}
+
+/* Armed again while a fault's ramp with the stage off is under way: on at its end, not within it. */
+static void test_arming_within_a_ramp_waits_for_its_end(void) {
+    commit(ELSEWHERE, SLEW);
+    run(10);
+    master_command(COMMAND_ARM);
+    while (last != ELSEWHERE) {
+        TEST_ASSERT_FALSE_MESSAGE(fake_board.stage_enabled, "at a drive that is not the parking one");
+        run(1);
+    }
+    run(2);
+    TEST_ASSERT_TRUE(fake_board.stage_enabled);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_PRECHARGE, state());
+}
+
+static void expect_a_ramp_with_the_stage_on(hyst_q31_t slew) {
+    while (last != PARK) {
+        const hyst_q31_t before = last;
+        TEST_ASSERT_TRUE_MESSAGE(fake_board.stage_enabled, "cut within a ramp");
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(slew + CODE_STEP, before, last);
+    }
+    run(2);
+    TEST_ASSERT_FALSE(fake_board.stage_enabled);
+    TEST_ASSERT_EQUAL_INT32(PARK, last);
+}
+
+/* What is armed within the ramp of a stop still has its stage on. */
+static void test_a_damaged_image_that_is_armed_within_a_ramp_ramps_on(void) {
+    hold_somewhere(SLEW);
+    master_command(COMMAND_DISARM);
+    run(10);
+    loop.active->compensator.linear_offset ^= 1;
+    master_command(COMMAND_ARM);
+    run(1);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    TEST_ASSERT_EQUAL_UINT32(FAULT_IMAGE, master_get(INDEX_faults_live) & FAULT_IMAGE);
+    expect_a_ramp_with_the_stage_on(SLEW);
+}
+
+/* However slow the image's transitions are, a fault's ramp takes half a second for the whole range. */
+static void expect_to_be_safe_in_time(void) {
+    const hyst_q31_t from = last;
+    unsigned samples = 0;
+    while (fake_board.stage_enabled) {
+        const hyst_q31_t before = last;
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(FAKE_FAULT_SLEW_MIN + CODE_STEP, before, last);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(5000, ++samples);
+    }
+    TEST_ASSERT_UINT_WITHIN(3, (unsigned)(((int64_t)from - PARK) / FAKE_FAULT_SLEW_MIN), samples);
+    TEST_ASSERT_EQUAL_INT32(PARK, last);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    master_command(COMMAND_STOP);
+    run(2000);
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(PARK, last, "and it rests there");
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+}
+
+static void test_a_faults_ramp_is_no_slower_than_the_boards(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    sag();
+    expect_to_be_safe_in_time();
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    late(LOOP_OVERRUNS_TO_TRIP);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    expect_to_be_safe_in_time();
+}
+
+/* Outside of a range that was narrowed just before, too. */
+static void test_a_faults_ramp_from_outside_of_the_range(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    set(INDEX_drive_high, 0);
+    run(10);
+    sag();
+    expect_to_be_safe_in_time();
+}
+
+/* A stop is no fault: the image's own slew. */
+static void test_a_stop_keeps_to_the_images_slew(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    master_command(COMMAND_DISARM);
+    for (unsigned i = 0; i < 1000; i++) {
+        const hyst_q31_t before = last;
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(FAKE_TRANSITION_SLEW_MIN + CODE_STEP, before, last);
+    }
+    sag(); /* and a fault within it hastens it */
+    expect_to_be_safe_in_time();
+}
+
+/* The main loop makes no turn any more. Ramp and stage off, well before the hardware watchdog bites, which is fed until
+ * then and no longer: it is to find the main loop where it stands. */
+static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t before) {
+    const unsigned most = LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US;
+    fake_board.main_stalls = true;
+    const unsigned fed = fake_board.watchdog_fed;
+    for (unsigned i = 0; i < most; i++) {
+        run(1);
+        TEST_ASSERT_EQUAL_UINT32(before, state());
+    }
+    TEST_ASSERT_EQUAL_UINT(fed, fake_board.watchdog_fed);
+    run(HEALTH_WATCH_EVERY);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
+    unsigned starving = 0, food = fake_board.watchdog_fed;
+    while (fake_board.stage_enabled) {
+        const hyst_q31_t drive = last;
+        run(1);
+        TEST_ASSERT_INT32_WITHIN(slew + CODE_STEP, drive, last);
+        starving = fake_board.watchdog_fed != food ? 0 : starving + 1U;
+        food = fake_board.watchdog_fed;
+        TEST_ASSERT_LESS_THAN_UINT_MESSAGE(1000, starving, "0.1 s without food within the ramp");
+    }
+    TEST_ASSERT_EQUAL_INT32(PARK, last);
+    run(10);
+    food = fake_board.watchdog_fed;
+    run(20000);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(food, fake_board.watchdog_fed, "a main loop that stands still is not to be fed");
+    fake_board.main_stalls = false; /* it was only slow */
+    run(10);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    master_command(COMMAND_STOP);
+    run(3);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_live));
+}
+
+static void test_a_main_loop_that_stands_still(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    expect_a_stall_to_end_in_a_ramp(FAKE_FAULT_SLEW_MIN, AMPLIFIER_HOLD);
+    hold_somewhere(SLEW);
+    expect_a_stall_to_end_in_a_ramp(SLEW, AMPLIFIER_HOLD);
+}
+
+/* On the way off there is more time to be lost than the hardware watchdog has. */
+static void test_a_main_loop_that_stands_still_within_a_stop(void) {
+    hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
+    master_command(COMMAND_DISARM);
+    run(1);
+    expect_a_stall_to_end_in_a_ramp(FAKE_FAULT_SLEW_MIN, AMPLIFIER_STOP);
+}
+
+/* Periods without a sample are time, too. */
+static void test_missed_periods_count_for_a_stall(void) {
+    hold_somewhere(SLEW);
+    fake_board.main_stalls = true;
+    unsigned samples = 0;
+    while (state() == AMPLIFIER_HOLD) {
+        loop_master_heard();
+        last = drive_of((loop_input_t){.overrun = samples % 2U == 0, .missed = samples % 2U == 0 ? 18U : 0U});
+        samples++;
+    }
+    TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
+    TEST_ASSERT_UINT_WITHIN(HEALTH_WATCH_EVERY, LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US / 10U, samples);
+}
+
+/* Off, a stall is the hardware watchdog's alone. */
+static void test_a_stall_while_off_is_no_fault(void) {
+    commit(PARK, SLEW);
+    run(RAMP);
+    fake_board.main_stalls = true;
+    run(20000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
+}
+
+/* A fault's ramp is fed, however long it takes, no longer than LOOP_FAULT_FEED_MS: here it never ends, because the image
+ * is replaced again and again. */
+static void test_food_within_a_fault_is_bounded(void) {
+    hold_somewhere(SLEW);
+    sag();
+    fake_board.main_stalls = true;
+    hyst_q31_t *const park = &loop.active->range.park;
+    for (unsigned i = 0; i < 30000; i++) {
+        *park = last > 0 ? -(1 << 30) : 1 << 30;
+        run(1);
+    }
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(LOOP_FAULT_FEED_MS * 1000U / FAKE_SAMPLE_US, fake_board.watchdog_fed);
+}
+
+/* Programming a word stalls the interrupt for a fifth of a period, erasing for thousands: after each step some samples
+ * are late. */
+static void samples_late_by_storing(void) {
+    late(LOOP_OVERRUNS_TO_TRIP + 1U);
+}
+
+static void test_saving_is_no_overload(void) {
+    commit(PARK, SLEW);
+    run(RAMP);
+    fake_store.after_each_step = samples_late_by_storing;
+    master_command(COMMAND_SAVE);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    master_command(COMMAND_SAVE_LINE);
+    fake_store.after_each_step = NULL;
+    run(2);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_overruns));
+    late(LOOP_OVERRUNS_TO_TRIP);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(AMPLIFIER_FAULT, state(), "afterwards they count as ever");
+}
+
+int main(void) {
+    UNITY_BEGIN();
+    RUN_TEST(test_a_fault_that_is_over_enables_nothing);
+    RUN_TEST(test_a_failed_self_test_enables_nothing_later);
+    RUN_TEST(test_an_overload_while_off_enables_nothing);
+    RUN_TEST(test_arming_within_a_ramp_waits_for_its_end);
+    RUN_TEST(test_a_damaged_image_that_is_armed_within_a_ramp_ramps_on);
+    RUN_TEST(test_a_faults_ramp_is_no_slower_than_the_boards);
+    RUN_TEST(test_a_faults_ramp_from_outside_of_the_range);
+    RUN_TEST(test_a_stop_keeps_to_the_images_slew);
+    RUN_TEST(test_a_main_loop_that_stands_still);
+    RUN_TEST(test_a_main_loop_that_stands_still_within_a_stop);
+    RUN_TEST(test_missed_periods_count_for_a_stall);
+    RUN_TEST(test_a_stall_while_off_is_no_fault);
+    RUN_TEST(test_food_within_a_fault_is_bounded);
+    RUN_TEST(test_saving_is_no_overload);
+    return UNITY_END();
+}
