@@ -18,8 +18,9 @@
 #include <string.h>
 
 enum { SAMPLES_OF_A_LIFE = 40000, SAMPLES_BETWEEN_FAULTS = 2500 };
-#define CODE_STEP (1 << 16)
-#define FALLBACK_HZ 16000000U
+/* A drive and its code differ by half a step, at the upper end by a whole one. */
+#define CODE_STEP                    (1 << 16)
+#define FALLBACK_HZ                  16000000U
 #define PERIODS_TO_HARDWARE_WATCHDOG 19000U
 
 const rule_text_t rule_text[RULES] = {
@@ -30,7 +31,8 @@ const rule_text_t rule_text[RULES] = {
                     "it comes on at the parking drive, once for each arming that was accepted"},
     [RULE_STATES] = {"all of these at once: states", "every change of state is a command or a fault"},
     [RULE_LATCH] = {"all of these at once: fault", "out only by stop, or by a restart to off"},
-    [RULE_RAMP] = {"all of these at once: reaction", "in a fault every sample is nearer to park, then the stage is off"},
+    [RULE_RAMP] = {"all of these at once: reaction",
+                   "in a fault every sample is nearer to park, then the stage is off"},
     [RULE_SILENCE] = {"all of these at once: silent master", "fault within the communication timeout, in periods"},
     [RULE_CAUSE] = {"all of these at once: cause", "no fault without its cause"},
     [RULE_STORE] = {"all of these at once: store", "a start has the old copy or the new one, whole"},
@@ -106,9 +108,10 @@ static struct {
     bool stage, permit;   /* an arming was accepted that has not had its stage yet */
     uint32_t in_fault;    /* samples, since anything was changed that it heads for */
     uint32_t silence, silence_at_least;
-    uint32_t hung;        /* periods */
-    bool lossy;           /* the line was, lately */
-    copy_t stored[3];     /* what a start may find; one of them */
+    uint32_t hung, unfed; /* periods since the main loop came round, since the hardware watchdog was fed */
+    unsigned fed;
+    bool lossy;       /* the line was, lately */
+    copy_t stored[2]; /* what a start may find; one of them */
     unsigned stored_count;
     bool kept[RULES];
 } life;
@@ -175,7 +178,8 @@ static copy_t present_copy(void) {
 }
 
 static bool same_copy(const copy_t *a, const copy_t *b) {
-    return a->address == b->address && (a->id == 0 ? b->id == 0 : a->id == b->id && a->low == b->low && a->high == b->high);
+    return a->address == b->address &&
+           (a->id == 0 ? b->id == 0 : a->id == b->id && a->low == b->low && a->high == b->high);
 }
 
 /* Without a stored image there is only the line. */
@@ -210,7 +214,7 @@ static void start(uint16_t cause, bool fallback) {
         life.reading[i] = fake_board.health[i];
     }
     memset(life.left, 0, sizeof life.left);
-    life.hung = life.silence = life.silence_at_least = life.in_fault = 0;
+    life.hung = life.unfed = life.fed = life.silence = life.silence_at_least = life.in_fault = 0;
     life.lossy = life.adopting = life.stage = life.permit = false;
     life.state = AMPLIFIER_OFF;
     life.image = lives_image(read_now(ADDRESS_active_model_id, 2));
@@ -306,25 +310,32 @@ static void go_on_with_faults(void) {
 
 /* The main loop */
 
+static bool command_taken(uint32_t command) {
+    bool taken = false;
+    for (unsigned i = 0; i < wire.count; i++) {
+        taken = taken || wire.command[i] == command;
+    }
+    return taken;
+}
+
 static void note_commands(void) {
+    bool out = life.state != AMPLIFIER_FAULT;
     for (unsigned i = 0; i < wire.count; i++) {
         const uint32_t command = wire.command[i];
         life.permit = (life.permit && command != COMMAND_DISARM) || command == COMMAND_ARM;
         met.arms += command == COMMAND_ARM ? 1UL : 0UL;
         met.saves += command == COMMAND_SAVE ? 1UL : 0UL;
-        if (command == COMMAND_ARM) {
-            keep(RULE_STATES, life.state != AMPLIFIER_FAULT && parameter_store_image_given());
-        }
+        out = out || command == COMMAND_STOP;
+        keep(RULE_STATES, command != COMMAND_ARM || (out && parameter_store_image_given()));
     }
     life.silence = wire.maybe_heard ? 0 : life.silence;
     life.silence_at_least = wire.heard ? 0 : life.silence_at_least;
 }
 
-/* What a start will find, from here on: the flash has it, or it was cut while one of two was written. */
+/* What a start will find from here on: what the flash has taken, or what was there before a cut or that. */
 static void note_store(bool image, bool line, bool cut) {
-    const bool saved = read_now(ADDRESS_store_state, 1) == STORE_SAVED;
     copy_t next = life.stored[0];
-    if (life.stored_count != 1 || (!image && !line) || (!cut && !saved)) {
+    if (life.stored_count != 1 || (!image && !line) || (!cut && read_now(ADDRESS_store_state, 1) != STORE_SAVED)) {
         return;
     }
     if (image) {
@@ -332,7 +343,8 @@ static void note_store(bool image, bool line, bool cut) {
         next.id = now.id;
         next.low = now.low;
         next.high = now.high;
-    } else {
+    }
+    if (line) {
         next.address = read_now(ADDRESS_line_address, 1);
     }
     life.stored[cut ? 1 : 0] = next;
@@ -353,19 +365,21 @@ static void serve(void) {
     wire_served();
     keep(RULE_LINE, !wire.unasked && (after_hang || !wire.unanswered));
     life.lossy = false;
-    note_store(image, line, false);
+    note_store(command_taken(COMMAND_SAVE), command_taken(COMMAND_SAVE_LINE), false);
     look_at_settings();
 }
 
 static void main_loop(void) {
-    if (is(MAIN_LOOP_HANGS)) {
-        if (++life.hung > PERIODS_TO_HARDWARE_WATCHDOG) {
-            restart(RESET_WATCHDOG);
-        }
-        return;
+    if (fake_board.watchdog_fed != life.fed) {
+        life.fed = fake_board.watchdog_fed;
+        life.unfed = 0;
     }
-    life.hung = 0;
-    serve();
+    if (life.unfed > PERIODS_TO_HARDWARE_WATCHDOG) {
+        restart(RESET_WATCHDOG);
+    } else if (!is(MAIN_LOOP_HANGS)) {
+        serve();
+        life.hung = 0;
+    }
 }
 
 /* A sample, and the rules */
@@ -386,25 +400,19 @@ static bool lawful(uint32_t before, uint32_t after) {
     return reached[after];
 }
 
-static bool command_taken(uint32_t command) {
-    bool taken = false;
-    for (unsigned i = 0; i < wire.count; i++) {
-        taken = taken || wire.command[i] == command;
-    }
-    return taken;
-}
-
 static bool moving(void) {
     return life.state == AMPLIFIER_CONDITIONING ||
            ((life.state == AMPLIFIER_HOLD || life.state == AMPLIFIER_RUN) && loop.mode != HYST_MODE_PARK);
 }
 
-static hyst_q31_t outside(hyst_q31_t drive) {
-    return drive < effective_low() ? effective_low() - drive : drive > effective_high() ? drive - effective_high() : 0;
-}
-
 static long long distance(hyst_q31_t a, hyst_q31_t b) {
     return llabs((long long)a - b);
+}
+
+static long long outside(hyst_q31_t drive) {
+    return drive < effective_low()    ? distance(drive, effective_low())
+           : drive > effective_high() ? distance(drive, effective_high())
+                                      : 0;
 }
 
 /* Within the last look at each channel; or somebody has set other limits. */
@@ -429,6 +437,8 @@ static bool has_cause(uint32_t cause, const loop_input_t *input) {
         return lately(HIGH_VOLTAGE);
     case FAULT_CURRENT:
         return read_now(ADDRESS_current_limit, 2) != 0;
+    case FAULT_STALL:
+        return life.hung + HEALTH_WATCH_EVERY > LOOP_STALL_MS * 10U;
     case FAULT_IMAGE:
         return life.seen[MEMORY] > 0;
     default:
@@ -466,8 +476,8 @@ static void check_stage(hyst_q31_t drive) {
     life.stage = on;
 }
 
-/* The longest ramp: the whole range by the slowest image here, and an adoption before it. */
-enum { RAMP = LIVES_SLOWEST_RAMP + 200 };
+/* The longest ramp: the whole range by the board's least slew in a fault, 0.5 s, and an adoption before it. */
+enum { RAMP = 5000 + 200 };
 
 static void check_drive(hyst_q31_t drive) {
     if (life.adopting && !loop_adoption_pending()) {
@@ -478,7 +488,7 @@ static void check_drive(hyst_q31_t drive) {
     }
     keep(RULE_STEP, distance(drive, life.last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP);
     const long long was_outside = outside(life.last), back = was_outside - life.image.slew;
-    keep(RULE_RANGE, outside(drive) <= (back > 0 ? back : 0) + CODE_STEP);
+    keep(RULE_RANGE, outside(drive) <= (back > 0 ? back : 0) + 2 * CODE_STEP);
     if (life.state == AMPLIFIER_FAULT) {
         keep(RULE_RAMP, distance(drive, life.image.park) <= distance(life.last, life.image.park) + CODE_STEP);
         life.in_fault++;
@@ -498,6 +508,8 @@ static void sample(void) {
                                 .missed = periods,
                                 .supply_low = is(SUPPLY_SAGS)};
     fake_board.microseconds += FAKE_SAMPLE_US * (1U + periods);
+    life.hung += 1U + periods;
+    life.unfed += 1U + periods;
     note_commands();
     const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
     *position = drive;
@@ -547,7 +559,8 @@ static void print_what_was_met(unsigned long lives) {
     for (unsigned i = 0; i <= AMPLIFIER_FAULT; i++) {
         printf(" %s %lu", states[i], met.states[i]);
     }
-    printf("\n%lu restarts, %lu with a stored image, %lu cuts in a store, %lu saves, %lu armings, %lu images, %lu taken over "
+    printf("\n%lu restarts, %lu with a stored image, %lu cuts in a store, %lu saves, %lu armings, %lu images, %lu "
+           "taken over "
            "in motion; trips by cause",
            met.restarts, met.loaded, met.cut, met.saves, met.arms, met.commits, met.adopted_moving);
     for (unsigned i = 1; i < 16; i++) {

@@ -22,7 +22,7 @@ typedef struct {
     unsigned first, count;
     uint8_t frame[MODBUS_FRAME_MAX];
     size_t length, sent;
-    unsigned answers;   /* there were before this request */
+    unsigned answers; /* there were before this request */
     unsigned wait, pause;
     bool waiting;
 } sender_t;
@@ -360,7 +360,7 @@ static void next_wish(void) {
         upload(false);
     } else if (state == AMPLIFIER_OFF && chance(3)) {
         command(&master, COMMAND_ARM);
-    } else if (state == AMPLIFIER_OFF && chance(6)) {
+    } else if (state == AMPLIFIER_OFF && chance(fake_store.cutting ? 2 : 6)) {
         command(&master, COMMAND_SAVE);
     } else if (state == AMPLIFIER_FAULT && chance(5)) {
         command(&master, COMMAND_STOP);

@@ -10,7 +10,7 @@
 #include "random.h"
 
 /** Samples that the slowest image takes for the whole range. */
-#define LIVES_SLOWEST_RAMP 4000
+#define LIVES_SLOWEST_RAMP 20000
 
 /** What an image asks for. */
 typedef struct {

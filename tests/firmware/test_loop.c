@@ -199,7 +199,8 @@ static void test_parking_stops_everything(void) {
 static void condition_and_check(hyst_mode_t mode, hyst_parameters_t p) {
     const hyst_q31_t fixed = (hyst_q31_t)((UINT64_C(1) << 32) * FAKE_SAMPLE_US / 1000000U);
     const hyst_q31_t rate = fixed < p.transition_slew ? fixed : p.transition_slew;
-    const unsigned most = (unsigned)((UINT64_C(3) << 32) / (uint32_t)rate); /* three times the range, less by the image's */
+    const unsigned most =
+        (unsigned)((UINT64_C(3) << 32) / (uint32_t)rate); /* three times the range, less by the image's */
     hyst_q31_t highest = INT32_MIN, lowest = INT32_MAX;
     set(INDEX_setpoint_slew, (uint32_t)p.transition_slew); /* one bound for both ways back */
     hyst_q31_t last = fake_board_run(1), end;

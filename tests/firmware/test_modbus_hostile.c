@@ -255,10 +255,10 @@ static size_t disarming(uint8_t pdu[PDU_MAX]) {
 }
 
 /* Never answered, and no way to anything but a safer output. */
-static void check_broadcast(modbus_outcome_t outcome, const uint8_t *pdu, size_t reply_length) {
+static void check_broadcast(modbus_outcome_t outcome, const uint8_t *pdu, size_t length, size_t reply_length) {
     TEST_ASSERT_EQUAL_UINT(0, reply_length);
     TEST_ASSERT_TRUE(outcome != MODBUS_FRAME_ANSWERED && outcome != MODBUS_FRAME_BROKEN);
-    const uint32_t command = master_command_of(pdu);
+    const uint32_t command = master_command_of(pdu, length);
     TEST_ASSERT_TRUE(outcome != MODBUS_FRAME_BROADCAST || command == COMMAND_NONE || command == COMMAND_STOP ||
                      command == COMMAND_CLEAR || command == COMMAND_PARK || command == COMMAND_LATCH ||
                      command == COMMAND_DISARM);
@@ -285,7 +285,7 @@ static void test_random_requests(void) {
         const size_t frame_length = master_frame(frame, to, pdu, length);
         const modbus_outcome_t outcome = serve(frame, frame_length, reply, &reply_length);
         if (to_all) {
-            check_broadcast(outcome, pdu, reply_length);
+            check_broadcast(outcome, pdu, length, reply_length);
         } else {
             TEST_ASSERT_TRUE(outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_REFUSED);
             check_answer(frame, reply, reply_length);
@@ -301,7 +301,7 @@ static void test_random_requests(void) {
         (void)amplifier_serve();
         telemetry_t t;
         telemetry_read(&t);
-        const uint32_t command = taken ? master_command_of(pdu) : (uint32_t)COMMAND_NONE;
+        const uint32_t command = taken ? master_command_of(pdu, length) : (uint32_t)COMMAND_NONE;
         TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(state, t.amplifier_state, command, true), "transition");
         state = t.amplifier_state;
         TEST_ASSERT_TRUE(state != AMPLIFIER_OFF || !fake_board.stage_enabled);

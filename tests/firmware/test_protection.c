@@ -359,10 +359,14 @@ static void test_limits_are_within_the_boards(void) {
     static const struct {
         unsigned index;
         int32_t last, beyond;
-    } bounds[] = {{INDEX_temperature_alert, 80000, 80001},    {INDEX_temperature_trip, 80000, 80001},
-                  {INDEX_temperature_trip, INT32_MIN, INT32_MAX},   {INDEX_supply_low, 3000, 2999},
-                  {INDEX_supply_high, 3600, 3601},            {INDEX_high_voltage_low, 150000, 149999},
-                  {INDEX_high_voltage_high, 170000, 170001},  {INDEX_health_looks, HEALTH_WATCH_LOOKS_MAX, 101}};
+    } bounds[] = {{INDEX_temperature_alert, 80000, 80001},
+                  {INDEX_temperature_trip, 80000, 80001},
+                  {INDEX_temperature_trip, INT32_MIN, INT32_MAX},
+                  {INDEX_supply_low, 3000, 2999},
+                  {INDEX_supply_high, 3600, 3601},
+                  {INDEX_high_voltage_low, 150000, 149999},
+                  {INDEX_high_voltage_high, 170000, 170001},
+                  {INDEX_health_looks, HEALTH_WATCH_LOOKS_MAX, 101}};
     for (unsigned i = 0; i < sizeof bounds / sizeof bounds[0]; i++) {
         set(bounds[i].index, bounds[i].last);
         TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(bounds[i].index, (uint32_t)bounds[i].beyond),

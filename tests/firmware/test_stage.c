@@ -297,8 +297,8 @@ static void test_a_stall_while_off_is_no_fault(void) {
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
 }
 
-/* A fault's ramp is fed, however long it takes, no longer than LOOP_FAULT_FEED_MS: here it never ends, because the image
- * is replaced again and again. */
+/* A fault's ramp is fed, however long it takes, no longer than LOOP_FAULT_FEED_MS: here it never ends, because the
+ * image is replaced again and again. */
 static void test_food_within_a_fault_is_bounded(void) {
     hold_somewhere(SLEW);
     sag();

@@ -26,8 +26,12 @@ static struct {
     unsigned count;
 } line;
 
-static void take(const uint8_t *pdu) {
-    const uint32_t command = master_command_of(pdu);
+static uint32_t command_of(const waiting_t *request) {
+    return master_command_of(request->bytes + 1, request->length - 3U);
+}
+
+static void take(const waiting_t *request) {
+    const uint32_t command = command_of(request);
     if (command != COMMAND_NONE) {
         TEST_ASSERT_LESS_THAN_UINT(WIRE_COMMANDS_MAX, wire.count);
         wire.command[wire.count++] = command;
@@ -35,11 +39,11 @@ static void take(const uint8_t *pdu) {
 }
 
 /* A broadcast has been read by now. It is not known whether it was taken; it never is for more than a safer output. */
-static void broadcast_was_read(const uint8_t *pdu) {
-    const uint32_t command = master_command_of(pdu);
+static void broadcast_was_read(const waiting_t *request) {
+    const uint32_t command = command_of(request);
     wire.maybe_heard = true;
     if (command == COMMAND_STOP || command == COMMAND_DISARM || command == COMMAND_PARK) {
-        take(pdu);
+        take(request);
     }
 }
 
@@ -65,12 +69,12 @@ static void answered(const uint8_t *frame, size_t length) {
     for (unsigned i = 0; i < line.count; i++) {
         const waiting_t *request = &line.waiting[i];
         if (request->bytes[0] == MODBUS_BROADCAST_ADDRESS) {
-            broadcast_was_read(request->bytes + 1);
+            broadcast_was_read(request);
         } else if (request->bytes[0] == frame[0] && request->bytes[1] == (frame[1] & 0x7FU)) {
             if ((frame[1] & 0x80U) == 0) {
                 wire.heard = wire.maybe_heard = true;
                 wire.accepted++;
-                take(request->bytes + 1);
+                take(request);
             }
             drop(i + 1U);
             echo(frame, length);
@@ -136,9 +140,9 @@ void wire_echoes(bool on) {
 
 void wire_served(void) {
     for (unsigned i = 0; i < line.count; i++) {
-        const uint8_t *const request = line.waiting[i].bytes;
-        if (request[0] == MODBUS_BROADCAST_ADDRESS) {
-            broadcast_was_read(request + 1);
+        const waiting_t *request = &line.waiting[i];
+        if (request->bytes[0] == MODBUS_BROADCAST_ADDRESS) {
+            broadcast_was_read(request);
         } else {
             wire.unanswered = true;
         }
@@ -149,7 +153,7 @@ void wire_served(void) {
 bool wire_waits_for(uint32_t command) {
     bool found = false;
     for (unsigned i = 0; i < line.count; i++) {
-        found = found || master_command_of(line.waiting[i].bytes + 1) == command;
+        found = found || command_of(&line.waiting[i]) == command;
     }
     return found;
 }
@@ -157,10 +161,4 @@ bool wire_waits_for(uint32_t command) {
 void wire_forget(void) {
     wire.count = 0;
     wire.heard = wire.maybe_heard = wire.unasked = wire.unanswered = false;
-}
-
-void wire_give_up(void) {
-    line.count = 0;
-    line.length = 0;
-    line.broken = false;
 }

@@ -49,7 +49,4 @@ bool wire_waits_for(uint32_t command);
 /** What was taken is dealt with. */
 void wire_forget(void);
 
-/** What was sent will not be read any more: the amplifier has restarted. */
-void wire_give_up(void);
-
 #endif
