@@ -27,6 +27,7 @@ bool amplifier_serve(void) {
         loop_master_heard();
     }
     event_log_poll();
+    parameter_store_check();
     /* Here the main loop lives, and this asks whether the interrupt does. */
     if (loop_samples() != last_samples) {
         last_samples = loop_samples();

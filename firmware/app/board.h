@@ -66,7 +66,8 @@ enum {
     FAULT_TEMPERATURE = 128,
     FAULT_HIGH_VOLTAGE = 256, /**< the stage's supply is outside of its limits */
     FAULT_IMAGE = 512,        /**< the image in force is not what was committed: memory has changed */
-    FAULT_STALL = 1024        /**< the main loop stands still */
+    FAULT_STALL = 1024,       /**< the main loop stands still */
+    FAULT_OUTPUT = 2048       /**< the drive's converter does not hold the code that it was given */
 };
 
 /** Bits of the register `reset_cause`. Append only. */
@@ -80,7 +81,7 @@ enum {
 
 /** Why the board starts, and what the last run left behind. */
 typedef struct {
-    uint16_t faults;        /**< FAULT_ bits that stay */
+    uint16_t faults;        /**< FAULT_ bits that stay; FAULT_SUPPLY until a sample finds it high enough */
     uint16_t reset_cause;   /**< RESET_ bits */
     uint16_t starts;        /**< since power came on, this one included */
     uint32_t fault_address; /**< of the instruction that faulted, with RESET_FAULT */
@@ -103,6 +104,10 @@ void board_stage_enable(bool on);
 /** The newest reading, 0.001 C or mV. Sample interrupt, one channel every HEALTH_WATCH_EVERY samples, in turn, so a
  * board may begin the next conversion here. Must not wait. */
 int32_t board_health(health_channel_t channel);
+
+/** Does the drive's converter hold the code of the last sample? True where it cannot be read back. Sample interrupt,
+ * every HEALTH_WATCH_EVERY samples, before this sample's code is written. */
+bool board_output_follows(void);
 
 /** Feeds the hardware watchdog, where there is one: main loop, when it has seen the sample interrupt run. The sample
  * interrupt while a fault's ramp is under way, and no longer than LOOP_FAULT_FEED_MS. */

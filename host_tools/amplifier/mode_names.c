@@ -49,7 +49,8 @@ const char *fault_name(unsigned bit) {
                                         "temperature",
                                         "supply of the stage",
                                         "image changed in memory",
-                                        "main loop stood still"};
+                                        "main loop stood still",
+                                        "drive converter stuck"};
     return bit < sizeof names / sizeof names[0] ? names[bit] : NULL;
 }
 

@@ -83,6 +83,10 @@ int32_t board_health(health_channel_t channel) {
     return fake_board.health[channel];
 }
 
+bool board_output_follows(void) {
+    return !fake_board.output_stuck;
+}
+
 void board_watchdog_feed(void) {
     fake_board.watchdog_fed++;
 }

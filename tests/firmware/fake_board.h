@@ -38,6 +38,7 @@ typedef struct {
     unsigned watchdog_fed; /**< how often */
     bool main_stalls;      /**< the main loop makes no turn between two samples */
     int32_t health[HEALTH_CHANNELS];
+    bool output_stuck; /**< what board_output_follows denies */
 } fake_board_t;
 
 /** Readings after fake_board_start, within FAKE_HEALTH. */

@@ -3,6 +3,7 @@
 #include "amplifier.h"
 #include "fake_board.h"
 #include "loop/loop.h"
+#include "loop/loop_memory.h"
 #include "master.h"
 #include "store/event_log.h"
 #include "unity.h"
@@ -82,6 +83,23 @@ static void test_nobody_writes_it(void) {
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_event_log, 1, &value));
 }
 
+/* Samples and missed periods are counted in 32 bits each, and wrap after five days at 10 kHz. */
+static void test_time_goes_on_when_the_counts_wrap(void) {
+    (void)amplifier_serve();
+    uint64_t periods = loop_periods();
+    const uint32_t before = master_get(INDEX_events);
+    for (unsigned i = 0; i < 9; i++) { /* a main loop comes round more often than once in five days */
+        const uint32_t leap = UINT32_C(0x70000000);
+        (i % 2U == 0 ? &loop.telemetry.sequence : &loop.missed)[0] += leap;
+        periods += leap;
+        (void)amplifier_serve();
+    }
+    (void)fake_board_run(1000);
+    periods += 1000;
+    master_command(COMMAND_PARK);
+    expect_event(before, EVENT_COMMAND, COMMAND_PARK, (uint32_t)(periods * FAKE_SAMPLE_US / 1000U));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_the_start_comes_first);
@@ -89,5 +107,6 @@ int main(void) {
     RUN_TEST(test_a_trip_and_a_warning);
     RUN_TEST(test_the_newest_are_kept);
     RUN_TEST(test_nobody_writes_it);
+    RUN_TEST(test_time_goes_on_when_the_counts_wrap);
     return UNITY_END();
 }

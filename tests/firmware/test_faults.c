@@ -16,6 +16,7 @@
 #include "protection/health_watch.h"
 #include "random.h"
 #include "store/image_store.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <inttypes.h>
 #include <stdio.h>
@@ -365,6 +366,37 @@ static bool image_changes_in_memory(void) {
     return found && again && state() == AMPLIFIER_HOLD && (master_get(INDEX_limits_live) & LIMIT_MEMORY) == 0;
 }
 
+/* A number of it while it moves: the main loop goes through all of them. Not a count or a pointer, which would lead the
+ * loop of this program out of its memory; on a board that is a processor fault. */
+static bool image_changes_in_use(void) {
+    enum { TURNS = 2 * (sizeof(loop_parameters_t) / 60 + 5) }; /* two passes, in portions of 60 bytes */
+    char *bytes = (char *)&loop.active->compensator;
+    const int32_t first = (int32_t)offsetof(hyst_compensator_t, drive_park);
+    char *at = bytes + random_between(&rng, first, (int32_t)offsetof(hyst_compensator_t, shape) - 1);
+    const hyst_compensator_t before = loop.active->compensator;
+    for (unsigned turn = 0; turn < TURNS && state() != AMPLIFIER_FAULT; turn++) {
+        if (turn == 20) { /* half way through */
+            *at = (char)(*at ^ (char)(1U << random_between(&rng, 0, 7)));
+        }
+        loop_master_heard();
+        (void)amplifier_serve();
+        run(PARAMETER_STORE_CHECK_EVERY);
+    }
+    loop.active->compensator = before; /* what it does with other numbers is of no interest here */
+    return state() == AMPLIFIER_FAULT && parked_by(FAULT_IMAGE);
+}
+
+/* Answers nothing, and starts nothing. */
+static bool main_loop_stands_still(void) {
+    fake_board.main_stalls = true;
+    for (unsigned i = 0; i < 5000; i++) {
+        loop_master_heard(); /* before it stood still */
+        run(1);
+    }
+    fake_board.main_stalls = false;
+    return parked_by(FAULT_STALL);
+}
+
 static bool warm(void) {
     loop_master_heard();
     const uint32_t before = state();
@@ -415,6 +447,11 @@ static const struct {
      stage_does_not_come_up, false},
     {"image in force changes in memory", "stage not enabled when it is armed; out only by another commit",
      image_changes_in_memory, false},
+    {"image in force changes in memory while it runs",
+     "found within half a second at 10 kHz; ramp to park without the compensator; out only by another commit",
+     image_changes_in_use, false},
+    {"main loop stands still", "ramp to park after 0.4 s, the stage off there; then the hardware watchdog restarts",
+     main_loop_stands_still, false},
     {"warm, or the temperature sensor lost", "warning after the debounce count; nothing stops", warm, false},
     {"output range narrowed under motion", "ramp into it, and nothing leaves it", range_narrowed, false},
     {"sensor lost", "warning after 0.1 s at an end of the converter; nothing stops", sensor_lost, false},

@@ -318,6 +318,19 @@ static void test_missed_periods_count_for_the_timeout(void) {
     TEST_ASSERT_UINT32_WITHIN(MISSED + 1U, TIMEOUT, loop_periods() - began);
 }
 
+/* A supply that was low at the start is reported, and is live no longer than it is low. */
+static void test_a_supply_that_recovers_after_the_start(void) {
+    const board_start_t start = {.reset_cause = RESET_POWER, .starts = 1, .faults = FAULT_SUPPLY | FAULT_CLOCK_FALLBACK};
+    const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
+    fake_board_start(&start);
+    (void)loop_sample(&low);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_SUPPLY | FAULT_CLOCK_FALLBACK, master_get(INDEX_faults_live));
+    (void)fake_board_run(1);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_CLOCK_FALLBACK, master_get(INDEX_faults_live));
+    TEST_ASSERT_EQUAL_HEX32(FAULT_SUPPLY | FAULT_CLOCK_FALLBACK, master_get(INDEX_faults_sticky));
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+}
+
 /* Where a processor fault leads to. */
 static void test_the_board_keeps_the_park_code_of_the_image_in_force(void) {
     hyst_parameters_t parameters;
@@ -414,6 +427,7 @@ int main(void) {
     RUN_TEST(test_a_low_supply_trips);
     RUN_TEST(test_the_hardware_watchdog_wants_interrupt_and_main_loop);
     RUN_TEST(test_missed_periods_count_for_the_timeout);
+    RUN_TEST(test_a_supply_that_recovers_after_the_start);
     RUN_TEST(test_the_board_keeps_the_park_code_of_the_image_in_force);
     RUN_TEST(test_limits_have_codes_of_their_own);
     RUN_TEST(test_no_unlawful_transition);

@@ -394,6 +394,31 @@ static void test_a_reading_that_vanishes(void) {
     TEST_ASSERT_EQUAL_HEX32(FAULT_HIGH_VOLTAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
 }
 
+/* The drive's converter does not hold what it was given. A few looks, any number of times, are nothing. */
+static void test_a_drive_converter_that_is_stuck_trips(void) {
+    hold_somewhere();
+    for (int i = 0; i < 20; i++) {
+        fake_board.output_stuck = true;
+        (void)fake_board_run((HEALTH_WATCH_LOOKS - 1U) * HEALTH_WATCH_EVERY);
+        fake_board.output_stuck = false;
+        (void)fake_board_run(HEALTH_WATCH_EVERY);
+    }
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+    fake_board.output_stuck = true;
+    (void)fake_board_run(HEALTH_WATCH_LOOKS * HEALTH_WATCH_EVERY);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_OUTPUT, 1U << (master_get(INDEX_trip_cause) - 1U));
+    (void)fake_board_run(5000);
+    TEST_ASSERT_FALSE_MESSAGE(fake_board.stage_enabled, "the only way to make a stuck output safe");
+    master_command(COMMAND_STOP);
+    (void)fake_board_run(5);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
+    fake_board.output_stuck = false;
+    (void)fake_board_run(HEALTH_WATCH_EVERY);
+    master_command(COMMAND_ARM);
+    (void)fake_board_run(3000);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
+}
+
 static void test_what_a_board_does_not_have_is_never_wrong(void) {
     for (int i = 0; i < HEALTH_CHANNELS; i++) {
         fake_board.health[i] = HEALTH_ABSENT;
@@ -424,6 +449,7 @@ int main(void) {
     RUN_TEST(test_writing_limits_holds_no_trip_off);
     RUN_TEST(test_limits_are_within_the_boards);
     RUN_TEST(test_a_reading_that_vanishes);
+    RUN_TEST(test_a_drive_converter_that_is_stuck_trips);
     RUN_TEST(test_what_a_board_does_not_have_is_never_wrong);
     return UNITY_END();
 }

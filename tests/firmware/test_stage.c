@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* The enable line of the power stage, and how a fault brings the output to rest. */
+#include "amplifier.h"
 #include "fake_board.h"
 #include "loop/loop.h"
 #include "loop/loop_memory.h"
 #include "master.h"
 #include "protection/health_watch.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 
 #define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
@@ -221,6 +223,43 @@ static void test_a_stop_keeps_to_the_images_slew(void) {
     expect_to_be_safe_in_time();
 }
 
+/* Any one bit of the coefficients, while they are in use: the main loop goes through them without end. */
+static void test_an_image_that_changes_in_use_ramps(void) {
+    const size_t from = offsetof(hyst_compensator_t, drive_park);
+    const size_t places[] = {from, (from + sizeof(hyst_compensator_t)) / 2U, sizeof(hyst_compensator_t) - 1U};
+    for (unsigned i = 0; i < sizeof places / sizeof places[0]; i++) {
+        setUp();
+        hold_somewhere(SLEW);
+        for (unsigned turn = 0; turn < 5000; turn++) {
+            (void)amplifier_serve();
+            run(7);
+        }
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(AMPLIFIER_HOLD, state(), "nothing has changed");
+        ((unsigned char *)&loop.active->compensator)[places[i]] ^= 0x10U;
+        unsigned samples = 0;
+        while (state() == AMPLIFIER_HOLD) {
+            (void)amplifier_serve();
+            run(1);
+            TEST_ASSERT_LESS_THAN_UINT(2U * PARAMETER_STORE_CHECK_EVERY * (sizeof(loop_parameters_t) / 60U + 5U), ++samples);
+        }
+        TEST_ASSERT_EQUAL_HEX32(FAULT_IMAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
+        expect_a_ramp_with_the_stage_on(SLEW);
+    }
+}
+
+/* Commits in the middle of going through one: what is compared is the image in force. */
+static void test_commits_are_no_damage(void) {
+    hold_somewhere(SLEW);
+    for (unsigned i = 0; i < 40; i++) {
+        commit(i % 2U == 0 ? ELSEWHERE : PARK, SLEW);
+        for (unsigned turn = 0; turn < 37U * (i + 1U); turn++) {
+            (void)amplifier_serve();
+            run(PARAMETER_STORE_CHECK_EVERY);
+        }
+        TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, state());
+    }
+}
+
 /* The main loop makes no turn any more. Ramp and stage off, well before the hardware watchdog bites, which is fed until
  * then and no longer: it is to find the main loop where it stands. */
 static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t before) {
@@ -343,6 +382,8 @@ int main(void) {
     RUN_TEST(test_a_faults_ramp_is_no_slower_than_the_boards);
     RUN_TEST(test_a_faults_ramp_from_outside_of_the_range);
     RUN_TEST(test_a_stop_keeps_to_the_images_slew);
+    RUN_TEST(test_an_image_that_changes_in_use_ramps);
+    RUN_TEST(test_commits_are_no_damage);
     RUN_TEST(test_a_main_loop_that_stands_still);
     RUN_TEST(test_a_main_loop_that_stands_still_within_a_stop);
     RUN_TEST(test_missed_periods_count_for_a_stall);

@@ -35,7 +35,7 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
         loop.past[i].reference = 0;
         loop.past[i].drive = park;
     }
-    loop.standing_faults = faults;
+    loop.standing_faults = faults & ~(uint32_t)FAULT_SUPPLY; /* each sample says whether it is low */
     power_init(&loop.power);
     loop.image_whole = true;
     loop.bypass = false;

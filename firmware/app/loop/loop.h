@@ -55,7 +55,7 @@ uint16_t loop_sample(const loop_input_t *input);
 /* Main loop only, from here on. */
 
 /** Off (power_state.h), parked, demagnetised, counters zero. Before the sample interrupt is started. `faults` (FAULT_
- * bits) stay live without end. */
+ * bits) stay live without end, but for the supply's, which each sample has. */
 void loop_init(loop_parameters_t *parameters, uint16_t faults);
 
 /** Hands over parameters, which are the loop's from now on. The next sample adopts them, or up to HYST_PI_CARRY_CALLS
@@ -68,6 +68,8 @@ bool loop_adoption_pending(void);
  * precharge if not (FAULT_IMAGE). False in a fault. Disarming ramps to park, then off. */
 bool loop_arm(bool image_whole);
 void loop_disarm(void);
+/** The image in force has changed in memory: trips (FAULT_IMAGE) while armed, and when it is armed later. */
+void loop_image_damaged(void);
 /** Armed: precharge or on. Ready: on. */
 bool loop_armed(void);
 bool loop_ready(void);

@@ -106,6 +106,12 @@ bool loop_arm(bool image_whole) {
     return armed;
 }
 
+void loop_image_damaged(void) {
+    const uint32_t key = take();
+    loop.image_whole = false;
+    board_unlock(key);
+}
+
 void loop_disarm(void) {
     const uint32_t key = take();
     loop_to_park();

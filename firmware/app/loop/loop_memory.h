@@ -40,7 +40,7 @@ typedef struct {
     past_t past[HISTORY];
     uint32_t standing_faults; /* live until something ends them */
     power_state_t power;
-    bool image_whole; /* in force: as committed, when it was last armed */
+    bool image_whole; /* in force: as committed, as far as is known */
     bool storing;     /* the flash is being written, which stalls the interrupt */
     bool bypass;      /* after an overload or with a damaged image: a plain ramp in place of the compensator */
     uint32_t overruns_in_a_row;
@@ -72,7 +72,7 @@ _Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event i
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
 #define TRIPS                                                                                                          \
     ((uint32_t)(FAULT_WATCHDOG | FAULT_OVERLOAD | FAULT_SUPPLY | FAULT_CURRENT | FAULT_TEMPERATURE |                   \
-                FAULT_HIGH_VOLTAGE | FAULT_IMAGE | FAULT_STALL))
+                FAULT_HIGH_VOLTAGE | FAULT_IMAGE | FAULT_STALL | FAULT_OUTPUT))
 
 /* The average current is over 2^13 samples: 0.8 s at 10 kHz, in which a power stage warms up little. A step is below
  * 2^32, so in units of 2^11 below 2^21; no board's is above an eighth of that, and the sum stays below 2^32. */

@@ -37,7 +37,7 @@ static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
     if (loop.current > loop.current_limit && loop.power.state == POWER_ON) {
         faults |= FAULT_CURRENT;
     }
-    if (!loop.image_whole && loop.power.state == POWER_PRECHARGE) {
+    if (!loop.image_whole && power_armed(&loop.power)) {
         faults |= FAULT_IMAGE;
     }
     const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;

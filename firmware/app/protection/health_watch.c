@@ -15,12 +15,14 @@ static struct {
     channel_t channel[HEALTH_CHANNELS];
     unsigned next;
     uint32_t looks;
+    uint32_t stuck; /* looks in a row at which the output did not follow */
     uint32_t warnings;
     volatile uint32_t faults;
 } watch;
 
 void health_watch_init(void) {
     watch.next = 0;
+    watch.stuck = 0;
     watch.warnings = watch.faults = 0;
     for (unsigned i = 0; i < HEALTH_CHANNELS; i++) {
         watch.channel[i] = (channel_t){.reading = HEALTH_ABSENT};
@@ -89,7 +91,8 @@ uint32_t health_watch_look(bool stage_up) {
     const bool warns = debounced(&channel->alerting, counts && alerting(channel, x));
     channel->seen = channel->seen || x != HEALTH_ABSENT;
     channel->reading = x;
-    watch.faults = with(watch.faults, channel->fault, trips);
+    const uint32_t faults = with(watch.faults, channel->fault, trips);
+    watch.faults = with(faults, FAULT_OUTPUT, debounced(&watch.stuck, !board_output_follows()));
     watch.warnings = with(watch.warnings, channel->warning, warns);
     watch.next = watch.next + 1U < HEALTH_CHANNELS ? watch.next + 1U : 0;
     return watch.faults;

@@ -10,6 +10,8 @@
  *   supply         outside of its limits trips
  *   high voltage   likewise, but only while the stage is up: before that it is none
  *
+ * The drive's converter is asked at every look, too, whether it holds what it was given (board_output_follows): trips.
+ *
  * A channel that the board does not have (HEALTH_ABSENT) is never outside. One that was there and is no more is: the
  * temperature warns, a supply trips. The self test at the end of precharge asks
  * for all of them as last read, without debounce: the stage's supply has to be up before the drive may move.

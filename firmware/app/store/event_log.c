@@ -10,6 +10,8 @@ typedef struct {
 
 static event_t events[EVENT_LOG_LENGTH];
 static uint32_t count;
+static uint64_t periods;       /* since the start */
+static uint32_t periods_last;  /* loop_periods then, which wraps */
 static uint32_t trip, warnings; /* as they were looked at last */
 
 void event_log_init(uint16_t reset_cause) {
@@ -17,13 +19,21 @@ void event_log_init(uint16_t reset_cause) {
         events[i] = (event_t){0};
     }
     count = 0;
+    periods = periods_last = loop_periods();
     trip = warnings = 0;
     event_log_add(EVENT_START, reset_cause);
 }
 
+static uint64_t now(void) {
+    const uint32_t present = loop_periods();
+    periods += present - periods_last;
+    periods_last = present;
+    return periods;
+}
+
 void event_log_add(event_kind_t kind, uint16_t detail) {
     events[count % EVENT_LOG_LENGTH] = (event_t){
-        .milliseconds = (uint32_t)((uint64_t)loop_periods() * 1000000U / board_info.sample_rate_mhz),
+        .milliseconds = (uint32_t)(now() * 1000000U / board_info.sample_rate_mhz),
         .kind = (uint16_t)kind,
         .detail = detail,
     };
@@ -31,6 +41,7 @@ void event_log_add(event_kind_t kind, uint16_t detail) {
 }
 
 void event_log_poll(void) {
+    (void)now(); /* more often than the loop's count wraps */
     const uint32_t now_tripped = loop_trip_cause();
     const uint32_t now_warned = loop_warnings();
     if (now_tripped != trip) {

@@ -4,7 +4,7 @@
  * counted from 0, lies at place n % EVENT_LOG_LENGTH, four registers each: time in ms (U32), kind, detail.
  *
  * Main loop only. Faults and warnings are noticed by event_log_poll, so their time is that of the main loop's next
- * turn, some milliseconds late. The time wraps with the samples, after five days at 10 kHz.
+ * turn, some milliseconds late. The time is counted in 64 bits of periods; as a U32 of ms it wraps after 49 days.
  */
 #ifndef EVENT_LOG_H
 #define EVENT_LOG_H

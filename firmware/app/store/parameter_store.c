@@ -6,42 +6,80 @@
 
 #define WORD_LENGTH 2U /* hyst/parameters.h: word 2 is the length */
 
+/* How far a checksum has come. */
+typedef struct {
+    unsigned part;
+    size_t done;
+    uint32_t checksum;
+} walk_t;
+
 static struct {
     uint32_t staging[PARAMETER_STORE_WORDS];
     uint32_t active[PARAMETER_STORE_WORDS];
     loop_parameters_t half[2];
     uint32_t checksum; /* of the other half */
+    walk_t walk;       /* through it, again and again */
+    uint32_t walked;   /* loop_samples at its last portion */
     unsigned idle;     /* the half that the loop does not use */
     bool image_given;
     uint32_t active_cost; /* cycles */
     parameter_store_status_t status;
 } store;
 
-/* A checksum of so many bytes, which goes on from another one. */
-static uint32_t checksum_on(uint32_t checksum, const void *bytes, size_t length) {
-    const char *at = bytes;
-    while (length > 0) {
-        uint32_t words[16] = {checksum};
-        const size_t portion = length < sizeof words - sizeof checksum ? length : sizeof words - sizeof checksum;
-        memcpy(&words[1], at, portion);
-        checksum = hyst_crc32(words, sizeof words / sizeof words[0]);
-        at += portion;
-        length -= portion;
+/* What a build writes and nothing else does: not the limits in force, which are the registers' and the loop's. */
+enum { PARTS = 4 };
+static const struct {
+    size_t from, end;
+} parts[PARTS] = {
+    {offsetof(loop_parameters_t, compensator), offsetof(loop_parameters_t, compensator.drive_low)},
+    {offsetof(loop_parameters_t, compensator.drive_park),
+     offsetof(loop_parameters_t, compensator) + sizeof(hyst_compensator_t)},
+    {offsetof(loop_parameters_t, lookahead_samples), offsetof(loop_parameters_t, lookahead_samples) + sizeof(uint32_t)},
+    {offsetof(loop_parameters_t, image_range), offsetof(loop_parameters_t, image_range) + sizeof(drive_range_t)},
+};
+
+/* One portion more. False when there was none left. */
+static bool walk_on(walk_t *walk, const loop_parameters_t *built) {
+    uint32_t words[16] = {walk->checksum};
+    const size_t most = sizeof words - sizeof words[0];
+    if (walk->part == PARTS) {
+        return false;
     }
-    return checksum;
+    const size_t left = parts[walk->part].end - parts[walk->part].from - walk->done;
+    const size_t portion = left < most ? left : most;
+    memcpy(&words[1], (const char *)built + parts[walk->part].from + walk->done, portion);
+    walk->checksum = hyst_crc32(words, sizeof words / sizeof words[0]);
+    walk->done += portion;
+    if (portion == left) {
+        walk->part++;
+        walk->done = 0;
+    }
+    return true;
 }
 
-/* Of what a build writes and nothing else does: not the limits in force, which are the registers' and the loop's. */
 static uint32_t checksum_of(const loop_parameters_t *built) {
-    const size_t before = offsetof(hyst_compensator_t, drive_low), from = offsetof(hyst_compensator_t, drive_park);
-    uint32_t checksum = checksum_on(0, &built->compensator, before);
-    checksum = checksum_on(checksum, (const char *)&built->compensator + from, sizeof built->compensator - from);
-    checksum = checksum_on(checksum, &built->lookahead_samples, sizeof built->lookahead_samples);
-    return checksum_on(checksum, &built->image_range, sizeof built->image_range);
+    walk_t walk = {0};
+    while (walk_on(&walk, built)) {
+    }
+    return walk.checksum;
 }
 
 bool parameter_store_whole(void) {
     return checksum_of(&store.half[1U - store.idle]) == store.checksum;
+}
+
+void parameter_store_check(void) {
+    const uint32_t now = loop_samples();
+    if (now - store.walked < PARAMETER_STORE_CHECK_EVERY) {
+        return;
+    }
+    store.walked = now;
+    if (!walk_on(&store.walk, &store.half[1U - store.idle])) {
+        if (store.walk.checksum != store.checksum) {
+            loop_image_damaged();
+        }
+        store.walk = (walk_t){0};
+    }
 }
 
 /* Notes what it costs, too. */
@@ -177,6 +215,7 @@ void parameter_store_commit(void) {
         return;
     }
     store.checksum = checksum_of(&store.half[store.idle]);
+    store.walk = (walk_t){0};
     (void)loop_adopt(&store.half[store.idle]);
     store.idle = 1U - store.idle;
     store.image_given = true;

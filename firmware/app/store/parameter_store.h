@@ -56,6 +56,12 @@ parameter_store_status_t parameter_store_status(void);
  * milliseconds on a Cortex-M4 (estimated, not measured on silicon). */
 bool parameter_store_whole(void);
 
+/** Each turn of the main loop: a portion of the same, every so many samples, beginning again at the end. The loop trips
+ * when what has been gone through is not what it was (loop_image_damaged): two passes after the change at most, each
+ * some 0.2 s at 10 kHz (6 KB in portions of 60 bytes). */
+void parameter_store_check(void);
+#define PARAMETER_STORE_CHECK_EVERY 16U
+
 /** Stores the image in force with these limits, at most IMAGE_STORE_LIMITS_MAX. Only while loop_off(). */
 void parameter_store_save(const stored_limit_t *limits, size_t count);
 

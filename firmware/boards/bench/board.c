@@ -88,6 +88,11 @@ int32_t board_health(health_channel_t channel) {
     return channel == HEALTH_HIGH_VOLTAGE ? supply.mv : HEALTH_ABSENT;
 }
 
+/* The twin is the converter. */
+bool board_output_follows(void) {
+    return true;
+}
+
 /* As an h405's, so that an image is refused here as it is there. The emulator has no such clock. */
 uint32_t board_core_hz(void) {
     return QEMU_CORE_HZ;

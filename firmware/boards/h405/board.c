@@ -158,7 +158,7 @@ board_start_t board_init(void) {
     const last_run_t last = last_run_take((cause & RESET_POWER) != 0);
     stage_init();
     const bool supplied = supply_init();
-    const clocks_t clocks = clock_init();
+    const clocks_t clocks = clock_init(supplied);
     apb1_timer_hz = clocks.apb1_timer_hz;
     core_hz = clocks.core_hz;
     cycles_per_period = core_hz / SAMPLE_RATE_HZ;
@@ -240,15 +240,22 @@ int32_t board_health(health_channel_t channel) {
     }
 }
 
+/* The last update has moved the holding register into the output register, unless its trigger or the converter is dead.
+ * That is what the digital side says; nothing measures the pin. Not seen on silicon. An emulator knows no output
+ * register. */
+bool board_output_follows(void) {
+    return calibration.reference == 0 || (DAC->DOR1 & 0xFFFU) == (DAC->DHR12L1 >> 4 & 0xFFFU);
+}
+
 void board_watchdog_feed(void) {
     watchdog_feed();
 }
 
-/* In the compare channels 3 and 4 of TIM2, which compare with nothing: no pin, no interrupt, no trigger. Nothing writes
- * there by a stray pointer into memory, and a reset clears both, which is no code and its complement. */
+/* In the compare channel 3 of TIM2, which compares with nothing: no pin, no interrupt, no trigger. Nothing writes there
+ * by a stray pointer into memory. The upper half is the complement of the lower, so a reset leaves no code there. One
+ * store: a processor fault at any instruction finds the code before or the new one. */
 void board_keep_park(uint16_t drive_code) {
-    TIM2->CCR3 = drive_code;
-    TIM2->CCR4 = ~(uint32_t)drive_code;
+    TIM2->CCR3 = (uint32_t)(uint16_t)~drive_code << 16 | drive_code;
 }
 
 void board_start(uint16_t drive_code) {
@@ -329,8 +336,9 @@ void tim2_handler(void) {
 
 /* Of 12 bits. */
 static int32_t rest_code(void) {
-    const uint32_t code = TIM2->CCR3;
-    return (int32_t)((code <= UINT16_MAX && TIM2->CCR4 == ~code ? code : SAFE_CODE) >> 4);
+    const uint32_t kept = TIM2->CCR3;
+    const uint32_t code = kept & UINT16_MAX;
+    return (int32_t)(((kept >> 16 ^ code) == UINT16_MAX ? code : SAFE_CODE) >> 4);
 }
 
 /*
@@ -346,6 +354,7 @@ void outputs_to_safety(void) {
     int32_t code = (int32_t)(DAC->DOR1 & 0xFFFU);
     DAC->DHR12L1 = (uint32_t)code << 4;
     DAC->CR = DAC_CR_EN1;
+    watchdog_feed(); /* the main loop may have been about to: the ramp has all the watchdog's time */
     const int32_t rest = rest_code();
     while (code != rest) {
         code += code < rest ? 1 : -1;

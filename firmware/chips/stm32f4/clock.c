@@ -28,26 +28,33 @@ static bool wait_for(const volatile uint32_t *reg, uint32_t mask, uint32_t value
     return false;
 }
 
-clocks_t clock_init(void) {
+/* False: the clock is as a reset leaves it. */
+static bool start_pll(bool *crystal) {
     RCC->CR |= RCC_CR_HSEON;
-    const bool crystal = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY);
-    if (crystal) {
+    *crystal = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY);
+    if (*crystal) {
         RCC->CR |= RCC_CR_CSSON;
     }
 
-    RCC->PLLCFGR = RCC_PLLCFGR_M(crystal ? PLL_M_HSE : PLL_M_HSI) | RCC_PLLCFGR_N(PLL_N) | RCC_PLLCFGR_P2 |
-                   (crystal ? RCC_PLLCFGR_HSE : 0U) | RCC_PLLCFGR_Q(PLL_Q);
+    RCC->PLLCFGR = RCC_PLLCFGR_M(*crystal ? PLL_M_HSE : PLL_M_HSI) | RCC_PLLCFGR_N(PLL_N) | RCC_PLLCFGR_P2 |
+                   (*crystal ? RCC_PLLCFGR_HSE : 0U) | RCC_PLLCFGR_Q(PLL_Q);
     RCC->CR |= RCC_CR_PLLON;
-    if (wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY)) {
-        /* Order matters: wait states (5 at 168 MHz and 3.3 V) and bus dividers first, then the fast clock. The voltage
-         * regulator's scale 1, which 168 MHz needs, is the reset value. */
-        FLASH->ACR = FLASH_ACR_LATENCY(5) | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
-        RCC->CFGR = RCC_CFGR_PPRE1_4 | RCC_CFGR_PPRE2_2 | RCC_CFGR_SW_PLL;
-        if (wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL)) {
-            /* Timers on a divided bus count at twice its rate: 2 * 42 MHz. */
-            return (clocks_t){
-                .core_hz = PLL_HZ, .apb1_timer_hz = PLL_HZ / 2U, .apb2_hz = PLL_HZ / 2U, .fallback = !crystal};
-        }
+    if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY)) {
+        return false;
+    }
+    /* Order matters: wait states (5 at 168 MHz and 3.3 V) and bus dividers first, then the fast clock. The voltage
+     * regulator's scale 1, which 168 MHz needs, is the reset value. */
+    FLASH->ACR = FLASH_ACR_LATENCY(5) | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
+    RCC->CFGR = RCC_CFGR_PPRE1_4 | RCC_CFGR_PPRE2_2 | RCC_CFGR_SW_PLL;
+    return wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL);
+}
+
+clocks_t clock_init(bool supplied) {
+    bool crystal = false;
+    if (supplied && start_pll(&crystal)) {
+        /* Timers on a divided bus count at twice its rate: 2 * 42 MHz. */
+        return (clocks_t){
+            .core_hz = PLL_HZ, .apb1_timer_hz = PLL_HZ / 2U, .apb2_hz = PLL_HZ / 2U, .fallback = !crystal};
     }
     RCC->CFGR = 0; /* internal oscillator, undivided */
     return (clocks_t){.core_hz = HSI_HZ, .apb1_timer_hz = HSI_HZ, .apb2_hz = HSI_HZ, .fallback = true};

@@ -8,8 +8,8 @@
 
 /**
  * Sets the brown-out level to 2.7 V if it is not (option bytes: once in the life of a chip), switches the supply's
- * detector on at 2.9 V and waits, at most half a second, until the supply is above. Before the clocks: a PLL that locks
- * below its voltage runs a processor that does anything. Returns whether the supply is there.
+ * detector on at 2.9 V and waits, at most half a second, until the supply is above. Before the clocks (clock_init).
+ * Returns whether the supply is there.
  */
 bool supply_init(void);
 

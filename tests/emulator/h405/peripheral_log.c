@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Addresses within the peripherals (RM0090), and the value that sets pin 5 of port B. */
-enum { DAC_CR = 0x00, DAC_DHR12L1 = 0x0C, GPIO_BSRR = 0x18, DRIVER_ENABLE = 1 << 5 };
+enum { DAC_CR = 0x00, DAC_DHR12L1 = 0x0C, GPIO_BSRR = 0x18, DRIVER_ENABLE = 1 << 5, IWDG_KR = 0x00, FOOD = 0xAAAA };
 
 /* The number behind `label`, or ULONG_MAX. */
 static unsigned long number_behind(const char *line, const char *label) {
@@ -30,6 +30,9 @@ static void take_line(peripheral_log_t *log) {
     } else if (begins(log->line, "GPIOB:") && offset == GPIO_BSRR && value == DRIVER_ENABLE) {
         log->codes_at_answer = log->codes;
         log->answers++;
+    } else if (begins(log->line, "IWDG:") && offset == IWDG_KR && value == FOOD &&
+               log->codes_at_food[log->controls] == 0) {
+        log->codes_at_food[log->controls] = log->codes;
     }
 }
 

@@ -61,11 +61,14 @@ static void test_a_fault_parks_the_output_and_starts_anew(void) {
     TEST_ASSERT_EQUAL_HEX32(0x01, h405_log.control[3]);
     TEST_ASSERT_EQUAL_HEX32(0x25, h405_log.control[4]);
     h405_wait(h405_log.codes_at_control[4] + 2);
+    const size_t log_codes_before_ramp = h405_log.codes_at_control[2];
     const size_t first = h405_log.codes_at_control[2] - 1, start = h405_log.codes_at_control[3] - 1;
     TEST_ASSERT_EQUAL_UINT_MESSAGE(first + (PARK_CODE >> 4) + 1, start, "one code a step, and none beyond it");
     for (size_t i = first; i < start; i++) {
         TEST_ASSERT_EQUAL_HEX16_MESSAGE((i - first) << 4, h405_log.code[i], "up to the parking code of the image");
     }
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(log_codes_before_ramp, h405_log.codes_at_food[3],
+                                   "the hardware watchdog is fed before the ramp, which has all its time then");
     for (size_t i = start; i < h405_log.codes; i++) {
         TEST_ASSERT_EQUAL_HEX16_MESSAGE(SAFE_CODE, h405_log.code[i], "the image was not stored");
     }
