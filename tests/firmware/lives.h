@@ -38,7 +38,7 @@ typedef struct {
 } lives_t;
 
 /** Prints the seed of the first lives that break a rule, which rule, and in which sample. Then what was met: how often
- * each kind of fault, state, trip and store; the test fails on a kind that was not. */
+ * each kind of fault, state, trip and store; with a hundred lives or more the test fails on one that was not. */
 lives_t lives_run(uint64_t seed, unsigned long lives);
 
 #endif

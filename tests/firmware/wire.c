@@ -21,7 +21,8 @@ static struct {
     size_t length;
     bool broken;
     uint32_t last_time;
-    bool echoes;
+    bool echoes;           /* are made */
+    bool echoed, collided; /* since the last silence */
     waiting_t waiting[WAITING_MAX];
     unsigned count;
 } line;
@@ -30,20 +31,26 @@ static uint32_t command_of(const waiting_t *request) {
     return master_command_of(request->bytes + 1, request->length - 3U);
 }
 
-static void take(const waiting_t *request) {
+static void take(const waiting_t *request, bool certain) {
     const uint32_t command = command_of(request);
     if (command != COMMAND_NONE) {
         TEST_ASSERT_LESS_THAN_UINT(WIRE_COMMANDS_MAX, wire.count);
+        wire.certain[wire.count] = certain;
         wire.command[wire.count++] = command;
     }
 }
 
-/* A broadcast has been read by now. It is not known whether it was taken; it never is for more than a safer output. */
+/* A broadcast has been read by now. What writes the command and nothing else was taken, if it is one that makes the
+ * output safer; of a longer one that is not known. Anything else never is. */
 static void broadcast_was_read(const waiting_t *request) {
+    const uint8_t function = request->bytes[1];
     const uint32_t command = command_of(request);
+    if (function != 5 && function != 6 && function != 15 && function != 16 && function != 22) {
+        return;
+    }
     wire.maybe_heard = true;
     if (command == COMMAND_STOP || command == COMMAND_DISARM || command == COMMAND_PARK) {
-        take(request);
+        take(request, function != 16 && request->length - 3U == (function == 22 ? 7U : function == 15 ? 7U : 5U));
     }
 }
 
@@ -52,10 +59,13 @@ static void drop(unsigned count) {
     memmove(line.waiting, line.waiting + count, line.count * sizeof line.waiting[0]);
 }
 
-/* Into a frame that has begun meanwhile: then both are lost. */
+/* Into a frame that has begun meanwhile: then both are lost, and what follows without a silence. So are two echoes that
+ * come at once. */
 static void echo(const uint8_t *frame, size_t length) {
     if (line.echoes) {
+        line.collided = line.length > 0 || (line.echoed && fake_board.microseconds == line.last_time);
         line.broken = line.broken || line.length > 0;
+        line.echoed = true;
         line.last_time = fake_board.microseconds;
         for (size_t byte = 0; byte < length; byte++) {
             modbus_server_receive(frame[byte]);
@@ -74,7 +84,7 @@ static void answered(const uint8_t *frame, size_t length) {
             if ((frame[1] & 0x80U) == 0) {
                 wire.heard = wire.maybe_heard = true;
                 wire.accepted++;
-                take(request);
+                take(request, true);
             }
             drop(i + 1U);
             echo(frame, length);
@@ -117,7 +127,10 @@ void wire_settle(void) {
 
 static void put(uint8_t byte, bool broken) {
     wire_settle();
-    line.broken = line.broken || broken || line.length == MODBUS_FRAME_MAX;
+    if (silent()) {
+        line.echoed = line.collided = false;
+    }
+    line.broken = line.broken || line.collided || broken || line.length == MODBUS_FRAME_MAX;
     if (line.length < MODBUS_FRAME_MAX) {
         line.bytes[line.length++] = byte;
     }

@@ -16,6 +16,7 @@
 
 typedef struct {
     uint32_t command[WIRE_COMMANDS_MAX];
+    bool certain[WIRE_COMMANDS_MAX];
     unsigned count;
     bool heard;       /**< a request was accepted */
     bool maybe_heard; /**< or may have been */
