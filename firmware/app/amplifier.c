@@ -2,6 +2,7 @@
 #include "amplifier.h"
 #include "loop/loop.h"
 #include "modbus/modbus_server.h"
+#include "protection/health_watch.h"
 #include "registers/registers.h"
 #include "store/event_log.h"
 #include "store/parameter_store.h"
@@ -20,7 +21,7 @@ void amplifier_init(const board_start_t *start) {
 }
 
 bool amplifier_serve(void) {
-    loop_main_turned();
+    health_watch_main_turned();
     const bool served = modbus_server_poll();
     if (modbus_server_accepted() != accepted) {
         accepted = modbus_server_accepted();

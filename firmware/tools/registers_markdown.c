@@ -138,9 +138,10 @@ static void print_duties(void) {
         "5. Go on talking. Outside of park some request has to be accepted within `watchdog` milliseconds, %u unless "
         "it is set; the sample interrupt counts them, in periods, missed ones too.\n"
         "6. Disarm (command 10): ramp to park, then off.\n\n"
-        "After a fault that trips, `amplifier_state` is 6: the output ramps to park by `transition_slew`, beginning "
-        "with "
-        "the sample in which the fault is found, and the stage is disabled there. `trip_cause` says why. Command 3 "
+        "After a fault that trips, `amplifier_state` is 6: the output ramps to park, beginning with the sample in "
+        "which the fault is found, and the stage is disabled there. The ramp is as fast as `transition_slew`, and no "
+        "slower than the board wants (half a second for the whole range): so the output is safe half a second after a "
+        "fault is found, at the latest. A stage that was off stays off. `trip_cause` says why. Command 3 "
         "leads "
         "out of it, to off; nothing else does, and nothing arms by itself.\n\n"
         "| fault that trips | found | reaction |\n|---|---|---|\n"
@@ -155,17 +156,22 @@ static void print_duties(void) {
         "| a supply or the temperature is outside of its limits at the end of precharge | %u ms after the output rests "
         "| "
         "the stage is disabled; the drive has not left park |\n"
-        "| the image in force is not what was committed: its coefficients in memory have changed | in precharge | the "
-        "same; push the image again |\n"
+        "| the image in force is not what was committed: its coefficients in memory have changed | when it is armed, "
+        "and within %u ms at 10 kHz while it runs | the stage is not enabled, or ramp without the compensator; push "
+        "the image again |\n"
+        "| the main loop stands still | after %u ms | ramp from that sample on; then the hardware watchdog restarts, "
+        "`reset_cause` 4 |\n"
+        "| the drive's converter does not hold what it was given | in the `health_looks`th look in a row | ramp, as "
+        "far as it goes; the stage is disabled |\n"
         "| processor fault | at once | ramp to the parking code within 50 ms (0.5 s without the PLL), stage off, "
         "restart; "
         "`reset_cause` 16 |\n"
-        "| interrupt or main loop stands still | within 1.9 s, by the hardware watchdog | restart, stage off; "
+        "| the sample interrupt stands still | within 1.9 s, by the hardware watchdog | restart, stage off; "
         "`reset_cause` 4 |\n\n"
         "`reset_cause` and `starts` tell a master that the amplifier has started anew. What it had set and not stored "
         "is gone, locks and the communication timeout are on.\n\n",
-        POWER_PRECHARGE_MS, POWER_SELF_TEST_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP,
-        HEALTH_CHANNELS * HEALTH_WATCH_EVERY, POWER_SELF_TEST_MS);
+        POWER_PRECHARGE_MS, POWER_SELF_TEST_MS, LOOP_DEFAULT_TIMEOUT_MS, LOOP_OVERRUNS_TO_TRIP, HEALTH_WATCH_TURN,
+        POWER_SELF_TEST_MS, 500U, HEALTH_WATCH_STALL_MS);
 }
 
 static void print_store(void) {

@@ -101,7 +101,8 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
             since = watch.now[INDEX_sequence];
             drive = watch.now[INDEX_drive];
         }
-        /* The sweep takes two to three seconds; the time to reach the start after it is not known. */
+        /* The sweep takes two to three seconds, or longer where a slew is slower; the time to reach the start after it
+         * is not known. */
         const double seconds = (double)(watch.now[INDEX_sequence] - first) / device_sample_rate_hz(device);
         progress_update(&progress, seconds / (seconds + 1.0 + run->rest_s));
     }

@@ -5,6 +5,7 @@
 #include "loop/capture.h"
 #include "loop/loop.h"
 #include "motion/sweep.h"
+#include "protection/health_watch.h"
 #include "registers/control.h"
 #include "registers/registers.h"
 #include "startup.h"
@@ -69,7 +70,7 @@ static void write_one(uint16_t address, uint16_t value) {
 }
 
 static void cost_sample(cost_t *cost) {
-    loop_main_turned();
+    health_watch_main_turned();
     const uint32_t before = cost_counter();
     tim2_handler();
     cost_add(cost, cost_counter() - before - cost_of_looking());

@@ -3,6 +3,7 @@
 #include "amplifier.h"
 #include "loop/loop.h"
 #include "loop/telemetry.h"
+#include "protection/health_watch.h"
 #include "registers/control.h"
 #include "registers/registers.h"
 #include "store/parameter_store.h"
@@ -133,7 +134,7 @@ void fake_board_power_on(uint16_t faults) {
 uint16_t fake_board_sample(hyst_q31_t position) {
     fake_board.microseconds += FAKE_SAMPLE_US;
     if (!fake_board.main_stalls) {
-        loop_main_turned();
+        health_watch_main_turned();
     }
     const loop_input_t input = {.position_code = (uint16_t)((uint32_t)position >> 16 ^ BOARD_CODE_MIDDLE)};
     return loop_sample(&input);

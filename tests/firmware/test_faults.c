@@ -50,7 +50,7 @@ static uint32_t any_bits(void) {
 static hyst_q31_t sample(loop_input_t input) {
     fake_board.microseconds += FAKE_SAMPLE_US;
     if (!fake_board.main_stalls) {
-        loop_main_turned();
+        health_watch_main_turned();
     }
     const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
     lawful = lawful && llabs((long long)drive - last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP;
@@ -286,7 +286,7 @@ static bool reading_stands_still(void) {
 
 /* One look under the debounce count, then for good. Arming is refused while it lasts. */
 static bool reading_trips(health_channel_t channel, int32_t bad, uint32_t fault) {
-    enum { LOOK = HEALTH_CHANNELS * HEALTH_WATCH_EVERY };
+    enum { LOOK = HEALTH_WATCH_TURN };
     const int32_t good = fake_board.health[channel];
     fake_board.health[channel] = bad;
     loop_master_heard();
@@ -340,7 +340,7 @@ static void disarm(void) {
 static bool stage_does_not_come_up(void) {
     disarm();
     fake_board.health[HEALTH_HIGH_VOLTAGE] = random_between(&rng, 0, 1) == 0 ? 149999 : 170001;
-    run(HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
+    run(HEALTH_WATCH_TURN);
     const bool found = self_test_finds(FAULT_HIGH_VOLTAGE);
     fake_board.health[HEALTH_HIGH_VOLTAGE] = FAKE_HIGH_VOLTAGE;
     return found;
@@ -402,7 +402,7 @@ static bool warm(void) {
     loop_master_heard();
     const uint32_t before = state();
     fake_board.health[HEALTH_TEMPERATURE] = random_between(&rng, 0, 1) == 0 ? 70001 : -100000;
-    run(1100);
+    run((HEALTH_WATCH_LOOKS + 1U) * HEALTH_WATCH_TURN);
     const uint32_t now = state();
     return (master_get(INDEX_warnings_live) & WARNING_TEMPERATURE) != 0 && now != AMPLIFIER_FAULT &&
            (now == before || now == AMPLIFIER_HOLD);

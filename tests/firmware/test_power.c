@@ -4,6 +4,7 @@
 #include "fake_board.h"
 #include "loop/loop.h"
 #include "master.h"
+#include "protection/health_watch.h"
 #include "random.h"
 #include "store/parameter_store.h"
 #include "unity.h"
@@ -311,7 +312,7 @@ static void test_missed_periods_count_for_the_timeout(void) {
     for (unsigned sample = 0; state() == AMPLIFIER_HOLD && sample < 2U * TIMEOUT; sample++) {
         const bool late = sample % 2U == 0; /* not in a row, which is an overload */
         const loop_input_t input = {.overrun = late, .missed = late ? MISSED : 0, .position_code = BOARD_CODE_MIDDLE};
-        loop_main_turned();
+        health_watch_main_turned();
         (void)loop_sample(&input);
     }
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
@@ -320,7 +321,8 @@ static void test_missed_periods_count_for_the_timeout(void) {
 
 /* A supply that was low at the start is reported, and is live no longer than it is low. */
 static void test_a_supply_that_recovers_after_the_start(void) {
-    const board_start_t start = {.reset_cause = RESET_POWER, .starts = 1, .faults = FAULT_SUPPLY | FAULT_CLOCK_FALLBACK};
+    const board_start_t start = {
+        .reset_cause = RESET_POWER, .starts = 1, .faults = FAULT_SUPPLY | FAULT_CLOCK_FALLBACK};
     const loop_input_t low = {.supply_low = true, .position_code = BOARD_CODE_MIDDLE};
     fake_board_start(&start);
     (void)loop_sample(&low);
@@ -388,7 +390,7 @@ static void test_no_unlawful_transition(void) {
         const bool low = random_between(&rng, 0, 300) == 0;
         const unsigned samples = (unsigned)random_between(&rng, 1, 200);
         loop_master_heard();
-        loop_main_turned();
+        health_watch_main_turned();
         uint32_t now = before;
         for (unsigned i = 0; i < samples; i++) {
             const loop_input_t input = {

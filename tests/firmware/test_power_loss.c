@@ -12,6 +12,7 @@
 #include "hyst/parameters.h"
 #include "loop/loop.h"
 #include "master.h"
+#include "protection/health_watch.h"
 #include "random.h"
 #include "store/image_store.h"
 #include "store/parameter_store.h"
@@ -359,7 +360,7 @@ static void test_limits_survive_a_reset_with_their_image(void) {
     TEST_ASSERT_EQUAL_INT32(-(1 << 28), low);
     TEST_ASSERT_EQUAL_INT32(1 << 29, high);
     fake_board.health[HEALTH_SUPPLY] = 3050; /* within the board's limits */
-    (void)fake_board_run(3 * 96 + 96);
+    (void)fake_board_run(4U * HEALTH_WATCH_TURN);
     TEST_ASSERT_TRUE(loop_in_fault());
 }
 

@@ -8,8 +8,8 @@
 #include "unity.h"
 #include <stdlib.h>
 
-#define CODE_STEP (1 << 16)                              /* of 16 bits, in Q31 */
-#define LOOKS     (HEALTH_CHANNELS * HEALTH_WATCH_EVERY) /* samples between two looks at a channel */
+#define CODE_STEP (1 << 16)         /* of 16 bits, in Q31 */
+#define LOOKS     HEALTH_WATCH_TURN /* samples between two looks at a channel */
 
 static random_t rng;
 
@@ -399,13 +399,13 @@ static void test_a_drive_converter_that_is_stuck_trips(void) {
     hold_somewhere();
     for (int i = 0; i < 20; i++) {
         fake_board.output_stuck = true;
-        (void)fake_board_run((HEALTH_WATCH_LOOKS - 1U) * HEALTH_WATCH_EVERY);
+        (void)fake_board_run((HEALTH_WATCH_LOOKS - 1U) * LOOKS);
         fake_board.output_stuck = false;
-        (void)fake_board_run(HEALTH_WATCH_EVERY);
+        (void)fake_board_run(LOOKS);
     }
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));
     fake_board.output_stuck = true;
-    (void)fake_board_run(HEALTH_WATCH_LOOKS * HEALTH_WATCH_EVERY);
+    (void)fake_board_run(HEALTH_WATCH_LOOKS * LOOKS);
     TEST_ASSERT_EQUAL_HEX32(FAULT_OUTPUT, 1U << (master_get(INDEX_trip_cause) - 1U));
     (void)fake_board_run(5000);
     TEST_ASSERT_FALSE_MESSAGE(fake_board.stage_enabled, "the only way to make a stuck output safe");
@@ -413,7 +413,7 @@ static void test_a_drive_converter_that_is_stuck_trips(void) {
     (void)fake_board_run(5);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM));
     fake_board.output_stuck = false;
-    (void)fake_board_run(HEALTH_WATCH_EVERY);
+    (void)fake_board_run(LOOKS);
     master_command(COMMAND_ARM);
     (void)fake_board_run(3000);
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, master_get(INDEX_amplifier_state));

@@ -12,8 +12,9 @@
 #define CODE_STEP (1 << 16) /* of 16 bits, in Q31 */
 #define PARK      (-(1 << 29))
 #define ELSEWHERE (1 << 29)
-#define SLEW      (1 << 20) /* 4096 samples for the whole range */
-#define RAMP      6000U     /* samples in which any ramp of SLEW is over */
+#define SLEW      (1 << 20)         /* 4096 samples for the whole range */
+#define RAMP      6000U             /* samples in which any ramp of SLEW is over */
+#define TURN      HEALTH_WATCH_TURN /* samples between two looks at the main loop */
 #define PRECHARGE (POWER_PRECHARGE_MS * 1000U / FAKE_SAMPLE_US)
 
 static hyst_q31_t last; /* drive */
@@ -240,7 +241,8 @@ static void test_an_image_that_changes_in_use_ramps(void) {
         while (state() == AMPLIFIER_HOLD) {
             (void)amplifier_serve();
             run(1);
-            TEST_ASSERT_LESS_THAN_UINT(2U * PARAMETER_STORE_CHECK_EVERY * (sizeof(loop_parameters_t) / 60U + 5U), ++samples);
+            TEST_ASSERT_LESS_THAN_UINT(2U * PARAMETER_STORE_CHECK_EVERY * (sizeof(loop_parameters_t) / 60U + 5U),
+                                       ++samples);
         }
         TEST_ASSERT_EQUAL_HEX32(FAULT_IMAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
         expect_a_ramp_with_the_stage_on(SLEW);
@@ -263,7 +265,7 @@ static void test_commits_are_no_damage(void) {
 /* The main loop makes no turn any more. Ramp and stage off, well before the hardware watchdog bites, which is fed until
  * then and no longer: it is to find the main loop where it stands. */
 static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t before) {
-    const unsigned most = LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US;
+    const unsigned most = HEALTH_WATCH_STALL_MS * 1000U / FAKE_SAMPLE_US - TURN;
     fake_board.main_stalls = true;
     const unsigned fed = fake_board.watchdog_fed;
     for (unsigned i = 0; i < most; i++) {
@@ -271,7 +273,7 @@ static void expect_a_stall_to_end_in_a_ramp(hyst_q31_t slew, amplifier_state_t b
         TEST_ASSERT_EQUAL_UINT32(before, state());
     }
     TEST_ASSERT_EQUAL_UINT(fed, fake_board.watchdog_fed);
-    run(HEALTH_WATCH_EVERY);
+    run(2U * TURN);
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
     TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
     unsigned starving = 0, food = fake_board.watchdog_fed;
@@ -323,7 +325,7 @@ static void test_missed_periods_count_for_a_stall(void) {
         samples++;
     }
     TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
-    TEST_ASSERT_UINT_WITHIN(HEALTH_WATCH_EVERY, LOOP_STALL_MS * 1000U / FAKE_SAMPLE_US / 10U, samples);
+    TEST_ASSERT_UINT_WITHIN(TURN, HEALTH_WATCH_STALL_MS * 1000U / FAKE_SAMPLE_US / 10U, samples);
 }
 
 /* Off, a stall is the hardware watchdog's alone. */

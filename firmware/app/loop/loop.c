@@ -42,8 +42,6 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.overruns_in_a_row = 0;
     loop.silence = 0;
     loop.missed = 0;
-    loop.stall = 0;
-    loop.stall_most = loop_samples_in(LOOP_STALL_MS);
     loop.feeds = 0;
     loop.feeds_most = loop_samples_in(LOOP_FAULT_FEED_MS);
     loop.storing = false;
@@ -79,10 +77,8 @@ static inline uint32_t unhealthy(void) {
     if (loop.telemetry.sequence % HEALTH_WATCH_EVERY != 0) {
         return 0;
     }
-    loop.stall += HEALTH_WATCH_EVERY;
-    const uint32_t stall = loop.stall > loop.stall_most ? FAULT_STALL : 0U;
     const uint32_t faults = health_watch_look(loop.power.state == POWER_ON);
-    return stall | (power_armed(&loop.power) ? faults : 0U);
+    return power_armed(&loop.power) ? faults : faults & (uint32_t)FAULT_STALL;
 }
 
 /* As a transition, and no faster than any other reference. */

@@ -98,24 +98,16 @@ void loop_master_heard(void);
 void loop_set_timeout(uint32_t milliseconds);
 #define LOOP_DEFAULT_TIMEOUT_MS 1000U
 
-/** The main loop has come round. It trips (FAULT_STALL), by a ramp, when that is longer ago than LOOP_STALL_MS, so that
- * the hardware watchdog does not cut the stage at whatever drive there is. The longest turn is an answer of 256 bytes
- * at 9600 baud: 0.29 s. Limitation: an image with three cascades of filters that ring for 2^16 samples each may take
- * longer to check while the loop runs (estimated from the instructions of a filter, not measured). Its commit trips
- * then. */
-void loop_main_turned(void);
-#define LOOP_STALL_MS 400U
-
-/** From a trip on the sample interrupt feeds the hardware watchdog itself until the output rests, at most so long: twice
- * what a ramp takes (board_info.fault_slew_min). Then a main loop that stands still is the watchdog's. */
+/** From a trip on the sample interrupt feeds the hardware watchdog itself until the output rests, at most so long:
+ * twice what a ramp takes (board_info.fault_slew_min). Then a main loop that stands still is the watchdog's. */
 #define LOOP_FAULT_FEED_MS 1000U
 
 /** The flash is being written, or no more. It stalls the sample interrupt, so late samples do not count meanwhile. Only
  * while loop_off(). */
 void loop_set_storing(bool storing);
 
-/** So many overruns in a row trip (FAULT_OVERLOAD), but for those of an adoption, which ends, and of storing. From then on a plain ramp
- * to park runs in place of the compensator, so that the main loop gets to hear the master again. */
+/** So many overruns in a row trip (FAULT_OVERLOAD), but for those of an adoption, which ends, and of storing. From then
+ * on a plain ramp to park runs in place of the compensator, so that the main loop gets to hear the master again. */
 #define LOOP_OVERRUNS_TO_TRIP 5U
 
 /** The setpoint's slew after start-up: the whole range in 0.2 s at 10 kHz, as hyst_parameters_default's transition. */

@@ -166,10 +166,6 @@ void loop_master_heard(void) {
     *(volatile uint32_t *)&loop.silence = 0; /* one word: written whole */
 }
 
-void loop_main_turned(void) {
-    *(volatile uint32_t *)&loop.stall = 0; /* one word: written whole */
-}
-
 void loop_set_storing(bool storing) {
     const uint32_t key = take();
     loop.storing = storing;
@@ -257,6 +253,7 @@ void loop_stop(void) {
     const uint32_t key = take();
     loop_stop_motion();
     if (power_leave_fault(&loop.power)) {
+        loop.active->range.return_slew = loop.active->image_range.return_slew;
         loop.standing_faults &= ~TRIPS;
     }
     board_unlock(key);

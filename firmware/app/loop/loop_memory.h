@@ -44,16 +44,14 @@ typedef struct {
     bool storing;     /* the flash is being written, which stalls the interrupt */
     bool bypass;      /* after an overload or with a damaged image: a plain ramp in place of the compensator */
     uint32_t overruns_in_a_row;
-    uint32_t silence, timeout; /* periods since a master was heard, and more than how many trip */
-    uint32_t missed;           /* periods without a sample, since the start */
-    uint32_t stall;            /* periods since the main loop's last turn, by HEALTH_WATCH_EVERY */
-    uint32_t stall_most;       /* more trip */
+    uint32_t silence, timeout;  /* periods since a master was heard, and more than how many trip */
+    uint32_t missed;            /* periods without a sample, since the start */
     uint32_t feeds, feeds_most; /* samples in which a fault's ramp still feeds the hardware watchdog, and at a trip */
-    uint32_t cost;             /* of the last sample; telemetry gets it with the next */
-    bool playing;              /* as telemetry's states have it */
-    uint32_t unsettled;        /* samples until the model is watched again */
-    uint32_t current;          /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
-    uint32_t current_limit;    /* the same; UINT32_MAX is none */
+    uint32_t cost;              /* of the last sample; telemetry gets it with the next */
+    bool playing;               /* as telemetry's states have it */
+    uint32_t unsettled;         /* samples until the model is watched again */
+    uint32_t current;           /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
+    uint32_t current_limit;     /* the same; UINT32_MAX is none */
     bool model_warns;
     hyst_q31_t drive_low, drive_high; /* the registers' output range, to which an image's is cut */
     uint32_t settling;                /* how many that are after a sample that is not watched */

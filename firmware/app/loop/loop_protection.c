@@ -47,7 +47,7 @@ static uint32_t tripping(const loop_input_t *input, uint32_t faults) {
         faults |= FAULT_OVERLOAD;
     }
     loop.missed += input->missed;
-    loop.stall += input->missed;
+    health_watch_missed(input->missed);
     loop.silence += moving() ? 1U + input->missed : 0U;
     if (loop.silence > loop.timeout) {
         loop.silence = 0;
@@ -67,21 +67,19 @@ static void trip(uint32_t faults) {
     loop.bypass = loop.bypass || (faults & (FAULT_OVERLOAD | FAULT_IMAGE)) != 0;
 }
 
-/* A fault's ramp: no slower than the board wants, so the rest of a transition shrinks by that much more; and the
- * hardware watchdog does not cut it short. */
-static void see_to_the_ramp(bool stage) {
+/* The ramp is no slower than the board wants: the rest of a transition shrinks by that much more. And the hardware
+ * watchdog does not cut it short. */
+static void in_fault(bool stage) {
+    drive_range_t *range = &loop.active->range;
     const hyst_q31_t slew = loop.active->image_range.return_slew;
-    hyst_q31_t faster = 0;
-    if (loop.power.state == POWER_FAULT) {
-        faster = board_info.fault_slew_min > slew ? board_info.fault_slew_min - slew : 0;
-        if (stage && loop.feeds > 0) {
-            loop.feeds--;
-            board_watchdog_feed();
-        }
-    }
-    loop.active->range.return_slew = slew + faster;
+    const hyst_q31_t faster = board_info.fault_slew_min > slew ? board_info.fault_slew_min - slew : 0;
     const int64_t rest = loop.compensator.transition;
+    range->return_slew = slew + faster;
     loop.compensator.transition = rest > faster ? rest - faster : rest < -faster ? rest + faster : 0;
+    if (stage && loop.feeds > 0) {
+        loop.feeds--;
+        board_watchdog_feed();
+    }
 }
 
 /* Protections, before anything is computed. Reaction time: this sample's drive is the first of the ramp. */
@@ -101,5 +99,7 @@ void loop_protect(const loop_input_t *input, uint32_t known_faults) {
     }
     const bool stage = power_stage(&loop.power, parked);
     board_stage_enable(stage);
-    see_to_the_ramp(stage);
+    if (loop.power.state == POWER_FAULT) {
+        in_fault(stage);
+    }
 }

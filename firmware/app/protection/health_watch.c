@@ -15,14 +15,17 @@ static struct {
     channel_t channel[HEALTH_CHANNELS];
     unsigned next;
     uint32_t looks;
-    uint32_t stuck; /* looks in a row at which the output did not follow */
+    uint32_t stuck;          /* turns in a row at whose ends the output did not follow */
+    volatile uint32_t stall; /* periods since the main loop came round */
+    uint32_t stall_most;     /* more are a fault */
     uint32_t warnings;
     volatile uint32_t faults;
 } watch;
 
 void health_watch_init(void) {
     watch.next = 0;
-    watch.stuck = 0;
+    watch.stuck = watch.stall = 0;
+    watch.stall_most = (uint32_t)((uint64_t)HEALTH_WATCH_STALL_MS * board_info.sample_rate_mhz / 1000000U);
     watch.warnings = watch.faults = 0;
     for (unsigned i = 0; i < HEALTH_CHANNELS; i++) {
         watch.channel[i] = (channel_t){.reading = HEALTH_ABSENT};
@@ -64,37 +67,57 @@ static uint32_t with(uint32_t bits, uint32_t bit, bool on) {
     return on ? bits | bit : bits & ~bit;
 }
 
-/* What vanished: a channel that can warn warns, another one trips. */
+/* Of a channel that was seen. What vanished since is below all limits that there are. */
 static bool outside(const channel_t *channel, int32_t x) {
-    return x == HEALTH_ABSENT ? channel->seen && channel->warning == 0 : x < channel->low || x > channel->high;
-}
-
-static bool alerting(const channel_t *channel, int32_t x) {
-    return x == HEALTH_ABSENT ? channel->seen : x < channel->alert_low || x > channel->alert_high;
+    return x < channel->low || x > channel->high;
 }
 
 uint32_t health_watch_outside(void) {
     uint32_t faults = 0;
     for (unsigned i = 0; i < HEALTH_CHANNELS; i++) {
         const channel_t *channel = &watch.channel[i];
-        faults = with(faults, channel->fault, outside(channel, channel->reading));
+        faults = with(faults, channel->fault, channel->seen && outside(channel, channel->reading));
     }
     return faults;
 }
 
-uint32_t health_watch_look(bool stage_up) {
-    const health_channel_t which = (health_channel_t)watch.next;
-    channel_t *channel = &watch.channel[which];
-    const int32_t x = board_health(which);
-    const bool counts = which != HEALTH_HIGH_VOLTAGE || stage_up;
-    const bool trips = debounced(&channel->tripping, counts && outside(channel, x));
-    const bool warns = debounced(&channel->alerting, counts && alerting(channel, x));
-    channel->seen = channel->seen || x != HEALTH_ABSENT;
-    channel->reading = x;
-    const uint32_t faults = with(watch.faults, channel->fault, trips);
+/* The fourth of four looks. */
+static void look_at_the_rest(void) {
+    watch.stall += HEALTH_WATCH_TURN;
+    const uint32_t faults = with(watch.faults, FAULT_STALL, watch.stall > watch.stall_most);
     watch.faults = with(faults, FAULT_OUTPUT, debounced(&watch.stuck, !board_output_follows()));
+}
+
+void health_watch_main_turned(void) {
+    watch.stall = 0;
+}
+
+void health_watch_missed(uint32_t periods) {
+    watch.stall += periods;
+}
+
+/* A reading of a channel that was seen. */
+static void judge(channel_t *channel, int32_t x, bool counts) {
+    const bool trips = debounced(&channel->tripping, counts && outside(channel, x));
+    const bool warns = debounced(&channel->alerting, counts && (x < channel->alert_low || x > channel->alert_high));
+    watch.faults = with(watch.faults, channel->fault, trips);
     watch.warnings = with(watch.warnings, channel->warning, warns);
-    watch.next = watch.next + 1U < HEALTH_CHANNELS ? watch.next + 1U : 0;
+}
+
+uint32_t health_watch_look(bool stage_up) {
+    const unsigned which = watch.next;
+    watch.next = which < HEALTH_CHANNELS ? which + 1U : 0;
+    if (which == HEALTH_CHANNELS) {
+        look_at_the_rest();
+        return watch.faults;
+    }
+    channel_t *channel = &watch.channel[which];
+    const int32_t x = board_health((health_channel_t)which);
+    channel->reading = x;
+    channel->seen = channel->seen || x != HEALTH_ABSENT;
+    if (channel->seen) {
+        judge(channel, x, which != HEALTH_HIGH_VOLTAGE || stage_up);
+    }
     return watch.faults;
 }
 

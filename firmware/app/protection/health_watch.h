@@ -10,7 +10,9 @@
  *   supply         outside of its limits trips
  *   high voltage   likewise, but only while the stage is up: before that it is none
  *
- * The drive's converter is asked at every look, too, whether it holds what it was given (board_output_follows): trips.
+ * The fourth look of each turn is at two more: whether the drive's converter holds what it was given
+ * (board_output_follows; debounced likewise), and whether the main loop has come round within HEALTH_WATCH_STALL_MS.
+ * Both trip.
  *
  * A channel that the board does not have (HEALTH_ABSENT) is never outside. One that was there and is no more is: the
  * temperature warns, a supply trips. The self test at the end of precharge asks
@@ -21,14 +23,23 @@
 
 #include "board.h"
 
-/** A power of two. Three channels: each is looked at every 9.6 ms at 10 kHz. */
+/** A power of two. */
 #define HEALTH_WATCH_EVERY 32U
 
-/** The debounce count after start: a tenth of a second. */
+/** Samples between two looks at a channel: 12.8 ms at 10 kHz. */
+#define HEALTH_WATCH_TURN ((HEALTH_CHANNELS + 1U) * HEALTH_WATCH_EVERY)
+
+/** The debounce count after start: an eighth of a second at 10 kHz. */
 #define HEALTH_WATCH_LOOKS 10U
 
-/** And at most: a second at 10 kHz. */
+/** And at most: 1.3 s at 10 kHz. */
 #define HEALTH_WATCH_LOOKS_MAX 100U
+
+/** A main loop that stands still trips, by a ramp, so that the hardware watchdog does not cut the stage at whatever
+ * drive there is. In steps of a turn of looks. The longest turn of the main loop is an answer of 256 bytes at 9600
+ * baud: 0.29 s. Limitation: an image with three cascades of filters that ring for 2^16 samples each may take longer to
+ * check while the loop runs (estimated from the instructions of a filter, not measured). Its commit trips then. */
+#define HEALTH_WATCH_STALL_MS 400U
 
 /** 0.001 C: below this is no temperature that an amplifier has. */
 #define HEALTH_COLDEST (-40000)
@@ -40,8 +51,15 @@ void health_watch_init(void);
  * nothing off. */
 void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks);
 
-/** Sample interrupt, every HEALTH_WATCH_EVERY samples. Returns the FAULT_ bits of what is outside of its limits. */
+/** Sample interrupt, every HEALTH_WATCH_EVERY samples. Returns the FAULT_ bits of what is outside of its limits, stuck
+ * or stalled. */
 uint32_t health_watch_look(bool stage_up);
+
+/** The main loop has come round. Any context: one word. */
+void health_watch_main_turned(void);
+
+/** So many periods passed without a sample, and without being counted. Sample interrupt. */
+void health_watch_missed(uint32_t periods);
 
 /** FAULT_ bits of what is outside of its limits in the last look of its channel, whether the stage is up or not. Sample
  * interrupt. */

@@ -10,8 +10,8 @@ typedef struct {
 
 static event_t events[EVENT_LOG_LENGTH];
 static uint32_t count;
-static uint64_t periods;       /* since the start */
-static uint32_t periods_last;  /* loop_periods then, which wraps */
+static uint64_t periods;        /* since the start */
+static uint32_t periods_last;   /* loop_periods then, which wraps */
 static uint32_t trip, warnings; /* as they were looked at last */
 
 void event_log_init(uint16_t reset_cause) {

@@ -18,8 +18,8 @@ typedef struct {
 } clocks_t;
 
 /** Call once, after supply_init, with what it says. Without a supply the internal oscillator's plain 16 MHz: a PLL that
- * locks below its voltage runs a processor that does anything. Takes at most about 0.3 s. From then on a failing crystal raises NMI (clock security
- * system), which is a fault. */
+ * locks below its voltage runs a processor that does anything. Takes at most about 0.3 s. From then on a failing
+ * crystal raises NMI (clock security system), which is a fault. */
 clocks_t clock_init(bool supplied);
 
 #endif

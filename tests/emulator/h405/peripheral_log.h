@@ -22,7 +22,8 @@ typedef struct {
     uint32_t control[8]; /**< first values written to the converter's control register */
     size_t controls;
     size_t codes_at_control[8]; /**< codes written before each of them */
-    size_t codes_at_food[9]; /**< codes written before the hardware watchdog was first fed after so many of them, or 0 */
+    size_t
+        codes_at_food[9];   /**< codes written before the hardware watchdog was first fed after so many of them, or 0 */
     size_t codes_at_answer; /**< codes written before the driver was last enabled: the last answer's place in time */
     size_t answers;
 } peripheral_log_t;
