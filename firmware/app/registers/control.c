@@ -227,7 +227,7 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     case COMMAND_SAVE:
         return parameter_store_image_given() && loop_off();
     case COMMAND_SAVE_LINE:
-        return loop_off();
+        return loop_off() && parameter_store_leaves_time_for(value[INDEX_line_baud]);
     case COMMAND_ARM_CAPTURE:
         return capture_settings_valid(&capture);
     case COMMAND_NONE:
@@ -374,6 +374,7 @@ static void save_line(const uint32_t value[REGISTER_COUNT]) {
     const line_settings_t line = line_settings(value);
     if (parameter_store_save_line(&line)) {
         modbus_server_change_line(&line);
+        parameter_store_set_rate(line.baud);
     }
 }
 
