@@ -26,6 +26,19 @@ static void print_image(const hyst_parameters_t *image) {
            position_to_micrometres(image, HYST_Q31_MAX));
 }
 
+static void print_current(const info_t *info) {
+    const int64_t *now = info->now;
+    if (now[INDEX_capacitance] == 0) {
+        return;
+    }
+    printf("current     average %.3g mA, peak %.3g mA, into %g uF", info_milliamperes(info, now[INDEX_current_average]),
+           info_milliamperes(info, now[INDEX_current_peak]), 1e-6 * (double)now[INDEX_capacitance]);
+    if (now[INDEX_current_limit] > 0) {
+        printf("; trips above %.3g mA on average", info_milliamperes(info, now[INDEX_current_limit]));
+    }
+    printf("\n");
+}
+
 static void print(const info_t *info) {
     const int64_t *now = info->now;
     char version[INFO_VERSION_TEXT];
@@ -44,6 +57,7 @@ static void print(const info_t *info) {
     printf("now         amplifier %s, %s, %s: reference %.4f %s, drive %.4f V, position %.4f um\n",
            power_name(now[INDEX_amplifier_state]), mode_name(now[INDEX_active_mode]), state_name(now[INDEX_state]),
            value, unit, info_volts(info, now[INDEX_drive]), info_micrometres(info, now[INDEX_position]));
+    print_current(info);
     char live[FAULTS_TEXT], sticky[FAULTS_TEXT];
     printf("faults      now: %s; since start or clear: %s\n", faults_text(now[INDEX_faults_live], live),
            faults_text(now[INDEX_faults_sticky], sticky));

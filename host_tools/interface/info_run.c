@@ -6,11 +6,25 @@
 #include "compile/hysteresis_text.h"
 #include <stdio.h>
 
+/* Firmware that is older than these registers has no current to show. */
+static void read_current(device_t *device, info_t *info) {
+    failure_t ignored;
+    if (!device_read(device, INDEX_capacitance, &info->now[INDEX_capacitance], &ignored) ||
+        !device_read(device, INDEX_current_limit, &info->now[INDEX_current_limit], &ignored) ||
+        !device_read(device, INDEX_current_peak, &info->now[INDEX_current_peak], &ignored)) {
+        info->now[INDEX_capacitance] = 0;
+    }
+}
+
 bool info_read(device_t *device, info_t *info, failure_t *failure) {
     info->device = device;
-    return amplifier_image_read(device, &info->image, failure) &&
-           device_read(device, INDEX_commits, &info->commits, failure) &&
-           device_read_telemetry(device, info->now, failure);
+    if (!amplifier_image_read(device, &info->image, failure) ||
+        !device_read(device, INDEX_commits, &info->commits, failure) ||
+        !device_read_telemetry(device, info->now, failure)) {
+        return false;
+    }
+    read_current(device, info);
+    return true;
 }
 
 const char *info_board(const info_t *info) {
@@ -26,6 +40,12 @@ void info_version(const info_t *info, char text[INFO_VERSION_TEXT]) {
 
 double info_cost_us(const info_t *info, int which) {
     return 1e6 * (double)info->now[which] / (double)device_identity(info->device, INDEX_cost_rate);
+}
+
+double info_milliamperes(const info_t *info, int64_t step) {
+    const double farads = 1e-12 * (double)info->now[INDEX_capacitance];
+    const double volts = 1e-6 * info->image.drive_half_range_uv * (double)step / 2147483648.0;
+    return 1e3 * farads * volts * device_sample_rate_hz(info->device);
 }
 
 double info_volts(const info_t *info, int64_t drive) {
@@ -53,6 +73,18 @@ static json_t *counters_json(const info_t *info) {
     }
     json_object_set_new(object, "commits", json_integer(info->commits));
     return object;
+}
+
+static json_t *current_json(const info_t *info) {
+    const int64_t *now = info->now;
+    if (now[INDEX_capacitance] == 0) {
+        return json_null();
+    }
+    const int64_t limit = now[INDEX_current_limit];
+    return json_pack("{s:f, s:f, s:f, s:o}", "capacitance_f", 1e-12 * (double)now[INDEX_capacitance], "average_ma",
+                     info_milliamperes(info, now[INDEX_current_average]), "peak_ma",
+                     info_milliamperes(info, now[INDEX_current_peak]), "limit_ma",
+                     limit > 0 ? json_real(info_milliamperes(info, limit)) : json_null());
 }
 
 json_t *info_to_json(const info_t *info) {
@@ -91,6 +123,6 @@ json_t *info_to_json(const info_t *info) {
                   value, "reference_unit", unit, "drive_v", info_volts(info, now[INDEX_drive]), "position_um",
                   info_micrometres(info, now[INDEX_position]), "cost_max_us", info_cost_us(info, INDEX_cost_max),
                   "cost_last_us", info_cost_us(info, INDEX_cost_last));
-    return json_pack("{s:s, s:o, s:o, s:o, s:o}", "format", "hyst-info-1", "amplifier", identity, "image", in_force,
-                     "now", state, "counters", counters_json(info));
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o}", "format", "hyst-info-1", "amplifier", identity, "image",
+                     in_force, "now", state, "counters", counters_json(info), "current", current_json(info));
 }

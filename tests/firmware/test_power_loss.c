@@ -318,7 +318,8 @@ static const struct {
               {INDEX_supply_high, 3500},
               {INDEX_high_voltage_low, 155000},
               {INDEX_high_voltage_high, 165000},
-              {INDEX_health_looks, 3}};
+              {INDEX_health_looks, 3},
+              {INDEX_capacitance, 3300000}};
 enum { LIMITS = sizeof limits / sizeof limits[0] };
 
 static void set_limits(void) {

@@ -431,6 +431,25 @@ static void test_what_a_board_does_not_have_is_never_wrong(void) {
     TEST_ASSERT_EQUAL_INT32(HEALTH_ABSENT, (int32_t)master_get(INDEX_high_voltage));
 }
 
+/* The largest step since start or clear, whatever made it. */
+static void test_the_peak_of_the_current(void) {
+    hold_somewhere();
+    master_command(COMMAND_CLEAR);
+    TEST_ASSERT_EQUAL_INT32(0, (int32_t)master_get(INDEX_current_peak));
+    set(INDEX_setpoint_slew, 12345678);
+    set(INDEX_setpoint, -(1 << 30));
+    (void)fake_board_run(50);
+    TEST_ASSERT_EQUAL_INT32(12345678, (int32_t)master_get(INDEX_current_peak));
+    set(INDEX_setpoint_slew, 1 << 20);
+    (void)fake_board_run(500);
+    TEST_ASSERT_EQUAL_INT32(12345678, (int32_t)master_get(INDEX_current_peak));
+    set(INDEX_setpoint_slew, INT32_MAX);
+    set(INDEX_reference_slew, INT32_MAX);
+    set(INDEX_setpoint, 1 << 30);
+    (void)fake_board_run(50);
+    TEST_ASSERT_EQUAL_INT32_MESSAGE(FAKE_DRIVE_SLEW_MAX, (int32_t)master_get(INDEX_current_peak), "the board's");
+}
+
 int main(void) {
     rng = random_start("firmware_protection", 20261125);
     UNITY_BEGIN();
@@ -450,6 +469,7 @@ int main(void) {
     RUN_TEST(test_limits_are_within_the_boards);
     RUN_TEST(test_a_reading_that_vanishes);
     RUN_TEST(test_a_drive_converter_that_is_stuck_trips);
+    RUN_TEST(test_the_peak_of_the_current);
     RUN_TEST(test_what_a_board_does_not_have_is_never_wrong);
     return UNITY_END();
 }

@@ -237,6 +237,9 @@ static inline void watch_model(bool eventful, unsigned events, hyst_mode_t mode)
 static inline void watch_hardware(uint16_t position_code, hyst_q31_t before, hyst_q31_t drive) {
     const uint32_t step = drive > before ? (uint32_t)drive - (uint32_t)before : (uint32_t)before - (uint32_t)drive;
     loop.current += (step >> CURRENT_UNIT) - (loop.current >> CURRENT_BITS);
+    if (step > (uint32_t)loop.telemetry.current_peak) {
+        loop.telemetry.current_peak = (hyst_q31_t)step; /* a board allows less than full scale */
+    }
     const uint32_t warnings = sensor_watch_sample(position_code, step) | health_watch_warnings() |
                               (loop.model_warns ? (uint32_t)WARNING_MODEL : 0U);
     if (warnings != loop.telemetry.warnings_live) {

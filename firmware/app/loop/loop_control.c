@@ -280,6 +280,7 @@ void loop_clear(void) {
 #define COUNTER(name, address, note, text) t->name = 0;
 #include "registers/registers.def"
     t->samples = 0;
+    t->current_peak = 0;
     t->cost_last = t->cost_max = loop.cost = 0;
     t->faults_sticky = t->fault_first = t->limits_sticky = 0;
     t->warnings_sticky = t->warnings_live;

@@ -87,6 +87,7 @@ static const struct {
     KEPT(drive_low),      KEPT(drive_high),        KEPT(reference_low),     KEPT(reference_high),
     KEPT(reference_slew), KEPT(temperature_alert), KEPT(temperature_trip),  KEPT(supply_low),
     KEPT(supply_high),    KEPT(high_voltage_low),  KEPT(high_voltage_high), KEPT(health_looks),
+    KEPT(capacitance),
 #undef KEPT
 };
 #define KEPT_COUNT (sizeof kept / sizeof kept[0])
