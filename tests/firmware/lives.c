@@ -17,56 +17,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES_OF_A_LIFE = 40000, SAMPLES_BETWEEN_FAULTS = 2500, SERVES_TO_CATCH_UP = 400 };
+enum { SAMPLES_OF_A_LIFE = 40000, SAMPLES_BETWEEN_FAULTS = 2500, SERVES_TO_CATCH_UP = 400, COPIES = 16 };
 /* A drive and its code differ by half a step, at the upper end by a whole one. */
 #define CODE_STEP                    (1 << 16)
 #define FALLBACK_HZ                  16000000U
 #define PERIODS_TO_HARDWARE_WATCHDOG 19000U
-
-/* What may go wrong, each for a time. */
-typedef enum {
-    LATE,
-    MISSED,
-    CONVERTER,
-    SUPPLY_SAGS,
-    TEMPERATURE,
-    SUPPLY,
-    HIGH_VOLTAGE,
-    SENSOR,
-    HOST_DIES,
-    MAIN_LOOP_HANGS,
-    GARBAGE,
-    SECOND_MASTER,
-    ECHO,
-    MEMORY,
-    RESTART,
-    POWER_CUT,
-    FLASH,
-    KINDS
-} kind_t;
-
-static const struct {
-    const char *name;
-    int32_t longest; /* samples */
-} kinds[KINDS] = {
-    [LATE] = {"late samples", 12},
-    [MISSED] = {"missed periods", 1},
-    [CONVERTER] = {"converter times out", 300},
-    [SUPPLY_SAGS] = {"supply sags", 20},
-    [TEMPERATURE] = {"temperature", 3000},
-    [SUPPLY] = {"supply out of limits", 3000},
-    [HIGH_VOLTAGE] = {"stage's supply out of limits", 3000},
-    [SENSOR] = {"sensor lost or stuck", 5000},
-    [HOST_DIES] = {"host dies", 20000},
-    [MAIN_LOOP_HANGS] = {"main loop hangs", 20000},
-    [GARBAGE] = {"garbage on the line", 2000},
-    [SECOND_MASTER] = {"second master", 5000},
-    [ECHO] = {"echo", 5000},
-    [MEMORY] = {"memory changes", 1},
-    [RESTART] = {"restart", 1},
-    [POWER_CUT] = {"power cut in a store", 10000},
-    [FLASH] = {"flash fails", 5000},
-};
 
 typedef struct {
     uint32_t id;
@@ -94,9 +49,10 @@ static struct {
     uint32_t silence, silence_at_least;
     uint32_t hung, unfed; /* periods since the main loop came round, since the hardware watchdog was fed */
     unsigned fed;
+    unsigned long stalled; /* the last sample in which the main loop had stood still for too long */
     unsigned lossy,
-        answers;      /* what was sent while nobody listened may be lost, up to some time after the next answer */
-    copy_t stored[2]; /* what a start may find; one of them */
+        answers;           /* what was sent while nobody listened may be lost, up to some time after the next answer */
+    copy_t stored[COPIES]; /* what a start may find; one of them */
     unsigned stored_count;
     bool kept[RULES];
 } life;
@@ -320,32 +276,43 @@ static void note_commands(void) {
     life.silence_at_least = wire.heard ? 0 : life.silence_at_least;
 }
 
-/* What a start will find from here on: what the flash has taken, or what was there before a cut or that. */
-static void note_store(bool image, bool line, bool cut) {
-    copy_t next = life.stored[0];
-    if (life.stored_count != 1 || (!image && !line) || (!cut && read_now(ADDRESS_store_state, 1) != STORE_SAVED)) {
+static void may_find(copy_t copy) {
+    for (unsigned i = 0; i < life.stored_count; i++) {
+        if (same_copy(&copy, &life.stored[i])) {
+            return;
+        }
+    }
+    TEST_ASSERT_LESS_THAN_UINT(COPIES, life.stored_count);
+    life.stored[life.stored_count++] = copy;
+}
+
+/* What a start will find from here on: what the flash has taken, or what was there before a cut. Of several requests
+ * that were read at once, the limits may be those of before or after. */
+static void note_store(const copy_t *before, bool image, bool line, bool cut) {
+    copy_t old[COPIES], now = present_copy();
+    const unsigned count = life.stored_count;
+    if ((!image && !line) || (!cut && read_now(ADDRESS_store_state, 1) != STORE_SAVED)) {
         return;
     }
-    if (image) {
-        const copy_t now = present_copy();
-        next.id = now.id;
-        next.low = now.low;
-        next.high = now.high;
+    memcpy(old, life.stored, sizeof old);
+    life.stored_count = cut ? count : 0;
+    for (unsigned i = 0; i < count; i++) {
+        copy_t next[] = {image ? *before : old[i], image ? now : old[i]};
+        for (unsigned k = 0; k < 2; k++) {
+            next[k].address = line ? read_now(ADDRESS_line_address, 1) : old[i].address;
+            may_find(next[k]);
+        }
     }
-    if (line) {
-        next.address = read_now(ADDRESS_line_address, 1);
-    }
-    life.stored[cut ? 1 : 0] = next;
-    life.stored_count = cut ? 2 : 1;
 }
 
 static void serve(void) {
     wire_settle();
     const bool image = wire_waits_for(COMMAND_SAVE), line = wire_waits_for(COMMAND_SAVE_LINE);
+    const copy_t before = image ? present_copy() : life.stored[0];
     (void)amplifier_serve();
     if (fake_store.dead) {
         met.cut++;
-        note_store(image, line, true);
+        note_store(&before, image, line, true);
         restart(RESET_POWER);
         return;
     }
@@ -354,7 +321,7 @@ static void serve(void) {
     if (life.lossy > 0 && !wire.unanswered && wire.answers != life.answers) {
         life.lossy--;
     }
-    note_store(command_taken(COMMAND_SAVE), command_taken(COMMAND_SAVE_LINE), false);
+    note_store(&before, command_taken(COMMAND_SAVE), command_taken(COMMAND_SAVE_LINE), false);
     look_at_settings();
 }
 
@@ -407,7 +374,7 @@ static long long outside(hyst_q31_t drive) {
 /* Within the last look at each channel; or somebody has set other limits. */
 static bool lately(kind_t kind) {
     return is(kind) || life.seen[SECOND_MASTER] > 0 ||
-           (life.seen[kind] > 0 && life.sample - life.ended[kind] < 2UL * HEALTH_CHANNELS * HEALTH_WATCH_EVERY);
+           (life.seen[kind] > 0 && life.sample - life.ended[kind] < 2UL * HEALTH_WATCH_TURN);
 }
 
 /* A cause that the last moments could have had. */
@@ -427,7 +394,7 @@ static bool has_cause(uint32_t cause, const loop_input_t *input) {
     case FAULT_CURRENT:
         return read_now(ADDRESS_current_limit, 2) != 0;
     case FAULT_STALL:
-        return life.hung + HEALTH_WATCH_EVERY > LOOP_STALL_MS * 10U;
+        return life.sample - life.stalled < 2UL * HEALTH_WATCH_TURN; /* it is looked at once a turn */
     case FAULT_IMAGE:
         return life.seen[MEMORY] > 0;
     default:
@@ -499,6 +466,7 @@ static void sample(void) {
     fake_board.microseconds += FAKE_SAMPLE_US * (1U + periods);
     life.hung += 1U + periods;
     life.unfed += 1U + periods;
+    life.stalled = life.hung + HEALTH_WATCH_TURN > HEALTH_WATCH_STALL_MS * 10U ? life.sample : life.stalled;
     note_commands();
     const hyst_q31_t drive = (hyst_q31_t)((uint32_t)(loop_sample(&input) ^ BOARD_CODE_MIDDLE) << 16);
     *position = drive;

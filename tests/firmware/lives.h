@@ -32,6 +32,33 @@ typedef struct {
 
 extern const rule_text_t rule_text[RULES];
 
+/** What may go wrong, each for a time. */
+typedef enum {
+    LATE,
+    MISSED,
+    CONVERTER,
+    SUPPLY_SAGS,
+    TEMPERATURE,
+    SUPPLY,
+    HIGH_VOLTAGE,
+    SENSOR,
+    HOST_DIES,
+    MAIN_LOOP_HANGS,
+    GARBAGE,
+    SECOND_MASTER,
+    ECHO,
+    MEMORY,
+    RESTART,
+    POWER_CUT,
+    FLASH,
+    KINDS
+} kind_t;
+
+extern const struct kind {
+    const char *name;
+    int32_t longest; /**< samples */
+} kinds[KINDS];
+
 typedef struct {
     unsigned long lives, samples;
     unsigned long held[RULES]; /**< lives in which it held in every sample */

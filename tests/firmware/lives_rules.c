@@ -16,3 +16,23 @@ const rule_text_t rule_text[RULES] = {
     [RULE_STORE] = {"all of these at once: store", "a start has the old copy or the new one, whole"},
     [RULE_LINE] = {"all of these at once: line", "each whole request is answered once, and nothing else is"},
 };
+
+const struct kind kinds[KINDS] = {
+    [LATE] = {"late samples", 12},
+    [MISSED] = {"missed periods", 1},
+    [CONVERTER] = {"converter times out", 300},
+    [SUPPLY_SAGS] = {"supply sags", 20},
+    [TEMPERATURE] = {"temperature", 3000},
+    [SUPPLY] = {"supply out of limits", 3000},
+    [HIGH_VOLTAGE] = {"stage's supply out of limits", 3000},
+    [SENSOR] = {"sensor lost or stuck", 5000},
+    [HOST_DIES] = {"host dies", 20000},
+    [MAIN_LOOP_HANGS] = {"main loop hangs", 20000},
+    [GARBAGE] = {"garbage on the line", 2000},
+    [SECOND_MASTER] = {"second master", 5000},
+    [ECHO] = {"echo", 5000},
+    [MEMORY] = {"memory changes", 1},
+    [RESTART] = {"restart", 1},
+    [POWER_CUT] = {"power cut in a store", 10000},
+    [FLASH] = {"flash fails", 5000},
+};
