@@ -173,7 +173,7 @@ static void test_a_broadcast_stops_all_and_starts_none(void) {
     }
 }
 
-/* One of them misbehaves. It is asked as often as the others, whose answers stay right, and who hear everything. */
+/* One of them misbehaves. It gets as many requests as the others, whose answers stay right, and who hear everything. */
 static void test_one_that_answers_wrongly_or_late_confuses_nobody(void) {
     static const answers_t faults[] = {ANSWERS_NOT, ANSWERS_LATE,      ANSWERS_GARBLED,
                                        ANSWERS_CUT, ANSWERS_AS_NOBODY, ANSWERS_TWICE};
@@ -236,7 +236,7 @@ static void test_the_host_tool_asks_the_one_that_is_meant(void) {
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "no answer"), said);
 }
 
-/* One is late, and its answer comes while the next one is asked. */
+/* One is late, and its answer comes while the next one has a request. */
 static void test_the_host_tool_does_not_take_a_late_answer_of_another(void) {
     char options[200];
     shared_line_node(1)->delay_ms = 2500;

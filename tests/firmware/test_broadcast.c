@@ -2,7 +2,7 @@
 /*
  * What a request to every amplifier of the line can do: what makes the output safe or harms nothing, and not a bit
  * more, with everything unlocked. That a register or a command is refused for being broadcast shows in that the same
- * request is taken when it is asked of one amplifier.
+ * request is taken when it goes to one amplifier.
  */
 #include "amplifier.h"
 #include "fake_board.h"
