@@ -72,9 +72,10 @@ static void trip(uint32_t faults) {
 static void in_fault(bool stage) {
     drive_range_t *range = &loop.active->range;
     const hyst_q31_t slew = loop.active->image_range.return_slew;
-    const hyst_q31_t faster = board_info.fault_slew_min > slew ? board_info.fault_slew_min - slew : 0;
+    const hyst_q31_t least = board_info.fault_slew_min;
+    const hyst_q31_t faster = least > slew ? hyst_subtract(least, slew) : 0;
     const int64_t rest = loop.compensator.transition;
-    range->return_slew = slew + faster;
+    range->return_slew = least > slew ? least : slew;
     loop.compensator.transition = rest > faster ? rest - faster : rest < -faster ? rest + faster : 0;
     if (stage && loop.feeds > 0) {
         loop.feeds--;

@@ -15,8 +15,8 @@
  * Both trip.
  *
  * A channel that the board does not have (HEALTH_ABSENT) is never outside. One that was there and is no more is: the
- * temperature warns, a supply trips. The self test at the end of precharge asks
- * for all of them as last read, without debounce: the stage's supply has to be up before the drive may move.
+ * temperature warns, a supply trips. The self test at the end of precharge asks for all of them as last read, without
+ * debounce: the stage's supply has to be up before the drive may move.
  */
 #ifndef HEALTH_WATCH_H
 #define HEALTH_WATCH_H
