@@ -57,8 +57,8 @@ static void expect_refused_as_broadcast(uint16_t address, const char *what) {
 
 /* A value that one amplifier would take, and that is not there now. */
 static uint32_t another(unsigned index) {
-    static const uint32_t values[] = {1, 2, 3, 4, 7, 100, 9600, UINT32_MAX, 0};
     const uint32_t before = master_get(index);
+    const uint32_t values[] = {1, 2, 3, 4, 7, 100, 9600, UINT32_MAX, 0, before + 1U, before - 1U};
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
         setUp();
         if (values[i] != before && master_set(index, values[i]) == MODBUS_OK && master_get(index) == values[i]) {

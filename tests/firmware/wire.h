@@ -20,7 +20,7 @@ typedef struct {
     unsigned count;
     bool heard;       /**< a request was accepted */
     bool maybe_heard; /**< or may have been */
-    bool unasked;     /**< an answer without a request *//
+    bool unasked;     /**< an answer without a request */
     bool unanswered;  /**< a whole request to this amplifier, read and not answered */
     unsigned answers; /**< since wire_start */
     unsigned accepted;
