@@ -35,10 +35,10 @@ typedef struct {
  * it; else 0. (Both ends together may be off by some 4 % of a bit time over a frame of 10 or 11 bits.) */
 uint32_t line_divider(uint32_t clock_hz, uint32_t baud);
 
-/** Cycles that a sample may take so that no byte is lost at this rate. Bytes come by an interrupt below the sample's, and
- * a UART holds one byte while the next arrives. The ends of two bytes are 10 bits apart: in that time a whole sample
- * has to fit, with all that hyst_cost_budget keeps apart and LINE_CYCLES_BESIDE. Calculated, not seen on silicon.
- * core_hz: 1 MHz or more. */
+/** Cycles that a sample may take so that no byte is lost at this rate. Bytes come by an interrupt below the sample's,
+ * and a UART holds one byte while the next arrives. The ends of two bytes are 10 bits apart: in that time a whole
+ * sample has to fit, with all that hyst_cost_budget keeps apart and LINE_CYCLES_BESIDE. Calculated, not seen on
+ * silicon. core_hz: 1 MHz or more. */
 uint32_t line_sample_budget(uint32_t core_hz, uint32_t baud);
 
 /** To take the byte, and the longest time for which the main loop locks interrupts out: 100 instructions each, more
