@@ -11,9 +11,9 @@ static uint32_t accepted;     /* requests, when a master was last heard */
 static uint32_t last_samples; /* when the hardware watchdog was last fed */
 
 void amplifier_init(const board_start_t *start) {
-    loop_init(parameter_store_init(), start->faults);
-    event_log_init(start->reset_cause);
     const line_settings_t line = parameter_store_line(start->default_line);
+    loop_init(parameter_store_init(line.baud), start->faults);
+    event_log_init(start->reset_cause);
     modbus_server_init(&line);
     registers_init(start, &line);
     accepted = modbus_server_accepted();

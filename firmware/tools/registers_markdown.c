@@ -47,9 +47,17 @@ static void print_introduction(void) {
         "| 16 | write registers | %u |\n"
         "| 23 | write, then read | %u, %u |\n"
         "| 43/14 | device identification: vendor, product, revision; object 128, the serial number | |\n\n"
-        "A request to address %u that only writes is executed and not answered; others are ignored. A request succeeds "
-        "or fails as a whole: one that is "
-        "refused has changed nothing.\n\n"
+        "A request succeeds or fails as a whole: one that is refused has changed nothing.\n\n"
+        "A request to address %u is for every amplifier of the line and is not answered. It may write what makes the "
+        "output safe, or what moves nothing and protects nothing: the commands %u (nothing), %u (stop, also out of a "
+        "fault), %u (clear; with the parameters unlocked), %u (park), %u (latch: one instant for all) and %u "
+        "(disarm), mode 0, the coil off, and 0 to `unlock`. All else is refused (`write_refused` %u), whatever is "
+        "unlocked, and one such register refuses the whole request: what starts, arms, changes or stores is for one "
+        "amplifier, and answered. Functions that read are ignored at this address.\n\n"
+        "Several amplifiers share a line when each has an address of its own. All are delivered with the same one: set "
+        "them one at a time, with no other on the line (`line_address`, then command %u). Each hears what the others "
+        "answer and acts on none of it, as long as masters leave a silence between an answer and the next request. "
+        "Give each a communication timeout that is longer than a whole turn of requests.\n\n"
         "| exception | meaning here |\n|---|---|\n"
         "| 1 | unknown function |\n"
         "| 2 | a register that does not exist, or is read only, or half of a two-register value |\n"
@@ -57,7 +65,9 @@ static void print_introduction(void) {
         "| 4 | legal, but not now: the capture is being filled, the table is being played, or a lock is on (`unlock`) "
         "|\n\n",
         (unsigned)as_delivered.address, (unsigned)as_delivered.baud, MODBUS_READ_MAX, MODBUS_WRITE_MAX,
-        MODBUS_READ_WRITE_MAX, MODBUS_READ_MAX, MODBUS_BROADCAST_ADDRESS);
+        MODBUS_READ_WRITE_MAX, MODBUS_READ_MAX, MODBUS_BROADCAST_ADDRESS, (unsigned)COMMAND_NONE,
+        (unsigned)COMMAND_STOP, (unsigned)COMMAND_CLEAR, (unsigned)COMMAND_PARK, (unsigned)COMMAND_LATCH,
+        (unsigned)COMMAND_DISARM, (unsigned)WRITE_BROADCAST, (unsigned)COMMAND_SAVE_LINE);
 }
 
 static void print_numbers(void) {

@@ -272,7 +272,8 @@ const char *parity_name(int64_t number) {
 }
 
 bool device_options_check(const device_options_t *options, failure_t *failure) {
-    static const unsigned long rates[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600};
+    static const unsigned long rates[] = {1200,  2400,   4800,   9600,   19200,  38400,
+                                          57600, 115200, 230400, 460800, 500000, 921600};
     if (options->port == NULL) {
         return fail(failure, "--port DEV is missing");
     }

@@ -71,7 +71,7 @@ static int run(int argc, char **argv) {
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--set-address", NULL, OPTION_COUNT, "N", "address to have from now on, 1 to 247", &s.address},
-        {"--set-baud", NULL, OPTION_COUNT, "N", "bits per second to have from now on, 9600 to 230400", &s.baud},
+        {"--set-baud", NULL, OPTION_COUNT, "N", "bits per second to have from now on, 9600 to 500000", &s.baud},
         {"--set-parity", NULL, OPTION_TEXT, "none|even|odd", "parity to have from now on", &s.parity},
         JSON_OPTION(&s.json),
     };

@@ -12,6 +12,7 @@
 
 fake_board_t fake_board;
 uint32_t fake_core_hz = 168000000;
+void (*fake_board_sends)(const uint8_t *frame, size_t length);
 
 const board_info_t board_info = {.id = 0,
                                  .latency_samples = FAKE_LATENCY,
@@ -42,6 +43,9 @@ void board_modbus_send(const uint8_t *frame, size_t length) {
     memcpy(fake_board.sent, frame, length);
     fake_board.sent_length = length;
     fake_board.frames_sent++;
+    if (fake_board_sends != NULL) {
+        fake_board_sends(frame, length);
+    }
 }
 
 uint32_t board_lock(void) {

@@ -51,6 +51,9 @@ extern fake_board_t fake_board;
 /** Clock of the processor, which a power-on leaves as it is. 168 MHz unless a test changes it. */
 extern uint32_t fake_core_hz;
 
+/** Called with each frame that is sent, when it is set. */
+extern void (*fake_board_sends)(const uint8_t *frame, size_t length);
+
 /* FAKE_CONVERTER_BITS comes from CMakeLists.txt. */
 
 /** Its flash sectors, which keep what they hold over fake_board_start. */

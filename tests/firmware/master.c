@@ -105,3 +105,29 @@ void master_write_words(uint16_t block, const uint32_t *words, size_t count) {
         done += part;
     }
 }
+
+static uint32_t word_at(const uint8_t *pdu, size_t length, size_t at) {
+    return at + 1U < length ? (uint32_t)(pdu[at] << 8 | pdu[at + 1U]) : 0U;
+}
+
+uint32_t master_command_of(const uint8_t *pdu, size_t length) {
+    const size_t at = pdu[0] == 23 ? 5 : 1;
+    const uint32_t first = word_at(pdu, length, at), count = word_at(pdu, length, at + 2U);
+    switch (pdu[0]) {
+    case 5:
+        return word_at(pdu, length, 3) != 0 ? COMMAND_ARM : COMMAND_DISARM;
+    case 15:
+        return length > 6U && (pdu[6] & 1U) != 0 ? COMMAND_ARM : COMMAND_DISARM;
+    case 6:
+        return first == ADDRESS_command ? count : 0U;
+    case 22: /* what is masked reads as 0 */
+        return first == ADDRESS_command ? word_at(pdu, length, 5) & ~count & 0xFFFFU : 0U;
+    case 16:
+    case 23:
+        return first <= ADDRESS_command && first + count > ADDRESS_command
+                   ? word_at(pdu, length, at + 5U + 2U * (ADDRESS_command - first))
+                   : 0U;
+    default:
+        return 0;
+    }
+}

@@ -37,4 +37,8 @@ void master_command(control_command_t command);
 /** Writes words to a block, in as many requests as it takes; the test fails on an exception. */
 void master_write_words(uint16_t block, const uint32_t *words, size_t count);
 
+/** The command that this request of so many bytes writes, by whichever function: to the register, or by the coil. 0 for
+ * none. A request that is malformed writes nothing, whatever this says. */
+uint32_t master_command_of(const uint8_t *pdu, size_t length);
+
 #endif

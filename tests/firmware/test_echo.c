@@ -154,7 +154,8 @@ static void test_only_accepted_requests_feed_the_timeout(void) {
         uint8_t pdu[12];
     } cases[] = {{5, 1, true, {3, 0, 0, 0, 1}},
                  {5, 1, true, {6, 0x01, 0x04, 0, 1}},
-                 {5, 0, true, {6, 0x01, 0x04, 0, 1}},
+                 {5, 0, true, {6, 0x01, 0x00, 0, COMMAND_LATCH}},
+                 {5, 0, false, {6, 0x01, 0x04, 0, 1}}, /* not for all at once */
                  {5, 0, false, {6, 0x01, 0x04, 0, 77}},
                  {5, 1, false, {6, 0x01, 0x04, 0, 77}},
                  {5, 1, false, {3, 0x30, 0, 0, 1}},
@@ -184,6 +185,28 @@ static void test_an_echo_does_not_feed_the_timeout(void) {
     }
 }
 
+/* The main loop was busy: when it answers, there is already something behind the request. The echo comes after both. */
+static void test_an_echo_behind_what_waited_for_the_answer(void) {
+    static const uint8_t pdu[] = {6, 0x01, 0x04, 0, 1}, noise[] = {0x55, 0xAA, 0x55, 0xAA, 0x55};
+    uint8_t frame[MODBUS_FRAME_MAX], echo[MODBUS_FRAME_MAX];
+    const size_t length = request(frame, pdu, sizeof pdu);
+    be_silent(2 * FAKE_SILENCE_US);
+    arrive(frame, length);
+    be_silent(2 * FAKE_SILENCE_US);
+    arrive(noise, sizeof noise);
+    be_silent(2 * FAKE_SILENCE_US);
+    const unsigned before = fake_board.frames_sent;
+    (void)amplifier_serve();
+    TEST_ASSERT_EQUAL_UINT(before + 1U, fake_board.frames_sent);
+    const uint32_t heard = modbus_server_accepted();
+    memcpy(echo, fake_board.sent, fake_board.sent_length);
+    arrive(echo, fake_board.sent_length);
+    be_silent(2 * FAKE_SILENCE_US);
+    (void)amplifier_serve();
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(before + 1U, fake_board.frames_sent, "answered its own answer");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(heard, modbus_server_accepted(), "executed a request twice");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_answer_to_each_request);
@@ -192,5 +215,6 @@ int main(void) {
     RUN_TEST(test_no_answer_to_an_exception);
     RUN_TEST(test_only_accepted_requests_feed_the_timeout);
     RUN_TEST(test_an_echo_does_not_feed_the_timeout);
+    RUN_TEST(test_an_echo_behind_what_waited_for_the_answer);
     return UNITY_END();
 }

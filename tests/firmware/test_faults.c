@@ -10,6 +10,7 @@
 #include "amplifier.h"
 #include "built_from.h"
 #include "fake_board.h"
+#include "lives.h"
 #include "loop/loop.h"
 #include "loop/loop_memory.h"
 #include "master.h"
@@ -467,34 +468,64 @@ static const struct {
 };
 enum { FAULTS = sizeof faults / sizeof faults[0] };
 
-static void test_every_fault(void) {
-    const char *wanted = getenv("HYST_FAULT_RUNS");
-    const unsigned long runs = wanted != NULL ? strtoul(wanted, NULL, 10) : 100UL;
-    unsigned long held[FAULTS];
-    for (unsigned f = 0; f < FAULTS; f++) {
-        held[f] = 0;
-        for (unsigned long i = 0; i < runs; i++) {
-            live();
-            const bool before = lawful;
-            const bool good = faults[f].happens();
-            held[f] += good && (faults[f].restarts ? before : lawful) ? 1UL : 0UL;
-        }
+/* One row each: of a fault in lives that have no other, and of a rule in lives that have them all. */
+typedef struct {
+    const char *fault, *expected;
+    unsigned long held, lives;
+} row_t;
+
+enum { ROWS = FAULTS + RULES, LIVES_EACH = 2 };
+
+static row_t row_of_fault(unsigned f, unsigned long lives) {
+    row_t row = {.fault = faults[f].fault, .expected = faults[f].expected, .lives = lives};
+    for (unsigned long i = 0; i < lives; i++) {
+        live();
+        const bool before = lawful;
+        const bool good = faults[f].happens();
+        row.held += good && (faults[f].restarts ? before : lawful) ? 1UL : 0UL;
     }
+    return row;
+}
+
+static void write_rows(const row_t rows[ROWS]) {
     FILE *file = fopen(FAULTS_JSON, "w");
     TEST_ASSERT_NOT_NULL_MESSAGE(file, FAULTS_JSON);
     (void)fprintf(file, "[\n");
-    for (unsigned f = 0; f < FAULTS; f++) {
+    for (unsigned r = 0; r < ROWS; r++) {
         (void)fprintf(file,
                       "  {\"fault\": \"%s\", \"expected\": \"%s\", \"seen\": \"as expected in %lu of %lu lives\", "
                       "\"held\": %s, \"seed\": \"%" PRIu64 "\", \"commit\": \"%s\"}%s\n",
-                      faults[f].fault, faults[f].expected, held[f], runs, held[f] == runs ? "true" : "false", seed,
-                      built_from, f + 1U < FAULTS ? "," : "");
+                      rows[r].fault, rows[r].expected, rows[r].held, rows[r].lives,
+                      rows[r].held == rows[r].lives ? "true" : "false", seed, built_from, r + 1U < ROWS ? "," : "");
     }
     (void)fprintf(file, "]\n");
     TEST_ASSERT_EQUAL_INT(0, fclose(file));
+}
+
+static void test_every_fault(void) {
+    const char *wanted = getenv("HYST_FAULT_RUNS");
+    const unsigned long runs = wanted != NULL ? strtoul(wanted, NULL, 10) : 100UL;
+    row_t rows[ROWS];
     for (unsigned f = 0; f < FAULTS; f++) {
-        TEST_ASSERT_EQUAL_UINT64_MESSAGE(runs, held[f], faults[f].fault);
+        rows[f] = row_of_fault(f, runs);
     }
+    const lives_t lives = lives_run(seed, LIVES_EACH * runs);
+    for (unsigned rule = 0; rule < RULES; rule++) {
+        rows[FAULTS + rule] = (row_t){.fault = rule_text[rule].fault,
+                                      .expected = rule_text[rule].expected,
+                                      .held = lives.held[rule],
+                                      .lives = lives.lives};
+    }
+    write_rows(rows);
+    for (unsigned r = 0; r < ROWS; r++) {
+        TEST_ASSERT_EQUAL_UINT64_MESSAGE(rows[r].lives, rows[r].held, rows[r].fault);
+    }
+}
+
+static void expect_row(const char *page, const char *fault, const char *expected) {
+    char row[300];
+    (void)snprintf(row, sizeof row, "\n| %s | %s | as expected in ", fault, expected);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(page, row), fault);
 }
 
 /* docs/FAULTS.md has each of them, with what is expected. */
@@ -505,9 +536,10 @@ static void test_the_page_has_every_fault(void) {
     page[fread(page, 1, sizeof page - 1, file)] = '\0';
     TEST_ASSERT_EQUAL_INT(0, fclose(file));
     for (unsigned f = 0; f < FAULTS; f++) {
-        char row[300];
-        (void)snprintf(row, sizeof row, "\n| %s | %s | as expected in ", faults[f].fault, faults[f].expected);
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(page, row), faults[f].fault);
+        expect_row(page, faults[f].fault, faults[f].expected);
+    }
+    for (unsigned rule = 0; rule < RULES; rule++) {
+        expect_row(page, rule_text[rule].fault, rule_text[rule].expected);
     }
 }
 

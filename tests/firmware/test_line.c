@@ -5,6 +5,7 @@
  */
 #include "amplifier.h"
 #include "fake_board.h"
+#include "hyst/cost.h"
 #include "loop/loop.h"
 #include "master.h"
 #include "store/image_store.h"
@@ -86,7 +87,7 @@ static void test_what_no_line_can_have_is_refused(void) {
         unsigned index;
         uint32_t good[2], bad[4];
     } cases[] = {{INDEX_line_address, {1, 247}, {0, 248, 255, 65535}},
-                 {INDEX_line_baud, {9600, 230400}, {0, 9599, 230401, UINT32_MAX}},
+                 {INDEX_line_baud, {9600, 500000}, {0, 9599, 500001, UINT32_MAX}},
                  {INDEX_line_parity, {LINE_PARITY_NONE, LINE_PARITY_ODD}, {3, 4, 255, 65535}}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         for (unsigned k = 0; k < 2; k++) {
@@ -115,6 +116,76 @@ static void test_a_rate_is_one_that_the_divider_makes(void) {
     }
 }
 
+/* The rates that adapters have. The h405's UART gets 84 MHz. Both ends together may be off by some 4 %. */
+static void test_the_error_of_each_rate(void) {
+    static const struct {
+        uint32_t baud, divider;
+        double error_percent;
+    } rates[] = {{9600, 8750, 0.0},    {19200, 4375, 0.0},    {38400, 2188, -0.023}, {57600, 1458, 0.023},
+                 {115200, 729, 0.023}, {230400, 365, -0.114}, {460800, 182, 0.160},  {500000, 168, 0.0}};
+    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
+        const double made = 84e6 / rates[i].divider;
+        TEST_ASSERT_EQUAL_UINT32(rates[i].divider, line_divider(84000000, rates[i].baud));
+        TEST_ASSERT_DOUBLE_WITHIN(0.001, rates[i].error_percent, 100.0 * (made / rates[i].baud - 1.0));
+    }
+}
+
+/* From one byte's end to the next one's, less 24 cycles to enter and leave the interrupt, 3.2 us for a conversion, and
+ * 400 to take the byte and for locks. */
+static void test_what_a_rate_leaves_for_a_sample(void) {
+    TEST_ASSERT_EQUAL_UINT32(14583 - 24 - 537 - 400, line_sample_budget(168000000, 115200));
+    TEST_ASSERT_EQUAL_UINT32(7291 - 24 - 537 - 400, line_sample_budget(168000000, 230400));
+    TEST_ASSERT_EQUAL_UINT32(3360 - 24 - 537 - 400, line_sample_budget(168000000, LINE_BAUD_MAX));
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0, line_sample_budget(1000000, 115200), "nothing is left");
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    TEST_ASSERT_TRUE(hyst_cost_cycles(&p) <= line_sample_budget(168000000, LINE_BAUD_MAX));
+    TEST_ASSERT_TRUE_MESSAGE(hyst_cost_cycles(&p) > line_sample_budget(168000000, 921600), "no image at all");
+}
+
+static hyst_parameters_t costly(uint32_t sections) {
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    p.model_id = 70 + sections;
+    p.shape_sections = sections < HYST_IIR_MAX_SECTIONS ? sections : HYST_IIR_MAX_SECTIONS;
+    p.equalise_sections = sections - p.shape_sections;
+    for (uint32_t i = 0; i < HYST_IIR_MAX_SECTIONS; i++) {
+        p.shape[i] = p.equalise[i] = (hyst_iir_section_t){.b0 = HYST_Q28_ONE};
+    }
+    return p;
+}
+
+static uint32_t commit(const hyst_parameters_t *p) {
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    master_write_words(ADDRESS_staging, words, hyst_parameters_encode(p, words, HYST_IMAGE_MAX_WORDS));
+    master_command(COMMAND_COMMIT);
+    (void)fake_board_run(3000);
+    return master_get(INDEX_fault_code);
+}
+
+/* Where a sample takes longer than a byte, bytes would be lost, and so the requests that they belong to, STOP too. */
+static void test_a_rate_and_an_image_fit_each_other(void) {
+    uint32_t sections = 0;
+    hyst_parameters_t large = costly(0);
+    while (sections < 2U * HYST_IIR_MAX_SECTIONS &&
+           hyst_cost_cycles(&large) <= line_sample_budget(168000000, LINE_BAUD_MAX)) {
+        large = costly(++sections);
+    }
+    const hyst_parameters_t small = costly(sections - 1U);
+    TEST_ASSERT_TRUE(hyst_cost_cycles(&large) > line_sample_budget(168000000, LINE_BAUD_MAX));
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, commit(&large));
+    note(1, LINE_BAUD_MAX, LINE_PARITY_NONE);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE_LINE));
+    TEST_ASSERT_EQUAL_UINT(0, fake_store.erasures);
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_OK, commit(&small));
+    TEST_ASSERT_TRUE(commanded(1, COMMAND_SAVE_LINE));
+    TEST_ASSERT_EQUAL_UINT32(line_sample_budget(168000000, LINE_BAUD_MAX), master_get(INDEX_cost_budget));
+    TEST_ASSERT_EQUAL_UINT32(HYST_PARAMETERS_TOO_COSTLY, commit(&large));
+    TEST_ASSERT_EQUAL_UINT32(small.model_id, master_get(INDEX_active_model_id));
+    fake_board_start(&plain_start);
+    TEST_ASSERT_EQUAL_UINT32(line_sample_budget(168000000, LINE_BAUD_MAX), master_get(INDEX_cost_budget));
+}
+
 static void test_nothing_changes_before_the_command_and_before_its_answer(void) {
     note(42, 19200, LINE_PARITY_EVEN);
     expect_line(1, 115200, LINE_PARITY_NONE);
@@ -126,10 +197,13 @@ static void test_nothing_changes_before_the_command_and_before_its_answer(void) 
     expect_line(42, 19200, LINE_PARITY_EVEN);
 }
 
-static void test_a_broadcast_changes_it_too(void) {
+/* It would give every amplifier of the line one address. */
+static void test_a_broadcast_changes_nothing(void) {
     note(7, 38400, LINE_PARITY_ODD);
     TEST_ASSERT_FALSE(commanded(0, COMMAND_SAVE_LINE));
-    expect_line(7, 38400, LINE_PARITY_ODD);
+    TEST_ASSERT_EQUAL_UINT(0, fake_store.erasures);
+    expect_line(1, 115200, LINE_PARITY_NONE);
+    TEST_ASSERT_EQUAL_UINT32(WRITE_BROADCAST, master_get(INDEX_write_refused));
 }
 
 static void test_a_start_has_what_was_stored(void) {
@@ -253,8 +327,11 @@ int main(void) {
     RUN_TEST(test_it_takes_the_key_for_parameters);
     RUN_TEST(test_what_no_line_can_have_is_refused);
     RUN_TEST(test_a_rate_is_one_that_the_divider_makes);
+    RUN_TEST(test_the_error_of_each_rate);
+    RUN_TEST(test_what_a_rate_leaves_for_a_sample);
+    RUN_TEST(test_a_rate_and_an_image_fit_each_other);
     RUN_TEST(test_nothing_changes_before_the_command_and_before_its_answer);
-    RUN_TEST(test_a_broadcast_changes_it_too);
+    RUN_TEST(test_a_broadcast_changes_nothing);
     RUN_TEST(test_a_start_has_what_was_stored);
     RUN_TEST(test_the_board_can_ask_for_the_default);
     RUN_TEST(test_stored_settings_that_are_not_possible_are_not_in_force);

@@ -175,9 +175,23 @@ static void test_random_bytes(void) {
 enum { PDU_MAX = 40, COUNT_MAX = 12 };
 static size_t random_request(uint8_t pdu[PDU_MAX]) {
     static const uint8_t functions[] = {3, 4, 6, 16, 16, 23, 43, 1, 2, 5, 8, 15, 22};
-    static const uint16_t bases[] = {
-        0,      0x0100,           0x0101,          0x0111,         0x0180,         ADDRESS_unlock, ADDRESS_sequence,
-        0xFFF0, ADDRESS_waveform, ADDRESS_staging, ADDRESS_active, ADDRESS_capture};
+    static const uint16_t bases[] = {0,
+                                     0x0100,
+                                     0x0101,
+                                     0x0111,
+                                     0x0180,
+                                     ADDRESS_drive_low,
+                                     ADDRESS_unlock,
+                                     ADDRESS_sequence,
+                                     ADDRESS_line_address,
+                                     ADDRESS_tones,
+                                     ADDRESS_waveform,
+                                     ADDRESS_staging,
+                                     ADDRESS_active,
+                                     ADDRESS_capture,
+                                     ADDRESS_event_log,
+                                     ADDRESS_stream,
+                                     0xFFF0};
     size_t length = (size_t)random_between(&rng, 1, PDU_MAX);
     random_bytes(pdu, PDU_MAX);
     uint64_t small = random_bits(&rng);
@@ -240,36 +254,21 @@ static size_t disarming(uint8_t pdu[PDU_MAX]) {
     return sizeof request;
 }
 
-/* What a request that was answered wrote to the command register, or to the coil. */
-static uint32_t command_of(const uint8_t *pdu) {
-    const uint8_t *const at = pdu + (pdu[0] == 23 ? 5 : 1);
-    const unsigned first = (unsigned)at[0] << 8 | at[1];
-    switch (pdu[0]) {
-    case 5:
-        return pdu[3] != 0 ? COMMAND_ARM : COMMAND_DISARM;
-    case 15:
-        return (pdu[6] & 1U) != 0 ? COMMAND_ARM : COMMAND_DISARM;
-    case 6:
-        return first == ADDRESS_command ? (uint32_t)(pdu[3] << 8 | pdu[4]) : 0U;
-    case 22: /* what is masked reads as 0 */
-        return first == ADDRESS_command ? (uint32_t)((pdu[5] & ~pdu[3]) << 8 | (pdu[6] & ~pdu[4])) & 0xFFFFU : 0U;
-    case 16:
-    case 23:
-        if (first <= ADDRESS_command && first + at[3] > ADDRESS_command) {
-            const uint8_t *const value = at + 5U + 2U * (ADDRESS_command - first);
-            return (uint32_t)(value[0] << 8 | value[1]);
-        }
-        return 0;
-    default:
-        return 0;
-    }
+/* Never answered, and no way to anything but a safer output. */
+static void check_broadcast(modbus_outcome_t outcome, const uint8_t *pdu, size_t length, size_t reply_length) {
+    TEST_ASSERT_EQUAL_UINT(0, reply_length);
+    TEST_ASSERT_TRUE(outcome != MODBUS_FRAME_ANSWERED && outcome != MODBUS_FRAME_BROKEN);
+    const uint32_t command = master_command_of(pdu, length);
+    TEST_ASSERT_TRUE(outcome != MODBUS_FRAME_BROADCAST || command == COMMAND_NONE || command == COMMAND_STOP ||
+                     command == COMMAND_CLEAR || command == COMMAND_PARK || command == COMMAND_LATCH ||
+                     command == COMMAND_DISARM);
 }
 
 /* The loop runs in between, so commands and sources really act; and a new life begins now and then, so that no request
  * decides for good what the others meet. */
 static void test_random_requests(void) {
     enum { FRAMES_OF_A_LIFE = 20000, FRAMES_OF_A_MOOD = 2000, FRAMES_OF_A_FAULT = 9000 };
-    unsigned long accepted = 0, refused = 0, visits[AMPLIFIER_FAULT + 1] = {0};
+    unsigned long accepted = 0, refused = 0, broadcasts = 0, visits[AMPLIFIER_FAULT + 1] = {0};
     uint32_t state = AMPLIFIER_HOLD;
     for (unsigned long run = 0; run < frames; run++) {
         uint8_t pdu[PDU_MAX], frame[MODBUS_FRAME_MAX], reply[MODBUS_FRAME_MAX];
@@ -281,15 +280,20 @@ static void test_random_requests(void) {
         const bool means_it = random_between(&rng, 0, helps ? 7 : FRAMES_OF_A_MOOD / 10) == 0;
         const size_t length = !means_it ? random_request(pdu) : helps ? useful_request(pdu) : disarming(pdu);
         size_t reply_length;
-        const size_t frame_length = master_frame(frame, MASTER_SERVER, pdu, length);
+        const bool to_all = random_between(&rng, 0, 15) == 0;
+        const uint8_t to = to_all ? (uint8_t)MODBUS_BROADCAST_ADDRESS : (uint8_t)MASTER_SERVER;
+        const size_t frame_length = master_frame(frame, to, pdu, length);
         const modbus_outcome_t outcome = serve(frame, frame_length, reply, &reply_length);
-        TEST_ASSERT_TRUE(outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_REFUSED);
-        check_answer(frame, reply, reply_length);
-        if (outcome == MODBUS_FRAME_REFUSED) {
-            refused++;
+        if (to_all) {
+            check_broadcast(outcome, pdu, length, reply_length);
         } else {
-            accepted++;
+            TEST_ASSERT_TRUE(outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_REFUSED);
+            check_answer(frame, reply, reply_length);
         }
+        const bool taken = outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_BROADCAST;
+        accepted += taken ? 1UL : 0UL;
+        refused += outcome == MODBUS_FRAME_REFUSED ? 1UL : 0UL;
+        broadcasts += outcome == MODBUS_FRAME_BROADCAST ? 1UL : 0UL;
         if (run % FRAMES_OF_A_FAULT == FRAMES_OF_A_FAULT - 1) {
             (void)loop_sample(&(loop_input_t){.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE});
         }
@@ -297,7 +301,7 @@ static void test_random_requests(void) {
         (void)amplifier_serve();
         telemetry_t t;
         telemetry_read(&t);
-        const uint32_t command = outcome == MODBUS_FRAME_ANSWERED ? command_of(pdu) : (uint32_t)COMMAND_NONE;
+        const uint32_t command = taken ? master_command_of(pdu, length) : (uint32_t)COMMAND_NONE;
         TEST_ASSERT_TRUE_MESSAGE(fake_board_lawful(state, t.amplifier_state, command, true), "transition");
         state = t.amplifier_state;
         TEST_ASSERT_TRUE(state != AMPLIFIER_OFF || !fake_board.stage_enabled);
@@ -305,6 +309,7 @@ static void test_random_requests(void) {
     }
     sent += frames;
     TEST_ASSERT_TRUE_MESSAGE(accepted > frames / 10 && refused > frames / 10, "the requests must reach both outcomes");
+    TEST_ASSERT_TRUE_MESSAGE(broadcasts > frames / 5000, "hardly a broadcast was executed");
     printf("firmware_modbus_hostile: frames in state");
     for (unsigned i = 0; i <= AMPLIFIER_FAULT; i++) {
         printf(" %u: %lu", i, visits[i]);
@@ -333,8 +338,11 @@ static void disturb(void) {
     if (kind <= 1 && reaches_what_is_not_locked(pdu)) {
         return;
     }
-    length =
-        master_frame(frame, kind == 2 ? (uint8_t)random_between(&rng, 2, 255) : (uint8_t)MASTER_SERVER, pdu, length);
+    length = master_frame(frame,
+                          kind == 1   ? (uint8_t)MODBUS_BROADCAST_ADDRESS
+                          : kind == 2 ? (uint8_t)random_between(&rng, 2, 255)
+                                      : (uint8_t)MASTER_SERVER,
+                          pdu, length);
     if (kind == 3) {
         frame[random_between(&rng, 0, (int32_t)length - 1)] ^= (uint8_t)(1U << random_between(&rng, 0, 7));
     } else if (kind == 4) {

@@ -148,10 +148,11 @@ static void test_broadcast_is_executed_and_not_answered(void) {
     uint8_t frame[MODBUS_FRAME_MAX];
     uint8_t reply[MODBUS_FRAME_MAX];
     size_t reply_length = 99;
-    size_t length = master_frame(frame, MODBUS_BROADCAST_ADDRESS, BYTES(6, 0x01, 0x01, 0, 2));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, 2));
+    size_t length = master_frame(frame, MODBUS_BROADCAST_ADDRESS, BYTES(6, 0x01, 0x01, 0, 0));
     TEST_ASSERT_EQUAL(MODBUS_FRAME_BROADCAST, modbus_serve(frame, length, reply, &reply_length));
     TEST_ASSERT_EQUAL_UINT(0, reply_length);
-    TEST_ASSERT_EQUAL_UINT32(2, master_get(INDEX_mode));
+    TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_mode));
     length = master_frame(frame, MODBUS_BROADCAST_ADDRESS, BYTES(99, 1));
     TEST_ASSERT_EQUAL(MODBUS_FRAME_FOREIGN, modbus_serve(frame, length, reply, &reply_length));
     TEST_ASSERT_EQUAL_UINT(0, reply_length);

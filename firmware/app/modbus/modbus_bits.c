@@ -2,16 +2,14 @@
 #include "modbus/modbus_bits.h"
 #include "loop/loop.h"
 #include "registers/control.h"
-#include "registers/registers.h"
 #include <string.h>
 
 bool modbus_coil(void) {
     return loop_armed();
 }
 
-modbus_exception_t modbus_coil_write(bool on) {
-    const uint16_t command = on ? COMMAND_ARM : COMMAND_DISARM;
-    return registers_write(ADDRESS_command, 1, &command);
+uint16_t modbus_coil_command(bool on) {
+    return on ? COMMAND_ARM : COMMAND_DISARM;
 }
 
 static void put(uint8_t *bits, unsigned first, uint32_t word, unsigned count) {

@@ -14,7 +14,6 @@
 #ifndef MODBUS_BITS_H
 #define MODBUS_BITS_H
 
-#include "modbus/modbus_exception.h"
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -22,7 +21,8 @@
 #define MODBUS_DISCRETE_INPUTS 69U
 
 bool modbus_coil(void);
-modbus_exception_t modbus_coil_write(bool on);
+/** The command (control.h) that writing the coil is. */
+uint16_t modbus_coil_command(bool on);
 
 /** Bits 0 .. MODBUS_DISCRETE_INPUTS - 1 of one sample, least significant first. */
 void modbus_discrete_inputs(uint8_t bits[(MODBUS_DISCRETE_INPUTS + 7U) / 8U]);

@@ -40,7 +40,8 @@ static void put16(uint8_t *at, uint16_t x) {
 /* A protocol data unit: function code and what follows, without address and CRC. */
 typedef struct {
     const uint8_t *bytes;
-    size_t length; /* 1 or more */
+    size_t length;  /* 1 or more */
+    bool broadcast; /* to every amplifier of the line */
 } request_t;
 
 /* The answer to it. bytes[0], the function, is there already. */
@@ -64,13 +65,19 @@ static void answer_registers(uint16_t address, uint16_t count, reply_t *reply) {
     reply->length = 2U + 2U * (size_t)count;
 }
 
+/* Every write of every function comes through here. */
+static modbus_exception_t write(request_t request, uint16_t address, uint16_t count, const uint16_t values[]) {
+    return request.broadcast ? registers_write_broadcast(address, count, values)
+                             : registers_write(address, count, values);
+}
+
 /* The write of functions 16 and 23: address, count, byte count, values. */
-static modbus_exception_t write_values(uint16_t address, uint16_t count, const uint8_t *bytes) {
+static modbus_exception_t write_values(request_t request, uint16_t address, uint16_t count, const uint8_t *bytes) {
     uint16_t values[MODBUS_WRITE_MAX];
     for (size_t i = 0; i < count; i++) {
         values[i] = get16(bytes + 2U * i);
     }
-    return registers_write(address, count, values);
+    return write(request, address, count, values);
 }
 
 static modbus_exception_t read_registers(request_t request, reply_t *reply) {
@@ -99,7 +106,7 @@ static modbus_exception_t write_register(request_t request, reply_t *reply) {
         return MODBUS_ILLEGAL_VALUE;
     }
     const uint16_t value = get16(request.bytes + 3);
-    const modbus_exception_t refusal = registers_write(get16(request.bytes + 1), 1, &value);
+    const modbus_exception_t refusal = write(request, get16(request.bytes + 1), 1, &value);
     answer_echo(request, reply);
     return refusal;
 }
@@ -113,7 +120,7 @@ static modbus_exception_t write_registers(request_t request, reply_t *reply) {
         request.length != 6U + 2U * (size_t)count) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    const modbus_exception_t refusal = write_values(get16(request.bytes + 1), count, request.bytes + 6);
+    const modbus_exception_t refusal = write_values(request, get16(request.bytes + 1), count, request.bytes + 6);
     answer_echo(request, reply);
     return refusal;
 }
@@ -132,7 +139,7 @@ static modbus_exception_t write_and_read_registers(request_t request, reply_t *r
     }
     modbus_exception_t refusal = registers_check_read(read_address, read_count);
     if (refusal == MODBUS_OK) {
-        refusal = write_values(write_address, write_count, request.bytes + 10);
+        refusal = write_values(request, write_address, write_count, request.bytes + 10);
     }
     if (refusal == MODBUS_OK) {
         answer_registers(read_address, read_count, reply);
@@ -174,6 +181,11 @@ static modbus_exception_t read_discrete_inputs(request_t request, reply_t *reply
     return read_bits(request, bits, MODBUS_DISCRETE_INPUTS, reply);
 }
 
+static modbus_exception_t set_coil(request_t request, bool on) {
+    const uint16_t command = modbus_coil_command(on);
+    return write(request, ADDRESS_command, 1, &command);
+}
+
 static modbus_exception_t write_coil(request_t request, reply_t *reply) {
     if (request.length != 5U || (get16(request.bytes + 3) != COIL_ON && get16(request.bytes + 3) != 0)) {
         return MODBUS_ILLEGAL_VALUE;
@@ -182,7 +194,7 @@ static modbus_exception_t write_coil(request_t request, reply_t *reply) {
         return MODBUS_ILLEGAL_ADDRESS;
     }
     answer_echo(request, reply);
-    return modbus_coil_write(get16(request.bytes + 3) == COIL_ON);
+    return set_coil(request, get16(request.bytes + 3) == COIL_ON);
 }
 
 static modbus_exception_t write_coils(request_t request, reply_t *reply) {
@@ -199,7 +211,7 @@ static modbus_exception_t write_coils(request_t request, reply_t *reply) {
         return MODBUS_ILLEGAL_ADDRESS;
     }
     answer_echo(request, reply);
-    return modbus_coil_write((request.bytes[6] & 1U) != 0);
+    return set_coil(request, (request.bytes[6] & 1U) != 0);
 }
 
 static modbus_exception_t mask_register(request_t request, reply_t *reply) {
@@ -214,7 +226,7 @@ static modbus_exception_t mask_register(request_t request, reply_t *reply) {
     if (refusal == MODBUS_OK) {
         registers_read(address, 1, &value);
         value = (uint16_t)((value & keep) | (set & ~(uint32_t)keep));
-        refusal = registers_write(address, 1, &value);
+        refusal = write(request, address, 1, &value);
     }
     for (size_t i = 1; i < 7U; i++) {
         reply->bytes[i] = request.bytes[i];
@@ -330,7 +342,7 @@ static modbus_exception_t read_identification(request_t request, reply_t *reply)
     return MODBUS_OK;
 }
 
-/* What writes and reads nothing may be without endybody. */
+/* Without an answer nothing can be read. What may be written: control_may_be_broadcast. */
 static bool may_be_broadcast(uint8_t function) {
     return function == 5 || function == 6 || function == 15 || function == 16 || function == 22;
 }
@@ -384,7 +396,8 @@ modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply
     reply[0] = frame[0];
     reply[1] = frame[1];
     reply_t answer = {.bytes = reply + 1};
-    const modbus_exception_t refusal = dispatch((request_t){frame + 1, payload - 1U}, &answer);
+    const modbus_exception_t refusal =
+        dispatch((request_t){.bytes = frame + 1, .length = payload - 1U, .broadcast = broadcast}, &answer);
     if (broadcast) {
         return refusal == MODBUS_OK ? MODBUS_FRAME_BROADCAST : MODBUS_FRAME_REFUSED;
     }

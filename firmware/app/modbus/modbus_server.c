@@ -151,9 +151,13 @@ static void send_answer(void) {
     atomic_store_explicit(&answer.sending, false, memory_order_release);
 }
 
-/* How many bytes of the frame are a copy of the last answer. No later frame can be. */
+/* How many bytes of the frame are a copy of the last answer. No later frame can be; but a frame without the mark, while
+ * new ones still get it, began before that answer, and the echo may be behind it. */
 static size_t echoed(void) {
     const size_t length = answer.length;
+    if (!frame.after_answer && may_be_echo(board_microseconds())) {
+        return 0;
+    }
     answer.length = 0;
     atomic_store_explicit(&answer.expected, false, memory_order_release);
     const bool echo =
@@ -170,15 +174,19 @@ static void serve_frame(void) {
             return;
         }
     }
-    const modbus_outcome_t outcome =
-        frame.broken ? MODBUS_FRAME_BROKEN
-                     : modbus_serve(frame_bytes + from, frame.length - from, answer_bytes, &answer.length);
+    size_t length = 0;
+    const modbus_outcome_t outcome = frame.broken
+                                         ? MODBUS_FRAME_BROKEN
+                                         : modbus_serve(frame_bytes + from, frame.length - from, answer_bytes, &length);
     if (outcome == MODBUS_FRAME_BROKEN) {
         count(&counters.errors);
     } else if (outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_BROADCAST) {
         accepted++;
     }
-    if (answer.length > 0) {
+    if (outcome != MODBUS_FRAME_BROKEN && outcome != MODBUS_FRAME_FOREIGN) {
+        answer.length = length; /* what was in answer_bytes is no more */
+    }
+    if (length > 0) {
         send_answer();
     }
     modbus_server_take_line();

@@ -8,7 +8,8 @@
  * this order: the complete frame, its length, its CRC, its address, and only then its meaning. A frame that fails one
  * of the first three gets no answer and is counted. One for another server gets none either, and neither does one with
  * a function code of 0x80 or more: that is a server's exception, not a request. A request to address 0 (broadcast) is
- * executed and not answered, if its function only writes. Pauses inside a frame below the silence are tolerated.
+ * never answered; it is executed if its function only writes, and all that it writes is meant for every amplifier
+ * (control_may_be_broadcast). Pauses inside a frame below the silence are tolerated.
  *
  * Echo. Some lines return what is sent. A board of a half-duplex line does not listen while it sends (board.h). What
  * still comes back is known by its bytes. When a frame begins within two silences of an answer's end and begins with a
@@ -51,8 +52,8 @@ uint16_t modbus_crc(const uint8_t *bytes, size_t count);
 /** No byte received, counters zero, and the line as it is in these settings, which are valid. */
 void modbus_server_init(const line_settings_t *settings);
 
-/** The line has these settings, which are valid, as soon as the request that is being served has its answer; a
- * broadcast has none. Main loop only. */
+/** The line has these settings, which are valid, as soon as the request that is being served has its answer. Main
+ * loop only. */
 void modbus_server_change_line(const line_settings_t *settings);
 
 /** Makes it so, once the answer is out: modbus_server_poll does. For who serves frames by itself. */

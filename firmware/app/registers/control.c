@@ -56,6 +56,20 @@ uint32_t control_needs(unsigned index, uint32_t value) {
     }
 }
 
+bool control_may_be_broadcast(unsigned index, uint32_t value) {
+    switch (index) {
+    case INDEX_command:
+        return value == COMMAND_NONE || value == COMMAND_STOP || value == COMMAND_CLEAR || value == COMMAND_PARK ||
+               value == COMMAND_LATCH || value == COMMAND_DISARM;
+    case INDEX_mode:
+        return value == HYST_MODE_PARK;
+    case INDEX_unlock:
+        return value == 0;
+    default:
+        return false;
+    }
+}
+
 static void unlock(uint32_t value[REGISTER_COUNT], uint32_t key) {
     value[INDEX_unlocked] = key == 0                        ? 0
                             : key == CONTROL_KEY_PARAMETERS ? value[INDEX_unlocked] | CONTROL_PARAMETERS
@@ -214,7 +228,7 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     case COMMAND_SAVE:
         return parameter_store_image_given() && loop_off();
     case COMMAND_SAVE_LINE:
-        return loop_off();
+        return loop_off() && parameter_store_leaves_time_for(value[INDEX_line_baud]);
     case COMMAND_ARM_CAPTURE:
         return capture_settings_valid(&capture);
     case COMMAND_NONE:
@@ -361,6 +375,7 @@ static void save_line(const uint32_t value[REGISTER_COUNT]) {
     const line_settings_t line = line_settings(value);
     if (parameter_store_save_line(&line)) {
         modbus_server_change_line(&line);
+        parameter_store_set_rate(line.baud);
     }
 }
 

@@ -40,7 +40,8 @@ typedef enum {
     WRITE_VALUE = 4,
     WRITE_COMMAND = 5,
     WRITE_PARAMETERS_LOCKED = 6,
-    WRITE_OUTPUT_LOCKED = 7
+    WRITE_OUTPUT_LOCKED = 7,
+    WRITE_BROADCAST = 8
 } write_refusal_t;
 
 /** Register `unlock`, beside 0. */
@@ -51,6 +52,10 @@ enum { CONTROL_PARAMETERS = 1, CONTROL_OUTPUT = 2 };
 
 /** What writing this value to register `index` needs; 0: nothing, it makes nothing move and changes no parameter. */
 uint32_t control_needs(unsigned index, uint32_t value);
+
+/** May a broadcast write this value to register `index`? It reaches every amplifier of the line, whatever each of them
+ * is doing: only what makes the output safe, or changes nothing that moves or protects. */
+bool control_may_be_broadcast(unsigned index, uint32_t value);
 
 /** Identity, defaults, and the limits that were stored with the image: they are put in force. After loop_init. */
 void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, const line_settings_t *line);

@@ -136,6 +136,15 @@ static modbus_exception_t check_locks(span_t span, const uint32_t candidate[REGI
     return refusal;
 }
 
+static modbus_exception_t check_broadcast(span_t span, const uint32_t candidate[REGISTER_COUNT]) {
+    for (unsigned i = 0; i < REGISTER_COUNT; i++) {
+        if (covers(span, entries[i].address) && !control_may_be_broadcast(i, candidate[i])) {
+            return refuse(WRITE_BROADCAST, entries[i].address, MODBUS_ILLEGAL_VALUE);
+        }
+    }
+    return MODBUS_OK;
+}
+
 static modbus_exception_t write_block(span_t span, const uint16_t values[]) {
     const uint16_t address = (uint16_t)span.first;
     modbus_exception_t refusal = register_blocks_check_write(address);
@@ -148,15 +157,14 @@ static modbus_exception_t write_block(span_t span, const uint16_t values[]) {
     return refusal;
 }
 
-modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint16_t values[]) {
-    const span_t span = {address, (uint32_t)address + count};
-    if (register_blocks_hold(address, count)) {
-        return write_block(span, values);
-    }
+static modbus_exception_t write_table(span_t span, const uint16_t values[], bool broadcast) {
     uint32_t candidate[REGISTER_COUNT];
     control_refresh(value);
     memcpy(candidate, value, sizeof candidate);
     modbus_exception_t refusal = decode_write(span, values, candidate);
+    if (refusal == MODBUS_OK && broadcast) {
+        refusal = check_broadcast(span, candidate);
+    }
     if (refusal == MODBUS_OK) {
         refusal = check_locks(span, candidate);
     }
@@ -173,4 +181,15 @@ modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint1
     }
     control_execute(command, value);
     return MODBUS_OK;
+}
+
+modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint16_t values[]) {
+    const span_t span = {address, (uint32_t)address + count};
+    return register_blocks_hold(address, count) ? write_block(span, values) : write_table(span, values, false);
+}
+
+modbus_exception_t registers_write_broadcast(uint16_t address, uint16_t count, const uint16_t values[]) {
+    const span_t span = {address, (uint32_t)address + count};
+    return register_blocks_hold(address, count) ? refuse(WRITE_BROADCAST, address, MODBUS_ILLEGAL_VALUE)
+                                                : write_table(span, values, true);
 }

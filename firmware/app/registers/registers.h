@@ -33,4 +33,8 @@ void registers_read(uint16_t address, uint16_t count, uint16_t values[]);
  */
 modbus_exception_t registers_write(uint16_t address, uint16_t count, const uint16_t values[]);
 
+/** The same for a request to every amplifier of the line, which is refused unless all of it is meant for that
+ * (control_may_be_broadcast). */
+modbus_exception_t registers_write_broadcast(uint16_t address, uint16_t count, const uint16_t values[]);
+
 #endif

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "store/line_settings.h"
 #include "board.h"
+#include "hyst/cost.h"
 
-#define DIVIDER_MIN   16U
-#define DIVIDER_MAX   65535U
-#define PER_MILLE     1000U
-#define RATE_MILLE    15U       /* 1.5 % */
-#define SILENCE_BITUS 38500000U /* 3.5 characters of 11 bits, in bits times microseconds a second */
+#define DIVIDER_MIN        16U
+#define DIVIDER_MAX        65535U
+#define PER_MILLE          1000U
+#define RATE_MILLE         15U       /* 1.5 % */
+#define MILLIBYTES_PER_BIT 100U      /* 10 bits a byte */
+#define SILENCE_BITUS      38500000U /* 3.5 characters of 11 bits, in bits times microseconds a second */
 
 uint32_t line_divider(uint32_t clock_hz, uint32_t baud) {
     if (baud == 0 || clock_hz / baud > DIVIDER_MAX) {
@@ -22,6 +24,11 @@ uint32_t line_divider(uint32_t clock_hz, uint32_t baud) {
 bool line_settings_valid(const line_settings_t *line) {
     return line->address >= 1U && line->address <= LINE_ADDRESS_MAX && line->parity <= LINE_PARITY_ODD &&
            line->baud >= LINE_BAUD_MIN && line->baud <= LINE_BAUD_MAX && board_modbus_baud_possible(line->baud);
+}
+
+uint32_t line_sample_budget(uint32_t core_hz, uint32_t baud) {
+    const uint32_t byte = hyst_cost_budget(core_hz, baud * MILLIBYTES_PER_BIT);
+    return byte > LINE_CYCLES_BESIDE ? byte - LINE_CYCLES_BESIDE : 0U;
 }
 
 uint32_t line_silence_us(uint32_t baud) {

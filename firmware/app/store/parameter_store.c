@@ -128,11 +128,11 @@ static bool load(hyst_parameters_t *parameters) {
     return store.image_given;
 }
 
-loop_parameters_t *parameter_store_init(void) {
+loop_parameters_t *parameter_store_init(uint32_t baud) {
     hyst_parameters_t parameters;
     memset(&store, 0, sizeof store);
     store.idle = 1;
-    store.status.cost_budget = hyst_cost_budget(board_core_hz(), board_info.sample_rate_mhz);
+    parameter_store_set_rate(baud);
     if (load(&parameters)) {
         store.active_cost = store.status.cost;
         store.checksum = checksum_of(&store.half[0]);
@@ -155,6 +155,21 @@ uint32_t *parameter_store_staging(void) {
 
 const uint32_t *parameter_store_active(void) {
     return store.active;
+}
+
+static uint32_t budget_at(uint32_t baud) {
+    const uint32_t core_hz = board_core_hz();
+    const uint32_t period = hyst_cost_budget(core_hz, board_info.sample_rate_mhz);
+    const uint32_t byte = line_sample_budget(core_hz, baud);
+    return byte < period ? byte : period;
+}
+
+void parameter_store_set_rate(uint32_t baud) {
+    store.status.cost_budget = budget_at(baud);
+}
+
+bool parameter_store_leaves_time_for(uint32_t baud) {
+    return !store.image_given || store.active_cost <= budget_at(baud);
 }
 
 bool parameter_store_has_time_for(uint32_t tones) {

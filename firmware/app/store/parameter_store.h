@@ -7,8 +7,8 @@
  * hyst/parameters.h checks, the image must have been made for this board's sample rate
  * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE), park within the output range that was set by registers
  * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows (hyst/board_limits.h). Its worst sample must fit a
- * period at the processor's present clock (HYST_PARAMETERS_TOO_COSTLY, HYST_FIELD_SAMPLE_RATE; hyst/cost.h). What is
- * stored is checked likewise at start.
+ * period at the processor's present clock and a byte of the line (HYST_PARAMETERS_TOO_COSTLY, HYST_FIELD_SAMPLE_RATE;
+ * hyst/cost.h). What is stored is checked likewise at start.
  *
  * Main loop only.
  */
@@ -22,8 +22,15 @@
 #define PARAMETER_STORE_WORDS HYST_IMAGE_MAX_WORDS
 
 /** Puts the stored image in force (image_store.h), or, where there is none that is valid, the default image, for this
- * board's sample rate and parked at its safe code. Returns what loop_init is to start with. */
-loop_parameters_t *parameter_store_init(void);
+ * board's sample rate and parked at its safe code. `baud`: of the line. Returns what loop_init is to start with. */
+loop_parameters_t *parameter_store_init(uint32_t baud);
+
+/** The line has this rate from now on: a sample may take a period, and no longer than lets its bytes be received
+ * (line_sample_budget). */
+void parameter_store_set_rate(uint32_t baud);
+
+/** Would the image in force leave time for the bytes of this rate? */
+bool parameter_store_leaves_time_for(uint32_t baud);
 
 /** Where an upload is written to. PARAMETER_STORE_WORDS words, in any order. */
 uint32_t *parameter_store_staging(void);
