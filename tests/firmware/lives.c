@@ -384,9 +384,9 @@ static bool has_cause(uint32_t cause, const loop_input_t *input) {
     case FAULT_WATCHDOG:
         return timeout != 0 && life.silence_at_least + 1U + input->missed > timeout * 10U;
     case FAULT_OVERLOAD:
-        return input->overrun;
+        return (input->faults & FAULT_OVERRUN) != 0;
     case FAULT_SUPPLY:
-        return input->supply_low || lately(SUPPLY);
+        return (input->faults & FAULT_SUPPLY) != 0 || lately(SUPPLY);
     case FAULT_TEMPERATURE:
         return lately(TEMPERATURE);
     case FAULT_HIGH_VOLTAGE:
@@ -459,10 +459,10 @@ static void sample(void) {
     hyst_q31_t *const position = &life.drives[life.sample % FAKE_LATENCY];
     const uint16_t moved = (uint16_t)((uint32_t)*position >> 16 ^ BOARD_CODE_MIDDLE);
     const loop_input_t input = {.position_code = is(SENSOR) ? life.code : (uint16_t)(moved + (any_bits() & 3U)),
-                                .converter_timeout = is(CONVERTER),
-                                .overrun = late || missed,
                                 .missed = periods,
-                                .supply_low = is(SUPPLY_SAGS)};
+                                .faults = (is(CONVERTER) ? FAULT_CONVERTER_TIMEOUT : 0U) |
+                                          (late || missed ? FAULT_OVERRUN : 0U) |
+                                          (is(SUPPLY_SAGS) ? FAULT_SUPPLY : 0U)};
     fake_board.microseconds += FAKE_SAMPLE_US * (1U + periods);
     life.hung += 1U + periods;
     life.unfed += 1U + periods;

@@ -178,7 +178,7 @@ static void test_what_makes_the_output_safe_does(void) {
 }
 
 static void test_stop_leads_out_of_a_fault_and_no_farther(void) {
-    (void)loop_sample(&(loop_input_t){.supply_low = true, .position_code = BOARD_CODE_MIDDLE});
+    (void)loop_sample(&(loop_input_t){.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE});
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, master_get(INDEX_amplifier_state));
     TEST_ASSERT_TRUE(broadcast_command(COMMAND_DISARM));
     (void)fake_board_run(3000);
@@ -207,7 +207,7 @@ static void test_latch_is_of_the_instant_of_the_broadcast(void) {
 }
 
 static void test_clear_needs_its_key_and_a_lock_needs_none(void) {
-    (void)loop_sample(&(loop_input_t){.overrun = true, .position_code = BOARD_CODE_MIDDLE});
+    (void)loop_sample(&(loop_input_t){.faults = FAULT_OVERRUN, .position_code = BOARD_CODE_MIDDLE});
     TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_overruns));
     TEST_ASSERT_TRUE(broadcast_command(COMMAND_CLEAR));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_overruns));
