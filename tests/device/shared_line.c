@@ -65,8 +65,8 @@ static void answered(const uint8_t *frame, size_t length) {
     case ANSWERS_RIGHT:
         break;
     }
+    self.node->sent++; /* before anybody can have it */
     put(bytes, length);
-    self.node->sent++;
 }
 
 static void be_silent(void) {
