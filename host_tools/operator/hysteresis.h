@@ -31,10 +31,8 @@ typedef struct {
     double *gram; /**< of the rows; the operator without a law */
 } hysteresis_base_t;
 
-/* A search for the noise asks for eleven or so, and where a law is found, again: fewer than that are all made anew (of
- * 139 that a stack's recording asked for, 65 in place of 46), and as many as three or as eight of them make no
- * difference.
- */
+/* A search for the noise needs eleven or so, and where a law is found it is made again. With fewer, all are made anew:
+ * 65 in place of 46 for a stack's recording, with as few as three and with as many as eight. */
 enum { HYSTERESIS_BASES = 12 };
 typedef struct {
     size_t made; /**< so far; the newest ones are there */

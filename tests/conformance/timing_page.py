@@ -119,13 +119,14 @@ def main(lines, json_path, page_path, machine, compiler, flags, host_compiler, h
                            [[h["what"], f"{h['ours'] / 1e6:.3g}", h["peer_is"], f"{h['peer'] / 1e6:.3g}",
                              f"{h['ratio']:.2g}" if h["ratio"] < 100 else f"{h['ratio']:.0f}"] for h in host])
     starts = [{"arguments": w[1], "cpu_ms": float(w[2])} for w in words if w[0] == "start"]
-    diagnoses = [{"samples": int(w[1]), "used": int(w[2]), "cpu_s": float(w[3]), "elapsed_s": float(w[4]), "peak_mb": float(w[5])}
+    diagnoses = [{"samples": int(w[1]), "used": int(w[2]), "cpu_s": float(w[3]), "elapsed_s": float(w[4]), "peak_mb": float(w[5]),
+                  "load": float(w[6])}
                  for w in words if w[0] == "diagnose"]
     tables["machine"] = f"On {machine.split(',')[0]}: {host_compiler},\n`{host_flags}`."
     tables["start"] = table(["run", "processor time [ms]"], [[f"`hyst {s['arguments']}`", f"{s['cpu_ms']:.1f}"] for s in starts])
-    tables["diagnose"] = table(["samples", "of these used", "processor time [s]", "elapsed [s]", "peak memory [MB]"],
+    tables["diagnose"] = table(["samples", "of these used", "processor time [s]", "elapsed [s]", "with a load of", "peak memory [MB]"],
                                [[f"{d['samples']:,}", f"{d['used']:,}", f"{d['cpu_s']:.0f}", f"{d['elapsed_s']:.0f}",
-                                 f"{d['peak_mb']:.0f}"] for d in diagnoses])
+                                 f"{d['load']:.0f}", f"{d['peak_mb']:.0f}"] for d in diagnoses])
     pictures = os.path.join(os.path.dirname(page_path), "pictures")
     sample_picture(os.path.join(pictures, "timing-sample.svg"), loop)
     peers_picture(os.path.join(pictures, "timing-peers.svg"), peers)

@@ -2,7 +2,8 @@
 """programs.py HYST FOLDER SAMPLES...: what whole runs of hyst take: its start, and diagnoses of recordings that long.
 
 Lines: "start", the arguments, milliseconds of processor time (the best of some runs). "diagnose", samples, how many of
-them were used, seconds of processor time and elapsed, peak memory in MB. The recordings are simulated, in FOLDER, which
+them were used, seconds of processor time and elapsed, peak memory in MB, and the machine's load at the end: elapsed times beside
+other work say little. The recordings are simulated, in FOLDER, which
 is made: the drive has sines from 2 to 61 Hz whose sizes wander, at 10 kHz; the actuator has six plays, creeps, rings
 at 700 Hz, and its sensor has 0.01 um of noise. The diagnosis begins without a model.
 """
@@ -64,7 +65,7 @@ def main(hyst, folder, *lengths):
         cpu, elapsed, peak = run([hyst, "diagnose", recording, f"--json={json_path}"], os.devnull)
         with open(json_path, encoding="utf-8") as answer:
             used = json.load(answer).get("used", [{"samples": samples}])[0]["samples"]
-        print(f"diagnose {samples} {used} {cpu:.1f} {elapsed:.1f} {peak:.0f}", flush=True)
+        print(f"diagnose {samples} {used} {cpu:.1f} {elapsed:.1f} {peak:.0f} {os.getloadavg()[0]:.0f}", flush=True)
         os.remove(csv)
 
 
