@@ -55,25 +55,22 @@ static unsigned look_up(const char *word, size_t length) {
 }
 
 /* A word made of known ones of two letters or more, with a German s between them: 0, or what they stand for together.
- * One letter may stand at the beginning: "vin", "xsoll". */
-static unsigned put_together(const char *word, size_t length, bool begin) {
-    const unsigned whole = begin && length == 1 ? 0 : look_up(word, length);
-    if (whole != 0 && (begin || length > 1)) {
-        return whole;
-    }
-    for (size_t first = length - 1; first >= (begin ? 1U : 2U); first--) {
-        const unsigned one = look_up(word, first);
-        if (one == 0) {
-            continue;
-        }
-        const bool linked = word[first] == 's' && length - first > 2;
-        unsigned rest = put_together(word + first, length - first, false);
-        rest = rest == 0 && linked ? put_together(word + first + 1, length - first - 1, false) : rest;
-        if (rest != 0) {
-            return one | rest;
+ * One letter may stand at the beginning: "vin", "xsoll". The longest first word counts. */
+static unsigned put_together(const char *word, size_t length) {
+    unsigned behind[LONGEST + 2] = {0}; /* what the letters from there on are put together of */
+    for (size_t from = length; from-- > 0;) {
+        const size_t least = from == 0 ? 1 : 2;
+        for (size_t size = length - from; size >= least && behind[from] == 0; size--) {
+            const size_t next = from + size;
+            const unsigned one = look_up(word + from, size);
+            const unsigned rest = next == length                           ? NOTHING
+                                  : behind[next] != 0                      ? behind[next]
+                                  : word[next] == 's' && next + 2 < length ? behind[next + 1]
+                                                                           : 0;
+            behind[from] = one != 0 && rest != 0 ? one | rest : 0;
         }
     }
-    return 0;
+    return behind[0];
 }
 
 /* A known word at the end of an unknown one, and one at its beginning: "Messverstaerkerspannung". */
@@ -155,7 +152,7 @@ static reading_t read_words(const char *text, const char *end) {
             }
         }
         unsigned one = look_up(word[i].letter, length);
-        one = one == 0 && length > 1 ? put_together(word[i].letter, length, true) : one;
+        one = one == 0 && length > 1 ? put_together(word[i].letter, length) : one;
         one = one == 0 && length > HEAD ? known_part(word[i].letter, length) : one;
         reading.stands_for |= one | (i == 0 && one == TIME ? FIRST : 0U);
     }
@@ -238,11 +235,13 @@ static meaning_t combine(unsigned w, unsigned unit) {
     if ((w & OTHER) != 0 || unit == OTHER || (named & (named - 1U) & ~(unsigned)(LENGTH | VOLTS)) != 0) {
         return MEANING_OTHER;
     }
+    if (named == 0 && (unit & (unsigned)(TIME | COUNT | DEGREES)) != 0) {
+        w &= ~(unsigned)SENSOR; /* of what the unit says */
+    }
     if (((w & LENGTH) != 0 || (w & SENSOR) != 0) && (w & (AMPERES | DEGREES | TIME)) == 0) {
         return (w & VOLTS) != 0                                 ? volts_of_position(w, true)
                : unit == VOLTS                                  ? volts_of_position(w, false)
                : unit == 0 || unit == LENGTH || unit == AMPERES ? of_length(w)
-               : named == 0                                     ? combine(w & ~(unsigned)SENSOR, unit)
                                                                 : MEANING_OTHER;
     }
     if (named != 0 && unit != 0 && unit != named) {
