@@ -321,7 +321,8 @@ static void test_missed_periods_count_for_a_stall(void) {
     unsigned samples = 0;
     while (state() == AMPLIFIER_HOLD) {
         loop_master_heard();
-        last = drive_of((loop_input_t){.faults = samples % 2U == 0 ? FAULT_OVERRUN : 0U, .missed = samples % 2U == 0 ? 18U : 0U});
+        const bool late_one = samples % 2U == 0;
+        last = drive_of((loop_input_t){.faults = late_one ? FAULT_OVERRUN : 0U, .missed = late_one ? 18U : 0U});
         samples++;
     }
     TEST_ASSERT_EQUAL_HEX32(FAULT_STALL, 1U << (master_get(INDEX_trip_cause) - 1U));
@@ -374,8 +375,41 @@ static void test_saving_is_no_overload(void) {
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(AMPLIFIER_FAULT, state(), "afterwards they count as ever");
 }
 
+/* A commit and an arming that are read in one turn of the main loop: the new image's park is elsewhere. */
+static void test_arming_behind_a_commit_waits_for_its_park(void) {
+    commit(PARK, SLEW);
+    run(RAMP);
+    commit(ELSEWHERE, SLEW);
+    master_command(COMMAND_ARM);
+    while (last != ELSEWHERE) {
+        TEST_ASSERT_FALSE_MESSAGE(fake_board.stage_enabled, "the stage came on before the output rested");
+        run(1);
+    }
+    run(PRECHARGE + 3U);
+    TEST_ASSERT_TRUE(fake_board.stage_enabled);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, state());
+}
+
+/* A stop that is read in the turn that ends a stall, at any sample between two looks: it does not trip again. */
+static void test_a_stop_that_ends_a_stall_is_the_end_of_it(void) {
+    for (unsigned offset = 0; offset < TURN; offset++) {
+        setUp();
+        hold_somewhere(SLEW);
+        fake_board.main_stalls = true;
+        run(HEALTH_WATCH_STALL_MS * 1000U / FAKE_SAMPLE_US + RAMP + offset);
+        TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+        fake_board.main_stalls = false;
+        health_watch_main_turned();
+        master_command(COMMAND_STOP);
+        run(2U * TURN);
+        TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_OFF, state());
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_arming_behind_a_commit_waits_for_its_park);
+    RUN_TEST(test_a_stop_that_ends_a_stall_is_the_end_of_it);
     RUN_TEST(test_a_fault_that_is_over_enables_nothing);
     RUN_TEST(test_a_failed_self_test_enables_nothing_later);
     RUN_TEST(test_an_overload_while_off_enables_nothing);

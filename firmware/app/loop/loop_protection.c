@@ -31,6 +31,10 @@ static bool moving(void) {
     return loop.power.state == POWER_ON && (loop.mode != HYST_MODE_PARK || loop.conditioning.leg != CONDITIONING_OFF);
 }
 
+static bool adopting(void) {
+    return atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
+}
+
 /* The faults of this sample that trip. */
 static uint32_t tripping(uint32_t board_faults, uint32_t missed, uint32_t unhealthy) {
     uint32_t faults = unhealthy | (board_faults & FAULT_SUPPLY);
@@ -40,9 +44,8 @@ static uint32_t tripping(uint32_t board_faults, uint32_t missed, uint32_t unheal
     if (!loop.image_whole && power_armed(&loop.power)) {
         faults |= FAULT_IMAGE;
     }
-    const bool adopting = atomic_load_explicit(&loop.pending, memory_order_relaxed) != NULL;
     loop.overruns_in_a_row =
-        (board_faults & FAULT_OVERRUN) != 0 && !adopting && !loop.storing ? loop.overruns_in_a_row + 1U : 0;
+        (board_faults & FAULT_OVERRUN) != 0 && !adopting() && !loop.storing ? loop.overruns_in_a_row + 1U : 0;
     if (loop.overruns_in_a_row >= LOOP_OVERRUNS_TO_TRIP) {
         loop.overruns_in_a_row = 0;
         faults |= FAULT_OVERLOAD;
@@ -99,7 +102,7 @@ void loop_protect(uint32_t board_faults, uint32_t missed, uint32_t unhealthy) {
         loop.bypass = false;
         hyst_compensator_reset(&loop.active->compensator, &loop.compensator); /* as after a start */
     }
-    const bool stage = power_stage(&loop.power, parked);
+    const bool stage = power_stage(&loop.power, parked, !adopting());
     board_stage_enable(stage);
     if (loop.power.state == POWER_FAULT) {
         in_fault(stage);

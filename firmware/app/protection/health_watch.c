@@ -81,11 +81,32 @@ uint32_t health_watch_outside(void) {
     return faults;
 }
 
+/* Whether there is something to judge. */
+static inline bool there(const channel_t *channel, bool stage_up) {
+    return channel->seen && (stage_up || channel != &watch.channel[HEALTH_HIGH_VOLTAGE]);
+}
+
 /* The last look of a turn. */
-static void look_at_the_rest(void) {
+static uint32_t look_at_the_rest(void) {
     watch.stall += HEALTH_WATCH_TURN;
-    const uint32_t faults = with(watch.faults, FAULT_STALL, watch.stall > watch.stall_most);
-    watch.faults = with(faults, FAULT_OUTPUT, debounced(&watch.stuck, !board_output_follows()));
+    return with(watch.faults, FAULT_OUTPUT, debounced(&watch.stuck, !board_output_follows()));
+}
+
+static uint32_t look_at_channel(channel_t *channel, bool stage_up) {
+    const int32_t x = board_health((health_channel_t)watch.which);
+    channel->reading = x;
+    channel->seen = channel->seen || x != HEALTH_ABSENT;
+    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, x));
+    return with(watch.faults, channel->fault, trips);
+}
+
+/* A stall ends with the first look after it: a stop that ends it is not to trip again. */
+static inline uint32_t read_and_judge(bool stage_up) {
+    watch.which = watch.which < HEALTH_CHANNELS ? watch.which + 1U : 0;
+    const uint32_t faults =
+        watch.which == HEALTH_CHANNELS ? look_at_the_rest() : look_at_channel(&watch.channel[watch.which], stage_up);
+    watch.faults = with(faults, FAULT_STALL, watch.stall > watch.stall_most);
+    return watch.faults;
 }
 
 void health_watch_main_turned(void) {
@@ -94,27 +115,6 @@ void health_watch_main_turned(void) {
 
 void health_watch_missed(uint32_t periods) {
     watch.stall += periods;
-}
-
-/* Whether there is something to judge. */
-static inline bool there(const channel_t *channel, bool stage_up) {
-    return channel->seen && (stage_up || channel != &watch.channel[HEALTH_HIGH_VOLTAGE]);
-}
-
-static inline uint32_t read_and_judge(bool stage_up) {
-    watch.which = watch.which < HEALTH_CHANNELS ? watch.which + 1U : 0;
-    if (watch.which == HEALTH_CHANNELS) {
-        look_at_the_rest();
-        return watch.faults;
-    }
-    channel_t *const channel = &watch.channel[watch.which];
-    const int32_t x = board_health((health_channel_t)watch.which);
-    channel->reading = x;
-    channel->seen = channel->seen || x != HEALTH_ABSENT;
-    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, x));
-    const uint32_t faults = with(watch.faults, channel->fault, trips);
-    watch.faults = faults;
-    return faults;
 }
 
 static inline void warn(bool stage_up) {

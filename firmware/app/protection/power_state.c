@@ -59,9 +59,9 @@ uint32_t power_sample(power_state_t *power, bool parked, uint32_t failing) {
     return 0;
 }
 
-bool power_stage(power_state_t *power, bool parked) {
+bool power_stage(power_state_t *power, bool parked, bool stays) {
     if (parked) {
-        power->stage = power_armed(power);
+        power->stage = power_armed(power) && (power->stage || stays);
     }
     return power->stage;
 }

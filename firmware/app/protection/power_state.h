@@ -64,7 +64,8 @@ static inline bool power_armed(const power_state_t *power) {
     return power->state == POWER_PRECHARGE || power->state == POWER_ON;
 }
 
-/** The stage's enable line: after power_sample and whatever tripped, once a sample. */
-bool power_stage(power_state_t *power, bool parked);
+/** The stage's enable line: after power_sample and whatever tripped, once a sample. Stays: no other image, which may
+ * park elsewhere, is about to be in force. It does not come on before. */
+bool power_stage(power_state_t *power, bool parked, bool stays);
 
 #endif
