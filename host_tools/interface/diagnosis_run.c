@@ -6,7 +6,7 @@
 #include "look/look_text.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_report.h"
-#include "report/diagnosis_text.h"
+#include "report/diagnosis_print.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>

@@ -156,7 +156,7 @@ static json_t *other_shape_to_json(const answer_t *answer) {
 
 /* What the drive does between samples, as the answer takes it. */
 static json_t *between_to_json(const answer_t *answer) {
-    const recording_t *first = &answer->question->recordings[0];
+    const recording_t *first = &answer->question->samples.recordings[0];
     return json_pack("{s:b, s:o, s:s}", "held", (int)first->held, "displacement_sampled_after_s",
                      first->held ? json_real(first->held_since / first->sample_rate_hz) : json_null(), "from",
                      answer->question->held_by_likelihood ? "likelihood"

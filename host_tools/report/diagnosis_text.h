@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** A diagnosis in words: on the terminal, and the sentences that JSON and page share with it. */
+/** A diagnosis in words: the sentences that terminal, JSON and page share. */
 #ifndef DIAGNOSIS_TEXT_H
 #define DIAGNOSIS_TEXT_H
 
 #include "diagnosis/account.h"
 #include "report/text_line.h"
-#include <stdio.h>
 
 /** "nothing missing", "explained", "partly explained", "unknown physics". */
 const char *verdict_name(verdict_t verdict);
@@ -71,9 +70,5 @@ const char *errors_caveat(const answer_t *answer);
 const char *finding_probe(const finding_t *finding);
 /** What `hyst record --probe` is to play next: the first finding that is not named, or "all". */
 const char *next_probe(const answer_t *answer);
-
-/** At most two screens. */
-void diagnosis_print(FILE *file, const answer_t *answer, const account_t *account, const recording_t *recordings,
-                     size_t count);
 
 #endif
