@@ -20,9 +20,6 @@ typedef struct {
     double ring_damping;
     double ring_um;   /**< amplitude right behind the strongest of these steps */
     double ring_near; /**< so near, as a logarithm, a frequency is the same */
-    /** The column does not show what the drive did between samples, and it may have been held; or the header says that
-     * it is, and not when the position was sampled. */
-    bool may_be_held;
     double peak_hz;          /**< highest maximum of the frequency response beyond its low end */
     double creep_per_decade; /**< in holds, of the change before them */
 } probe_seen_t;

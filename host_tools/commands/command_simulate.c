@@ -42,7 +42,8 @@ static json_t *measure_to_json(const error_measure_t *error, double start_s, dou
                      error->max_um, "max_at_s", start_s + (double)error->max_sample / rate_hz);
 }
 
-/* The error with the zero of this recording: between two days a sensor is set to zero anew, and that is no error of a model. */
+/* The error with the zero of this recording: between two days a sensor is set to zero anew, and that is no error of a
+ * model. */
 static error_measure_t measure_beside_zero(const recording_t *recording, const double *position, double *zero_um) {
     const double *measured = recording->column[COLUMN_DISPLACEMENT];
     double *moved = allocate(recording->samples, sizeof *moved);

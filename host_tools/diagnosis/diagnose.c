@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/diagnose.h"
 #include "diagnosis/baseline.h"
-#include "diagnosis/between.h"
 #include "diagnosis/empirical.h"
 #include "diagnosis/review.h"
 #include "diagnosis/seen.h"
@@ -53,12 +52,6 @@ static bool choose_shape(question_t *question, shapes_t *shapes, failure_t *fail
 static bool imitate(question_t *question, shapes_t *shapes, failure_t *failure) {
     (void)failure;
     question_imitate(question, &shapes->shape[0].model, &shapes->beside);
-    return true;
-}
-
-static bool read_between(question_t *question, shapes_t *shapes, failure_t *failure) {
-    (void)failure;
-    between_choose(question, &shapes->shape[0].model);
     return true;
 }
 
@@ -168,8 +161,6 @@ const stage_t diagnosis_stages[] = {
     {"universal operator",
      "in the hysteresis' place: what it leaves, which blocks speak beside it, and the noise again", "belief/shape.h",
      .ask = imitate},
-    {"between samples", "whether a drive that may be held is, and when the position was read, by likelihood",
-     "between.h", .ask = read_between},
     {"search", "block after block, until none convinces; then which stay, their names and their sides", "attempt.h",
      .search = search_from_first},
     {"other shapes",

@@ -16,7 +16,6 @@ typedef struct question {
     bool model_given;
     probe_seen_t seen;             /**< by the look; all 0: it was not asked */
     double step_um, step_sigma_um; /**< of the converter, 0: none to be seen */
-    bool held_by_likelihood;       /**< that the drive is held between samples, and since when (between.h) */
     bool coarse;                   /**< the steps' error is larger than the noise */
     shape_t shape; /**< the universal operator in the place of the hysteresis, before anything is found */
     probe_setting_t setting;

@@ -14,9 +14,9 @@
  */
 bool review_end(state_t *state);
 
-/** What the models deliver as they would be written. Where that is clearly more than what is reported, another past may be
- * what lacks (past_choice.h). If no model was given, a straight line or a bank of plays takes the baseline's place if
- * it delivers less, and is not clearly worse where the samples count; and the model's, where nothing was found. */
+/** What the models deliver as they would be written. Where that is clearly more than what is reported, another past may
+ * be what lacks (past_choice.h). If no model was given, a straight line or a bank of plays takes the baseline's place
+ * if it delivers less, and is not clearly worse where the samples count; and the model's, where nothing was found. */
 bool review_delivered(state_t *state);
 
 #endif

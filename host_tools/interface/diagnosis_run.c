@@ -5,8 +5,8 @@
 #include "look/look_json.h"
 #include "look/look_text.h"
 #include "report/diagnosis_json.h"
-#include "report/diagnosis_report.h"
 #include "report/diagnosis_print.h"
+#include "report/diagnosis_report.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -183,22 +183,12 @@ static void see_ring(const look_t *looks, size_t count, probe_seen_t *seen) {
     }
 }
 
-static bool may_be_held(const look_t *look) {
-    const drive_look_t *drive = &look->drive;
-    if (drive->between_given) {
-        return drive->between == BETWEEN_HELD && recording_key(look->recording, "displacement_sampled_after_s") == NULL;
-    }
-    return drive->between != BETWEEN_SMOOTH || drive->steps > 0;
-}
-
 /* What blocks begin their search with. */
 static probe_seen_t seen_by(const look_t *looks, size_t count) {
     probe_seen_t seen = {0};
     double creep = 0.0, weights = 0.0;
     see_ring(looks, count, &seen);
-    seen.may_be_held = count > 0;
     for (size_t i = 0; i < count; i++) {
-        seen.may_be_held = seen.may_be_held && may_be_held(&looks[i]);
         const response_point_t *peak = response_peak(&looks[i].response);
         seen.peak_hz = seen.peak_hz <= 0.0 && peak != NULL ? peak->frequency_hz : seen.peak_hz;
         if (looks[i].holds.creep_sigma > 0.0) {
@@ -216,10 +206,6 @@ static bool find_and_account(const model_t *given, recording_t *recordings, size
     const probe_seen_t seen = seen_by(run->looks, run->looked_at);
     if (!diagnose_seen(given, &seen, recordings, count, &run->answer, failure)) {
         return false;
-    }
-    for (size_t i = 0; i < count; i++) { /* as the answer takes the drive between samples, so do all that follow */
-        recordings[i].held = run->answer.question->recordings[i].held;
-        recordings[i].held_since = run->answer.question->recordings[i].held_since;
     }
     if (!account_for(&run->answer, recordings, count, &run->account, failure)) {
         answer_free(&run->answer);

@@ -159,9 +159,7 @@ static json_t *between_to_json(const answer_t *answer) {
     const recording_t *first = &answer->question->samples.recordings[0];
     return json_pack("{s:b, s:o, s:s}", "held", (int)first->held, "displacement_sampled_after_s",
                      first->held ? json_real(first->held_since / first->sample_rate_hz) : json_null(), "from",
-                     answer->question->held_by_likelihood ? "likelihood"
-                     : first->held                        ? "header"
-                                                          : "interpolation");
+                     first->held ? "header" : "interpolation");
 }
 
 static json_t *shape_to_json(const answer_t *answer) {

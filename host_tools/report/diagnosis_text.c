@@ -184,13 +184,6 @@ static void append_shape(const answer_t *answer, char *text) {
 /* What the look shows and nothing in the answer explains. */
 static void append_seen(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     const probe_seen_t *seen = &answer->question->seen;
-    const recording_t *first = &answer->question->samples.recordings[0];
-    if (answer->question->held_by_likelihood) {
-        text_append(text,
-                    " The drive is held between samples, and the position read %.3g of a sample after it went out: so "
-                    "it is likeliest (header keys drive_between_samples: held, displacement_sampled_after_s: %.4g).",
-                    first->held_since, first->held_since / first->sample_rate_hz);
-    }
     if (answer->ring_left_um > 0.0) {
         text_append(text,
                     " After %s of the drive the position rings at %.4g Hz with damping %.2g, %.3g um at first, and "

@@ -41,10 +41,11 @@ bool lag_of_one_text(const account_t *account, const recording_t *recordings, si
     if (taken_out_lags(taken, account->recordings)) {
         char lag[QUANTITY_TEXT];
         quantity_text(lag, "", "s", fabs(taken->lag_s), taken->lag_sigma_s);
-        text_append(text,
-                    "%s is %s %s than the one model of all these recordings: another filter or rate, or the file is not "
-                    "what its name says",
-                    short_name(&recordings[recording]), lag, taken->lag_s > 0.0 ? "later" : "earlier");
+        text_append(
+            text,
+            "%s is %s %s than the one model of all these recordings: another filter or rate, or the file is not "
+            "what its name says",
+            short_name(&recordings[recording]), lag, taken->lag_s > 0.0 ? "later" : "earlier");
     }
     return text[0] != '\0';
 }

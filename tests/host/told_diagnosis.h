@@ -9,8 +9,8 @@
 
 #include "chain/catalogue.h"
 #include "report/diagnosis_json.h"
+#include "report/diagnosis_print.h"
 #include "report/diagnosis_report.h"
-#include "report/diagnosis_text.h"
 #include "support.h"
 
 enum { SAMPLES = 6000, RECORDINGS = 2 };

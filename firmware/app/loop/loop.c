@@ -70,8 +70,8 @@ static void conditioning_ended(void) {
     }
 }
 
-/* Temperature, supplies and the main loop, a step of a look in some samples: the faults that it ends with. What is on its
- * way off goes there, unless the main loop stalls, and arming is refused while they last. */
+/* Temperature, supplies and the main loop, a step of a look in some samples: the faults that it ends with. What is on
+ * its way off goes there, unless the main loop stalls, and arming is refused while they last. */
 static inline uint32_t look_at_health(void) {
     if (loop.telemetry.sequence % HEALTH_WATCH_EACH_STEP != 0) {
         return 0;
