@@ -24,7 +24,7 @@ static void expect_ranges(const json_t *ranges, size_t least) {
 static void test_json_has_the_format_of_the_contract(void) {
     work_out();
     json_t *json = as_json(), *names, *chain, *findings, *where, *parameters, *confusable, *remaining, *unseen, *band,
-           *levels, *taken_out, *ring;
+           *levels, *taken_out, *ring, *between, *each;
     double given, before, held_out, nrmse, floor_percent, confidence, value, sigma, rms, by_level, delivered;
     const char *text, *place, *certainty, *unit, *explanation, *excitation, *loop, *name;
     int past_unknown, structured, outliers;
@@ -32,7 +32,7 @@ static void test_json_has_the_format_of_the_contract(void) {
                   "{s:s, s:o, s:{s:f, s:f}, s:{s:o, s:f, s:f, s:f, s:f, s:f}, s:o, s:o, s:{s:f, s:f, s:f, s:f, s:b, "
                   "s:b, s:f, s:o, "
                   "s:i, s:f, s:o, s:o, s:o, s:o}, "
-                  "s:s, s:n}",
+                  "s:s, s:n, s:o, s:o}",
                   "format", &text, "recordings", &names, "given", "nrmse_percent", &given, "held_out_nrmse_percent",
                   &held_out, "baseline", "chain", &chain, "nrmse_percent", &before, "held_out_nrmse_percent", &held_out,
                   "simulated_nrmse_percent", &delivered, "straight_line_nrmse_percent", &delivered,
@@ -40,7 +40,8 @@ static void test_json_has_the_format_of_the_contract(void) {
                   "nrmse_percent", &nrmse, "held_out_nrmse_percent", &held_out, "simulated_nrmse_percent", &delivered,
                   "noise_floor_percent", &floor_percent, "past_unknown", &past_unknown, "structured", &structured,
                   "rms_um", &rms, "band_hz", &band, "outliers", &outliers, "by_level", &by_level, "levels_um", &levels,
-                  "where", &remaining, "taken_out", &taken_out, "ring", &ring, "verdict", &place, "caveat");
+                  "where", &remaining, "taken_out", &taken_out, "ring", &ring, "verdict", &place, "caveat",
+                  "between_samples", &between, "each", &each);
     TEST_ASSERT_EQUAL_DOUBLE(1.9, given);
     TEST_ASSERT_EQUAL_DOUBLE(0.9, before);
     TEST_ASSERT_TRUE(json_is_null(band) && json_is_null(levels) && json_is_null(ring));

@@ -226,10 +226,10 @@ int main(void) {
     RUN_TEST(test_a_gain_switch_is_undone);
     RUN_TEST(test_an_offset_is_undone);
     RUN_TEST(test_shifted_samples_are_put_back);
-    RUN_TEST(test_a_lead_is_undone);
-    RUN_TEST(test_no_lead_is_worth_it_where_there_is_none);
     RUN_TEST(test_what_is_no_fault_is_not_worth_it);
     RUN_TEST(test_physics_is_looked_for_in_the_readings_set_right);
     RUN_TEST(test_two_clocks_are_undone);
+    RUN_TEST(test_a_lead_is_undone);
+    RUN_TEST(test_no_lead_is_worth_it_where_there_is_none);
     return UNITY_END();
 }
