@@ -71,7 +71,9 @@ static double worst(const law_t *law, double since, double delay) {
         const double newest = floor(read), late = 1.0 - (read - newest);
         const double before = newest >= 1.0 ? drive[(size_t)newest - 1] : drive[0];
         run(law, y, before, late);
-        run(law, y, newest >= 0.0 ? drive[(size_t)newest] : drive[0], 1.0 - late);
+        if (late < 1.0) { /* there is something newer, which behind the last sample there is not */
+            run(law, y, newest >= 0.0 ? drive[(size_t)newest] : drive[0], 1.0 - late);
+        }
         most = fmax(most, fabs(position[k] - y[0]));
     }
     return most;
