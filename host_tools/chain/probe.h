@@ -18,8 +18,8 @@ typedef struct {
     size_t ring_recording;   /**< which recording it is */
     double ring_hz;          /**< undamped frequency */
     double ring_damping;
-    double ring_um;   /**< amplitude right behind the strongest of these steps */
-    double ring_near; /**< so near, as a logarithm, a frequency is the same */
+    double ring_um;          /**< amplitude right behind the strongest of these steps */
+    double ring_near;        /**< so near, as a logarithm, a frequency is the same */
     double peak_hz;          /**< highest maximum of the frequency response beyond its low end */
     double creep_per_decade; /**< in holds, of the change before them */
 } probe_seen_t;
