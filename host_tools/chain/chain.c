@@ -13,13 +13,13 @@ struct chain {
 /* What the stages before this one make of a drive that is held: those without dynamics nothing, delays hold it later,
  * and behind a lag it moves between samples. */
 static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *setup) {
-    size_t order[MODEL_MAX_BLOCKS], stage = 0;
+    size_t order[MODEL_MAX_BLOCKS];
     double whole;
     if (!setup->held) {
         return;
     }
-    chain_order(model, order);
-    for (; order[stage] != index; stage++) {
+    const size_t blocks = chain_order(model, order);
+    for (size_t stage = 0; stage < blocks && order[stage] != index; stage++) {
         const model_block_t *before = &model->block[order[stage]];
         setup->held = setup->held && !before->block->smooths;
         if (before->block->lag == LAG_DELAY) {
@@ -29,17 +29,28 @@ static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *set
     }
 }
 
+/* As if the recording were the first that happened. */
+static chain_stage_t open_stage(const model_t *model, size_t index, const stage_setup_t *setup) {
+    const model_block_t *from = &model->block[index];
+    stage_setup_t own = *setup;
+    hold_at_stage(model, index, &own);
+    own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
+    return (chain_stage_t){.block = from->block,
+                           .state = block_open(from->block, from->parameter, &own),
+                           .drive = block_is_hysteresis(from->block) && from->block->pass != NULL && !own.held
+                                        ? allocate(1, sizeof(drive_window_t))
+                                        : NULL};
+}
+
 /* What comes of drives before the recording, each held for long, in front of a hysteresis. */
 static double *before_hysteresis(const model_t *model, size_t index, const stage_setup_t *setup) {
     double *value = allocate(setup->befores, sizeof *value);
     size_t order[MODEL_MAX_BLOCKS];
-    stage_setup_t plain = *setup;
-    plain.befores = 0;
     memcpy(value, setup->before_v, setup->befores * sizeof *value);
-    chain_order(model, order);
-    for (size_t i = 0; order[i] != index; i++) {
+    const size_t blocks = chain_order(model, order);
+    for (size_t i = 0; i < blocks && order[i] != index; i++) {
         if (!model->block[order[i]].block->modifies_hysteresis) {
-            chain_stage_t stage = chain_stage_open(model, order[i], &plain);
+            chain_stage_t stage = open_stage(model, order[i], setup);
             for (size_t b = 0; b < setup->befores; b++) {
                 signal_t signal = {.value = value[b]};
                 chain_stage_settle(&stage, &signal);
@@ -52,18 +63,12 @@ static double *before_hysteresis(const model_t *model, size_t index, const stage
 }
 
 chain_stage_t chain_stage_open(const model_t *model, size_t index, const stage_setup_t *setup) {
-    const model_block_t *from = &model->block[index];
-    stage_setup_t own = *setup;
-    hold_at_stage(model, index, &own);
-    own.seed += 0x632BE59BD9B4E019U * (uint64_t)(index + 1);
-    const bool led = setup->befores > 0 && block_is_hysteresis(from->block);
-    return (chain_stage_t){.block = from->block,
-                           .befores = led ? setup->befores : 0,
-                           .before_v = led ? before_hysteresis(model, index, setup) : NULL,
-                           .state = block_open(from->block, from->parameter, &own),
-                           .drive = block_is_hysteresis(from->block) && from->block->pass != NULL && !own.held
-                                        ? allocate(1, sizeof(drive_window_t))
-                                        : NULL};
+    chain_stage_t stage = open_stage(model, index, setup);
+    if (setup->befores > 0 && block_is_hysteresis(stage.block)) {
+        stage.befores = setup->befores;
+        stage.before_v = before_hysteresis(model, index, setup);
+    }
+    return stage;
 }
 
 void chain_stage_close(chain_stage_t *stage) {

@@ -7,6 +7,6 @@
 
 /** The drive of so many samples (negative: later) before sample k of n, as it moves between samples. Beyond the ends it
  * stays what it was there. */
-double drive_before(const double *drive, size_t n, drive_between_t between, size_t k, double samples);
+double drive_before(const double *u, size_t n, drive_between_t between, size_t k, double samples);
 
 #endif

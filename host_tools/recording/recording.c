@@ -137,7 +137,7 @@ bool recording_span(recording_t *recording, double from_s, double to_s, failure_
     return true;
 }
 
-void recording_free(recording_t *recording) {
+static void free_alone(recording_t *recording) {
     for (size_t i = 0; i < COLUMN_COUNT; i++) {
         free(recording->column[i]);
     }
@@ -149,11 +149,16 @@ void recording_free(recording_t *recording) {
     free(recording->name);
     free(recording->understood);
     free(recording->masked);
+    memset(recording, 0, sizeof *recording);
+}
+
+/* What is whole is no part of another one. */
+void recording_free(recording_t *recording) {
     if (recording->whole != NULL) {
-        recording_free(recording->whole);
+        free_alone(recording->whole);
         free(recording->whole);
     }
-    memset(recording, 0, sizeof *recording);
+    free_alone(recording);
 }
 
 void values_range(const double *values, size_t count, double range[2]) {

@@ -202,7 +202,7 @@ static json_t *used_to_json(const recording_t *recordings, size_t count) {
         const size_t of = excerpt_mean_of(r);
         if (r->whole != NULL) {
             json_array_append_new(list, json_pack("{s:s, s:I, s:I, s:I, s:[f, f]}", "recording", r->name, "samples",
-                                                  (json_int_t)(r->samples * of), "of_samples",
+                                                  (json_int_t)r->samples * (json_int_t)of, "of_samples",
                                                   (json_int_t)r->whole->samples, "mean_of", (json_int_t)of, "time_s",
                                                   recording_time(r, 0.0), recording_time(r, (double)r->samples)));
         }

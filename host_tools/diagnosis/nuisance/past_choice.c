@@ -77,8 +77,9 @@ typedef struct {
 /* From the other end of the range to one level, and on to another; or none. */
 static void model_with_past(const pasts_t *job, size_t index, model_t *with) {
     const double step_v = (job->range_v[1] - job->range_v[0]) / (LEVELS - 1);
-    const double first_v = job->range_v[0] + step_v * (double)(index / LEVELS);
-    const double then_v = job->range_v[0] + step_v * (double)(index % LEVELS);
+    const size_t first = index / LEVELS, then = index % LEVELS;
+    const double first_v = job->range_v[0] + step_v * (double)first;
+    const double then_v = job->range_v[0] + step_v * (double)then;
     const double past_v[] = {job->range_v[first_v < then_v ? 1 : 0], first_v, then_v};
     model_copy(with, job->model);
     model_block_t *hysteresis = &with->block[hysteresis_index(with)];
