@@ -24,7 +24,8 @@ enum { COUNT = 3, TRIES = 5 };
 static const uint8_t addresses[COUNT] = {3, 7, 247};
 
 /* For an answer that comes, and for one that does not. */
-enum { PATIENCE_S = 20, IMPATIENCE_US = 200000, LATE_MS = 500, QUIET_MS = 150 };
+/* QUIET_MS: a machine that is busy for that long makes one burst of two frames, and both are lost. */
+enum { PATIENCE_S = 20, IMPATIENCE_US = 200000, LATE_MS = 500, QUIET_MS = 400 };
 
 static const char *port;
 static modbus_t *bus;
