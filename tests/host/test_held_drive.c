@@ -136,7 +136,6 @@ static void test_what_comes_out_of_a_lag_is_smooth(void) {
     model_t lag, mode;
     one_block(&block_sensor_bandwidth, (double[]){100.0});
     lag = model;
-    insert_block(&model, &lag, &block_resonance, (double[]){60.0, 0.1});
     one_block(&block_resonance, (double[]){60.0, 0.1});
     mode = model;
     insert_block(&model, &mode, &block_amplifier_bandwidth, (double[]){100.0});
