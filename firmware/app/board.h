@@ -32,8 +32,9 @@ typedef struct {
 
 /** Constants of the board. */
 typedef struct {
-    uint16_t id;              /**< register `board` */
-    uint16_t latency_samples; /**< register `latency`; at most BOARD_LATENCY_MAX */
+    uint16_t id;               /**< register `board` */
+    uint16_t latency_samples;  /**< register `latency`; at most BOARD_LATENCY_MAX */
+    uint32_t sampled_after_ns; /**< register `sampled_after` */
     uint16_t position_bits, drive_bits;
     uint32_t sample_rate_mhz;
     uint32_t cost_rate_hz;      /**< counts per second of board_cost_counter */

@@ -2,6 +2,7 @@
 #include "amplifier/experiment.h"
 #include "amplifier/capture_reader.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
@@ -298,6 +299,11 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     recording_set_key(recording, "mode", mode_name(run->mode));
     recording_set_key(recording, "waveform", run->text);
     recording_set_key(recording, "conditioned", run->condition ? "yes" : "no");
+    if (run->condition && run->mode == HYST_MODE_DIRECT) { /* conditioning.h, and then to the start */
+        (void)snprintf(text, sizeof text, "%.6f, %.6f, %.6f", drive_to_volts(image, image->drive_high),
+                       drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_park));
+        recording_set_key(recording, "drive_before_v", text);
+    }
     if (run->rest_s > 0.0) {
         (void)snprintf(text, sizeof text, "%g", run->rest_s);
         recording_set_key(recording, "rested_s", text);
@@ -335,6 +341,7 @@ static bool play_and_read(device_t *device, const hyst_parameters_t *image, cons
     if (ok) {
         to_recording(device, image, run, reader.registers, recording);
         note_supply(device, recording);
+        sampling_note(device, run->decimation, recording);
         ok = device_command(device, COMMAND_DISARM, failure);
         if (!ok) {
             recording_free(recording);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/model_guard.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
 #include "chain/fit_ranges.h"
@@ -212,6 +213,7 @@ bool guard_fetch(guard_t *guard, recording_t *recording, size_t *warned, failure
     set_range_key(recording, POSITION_CONVERTER_KEY, position_to_micrometres(image, HYST_Q31_MIN),
                   position_to_micrometres(image, HYST_Q31_MAX));
     stage_supply_note(recording, guard_supply_v(guard));
+    sampling_note(guard->device, guard->decimation, recording);
     const size_t after = (size_t)(guard->settings.after_s * rate_hz);
     *warned = frames > after ? frames - after : 0;
     return true;

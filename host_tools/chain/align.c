@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "chain/align.h"
+#include "base/quantity.h"
 #include "chain/smooth_drive.h"
 #include <math.h>
 #include <stdio.h>
@@ -32,17 +33,26 @@ static void take_later(double *u, size_t samples, size_t first, size_t kept, ptr
 }
 
 static void tell(recording_t *recording, double after_s, size_t dropped) {
-    char line[300];
+    char line[300], lag[QUANTITY_TEXT];
     const char *before = recording->understood != NULL ? recording->understood : "";
+    quantity_named(lag, "", "s", fabs(after_s), 4);
     (void)snprintf(line, sizeof line,
-                   "drive        taken %.6g s %s, when the position was sampled (header key "
+                   "drive        taken %s %s, when the position was sampled (header key "
                    "displacement_sampled_after_s); %zu row%s dropped\n",
-                   fabs(after_s), after_s > 0.0 ? "later" : "earlier", dropped, dropped == 1 ? "" : "s");
+                   lag, after_s > 0.0 ? "later" : "earlier", dropped, dropped == 1 ? "" : "s");
     char *text = allocate(strlen(before) + strlen(line) + 1, 1);
     memcpy(text, before, strlen(before));
     memcpy(text + strlen(before), line, strlen(line) + 1);
     free(recording->understood);
     recording->understood = text;
+}
+
+/* What is a value at the drive's instants: the reference, too, unless the header says that it is the position's. */
+static bool goes_with_drive(const recording_t *recording, column_t column) {
+    const char *with = recording_key(recording, "reference_sampled_with");
+    return recording->column[column] != NULL &&
+           (column == COLUMN_DRIVE ||
+            (column == COLUMN_REFERENCE && (with == NULL || strcmp(with, "displacement") != 0)));
 }
 
 /* A drive that is held has no values between its own: whole samples are moved, and the rest is how long the last one
@@ -60,7 +70,7 @@ static bool align_held(recording_t *recording, double after_s) {
         return true;
     }
     for (column_t c = 0; c < COLUMN_COUNT; c++) {
-        if (recording->column[c] != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
+        if (goes_with_drive(recording, c)) {
             take_later(recording->column[c], recording->samples, first, kept, newer, 0.0);
         }
     }
@@ -105,9 +115,8 @@ bool recording_align(recording_t *recording, failure_t *failure) {
     const size_t first = older < 0 ? (size_t)-older : 0, behind = newer > 0 ? (size_t)newer : 0;
     const size_t samples = recording->samples, kept = samples - first - behind;
     for (column_t c = 0; c < COLUMN_COUNT; c++) {
-        double *value = recording->column[c];
-        if (value != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
-            take_later(value, samples, first, kept, newer, fraction);
+        if (goes_with_drive(recording, c)) {
+            take_later(recording->column[c], samples, first, kept, newer, fraction);
         }
     }
     recording_keep(recording, first, kept);

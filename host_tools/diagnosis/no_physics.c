@@ -10,6 +10,10 @@
 static const double least_periods = 2.0;
 /* The first part of a rest still has what the motion before it left. */
 static const double settles = 0.1;
+/* A turn, in parts of the drive's range: more than noise and ripple. */
+static const double turns_by = 0.05;
+/* Fewer are regular by chance. */
+static const size_t least_turns = 8;
 
 static bool too_short(const samples_t *samples, const model_block_t *block) {
     const double number = block->parameter[0].value[0], rate_hz = samples->recordings[0].sample_rate_hz;
@@ -46,11 +50,46 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
     return stretch->from < recording->samples;
 }
 
+/* Where a drive turns by more than a twentieth of its range; returns how many such points there are. */
+static size_t turning_points(const double *u, size_t count, size_t *at) {
+    double range[2];
+    size_t turns = 0, extreme = 0;
+    int towards = 0;
+    values_range(u, count, range);
+    const double back = turns_by * (range[1] - range[0]);
+    for (size_t k = 1; k < count; k++) {
+        const double beyond = u[k] - u[extreme];
+        if (towards == 0 ? fabs(beyond) > back : towards * beyond < -back) {
+            if (towards != 0) {
+                at[turns++] = extreme;
+            }
+            towards = beyond > 0.0 ? 1 : -1;
+            extreme = k;
+        } else if (towards * beyond > 0.0) {
+            extreme = k;
+        }
+    }
+    return turns;
+}
+
+/* Two turns of a drive that turns at regular times, whatever the levels; 0: it does not. */
+static double turning_period(const double *u, size_t count) {
+    size_t *at = allocate(count, sizeof *at);
+    const size_t turns = turning_points(u, count, at);
+    double interval = turns < least_turns ? 0.0 : (double)(at[turns - 1] - at[0]) / (double)(turns - 1);
+    for (size_t i = 0; i < turns && interval > 0.0; i++) {
+        interval = fabs((double)(at[i] - at[0]) - (double)i * interval) > 1.0 ? 0.0 : interval;
+    }
+    free(at);
+    return 2.0 * interval;
+}
+
 /* Whether the frequency is a multiple of the drive's, in a stretch in which it moves, as well as that tells frequencies
  * apart. */
 static bool is_harmonic(const recording_t *recording, stretch_t moves, double hz) {
     const size_t count = moves.to - moves.from;
-    const double period = drive_period(recording->column[COLUMN_DRIVE] + moves.from, count);
+    const double *u = recording->column[COLUMN_DRIVE] + moves.from;
+    const double repeats = drive_period(u, count), period = repeats > 0.0 ? repeats : turning_period(u, count);
     const double multiple = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.0;
     return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < period;
 }

@@ -61,7 +61,9 @@ static void print_drive(FILE *file, const look_t *look) {
     }
     const char *moved = recording_key(look->recording, "drive_moved_s");
     if (moved != NULL) {
-        fprintf(file, "; moved by %.6g s, to when the position was sampled (header)", strtod(moved, NULL));
+        char lag[QUANTITY_TEXT];
+        quantity_named(lag, "", "s", strtod(moved, NULL), 4);
+        fprintf(file, "; moved by %s, to when the position was sampled (header)", lag);
     }
     if (d->between == BETWEEN_UNKNOWN) {
         fprintf(file, "\n             %s\n", between[d->between]);

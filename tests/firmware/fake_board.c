@@ -16,6 +16,7 @@ void (*fake_board_sends)(const uint8_t *frame, size_t length);
 
 const board_info_t board_info = {.id = 0,
                                  .latency_samples = FAKE_LATENCY,
+                                 .sampled_after_ns = FAKE_SAMPLED_AFTER_NS,
                                  .position_bits = FAKE_CONVERTER_BITS,
                                  .drive_bits = FAKE_CONVERTER_BITS,
                                  .sample_rate_mhz = 1000000000U / FAKE_SAMPLE_US,

@@ -8,7 +8,7 @@
 #include "board.h"
 #include "hyst/fixed.h"
 
-enum { FAKE_LATENCY = 2, FAKE_SAMPLE_US = 100, FAKE_SILENCE_US = 1750 };
+enum { FAKE_LATENCY = 2, FAKE_SAMPLE_US = 100, FAKE_SAMPLED_AFTER_NS = 97000, FAKE_SILENCE_US = 1750 };
 
 /* As the h405 has them. */
 #define FAKE_DRIVE_SLEW_MAX      BOARD_RANGE_IN_US(800, 1000000U / FAKE_SAMPLE_US)

@@ -132,6 +132,10 @@ static void test_a_request_is_locked_as_a_whole(void) {
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_waveform_points));
 }
 
+static void test_when_the_position_is_sampled(void) {
+    TEST_ASSERT_EQUAL_UINT32(FAKE_SAMPLED_AFTER_NS, master_get(INDEX_sampled_after));
+}
+
 static void test_the_serial_number(void) {
     static const board_start_t start = {.serial = {0x0012ABCD, 0x34567890, 0xFEDCBA98}};
     static const uint8_t individual[] = {43, 14, 4, 0x80}, stream[] = {43, 14, 3, 0}, basic[] = {43, 14, 1, 0},
@@ -161,6 +165,7 @@ int main(void) {
     RUN_TEST(test_each_key_opens_its_own);
     RUN_TEST(test_what_turns_it_on_is_locked_and_what_stops_it_is_not);
     RUN_TEST(test_a_request_is_locked_as_a_whole);
+    RUN_TEST(test_when_the_position_is_sampled);
     RUN_TEST(test_the_serial_number);
     return UNITY_END();
 }

@@ -75,6 +75,25 @@ static void test_hum_at_a_harmonic_is_hum(void) {
     TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){100.0, 0.01, 0.0}));
 }
 
+/* Lines of a constant length between levels that never come again, as a pattern has. */
+static void test_a_drive_that_turns_at_regular_times(void) {
+    enum { LINE = 50 };
+    record(false, 0.0, 0.0, 0.0);
+    double level[2] = {0.0, 0.0};
+    for (size_t k = 0; k < SAMPLES; k++) {
+        if (k % LINE == 0) {
+            const size_t line = k / LINE;
+            level[0] = level[1];
+            level[1] = (line % 2 == 0 ? 1.0 : -1.0) * (6.0 + 4.0 * sin(0.7 * (double)(line * line)));
+        }
+        recording.column[COLUMN_DRIVE][k] = level[0] + (level[1] - level[0]) * (double)(k % LINE) / LINE;
+    }
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){220.0, 0.01, 0.0}));  /* 11 times 20 Hz */
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){210.0, 0.01, 0.0})); /* 10.5 times */
+    recording.column[COLUMN_DRIVE][SAMPLES / 2] = 100.0;                                 /* one more turn */
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){220.0, 0.01, 0.0}));
+}
+
 static void test_a_drive_that_does_not_repeat_itself_has_no_harmonics(void) {
     record(true, 100.0, 0.01, 0.0);
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -89,6 +108,7 @@ int main(void) {
     RUN_TEST(test_a_harmonic_of_a_drive_that_never_rests);
     RUN_TEST(test_a_rest_shows_whether_it_is_hum);
     RUN_TEST(test_hum_at_a_harmonic_is_hum);
+    RUN_TEST(test_a_drive_that_turns_at_regular_times);
     RUN_TEST(test_a_drive_that_does_not_repeat_itself_has_no_harmonics);
     return UNITY_END();
 }

@@ -143,6 +143,7 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, co
     value[INDEX_cost_rate] = board_info.cost_rate_hz;
     value[INDEX_image_version] = HYST_IMAGE_VERSION;
     value[INDEX_latency] = board_info.latency_samples;
+    value[INDEX_sampled_after] = board_info.sampled_after_ns;
     value[INDEX_serial_high] = start->serial[0];
     value[INDEX_serial_middle] = start->serial[1];
     value[INDEX_serial_low] = start->serial[2];

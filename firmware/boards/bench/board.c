@@ -27,6 +27,7 @@
 const board_info_t board_info = {
     .id = BOARD_ID,
     .latency_samples = 1,
+    .sampled_after_ns = 1000000000U / SAMPLE_RATE_HZ, /* the twin moves on for a period, then its position is read */
     .position_bits = 16,
     .drive_bits = 16,
     .sample_rate_mhz = SAMPLE_RATE_HZ * 1000U, /* the twin's sample period in simulated time */

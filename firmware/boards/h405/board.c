@@ -30,7 +30,8 @@
 #include "supply.h"
 
 #define SAMPLE_PERIOD_US (1000000U / SAMPLE_RATE_HZ)
-#define ADC_AHEAD_US     5U /* a conversion takes 3.2 us */
+#define ADC_AHEAD_US     5U    /* a conversion takes 3.2 us */
+#define SAMPLING_NS      2667U /* 56 cycles of 21 MHz of it; what counts is the voltage at their end */
 
 #define PIN_DEFAULT_LINE 0U /* PA0, the user button of the Olimex board */
 #define PIN_POSITION     1U /* PA1, ADC channel 1 */
@@ -64,6 +65,7 @@ enum { CHANNEL_TEMPERATURE = 16U, CHANNEL_REFERENCE = 17U };
 const board_info_t board_info = {
     .id = BOARD_ID,
     .latency_samples = 2,
+    .sampled_after_ns = 1000000000U / SAMPLE_RATE_HZ - ADC_AHEAD_US * 1000U + SAMPLING_NS,
     .position_bits = 12,
     .drive_bits = 12,
     .sample_rate_mhz = SAMPLE_RATE_HZ * 1000U,
