@@ -6,16 +6,12 @@ void sampling_note(device_t *device, int64_t decimation, recording_t *recording)
     int64_t after_ns;
     char text[32];
     failure_t ignored;
-    if (!device_read(device, INDEX_sampled_after, &after_ns, &ignored)) {
-        return;
-    }
-    const double held_s = decimation > 1 ? 0.5 / device_sample_rate_hz(device) : 0.0;
-    (void)snprintf(text, sizeof text, "%.9g", 1e-9 * (double)after_ns - held_s);
-    recording_set_key(recording, "displacement_sampled_after_s", text);
-    if (recording->column[COLUMN_REFERENCE] != NULL) { /* what the position of the row should be */
-        recording_set_key(recording, "reference_sampled_with", "displacement");
-    }
-    if (decimation == 1) {
+    if (decimation > 1) {
+        (void)snprintf(text, sizeof text, "%.9g", 1.0 / device_sample_rate_hz(device));
+        recording_set_key(recording, "drive_step_s", text);
+    } else if (device_read(device, INDEX_sampled_after, &after_ns, &ignored)) {
+        (void)snprintf(text, sizeof text, "%.9g", 1e-9 * (double)after_ns);
         recording_set_key(recording, "drive_between_samples", "held");
+        recording_set_key(recording, "displacement_sampled_after_s", text);
     }
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** When the amplifier samples the position against the drive in the same row, for the header of what it recorded. */
+/** What the drive did between the rows of a recording that an amplifier made, and when the position was read. */
 #ifndef SAMPLING_NOTE_H
 #define SAMPLING_NOTE_H
 
@@ -7,12 +7,11 @@
 #include "recording/recording.h"
 
 /**
- * Writes displacement_sampled_after_s into the header, and drive_between_samples where every sample of the loop was
- * captured: the drive is then held from row to row. With every `decimation`-th sample it moves between two rows in
- * steps of the loop, which is the same drive half a sample of the loop later. A reference is what the position in its
- * own row should be: reference_sampled_with says so.
- *
- * Nothing for firmware without the register sampled_after. A line that fails, fails in the next request.
+ * Into the header. Where every sample of the loop was captured, the drive is held from row to row:
+ * drive_between_samples, and displacement_sampled_after_s from the register sampled_after. (Firmware without that
+ * register: neither. A line that fails, fails in the next request.) Where every `decimation`-th was, the drive moves in
+ * steps of the loop from row to row: drive_step_s. The position is then taken to be read at the end of a step, which on
+ * the h405 it is but for 2 us.
  */
 void sampling_note(device_t *device, int64_t decimation, recording_t *recording);
 

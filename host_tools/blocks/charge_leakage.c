@@ -27,7 +27,7 @@ typedef struct {
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     first_order_lag_set(&state->leaked.lag, 1.0 / (2.0 * M_PI * parameter[TIME_CONSTANT].value[0]),
-                        setup->sample_rate_hz);
+                        setup->sample_rate_hz, setup->steps);
     state->rest_um = parameter[REST].value[0];
     state->has_initial = parameter[INITIAL].count > 0;
     state->initial_um = state->has_initial ? parameter[INITIAL].value[0] : 0.0;

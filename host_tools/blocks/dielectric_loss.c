@@ -34,7 +34,7 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
     state->gain = growth_per_decade(parameter) / CREEP_CELLS_PER_DECADE;
     for (size_t j = 0; j < CELLS; j++) {
         first_order_lag_set(&state->cell[j], 1.0 / (2.0 * M_PI * creep_time_constant_s(shortest_s, j)),
-                            setup->sample_rate_hz);
+                            setup->sample_rate_hz, setup->steps);
         if (setup->held) {
             first_order_lag_hold(&state->cell[j], setup->held_since);
         }

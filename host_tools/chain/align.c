@@ -9,6 +9,10 @@
 
 /* Parts of a sample below which a time is a whole number of samples: rounding of a key that was written in decimals. */
 static const double whole_within = 1e-6;
+/* The same of two times that were both written in decimals, in parts of them. */
+static const double whole_steps_within = 1e-3;
+
+enum { MOST_STEPS = 65535 };
 
 /* The value at `fraction` of the way from sample `newer` back to the one before. Before the first one it rested. */
 static double value_at(const double *u, size_t samples, size_t newer, double fraction, const double weight[4]) {
@@ -47,14 +51,6 @@ static void tell(recording_t *recording, double after_s, size_t dropped) {
     recording->understood = text;
 }
 
-/* What is a value at the drive's instants: the reference, too, unless the header says that it is the position's. */
-static bool goes_with_drive(const recording_t *recording, column_t column) {
-    const char *with = recording_key(recording, "reference_sampled_with");
-    return recording->column[column] != NULL &&
-           (column == COLUMN_DRIVE ||
-            (column == COLUMN_REFERENCE && (with == NULL || strcmp(with, "displacement") != 0)));
-}
-
 /* A drive that is held has no values between its own: whole samples are moved, and the rest is how long the last one
  * has been out. */
 static bool align_held(recording_t *recording, double after_s) {
@@ -70,7 +66,7 @@ static bool align_held(recording_t *recording, double after_s) {
         return true;
     }
     for (column_t c = 0; c < COLUMN_COUNT; c++) {
-        if (goes_with_drive(recording, c)) {
+        if (recording->column[c] != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
             take_later(recording->column[c], recording->samples, first, kept, newer, 0.0);
         }
     }
@@ -88,10 +84,27 @@ static bool is_held(const recording_t *recording) {
     return between != NULL && strcmp(between, "held") == 0;
 }
 
+/* Header key drive_step_s. */
+static bool take_steps(recording_t *recording, failure_t *failure) {
+    const char *text = recording_key(recording, "drive_step_s");
+    char *end = NULL;
+    const double step_s = text != NULL ? strtod(text, &end) : 0.0;
+    const double steps = text != NULL ? 1.0 / (recording->sample_rate_hz * step_s) : 0.0;
+    if (text != NULL && (end == text || *end != '\0' || !(step_s > 0.0) || !(steps > 1.0 - whole_steps_within) ||
+                         fabs(steps - round(steps)) > whole_steps_within * steps || steps > MOST_STEPS)) {
+        return fail(
+            failure,
+            "%s: header key drive_step_s is '%s', not a time in s of which 1 to %d make the %g s from row to row",
+            recording->name, text, MOST_STEPS, 1.0 / recording->sample_rate_hz);
+    }
+    recording->steps = (size_t)round(steps);
+    return true;
+}
+
 bool recording_align(recording_t *recording, failure_t *failure) {
     double after_s;
     char text[40];
-    if (!recording_sampled_after(recording, &after_s, failure)) {
+    if (!recording_sampled_after(recording, &after_s, failure) || !take_steps(recording, failure)) {
         return false;
     }
     if (after_s == 0.0) {
@@ -115,8 +128,9 @@ bool recording_align(recording_t *recording, failure_t *failure) {
     const size_t first = older < 0 ? (size_t)-older : 0, behind = newer > 0 ? (size_t)newer : 0;
     const size_t samples = recording->samples, kept = samples - first - behind;
     for (column_t c = 0; c < COLUMN_COUNT; c++) {
-        if (goes_with_drive(recording, c)) {
-            take_later(recording->column[c], samples, first, kept, newer, fraction);
+        double *value = recording->column[c];
+        if (value != NULL && (c == COLUMN_DRIVE || c == COLUMN_REFERENCE)) {
+            take_later(value, samples, first, kept, newer, fraction);
         }
     }
     recording_keep(recording, first, kept);

@@ -13,15 +13,16 @@
 #include "recording/recording.h"
 
 /**
- * Takes drive and reference at the instants at which the position was sampled. The readings stay as they are, and so
- * does a reference that is what the position in its row should be (reference_sampled_with: displacement). Between two
- * samples the drive is what smooth_drive.h and so a block transport_delay says: a fraction of a sample is the inverse
- * of that block. Of whole samples it is exact. Where a drive has a corner between two instants, the corner is cut, by
- * at most half of what the drive moves in one sample.
+ * Takes drive and reference at the instants at which the position was sampled. The readings stay as they are. Between
+ * two samples the drive is what smooth_drive.h and so a block transport_delay says: a fraction of a sample is the
+ * inverse of that block. Of whole samples it is exact. Where a drive has a corner between two instants, the corner is
+ * cut, by at most half of what the drive moves in one sample.
  *
  * Where the header says that the drive is held (drive_between_samples), nothing is between two samples: whole samples
  * are moved, and recording->held_since is the rest, how long a row's drive is out when its position is sampled. The key
  * is then that rest.
+ *
+ * Where it says that the drive goes from row to row in steps of a time (drive_step_s), recording->steps is how many.
  *
  * Rows at an end that have no drive at their instant are dropped: one for a part of a sample. The key is then 0, and
  * the key drive_moved_s says what was done; so a second call changes nothing. A line of recording->understood says it,

@@ -64,6 +64,9 @@ typedef struct {
      * `held_since` parts of a sample. chain_stage_open knows what earlier stages make of it. */
     bool held;
     double held_since;
+    /** Above 1, where it is not held: in so many held steps of its interpolation it goes from the sample before to this
+     * one, which is read at the end of the last step. */
+    size_t steps;
     /** Drives before the recording: its header key drive_before_v. The chain leads a hysteresis through them; no block
      * reads them. */
     size_t befores;

@@ -10,18 +10,19 @@ struct chain {
     chain_stage_t stage[MODEL_MAX_BLOCKS];
 };
 
-/* What the stages before this one make of a drive that is held: those without dynamics nothing, delays hold it later,
- * and behind a lag it moves between samples. */
+/* What the stages before this one make of a drive that is held: those without dynamics nothing, delays hold it later
+ * (of steps, which are short, nothing is counted), and behind a lag it moves between samples. */
 static void hold_at_stage(const model_t *model, size_t index, stage_setup_t *setup) {
     size_t order[MODEL_MAX_BLOCKS];
     double whole;
-    if (!setup->held) {
+    if (!setup->held && setup->steps < 2) {
         return;
     }
     const size_t blocks = chain_order(model, order);
     for (size_t stage = 0; stage < blocks && order[stage] != index; stage++) {
         const model_block_t *before = &model->block[order[stage]];
         setup->held = setup->held && !before->block->smooths;
+        setup->steps = before->block->smooths ? 0 : setup->steps;
         if (before->block->lag == LAG_DELAY) {
             setup->held_since =
                 held_later(setup->held_since, before->parameter[0].value[0] * setup->sample_rate_hz, &whole);
@@ -193,9 +194,15 @@ void chain_stage_values(const chain_stage_t *stage, const signal_t *signal, size
     }
 }
 
+void chain_between_samples(const recording_t *recording, stage_setup_t *setup) {
+    setup->held = recording->held;
+    setup->held_since = recording->held_since;
+    setup->steps = recording->steps;
+}
+
 void chain_pass(const model_t *model, size_t index, const recording_t *recording, double *value) {
-    const stage_setup_t setup = {
-        .sample_rate_hz = recording->sample_rate_hz, .held = recording->held, .held_since = recording->held_since};
+    stage_setup_t setup = {.sample_rate_hz = recording->sample_rate_hz};
+    chain_between_samples(recording, &setup);
     chain_stage_t stage = chain_stage_open(model, index, &setup);
     signal_t *signal = signals_of(value, recording->samples);
     chain_stage_settle(&stage, &signal[0]);
@@ -270,11 +277,8 @@ chain_t *chain_open_preloaded(const model_t *model, double sample_rate_hz, uint6
 
 bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
                  failure_t *failure) {
-    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz,
-                             .seed = seed,
-                             .clock_s = recording->clock_s,
-                             .held = recording->held,
-                             .held_since = recording->held_since};
+    *setup = (stage_setup_t){.sample_rate_hz = recording->sample_rate_hz, .seed = seed, .clock_s = recording->clock_s};
+    chain_between_samples(recording, setup);
     return recording_preload(recording, &setup->preload_n, failure) &&
            recording_drive_before(recording, setup->before_v, &setup->befores, failure) &&
            may_run(model, recording->sample_rate_hz, failure);

@@ -40,6 +40,9 @@ bool chain_simulate(const model_t *model, const recording_t *recording, uint64_t
 bool chain_simulate_finite(const model_t *model, const recording_t *recording, uint64_t seed, double *position_um,
                            failure_t *failure);
 
+/** What a recording says of its drive between samples. */
+void chain_between_samples(const recording_t *recording, stage_setup_t *setup);
+
 /** The setup for the stages that simulate a recording. false: the model is invalid, or does not suit the recording. */
 bool chain_setup(const model_t *model, const recording_t *recording, uint64_t seed, stage_setup_t *setup,
                  failure_t *failure);

@@ -47,7 +47,7 @@ static void temperature(const samples_t *samples, double lag_s, double *column) 
         const double *measured = recording->column[COLUMN_TEMPERATURE];
         first_order_stage_t behind = {.lag = {.line = {1.0}}};
         if (lag_s > 0.0) {
-            first_order_lag_set(&behind.lag, 1.0 / (2.0 * M_PI * lag_s), recording->sample_rate_hz);
+            first_order_lag_set(&behind.lag, 1.0 / (2.0 * M_PI * lag_s), recording->sample_rate_hz, 0);
         }
         for (size_t k = 0; k < recording->samples; k++) {
             signal_t signal = {.value = measured == NULL ? 0.0 : measured[k] - measured[0]};

@@ -28,10 +28,27 @@ static void moments(double x, double moment[4]) {
     }
 }
 
-void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz) {
+/* The same where s is held at the end of each of so many steps: the sum over steps in place of the integral. */
+static void moments_of_steps(double x, size_t steps, double moment[4]) {
+    for (int n = 0; n < 4; n++) {
+        moment[n] = 0.0;
+    }
+    for (size_t j = 1; j <= steps; j++) {
+        const double s = (double)j / (double)steps, decayed = -expm1(-x / (double)steps) * exp(-x * (1.0 - s));
+        for (int n = 0; n < 4; n++) {
+            moment[n] += decayed * gsl_pow_int(s, n);
+        }
+    }
+}
+
+void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz, size_t steps) {
     const double x = 2.0 * M_PI * cutoff_hz / sample_rate_hz;
     double m[4];
-    moments(x, m);
+    if (steps > 1) {
+        moments_of_steps(x, steps, m);
+    } else {
+        moments(x, m);
+    }
     lag->decays = x;
     lag->decay = exp(-x);
     lag->line[0] = m[1];
@@ -63,7 +80,7 @@ double first_order_lag_next(first_order_lag_t *lag, const drive_window_t *drive)
 
 void first_order_stage_open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     first_order_stage_t *stage = memory;
-    first_order_lag_set(&stage->lag, parameter[0].value[0], setup->sample_rate_hz);
+    first_order_lag_set(&stage->lag, parameter[0].value[0], setup->sample_rate_hz, setup->steps);
     if (setup->held) {
         first_order_lag_hold(&stage->lag, setup->held_since);
     }

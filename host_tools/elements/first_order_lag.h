@@ -24,8 +24,8 @@ typedef struct {
     double hold[2]; /**< of this sample's input and of the last one's */
 } first_order_lag_t;
 
-/** Sets the coefficients. */
-void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz);
+/** Sets the coefficients. steps: above 1, the input goes from sample to sample in so many (stage_setup_t.steps). */
+void first_order_lag_set(first_order_lag_t *lag, double cutoff_hz, double sample_rate_hz, size_t steps);
 /** The same for an input that is held, since part of a sample. */
 void first_order_lag_hold(first_order_lag_t *lag, double held_since);
 /** One sample: returns the output. */

@@ -23,6 +23,23 @@ static void respond(const oscillator_stage_t *state, double lag, double square, 
     after[RATE] = b1 + 2.0 * b2 + 3.0 * b3 - state->transition[RATE][OUTPUT] * b0 - state->transition[RATE][RATE] * b1;
 }
 
+/* Towards one value, which it is held at. */
+static void step_held(double state[STATES], const double transition[STATES][STATES], double value) {
+    const double behind = state[OUTPUT] - value, rate = state[RATE];
+    state[OUTPUT] = value + transition[OUTPUT][OUTPUT] * behind + transition[OUTPUT][RATE] * rate;
+    state[RATE] = transition[RATE][OUTPUT] * behind + transition[RATE][RATE] * rate;
+}
+
+/* What the same leads to where it is held at the end of each of so many steps. */
+static void respond_to_steps(const double transition[STATES][STATES], size_t steps, const double a[3],
+                             double after[STATES]) {
+    after[OUTPUT] = after[RATE] = 0.0;
+    for (size_t j = 1; j <= steps; j++) {
+        const double t = (double)j / (double)steps;
+        step_held(after, transition, t * (a[0] + t * (a[1] + t * a[2])));
+    }
+}
+
 /* Without input, over so many samples. omega: rad per sample. */
 static void make_transition(double omega, double zeta, double samples, double transition[STATES][STATES]) {
     const double damped = omega * sqrt(1.0 - zeta * zeta), decay = exp(-zeta * omega * samples);
@@ -39,14 +56,20 @@ void oscillator_stage_open(void *memory, const parameter_t *parameter, const sta
     oscillator_stage_t *state = memory;
     const double omega = 2.0 * M_PI * parameter[0].value[0] / setup->sample_rate_hz; /* rad per sample */
     const double zeta = parameter[1].value[0];
+    double of_step[STATES][STATES];
     state->line = omega <= slow;
     state->held = setup->held;
     make_transition(omega, zeta, 1.0, state->transition);
     make_transition(omega, zeta, 1.0 - setup->held_since, state->hold[0]);
     make_transition(omega, zeta, setup->held_since, state->hold[1]);
+    make_transition(omega, zeta, 1.0 / fmax(1.0, (double)setup->steps), of_step);
     for (size_t i = 0; i < DIFFERENCES; i++) {
         double after[STATES];
-        respond(state, 2.0 * zeta / omega, 1.0 / (omega * omega), polynomial[i], after);
+        if (setup->steps > 1) {
+            respond_to_steps(of_step, setup->steps, polynomial[i], after);
+        } else {
+            respond(state, 2.0 * zeta / omega, 1.0 / (omega * omega), polynomial[i], after);
+        }
         state->input[OUTPUT][i] = after[OUTPUT];
         state->input[RATE][i] = after[RATE];
     }
@@ -57,13 +80,6 @@ void oscillator_stage_settle(void *memory, signal_t *signal) {
     drive_window_settle(&state->drive, signal->value);
     state->state[OUTPUT] = signal->value;
     state->state[RATE] = 0.0;
-}
-
-/* Towards one value, which it is held at. */
-static void step_held(double state[STATES], const double transition[STATES][STATES], double value) {
-    const double behind = state[OUTPUT] - value, rate = state[RATE];
-    state[OUTPUT] = value + transition[OUTPUT][OUTPUT] * behind + transition[OUTPUT][RATE] * rate;
-    state[RATE] = transition[RATE][OUTPUT] * behind + transition[RATE][RATE] * rate;
 }
 
 void oscillator_stage_step(void *memory, signal_t *signal) {

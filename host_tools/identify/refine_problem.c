@@ -96,10 +96,9 @@ double refine_high(const refine_problem_t *problem, size_t unknown) {
 chain_stream_t refine_stream(const refine_problem_t *problem, size_t i, size_t first) {
     stage_setup_t setup = {.sample_rate_hz = problem->job->recordings[i].sample_rate_hz,
                            .preload_n = problem->preload_n[i],
-                           .clock_s = problem->job->recordings[i].clock_s,
-                           .held = problem->job->recordings[i].held,
-                           .held_since = problem->job->recordings[i].held_since};
+                           .clock_s = problem->job->recordings[i].clock_s};
     failure_t ignored; /* chain_determined_from has read it */
+    chain_between_samples(&problem->job->recordings[i], &setup);
     (void)recording_drive_before(&problem->job->recordings[i], setup.before_v, &setup.befores, &ignored);
     return chain_stream_open(problem->model, first, &setup);
 }

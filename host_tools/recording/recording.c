@@ -39,6 +39,7 @@ void recording_copy(recording_t *copy, const recording_t *recording) {
     copy->clock_s = recording->clock_s;
     copy->held = recording->held;
     copy->held_since = recording->held_since;
+    copy->steps = recording->steps;
     for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
         if (recording->column[column] != NULL) {
             memcpy(recording_add_column(copy, column), recording->column[column], size);

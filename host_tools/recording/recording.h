@@ -54,11 +54,12 @@ typedef struct recording {
     double *column[COLUMN_COUNT]; /**< samples values each, NULL where the recording has no such column */
     size_t keys;
     recording_key_t *key;
-    char *understood;      /**< for a file of another format: how its columns were interpreted, some lines; else NULL */
-    bool held;             /**< the drive goes out by a converter that holds each value until the next */
-    double held_since;     /**< then: parts of a sample from when a row's drive went out until its position was read, 0
-                              to 1 */
-    unsigned char *masked; /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
+    char *understood;  /**< for a file of another format: how its columns were interpreted, some lines; else NULL */
+    bool held;         /**< the drive goes out by a converter that holds each value until the next */
+    double held_since; /**< then: parts of a sample from when a row's drive went out until its position was read, 0
+                          to 1 */
+    size_t steps; /**< held steps in which the drive goes from row to row (chain/align.h); 0: it moves, or is held */
+    unsigned char *masked;   /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
     struct recording *whole; /**< of which this is a part (diagnosis/excerpt.h), freed with it; NULL: it is whole */
 } recording_t;
 

@@ -105,27 +105,6 @@ static void test_a_part_of_a_sample_is_a_delay_block(void) {
     model_free(&model);
 }
 
-/* What an amplifier wants of the position in its row, whether the drive is held or not. */
-static void test_a_reference_of_the_position_stays_with_it(void) {
-    static const char *const between[] = {"smooth", "held"};
-    for (size_t i = 0; i < 2; i++) {
-        record(2.0);
-        recording_set_key(&recording, "drive_between_samples", between[i]);
-        recording_set_key(&recording, "reference_sampled_with", "displacement");
-        for (size_t k = 0; k < SAMPLES; k++) {
-            recording.column[COLUMN_REFERENCE][k] = recording.column[COLUMN_DISPLACEMENT][k];
-        }
-        const double drive = recording.column[COLUMN_DRIVE][100];
-        TEST_ASSERT_TRUE_MESSAGE(recording_align(&recording, &failure), failure.text);
-        TEST_ASSERT_EQUAL_DOUBLE(drive, recording.column[COLUMN_DRIVE][i == 0 ? 98 : 99]);
-        for (size_t k = 0; k < recording.samples; k++) {
-            TEST_ASSERT_EQUAL_DOUBLE(recording.column[COLUMN_DISPLACEMENT][k], recording.column[COLUMN_REFERENCE][k]);
-        }
-        recording_free(&recording);
-    }
-    record(0.0); /* tearDown frees one */
-}
-
 static void test_no_key_changes_nothing(void) {
     record(0.0);
     TEST_ASSERT_TRUE(recording_align(&recording, &failure));
@@ -156,7 +135,6 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_columns_are_at_the_same_instants_afterwards);
     RUN_TEST(test_a_part_of_a_sample_is_a_delay_block);
-    RUN_TEST(test_a_reference_of_the_position_stays_with_it);
     RUN_TEST(test_no_key_changes_nothing);
     RUN_TEST(test_bad_keys_are_refused);
     return UNITY_END();

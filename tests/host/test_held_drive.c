@@ -7,6 +7,7 @@
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { SAMPLES = 300, SUBSTEPS = 400 };
 
@@ -129,6 +130,58 @@ static void test_a_delay_before_a_mode_is_a_part_of_a_sample_there(void) {
     model = (model_t){0};
 }
 
+/* Every fifth row of a held drive of lines, whose corners are rows: in five steps a row it is the same drive, and the
+ * model has to be where that of all rows is. On lines there is nothing of a curve: exact but for rounding. */
+static void test_steps_between_rows(void) {
+    enum { STEPS = 5, ROWS = SAMPLES / STEPS };
+    static const block_t *const lag[] = {&block_sensor_bandwidth, &block_resonance};
+    static const double value[][2] = {{300.0}, {300.0, 0.03}};
+    for (size_t i = 0; i < sizeof lag / sizeof lag[0]; i++) {
+        double all[SAMPLES], some[ROWS], most = 0.0, moved = 0.0;
+        recording_t rows;
+        recording_create(&rows, "rows", rate_hz / STEPS, ROWS);
+        for (size_t k = 0; k < SAMPLES; k++) {
+            const double turns = (double)k / 40.0;
+            recording.column[COLUMN_DRIVE][k] = 80.0 * fabs(turns - floor(turns + 0.5));
+            rows.column[COLUMN_DRIVE][k / STEPS] =
+                k % STEPS == 0 ? recording.column[COLUMN_DRIVE][k] : rows.column[COLUMN_DRIVE][k / STEPS];
+        }
+        one_block(lag[i], value[i]);
+        recording.held = true;
+        recording.held_since = 1.0;
+        TEST_ASSERT_TRUE_MESSAGE(chain_simulate(&model, &recording, 0, all, &failure), failure.text);
+        model.sample_rate_hz = rate_hz / STEPS;
+        recording_set_key(&rows, "drive_step_s", "0.0005");
+        TEST_ASSERT_TRUE_MESSAGE(recording_align(&rows, &failure), failure.text);
+        TEST_ASSERT_TRUE_MESSAGE(chain_simulate(&model, &rows, 0, some, &failure), failure.text);
+        for (size_t k = 0; k < ROWS; k++) {
+            most = fmax(most, fabs(some[k] - all[STEPS * k]));
+        }
+        TEST_ASSERT_TRUE(most < tolerance);
+        rows.steps = 0; /* the test can fail */
+        TEST_ASSERT_TRUE(chain_simulate(&model, &rows, 0, some, &failure));
+        for (size_t k = 0; k < ROWS; k++) {
+            moved = fmax(moved, fabs(some[k] - all[STEPS * k]));
+        }
+        TEST_ASSERT_TRUE(moved > 0.1);
+        recording_free(&rows);
+        model_free(&model);
+    }
+    model = (model_t){0};
+}
+
+static void test_bad_steps(void) {
+    static const char *const bad[] = {"", "x", "0", "-0.0005", "0.0005 s", "0.0008", "0.0002", "nan", "1e-12"};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        recording_set_key(&recording, "drive_step_s", bad[i]); /* rows of 0.0005 s */
+        TEST_ASSERT_FALSE_MESSAGE(recording_align(&recording, &failure), bad[i]);
+        TEST_ASSERT_NOT_NULL(strstr(failure.text, "drive_step_s"));
+    }
+    recording_set_key(&recording, "drive_step_s", "0.0001");
+    TEST_ASSERT_TRUE_MESSAGE(recording_align(&recording, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT64(5, recording.steps);
+}
+
 /* Behind the first lag the signal is no longer held: the second one takes a curve through what the first puts out. */
 static void test_what_comes_out_of_a_lag_is_smooth(void) {
     double position[SAMPLES], first[SAMPLES];
@@ -187,6 +240,8 @@ int main(void) {
     RUN_TEST(test_a_low_pass);
     RUN_TEST(test_a_mode);
     RUN_TEST(test_a_delay_before_a_mode_is_a_part_of_a_sample_there);
+    RUN_TEST(test_steps_between_rows);
+    RUN_TEST(test_bad_steps);
     RUN_TEST(test_what_comes_out_of_a_lag_is_smooth);
     RUN_TEST(test_the_header_says_it);
     return UNITY_END();
