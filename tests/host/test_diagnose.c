@@ -2,8 +2,8 @@
 /* From recordings to an answer: physics that is planted is named with its numbers, and none where there is none. */
 #include "base/parallel.h"
 #include "chain/catalogue.h"
+#include "diagnosis/answer/state.h"
 #include "diagnosis/diagnose.h"
-#include "diagnosis/state.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_text.h"
 #include "support.h"

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Physics that no block has: it has no name, and the model gets better all the same. */
 #include "compile/compile.h"
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
+#include "diagnosis/answer/state.h"
 #include "diagnosis/diagnose.h"
-#include "diagnosis/state.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_text.h"
 #include "support.h"

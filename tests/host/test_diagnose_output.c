@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What programs get of a diagnosis: JSON against its format, where things are, errors, and the model. */
-#include "diagnosis/unseen.h"
+#include "diagnosis/judgement/unseen.h"
 #include "thresholds/thresholds.h"
 #include "told_diagnosis.h"
 #include "unity.h"

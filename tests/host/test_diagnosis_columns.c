@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What the model leaves, against temperature, voltage and current, from an actuator that shares no formula with it. */
-#include "diagnosis/baseline.h"
+#include "diagnosis/question/baseline.h"
 #include "measured_actuator.h"
 #include "report/measured_columns_text.h"
 #include "support.h"

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Two recordings as one question: each has a zero, a past and a lag of its own, which the reply has with their size;
  * and no baseline delivers more error than a straight line or thirty plays. */
-#include "diagnosis/account.h"
-#include "diagnosis/delivered.h"
+#include "diagnosis/account/account.h"
 #include "diagnosis/diagnose.h"
+#include "diagnosis/review/delivered.h"
 #include "report/diagnosis_text.h"
 #include "support.h"
 #include "unity.h"

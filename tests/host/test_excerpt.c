@@ -3,7 +3,7 @@
  * does, and that the error it tells is that of the whole. */
 #include "base/progress.h"
 #include "diagnosis/diagnose.h"
-#include "diagnosis/excerpt.h"
+#include "diagnosis/question/excerpt.h"
 #include "interface/diagnosis_run.h"
 #include "support.h"
 #include "thresholds/thresholds.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What explains something and is no physics: a lag of a hundredth of a sample, and a line at a harmonic of the drive
  * that the rests do not show. */
-#include "diagnosis/no_physics.h"
+#include "diagnosis/judgement/no_physics.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>

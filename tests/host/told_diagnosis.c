@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "told_diagnosis.h"
-#include "diagnosis/state.h"
+#include "diagnosis/answer/state.h"
 #include "unity.h"
 
 random_t rng;

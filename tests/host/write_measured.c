@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Writes recordings with measured columns for the test of the command. Usage: write_measured CASE FILE.csv */
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "measured_actuator.h"
 #include <stdio.h>
 #include <string.h>
