@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * The state of a diagnosis while its stages run, the only thing that they change: the chain, what it leaves, the
- * findings. Which findings there are, and the chain with its power, change by the functions here. No other room reads
- * it.
+ * findings. Which findings there are, and the chain with its power, change by the functions here. Only rooms of
+ * the diagnosis read it.
  */
 #ifndef STATE_H
 #define STATE_H
