@@ -165,7 +165,7 @@ typedef struct block {
     /** How diagnose searches for it; NULL: it is not a candidate. */
     const probe_t *probe;
     /** Of a block that is no physical effect but describes what none explains: how it is fitted then
-     * (diagnosis/empirical.h). Such a block has no `probe`: it is no name. NULL: it is a physical effect. */
+     * (diagnosis/review/empirical.h). Such a block has no `probe`: it is no name. NULL: it is a physical effect. */
     const probe_t *empirical;
 } block_t;
 

@@ -7,9 +7,9 @@
 #ifndef COMMAND_H
 #define COMMAND_H
 
+#include "command_line/command_line.h"
+#include "command_line/print.h"
 #include "command_list.h" /* generated: every command_t of command_*.c, by its .order */
-#include "commands/command_line.h"
-#include "commands/print.h"
 
 #define COMMAND_DECLARE(name) extern const command_t command_##name;
 COMMAND_LIST(COMMAND_DECLARE)

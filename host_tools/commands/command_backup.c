@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/backup.h"
 #include "base/json_output.h"
+#include "command_line/device_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
 #include <stdio.h>
 
 typedef struct {

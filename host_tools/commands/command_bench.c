@@ -4,8 +4,8 @@
 #include "bench/emulator.h"
 #include "bench/firmware_file.h"
 #include "bench/twin_file.h"
+#include "command_line/twin_options.h"
 #include "commands/command.h"
-#include "commands/twin_options.h"
 #include <errno.h>
 #include <pthread.h>
 #include <stdio.h>

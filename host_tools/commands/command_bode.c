@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/json_output.h"
+#include "command_line/recording_input.h"
 #include "commands/command.h"
-#include "commands/recording_input.h"
 #include "report/bode.h"
 #include "report/small_signal.h"
 #include <stdio.h>

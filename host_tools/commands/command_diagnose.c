@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
+#include "command_line/recording_input.h"
 #include "commands/command.h"
 #include "commands/diagnose_script.h"
-#include "commands/recording_input.h"
 #include "interface/sure.h"
 #include <malloc.h>
 #include <math.h>

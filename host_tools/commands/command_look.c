@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "command_line/recording_input.h"
 #include "commands/command.h"
-#include "commands/recording_input.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
 #include <stdlib.h>

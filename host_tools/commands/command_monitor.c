@@ -4,8 +4,8 @@
 #include "base/json_output.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
+#include "command_line/device_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
 #include "compile/compile.h"
 #include <inttypes.h>
 #include <stdio.h>

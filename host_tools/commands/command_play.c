@@ -3,9 +3,9 @@
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "amplifier/mode_names.h"
+#include "command_line/device_options.h"
+#include "command_line/waveform_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
-#include "commands/waveform_options.h"
 #include "compile/compile.h"
 #include "recording/table.h"
 #include <math.h>

@@ -2,8 +2,8 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/image_difference.h"
 #include "base/json_output.h"
+#include "command_line/device_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
 #include "compile/compile.h"
 #include "compile/hysteresis_text.h"
 #include <inttypes.h>

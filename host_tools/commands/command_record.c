@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "command_line/device_options.h"
+#include "command_line/waveform_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
-#include "commands/waveform_options.h"
 #include "interface/record_run.h"
 #include <stdio.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/output_file.h"
 #include "base/provenance.h"
+#include "command_line/recording_input.h"
 #include "commands/command.h"
-#include "commands/recording_input.h"
 #include "report/report.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,9 +4,9 @@
 #include "bench/emulator.h"
 #include "bench/firmware_file.h"
 #include "bench/twin_file.h"
+#include "command_line/device_options.h"
+#include "command_line/twin_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
-#include "commands/twin_options.h"
 #include "serve/session.h"
 #include <pthread.h>
 #include <stdio.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/json_output.h"
 #include "chain/chain.h"
+#include "command_line/recording_input.h"
 #include "commands/command.h"
-#include "commands/recording_input.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

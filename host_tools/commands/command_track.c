@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/mode_names.h"
 #include "base/output_file.h"
+#include "command_line/device_options.h"
+#include "command_line/waveform_options.h"
 #include "commands/command.h"
-#include "commands/device_options.h"
-#include "commands/waveform_options.h"
 #include "interface/track_run.h"
 #include "recording/recording_hdf5.h"
 #include <math.h>

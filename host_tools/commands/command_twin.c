@@ -2,8 +2,8 @@
 #include "base/json_output.h"
 #include "base/stop_signal.h"
 #include "bench/twin_file.h"
+#include "command_line/twin_options.h"
 #include "commands/command.h"
-#include "commands/twin_options.h"
 #include <stdio.h>
 
 static bool report(const twin_run_t *run, failure_t *failure) {

@@ -3,8 +3,8 @@
 #include "amplifier/driving.h"
 #include "amplifier/mode_names.h"
 #include "base/json_output.h"
-#include "commands/device_options.h"
-#include "commands/print.h"
+#include "command_line/device_options.h"
+#include "command_line/print.h"
 #include <stdio.h>
 
 typedef struct {

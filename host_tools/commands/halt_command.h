@@ -4,7 +4,7 @@
 #define HALT_COMMAND_H
 
 #include "amplifier/device.h"
-#include "commands/command_line.h"
+#include "command_line/command_line.h"
 
 typedef struct {
     control_command_t halt; /**< COMMAND_STOP or COMMAND_PARK (driving_halt) */

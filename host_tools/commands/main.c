@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/provenance.h"
+#include "command_line/progress_bar.h"
 #include "commands/command.h"
-#include "commands/progress_bar.h"
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>

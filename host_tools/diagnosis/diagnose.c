@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/diagnose.h"
-#include "diagnosis/baseline.h"
-#include "diagnosis/empirical.h"
-#include "diagnosis/review.h"
-#include "diagnosis/seen.h"
+#include "diagnosis/judgement/unseen.h"
+#include "diagnosis/question/baseline.h"
+#include "diagnosis/review/empirical.h"
+#include "diagnosis/review/review.h"
+#include "diagnosis/review/seen.h"
+#include "diagnosis/search/trials.h"
 #include "diagnosis/stages.h"
-#include "diagnosis/trials.h"
-#include "diagnosis/unseen.h"
 
 /* A given chain's own answer, which stands for itself whatever hysteresis the answer has in the end. */
 typedef struct {
@@ -157,29 +157,29 @@ const stage_t diagnosis_stages[] = {
     {"samples", "which samples count, and which are held out of every fit", "noise/samples.h", .ask = take_samples},
     {"noise", "from rests, or from what a rich model leaves", "noise/noise.h", .ask = take_noise},
     {"first shape", "of the hystereses of few numbers the one that leaves least beside every block's best probe",
-     "baseline.h", .ask = choose_shape},
+     "question/baseline.h", .ask = choose_shape},
     {"universal operator",
      "in the hysteresis' place: what it leaves, which blocks speak beside it, and the noise again", "belief/shape.h",
      .ask = imitate},
-    {"search", "block after block, until none convinces; then which stay, their names and their sides", "attempt.h",
-     .search = search_from_first},
+    {"search", "block after block, until none convinces; then which stay, their names and their sides",
+     "search/attempt.h", .search = search_from_first},
     {"other shapes",
-     "the same from other hystereses, where more than noise is left or a curve was found; the best stands", "trials.h",
-     .search = search_from_others},
-    {"without the first", "the same without the block that came first, where structure is left", "trials.h",
+     "the same from other hystereses, where more than noise is left or a curve was found; the best stands",
+     "search/trials.h", .search = search_from_others},
+    {"without the first", "the same without the block that came first, where structure is left", "search/trials.h",
      .search = search_without_first},
     {"strong effects", "the same from the hysteresis that is best beside one strong effect, where much is left",
-     "contest.h", .search = search_strong},
+     "search/contest.h", .search = search_strong},
     {"heard", "a block that speaks beside the operator, and was not found, takes the answer's place if it is likelier",
-     "trials.h", .search = take_heard},
-    {"review", "findings are weighed beside the operator: what is only shape goes, and rivals are added", "review.h",
-     .search = review},
-    {"look", "what the look has shown and nothing in the answer explains is more than noise", "seen.h",
+     "search/trials.h", .search = take_heard},
+    {"review", "findings are weighed beside the operator: what is only shape goes, and rivals are added",
+     "review/review.h", .search = review},
+    {"look", "what the look has shown and nothing in the answer explains is more than noise", "review/seen.h",
      .search = compare_with_look},
-    {"detection limits", "of what was not found", "unseen.h", .search = limits},
-    {"delivered", "the error that the written model has when it is simulated; plain models beside it", "delivered.h",
-     .search = deliver},
-    {"unknown physics", "an empirical term, where structure is left and no block explains it", "empirical.h",
+    {"detection limits", "of what was not found", "judgement/unseen.h", .search = limits},
+    {"delivered", "the error that the written model has when it is simulated; plain models beside it",
+     "review/delivered.h", .search = deliver},
+    {"unknown physics", "an empirical term, where structure is left and no block explains it", "review/empirical.h",
      .search = describe_unknown},
 };
 const size_t diagnosis_stage_count = sizeof diagnosis_stages / sizeof diagnosis_stages[0];

@@ -11,7 +11,7 @@
 #ifndef DIAGNOSE_H
 #define DIAGNOSE_H
 
-#include "diagnosis/answer.h"
+#include "diagnosis/answer/answer.h"
 
 /**
  * The stages of stages.h, one after another. The recordings must outlive the answer, which is to be freed

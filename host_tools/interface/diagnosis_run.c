@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/diagnosis_run.h"
-#include "diagnosis/excerpt.h"
-#include "diagnosis/operator_evidence.h"
+#include "diagnosis/question/excerpt.h"
+#include "diagnosis/question/operator_evidence.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
 #include "report/diagnosis_json.h"

@@ -3,7 +3,7 @@
 #ifndef DIAGNOSIS_RUN_H
 #define DIAGNOSIS_RUN_H
 
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 #include "look/fault.h"
 #include "report/sure_report.h"
 

@@ -2,8 +2,8 @@
 #include "interface/sure.h"
 #include "chain/catalogue.h"
 #include "chain/chain.h"
-#include "diagnosis/answer.h"
-#include "diagnosis/instead.h"
+#include "diagnosis/account/instead.h"
+#include "diagnosis/answer/answer.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

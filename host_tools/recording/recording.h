@@ -59,8 +59,9 @@ typedef struct recording {
     double held_since; /**< then: parts of a sample from when a row's drive went out until its position was read, 0
                           to 1 */
     size_t steps; /**< held steps in which the drive goes from row to row (chain/align.h); 0: it moves, or is held */
-    unsigned char *masked;   /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
-    struct recording *whole; /**< of which this is a part (diagnosis/excerpt.h), freed with it; NULL: it is whole */
+    unsigned char *masked; /**< 1 for each sample whose displacement is excluded (recording_mask); NULL: none */
+    struct recording
+        *whole; /**< of which this is a part (diagnosis/question/excerpt.h), freed with it; NULL: it is whole */
 } recording_t;
 
 /** Name of a column as the file writes it. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/advice.h"
-#include "diagnosis/answer.h"
+#include "diagnosis/answer/answer.h"
 #include <string.h>
 
 const char *advice_on_verdict(const answer_t *answer) {

@@ -3,7 +3,7 @@
 #ifndef ADVICE_H
 #define ADVICE_H
 
-#include "diagnosis/answer.h"
+#include "diagnosis/answer/answer.h"
 #include "report/text_line.h"
 
 /** What the verdict asks for. */

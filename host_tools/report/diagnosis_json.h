@@ -30,7 +30,7 @@
 #ifndef DIAGNOSIS_JSON_H
 #define DIAGNOSIS_JSON_H
 
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 
 /** A new reference. */
 json_t *diagnosis_to_json(const answer_t *answer, const account_t *account, const recording_t *recordings,

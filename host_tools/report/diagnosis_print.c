@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/diagnosis_print.h"
 #include "chain/catalogue.h"
-#include "diagnosis/excerpt.h"
+#include "diagnosis/question/excerpt.h"
 #include "report/advice.h"
 #include "report/measured_columns_text.h"
 #include "report/taken_out_text.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/diagnosis_report.h"
 #include "chain/catalogue.h"
-#include "diagnosis/excerpt.h"
+#include "diagnosis/question/excerpt.h"
 #include "page/html_page.h"
 #include "page/svg_plot.h"
 #include "report/advice.h"

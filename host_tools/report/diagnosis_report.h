@@ -7,7 +7,7 @@
 #ifndef DIAGNOSIS_REPORT_H
 #define DIAGNOSIS_REPORT_H
 
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 #include "look/look.h"
 
 /** looks: those at the recordings, for the frequency response; NULL: none was possible. */

@@ -3,7 +3,7 @@
 #ifndef DIAGNOSIS_TEXT_H
 #define DIAGNOSIS_TEXT_H
 
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 #include "report/text_line.h"
 
 /** "nothing missing", "explained", "partly explained", "unknown physics". */

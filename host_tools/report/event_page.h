@@ -6,7 +6,7 @@
 #ifndef EVENT_PAGE_H
 #define EVENT_PAGE_H
 
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 #include <time.h>
 
 typedef struct {

@@ -2,7 +2,7 @@
 #include "report/measured_columns_text.h"
 #include "base/json_output.h"
 #include "base/quantity.h"
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 #include <math.h>
 
 static const char *unit_of(column_t column) {

@@ -3,7 +3,7 @@
 #ifndef MEASURED_COLUMNS_TEXT_H
 #define MEASURED_COLUMNS_TEXT_H
 
-#include "diagnosis/measured_columns.h"
+#include "diagnosis/columns/measured_columns.h"
 #include "report/text_line.h"
 
 /** Whether the residual, before and after the findings, correlates with a column. */

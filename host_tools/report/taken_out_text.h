@@ -3,7 +3,7 @@
 #ifndef TAKEN_OUT_TEXT_H
 #define TAKEN_OUT_TEXT_H
 
-#include "diagnosis/account.h"
+#include "diagnosis/account/account.h"
 #include "report/text_line.h"
 
 /** "of a.csv: 0.12 um rms (0.5 um from end to end) that drives before the recording may have left; ..": a recording's,

@@ -27,7 +27,7 @@ struct job {
     bool running; /* the process was not waited for yet; under the lock */
 };
 
-/* "progress: 43 % fitting" (commands/progress_bar.c). Returns "fitting", or NULL for another line. */
+/* "progress: 43 % fitting" (command_line/progress_bar.c). Returns "fitting", or NULL for another line. */
 static const char *read_progress(const char *line, double *fraction) {
     static const char before[] = "progress: ";
     static const char between[] = " % ";

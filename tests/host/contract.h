@@ -10,7 +10,7 @@
 #define CONTRACT_H
 
 #include "chain/block.h"
-#include "commands/command_line.h"
+#include "command_line/command_line.h"
 #include "identify/family.h"
 #include "look/fault.h"
 

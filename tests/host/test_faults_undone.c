@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Faults that can be undone in the readings: that they are, exactly, and that a hysteresis of any shape then makes the
  * readings likelier; and that a fault which is none makes them less likely. */
-#include "diagnosis/operator_evidence.h"
+#include "diagnosis/question/operator_evidence.h"
 #include "interface/diagnosis_run.h"
 #include "looked_at.h"
 #include "thresholds/thresholds.h"

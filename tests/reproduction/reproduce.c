@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* reproduce --output FOLDER [--reduced] [SEED...]: all papers, or those named. */
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "reproduction_page.h"
 #include <stdlib.h>
 #include <string.h>

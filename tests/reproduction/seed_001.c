@@ -2,7 +2,7 @@
 /* Bimorph with odd harmonics and interleaved hysteresis, 1 to 110 Hz. docs/MODELS.md, section 9. */
 #include "seed_001.h"
 #include "chain/chain.h"
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "identify/families/modified_play.h"
 #include "identify/family.h"
 #include "numerics/sine_fit.h"

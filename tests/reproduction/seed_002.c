@@ -3,7 +3,7 @@
  * frequency. */
 #include "chain/catalogue.h"
 #include "chain/chain.h"
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "identify/fit.h"
 #include "reproduction.h"
 #include "seed_002_chain.h"

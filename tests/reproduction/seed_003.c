@@ -2,7 +2,7 @@
 /* Gu and Zhu: a family of ellipses. docs/MODELS.md, section 13. */
 #include "amplifier.h"
 #include "chain/catalogue.h"
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "compile/compile.h"
 #include "ellipses_003.h"
 #include "identify/fit.h"

@@ -3,7 +3,7 @@
 #include "amplifier.h"
 #include "chain/catalogue.h"
 #include "chain/chain.h"
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "compile/compile.h"
 #include "identify/fit.h"
 #include "numerics/sine_fit.h"

@@ -27,7 +27,7 @@ static const double training_part = 2.0 / 3.0;
 /* Times the best validation error: fewer levels win. */
 static const double good_enough = 1.01;
 /* Weight of the smoothness penalty, relative to the data. It decides where the recording has no information, and biases
- * other elements by at most some 1e-5 of the range (tests/host/test_fit_preisach.c). */
+ * other elements by at most some 1e-5 of the range (tests/host/identify/test_fit_preisach.c). */
 static const double smoothing = 1e-6;
 /* Of the drive's range: so close to an end of the levels counts as there. Recorded peaks differ by noise and sampling.
  */

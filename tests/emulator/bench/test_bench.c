@@ -10,7 +10,7 @@
 #include "base/monotonic_clock.h"
 #include "bench_process.h"
 #include "chain/chain.h"
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "compile/compile.h"
 #include "loop/capture.h"
 #include "loop/telemetry.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "emulated_h405.h"
 #include "bench/emulator.h"
-#include "commands/print.h"
+#include "command_line/print.h"
 #include "unity.h"
 #include <stdlib.h>
 #include <string.h>

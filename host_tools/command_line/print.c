@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "command_line/print.h"
+#include "base/output_file.h"
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+int failure_print(const failure_t *failure) {
+    fprintf(stderr, "hyst: %s\n", failure->text);
+    return STATUS_FAILED;
+}
+
+static struct {
+    const char *file; /* NULL: stdout */
+    bool open;
+    output_file_t lines;
+} json;
+
+void json_into(const char *file) {
+    json.file = file;
+}
+
+const char *json_file(void) {
+    return json.file;
+}
+
+bool text_wanted(bool wanted) {
+    return !wanted || json.file != NULL;
+}
+
+/* To a stream, and drops the reference. */
+static bool dump(json_t *value, size_t flags, FILE *file, failure_t *failure) {
+    if (value == NULL) { /* JSON has no infinity and no NaN, and jansson makes no value of them */
+        return fail(failure, "the result holds a number that is not finite");
+    }
+    const bool written = json_dumpf(value, file, flags) == 0 && fputc('\n', file) != EOF && fflush(file) == 0;
+    json_decref(value);
+    return written || fail(failure, "cannot write the result to %s", json.file != NULL ? json.file : "stdout");
+}
+
+bool json_print(json_t *value, size_t flags, failure_t *failure) {
+    output_file_t output;
+    if (json.file == NULL) {
+        return dump(value, flags, stdout, failure);
+    }
+    if (!output_file_open(&output, json.file, failure)) {
+        json_decref(value);
+        return false;
+    }
+    return output_file_close(&output, dump(value, flags, output.file, failure), failure);
+}
+
+bool json_print_line(json_t *value, failure_t *failure) {
+    if (json.file != NULL && !json.open && !(json.open = output_file_open(&json.lines, json.file, failure))) {
+        json_decref(value);
+        return false;
+    }
+    return dump(value, JSON_COMPACT, json.file != NULL ? json.lines.file : stdout, failure);
+}
+
+bool json_end(bool good, failure_t *failure) {
+    if (!json.open) {
+        return good;
+    }
+    json.open = false;
+    return output_file_close(&json.lines, good, failure);
+}
+
+static void print_event(int64_t samples, const char *what) {
+    if (samples > 0) {
+        (void)fprintf(stderr, "note: %s in %" PRId64 " samples\n", what, samples);
+    }
+}
+
+void experiment_print_events(const experiment_events_t *events) {
+#define COUNTER(name, address, note, text) print_event(events->name, note);
+#include "registers/registers.def"
+}
+
+void out_of_memory_print(size_t count, size_t size) {
+    fprintf(stderr, "hyst: out of memory (%zu elements of %zu bytes)\n", count, size);
+    exit(STATUS_FAILED);
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "command_line/recording_input.h"
+#include "chain/align.h"
+#include "command_line/print.h"
+#include "look/summary.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure) {
+    if (!recording_read(recording, path, failure)) {
+        return false;
+    }
+    if (!recording_align(recording, failure)) {
+        recording_free(recording);
+        return false;
+    }
+    if (recording->understood != NULL) {
+        summary_t holds;
+        failure_t too_short;
+        fputs(recording->understood, stderr);
+        if (summary_make(recording, &holds, &too_short)) {
+            summary_print(stderr, &holds);
+        }
+    }
+    return true;
+}
+
+recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *failure) {
+    return read_spans_aloud(paths, count, &SPAN_WHOLE, failure);
+}
+
+recording_t *read_spans_aloud(char *const *paths, size_t count, const span_t *span, failure_t *failure) {
+    recording_t *recordings = allocate(count, sizeof *recordings);
+    size_t bad = 0;
+    for (size_t i = 0; i < count; i++) { /* one that is bad is cleared, and the others are tried all the same */
+        failure_t of_one;
+        if (!read_recording_aloud(&recordings[i], paths[i], &of_one) ||
+            !recording_span(&recordings[i], span->from_s, span->to_s, &of_one)) {
+            recording_free(&recordings[i]);
+            if (bad++ > 0) {
+                (void)failure_print(failure);
+            }
+            *failure = of_one;
+        }
+    }
+    if (bad > 0) {
+        recordings_free(recordings, count);
+        return NULL;
+    }
+    return recordings;
+}
+
+void recordings_free(recording_t *recordings, size_t count) {
+    for (size_t i = 0; recordings != NULL && i < count; i++) {
+        recording_free(&recordings[i]);
+    }
+    free(recordings);
+}

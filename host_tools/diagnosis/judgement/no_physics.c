@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/judgement/no_physics.h"
+#include "diagnosis/where/drive_period.h"
+#include "numerics/least_squares.h"
+#include "thresholds/thresholds.h"
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+
+/* A rest is looked at where the line has so many periods: with fewer a parabola imitates it. */
+static const double least_periods = 2.0;
+/* The first part of a rest still has what the motion before it left. */
+static const double settles = 0.1;
+/* A turn, in parts of the drive's range: more than noise and ripple. */
+static const double turns_by = 0.05;
+/* Fewer are regular by chance. */
+static const size_t least_turns = 8;
+
+static bool too_short(const samples_t *samples, const model_block_t *block) {
+    const double number = block->parameter[0].value[0], rate_hz = samples->recordings[0].sample_rate_hz;
+    const double lag_s = block->block->lag == LAG_DELAY      ? number
+                         : block->block->lag == LAG_LOW_PASS ? 1.0 / (2.0 * M_PI * number)
+                                                             : HUGE_VAL;
+    return lag_s * rate_hz < threshold.least_lag_samples;
+}
+
+typedef struct {
+    size_t from, to;
+} stretch_t;
+
+/* The next stretch of a drive from where the last one ended: at rest, or in motion until it rests again. false: none.
+ */
+static bool next_stretch(const recording_t *recording, double range_v, stretch_t *stretch, bool *rests) {
+    const double *u = recording->column[COLUMN_DRIVE], still = threshold.still * range_v;
+    const size_t least = (size_t)ceil(threshold.least_rest_s * recording->sample_rate_hz);
+    size_t since = stretch->to, k = since + 1;
+    stretch->from = stretch->to;
+    for (; k < recording->samples; k++) {
+        if (fabs(u[k] - u[since]) > still) {
+            if (k - since >= least) {
+                break;
+            }
+            since = k;
+        } else if (k - since + 1 >= least && since > stretch->from) {
+            k = since; /* the motion ends where this rest began */
+            break;
+        }
+    }
+    *rests = since == stretch->from && k - since >= least;
+    stretch->to = k;
+    return stretch->from < recording->samples;
+}
+
+/* Where a drive turns by more than a twentieth of its range; returns how many such points there are. */
+static size_t turning_points(const double *u, size_t count, size_t *at) {
+    double range[2];
+    size_t turns = 0, extreme = 0;
+    int towards = 0;
+    values_range(u, count, range);
+    const double back = turns_by * (range[1] - range[0]);
+    for (size_t k = 1; k < count; k++) {
+        const double beyond = u[k] - u[extreme];
+        if (towards == 0 ? fabs(beyond) > back : towards * beyond < -back) {
+            if (towards != 0) {
+                at[turns++] = extreme;
+            }
+            towards = beyond > 0.0 ? 1 : -1;
+            extreme = k;
+        } else if (towards * beyond > 0.0) {
+            extreme = k;
+        }
+    }
+    return turns;
+}
+
+/* Two turns of a drive that turns at regular times, whatever the levels; 0: it does not. */
+static double turning_period(const double *u, size_t count) {
+    size_t *at = allocate(count, sizeof *at);
+    const size_t turns = turning_points(u, count, at);
+    double interval = turns < least_turns ? 0.0 : (double)(at[turns - 1] - at[0]) / (double)(turns - 1);
+    for (size_t i = 0; i < turns && interval > 0.0; i++) {
+        interval = fabs((double)(at[i] - at[0]) - (double)i * interval) > 1.0 ? 0.0 : interval;
+    }
+    free(at);
+    return 2.0 * interval;
+}
+
+/* Whether the frequency is a multiple of the drive's, in a stretch in which it moves, as well as that tells frequencies
+ * apart. */
+static bool is_harmonic(const recording_t *recording, stretch_t moves, double hz) {
+    const size_t count = moves.to - moves.from;
+    const double *u = recording->column[COLUMN_DRIVE] + moves.from;
+    const double repeats = drive_period(u, count), period = repeats > 0.0 ? repeats : turning_period(u, count);
+    const double multiple = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.0;
+    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < period;
+}
+
+/* Amplitude of the line in a rest, beside a parabola; 0 where it is too short to say. */
+static double amplitude_at_rest(const recording_t *recording, size_t from, size_t to, double hz) {
+    enum { COLUMNS = 5 };
+    const double turns = hz / recording->sample_rate_hz;
+    const size_t start = from + (size_t)(settles * (double)(to - from)), count = to - start;
+    double x[COLUMNS] = {0};
+    failure_t ignored;
+    if (count < 4 * COLUMNS || turns * (double)count < least_periods) {
+        return 0.0;
+    }
+    double *columns = allocate(COLUMNS * count, sizeof *columns);
+    for (size_t k = 0; k < count; k++) {
+        const double t = (double)k / (double)count, angle = 2.0 * M_PI * turns * (double)k;
+        columns[k] = 1.0;
+        columns[count + k] = t;
+        columns[2 * count + k] = t * t;
+        columns[3 * count + k] = cos(angle);
+        columns[4 * count + k] = sin(angle);
+    }
+    const bool good =
+        fit_columns(columns, recording->column[COLUMN_DISPLACEMENT] + start, count, COLUMNS, NULL, x, &ignored);
+    free(columns);
+    return good ? hypot(x[3], x[4]) : 0.0;
+}
+
+bool no_physics(const samples_t *samples, const model_block_t *block) {
+    if (too_short(samples, block)) {
+        return true;
+    }
+    if (!block->block->own_clock) {
+        return false;
+    }
+    const double hz = block->parameter[0].value[0];
+    double at_rest = 0.0;
+    size_t longest = 0;
+    bool harmonic = false;
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *r = &samples->recordings[i];
+        stretch_t stretch = {0};
+        double range[2];
+        bool rests;
+        values_range(r->column[COLUMN_DRIVE], r->samples, range);
+        while (next_stretch(r, range[1] - range[0], &stretch, &rests)) {
+            const size_t length = stretch.to - stretch.from;
+            harmonic = harmonic || (!rests && is_harmonic(r, stretch, hz));
+            if (rests && length > longest) {
+                at_rest = amplitude_at_rest(r, stretch.from, stretch.to, hz);
+                longest = at_rest > 0.0 ? length : longest;
+            }
+        }
+    }
+    return harmonic && at_rest < threshold.hum_at_rest * fabs(block->parameter[1].value[0]);
+}

@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/question/excerpt.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Windows begin at each quarter of their length. */
+enum { LEVELS = 8, OCTAVES = 16, STATES = LEVELS * OCTAVES, HOPS = 4 };
+
+/* What the drive does in a stretch of samples. */
+typedef struct {
+    double low, high;
+    unsigned char seen[STATES];
+} doings_t;
+
+static size_t smaller(size_t one, size_t other) {
+    return one < other ? one : other;
+}
+
+/* Of one sample, by its level and by how far the drive has come since the last one. */
+static size_t state_of(double drive_v, double last_v, const double range[2]) {
+    const double width = fmax(range[1] - range[0], 1e-300), move = fabs(drive_v - last_v) / width;
+    const double octave = move > 0.0 ? fmin(-log2(move), OCTAVES - 1.0) : OCTAVES - 1.0;
+    const size_t level = smaller((size_t)(LEVELS * (drive_v - range[0]) / width), LEVELS - 1);
+    return level * OCTAVES + (size_t)octave;
+}
+
+static void note_doings(const double *drive, size_t from, size_t to, const double range[2], doings_t *doings) {
+    *doings = (doings_t){.low = drive[from], .high = drive[from]};
+    for (size_t k = from; k < to; k++) {
+        doings->low = fmin(doings->low, drive[k]);
+        doings->high = fmax(doings->high, drive[k]);
+        doings->seen[state_of(drive[k], drive[k > 0 ? k - 1 : 0], range)] = 1;
+    }
+}
+
+/* How many states the windows' parts have seen together; none, if not both ends of the range. */
+static size_t worth(const doings_t *part, const double range[2]) {
+    const double margin = threshold.been_at_the_end * (range[1] - range[0]);
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    size_t states = 0;
+    for (size_t s = 0; s < STATES; s++) {
+        unsigned char seen = 0;
+        for (size_t i = 0; i < HOPS; i++) {
+            seen |= part[i].seen[s];
+        }
+        states += seen;
+    }
+    for (size_t i = 0; i < HOPS; i++) {
+        low = fmin(low, part[i].low);
+        high = fmax(high, part[i].high);
+    }
+    return low <= range[0] + margin && high >= range[1] - margin ? states : 0;
+}
+
+/* The best window of that length. false: none sees both ends of the drive's range. */
+static bool find_window(const recording_t *recording, size_t length, size_t *first) {
+    const double *drive = recording->column[COLUMN_DRIVE];
+    const size_t hop = length / HOPS, hops = recording->samples / hop;
+    doings_t *doings = allocate(hops, sizeof *doings);
+    double range[2];
+    size_t most = 0;
+    values_range(drive, recording->samples, range);
+    for (size_t i = 0; i < hops; i++) {
+        note_doings(drive, i * hop, (i + 1) * hop, range, &doings[i]);
+    }
+    for (size_t i = 0; i + HOPS <= hops; i++) {
+        const size_t states = worth(&doings[i], range);
+        if (states > most) {
+            most = states;
+            *first = smaller(i * hop, recording->samples - length);
+        }
+    }
+    free(doings);
+    return most > 0;
+}
+
+static void mean_column(double *to, const double *from, size_t rows, size_t of) {
+    for (size_t k = 0; k < rows; k++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < of; i++) {
+            sum += from[k * of + i];
+        }
+        to[k] = sum / (double)of;
+    }
+}
+
+static void mean_mask(recording_t *part, const unsigned char *masked, size_t of) {
+    part->masked = allocate(part->samples, 1);
+    for (size_t k = 0; k < part->samples * of; k++) {
+        part->masked[k / of] |= masked[k];
+    }
+}
+
+/* The recording becomes a part of itself. */
+static void take_part(recording_t *recording, size_t first, size_t rows, size_t of) {
+    recording_t *whole = allocate(1, sizeof *whole), part;
+    *whole = *recording;
+    const double later_s = ((double)first + 0.5 * (double)(of - 1)) / whole->sample_rate_hz;
+    recording_create(&part, whole->name, whole->sample_rate_hz / (double)of, rows);
+    part.start_s = whole->start_s + later_s;
+    part.clock_s = whole->clock_s + (whole->clock_s != 0.0 ? later_s : 0.0);
+    for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
+        if (whole->column[column] != NULL) {
+            mean_column(recording_add_column(&part, column), whole->column[column] + first, rows, of);
+        }
+    }
+    for (size_t i = 0; i < whole->keys; i++) {
+        recording_set_key(&part, whole->key[i].key, whole->key[i].value);
+    }
+    if (whole->understood != NULL) {
+        part.understood = copy_text(whole->understood);
+    }
+    if (whole->masked != NULL) {
+        mean_mask(&part, whole->masked + first, of);
+    }
+    part.whole = whole;
+    *recording = part;
+}
+
+/* The share of each recording that has more samples than that, if what the shorter ones need is left to them. */
+static size_t even_share(const recording_t *recordings, size_t count, size_t most) {
+    size_t share = most / count, before;
+    do {
+        size_t left = most, longer = 0;
+        before = share;
+        for (size_t i = 0; i < count; i++) {
+            left -= recordings[i].samples <= share ? recordings[i].samples : 0;
+            longer += recordings[i].samples > share ? 1 : 0;
+        }
+        share = longer > 0 ? left / longer : share;
+    } while (share > before);
+    return share;
+}
+
+/* Windows of all recordings with so many samples in each mean: one sample rate for all. */
+static bool find_windows(const recording_t *recordings, size_t count, size_t share, size_t of, size_t *first) {
+    bool good = true;
+    for (size_t i = 0; good && i < count; i++) {
+        first[i] = 0;
+        good = recordings[i].samples <= share * of || find_window(&recordings[i], share * of, &first[i]);
+    }
+    return good;
+}
+
+void excerpt(recording_t *recordings, size_t count, size_t most) {
+    size_t all = 0, of = 1;
+    for (size_t i = 0; i < count; i++) {
+        all += recordings[i].samples;
+    }
+    if (all <= most) {
+        return;
+    }
+    const size_t share = even_share(recordings, count, most);
+    size_t *first = allocate(count, sizeof *first);
+    while (!find_windows(recordings, count, share, of, first)) {
+        of *= 2;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (recordings[i].samples > share || of > 1) {
+            take_part(&recordings[i], first[i], smaller(share, recordings[i].samples / of), of);
+        }
+    }
+    free(first);
+}
+
+size_t excerpt_mean_of(const recording_t *recording) {
+    return recording->whole == NULL ? 1 : (size_t)(recording->whole->sample_rate_hz / recording->sample_rate_hz + 0.5);
+}
+
+bool excerpt_text(const recording_t *recording, char text[EXCERPT_LINE]) {
+    const size_t of = excerpt_mean_of(recording);
+    char means[EXCERPT_LINE / 2] = "";
+    if (recording->whole == NULL) {
+        return false;
+    }
+    if (of > 1) {
+        snprintf(means, sizeof means, ", as means of %zu: what is quicker than %.3g s is not seen", of,
+                 1.0 / recording->sample_rate_hz);
+    }
+    snprintf(text, EXCERPT_LINE,
+             "%zu of %zu samples, from t = %.6g to %.6g s%s. What takes longer, or happens outside, is not seen.",
+             recording->samples * of, recording->whole->samples, recording_time(recording, 0.0),
+             recording_time(recording, (double)recording->samples), means);
+    return true;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/question/operator_evidence.h"
+#include "belief/shape.h"
+#include "diagnosis/question/baseline.h"
+
+bool operator_evidence(const recording_t *recordings, size_t count, double *log_evidence) {
+    baseline_t bank, rough;
+    samples_t samples;
+    failure_t refusal;
+    shape_t shape = {0};
+    const probe_setting_t setting = {.sample_rate_hz = recordings[0].sample_rate_hz};
+    if (!baseline_bank(recordings, count, &bank, &rough, &refusal)) {
+        return false;
+    }
+    if (samples_open(&samples, &bank.model, recordings, count, &refusal)) {
+        shape_ask(&samples, &bank.model, &setting, 0.0, false, &shape);
+        *log_evidence = shape.log_evidence;
+    }
+    samples_close(&samples);
+    baseline_free(&bank, 1);
+    baseline_free(&rough, 1);
+    return shape.fitted;
+}

@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/review/review.h"
+#include "belief/rivals.h"
+#include "diagnosis/answer/state.h"
+#include "diagnosis/columns/measured_columns.h"
+#include "diagnosis/evidence/electrical.h"
+#include "diagnosis/judgement/reconsider.h"
+#include "diagnosis/nuisance/past_choice.h"
+#include "diagnosis/review/delivered.h"
+#include "diagnosis/search/contest.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
+
+/* Whether the operator leaves nothing but noise, and no block says anything beside it. */
+static bool is_only_shape(const answer_t *answer) {
+    const question_t *question = answer->question;
+    return question->shape.fitted && question->shape.whole && question->shape.silent;
+}
+
+/* Whether an operator leaves only noise, and the model clearly more. Where the drive never rests the noise was found
+ * beside a model, and what that leaves counts as noise: so their errors are compared, too. */
+static bool leaves_a_shape(const answer_t *answer, const shape_t *shape) {
+    return shape->whole && (answer->remainder.structured ||
+                            answer->held_out_percent > threshold.clearly_more * shape->operator_percent);
+}
+
+/* The operator beside what was found. */
+static void ask_after(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    if (answer->findings > 0) {
+        shape_ask(&question->samples, &answer->model, &state->setting, state->answer.question->step_um, false,
+                  &answer->shape_after);
+    }
+}
+
+/* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
+ * one speed is a function of the path, and a curve is one on any path: the operator imitates both. */
+static bool is_worth_it(const state_t *state, size_t finding) {
+    const answer_t *answer = &state->answer;
+    shape_t without;
+    model_t left_out;
+    finding_left_out(answer, &answer->finding[finding], &left_out);
+    shape_ask(&answer->question->samples, &left_out, &state->setting, state->answer.question->step_um, false, &without);
+    model_free(&left_out);
+    return answer->shape_after.fitted &&
+           (!without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin);
+}
+
+/* Takes out what is not, the latest first. So goes all that only comes near, beside one shape, where no block says
+ * anything beside any. The model's error is not measured again. */
+static bool take_out_imitated(state_t *state, bool *dropped) {
+    const answer_t *answer = &state->answer;
+    const bool nothing_speaks = is_only_shape(answer) && answer->verdict == UNKNOWN_PHYSICS;
+    for (size_t f = answer->findings; f-- > 0;) {
+        if (!answer->finding[f].in_readings && (nothing_speaks || !is_worth_it(state, f))) {
+            if (!reconsider_take_out(state, f, SUPERFLUOUS)) {
+                return false;
+            }
+            *dropped = true;
+            shape_ask(&answer->question->samples, &answer->model, &state->setting, state->answer.question->step_um,
+                      false, &state->answer.shape_after);
+        }
+    }
+    return true;
+}
+
+static bool rivals_are_of_its_group(const finding_t *finding) {
+    for (size_t r = 0; r < finding->rivals; r++) {
+        if (!block_same_group(finding->rival[r], finding->block)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
+ * little. Only a strong finding can tell. Within a group a block may fail only because its form is too narrow: creep
+ * that is free below 10 ms is nearer to a dielectric loss than to the catalogue's creep. */
+static bool can_be(const state_t *state, const finding_t *finding, const model_t *left_out, const block_t *block) {
+    const answer_t *answer = &state->answer;
+    const bool strong =
+        finding->held_out_after_percent < sqrt(threshold.contest_worth) * finding->held_out_before_percent;
+    return !strong || leaves_a_shape(answer, &answer->shape_after) || block_same_group(block, finding->block) ||
+           model_find(left_out, block->name) != NULL ||
+           contest_stands(&answer->question->samples, &state->setting, &answer->model, left_out, block);
+}
+
+/* Blocks that are worth as much in the finding's place, beside a hysteresis of any shape, are what it can be confused
+ * with. Those that the chain has already are not. */
+static void add_rivals(state_t *state, finding_t *finding) {
+    const answer_t *answer = &state->answer;
+    rivals_t rivals = {0};
+    fitted_chain_t fitted;
+    model_t left_out, without;
+    const size_t before = finding->rivals;
+    finding_left_out(answer, finding, &left_out);
+    chain_for_operator(&left_out, &without);
+    if (without.blocks == state->beside->imitation.chain.blocks) { /* the same: the search only adds blocks */
+        rivals_of(state->beside, &state->setting, finding->block, &rivals);
+    } else if (fitted_chain_open(&fitted, &answer->question->samples, &without)) {
+        rivals_of(&fitted, &state->setting, finding->block, &rivals);
+        fitted_chain_close(&fitted);
+    }
+    for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
+        if (!finding_has_rival(finding, rivals.rival[r]) && can_be(state, finding, &left_out, rivals.rival[r])) {
+            finding_add_rival(finding, rivals.rival[r]);
+        }
+    }
+    model_free(&left_out);
+    model_free(&without);
+    if (finding->rivals == before) {
+        return;
+    }
+    finding->margin = fmin(finding->margin, fmax(0.0, 2.0 * (rivals.gain - rivals.best_gain)));
+    finding_at_most(finding, rivals_are_of_its_group(finding) ? ISOLATED : DETECTED);
+}
+
+/* Where voltage or current was measured, sides.h has settled the lags: these columns say more than the position. */
+static void ask_for_rivals(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    if (column_measured(&question->samples, COLUMN_VOLTAGE) || column_measured(&question->samples, COLUMN_CURRENT)) {
+        return;
+    }
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (!answer->finding[f].in_readings && !answer->finding[f].shape) {
+            add_rivals(state, &answer->finding[f]);
+        }
+    }
+}
+
+bool review_end(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    bool goes;
+    answer->shape_after = question->shape;
+    if (!measured_columns_have_it(answer, &goes, state->failure)) {
+        return false;
+    }
+    if (goes) {
+        return true;
+    }
+    if (!question->shape.fitted) {
+        return true;
+    }
+    bool good = true, dropped = false;
+    ask_after(state);
+    if (is_only_shape(answer) || answer->shape_after.whole) {
+        good = take_out_imitated(state, &dropped);
+    }
+    if (good && dropped) {
+        good = findings_errors(answer, state->failure) &&
+               state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
+    }
+    /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
+     * drift. That stays unknown. One that was heard explains where the operator alone does not. What no finding is left
+     * for stays unknown, too, though a block speaks beside the operator. */
+    const bool near_only = answer->verdict == UNKNOWN_PHYSICS && answer->findings > 0 &&
+                           (question->shape.whole || !answer->finding[0].heard);
+    if (good && answer->shape_after.whole && !near_only && (is_only_shape(answer) || answer->findings > 0)) {
+        answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
+        for (size_t f = 0; f < answer->findings; f++) {
+            finding_t *finding = &answer->finding[f];
+            const bool may_be_bend = finding->shape && answer->another_shape;
+            finding->certainty = may_be_bend && finding->settled == NAMED ? ISOLATED : finding->settled;
+        }
+        answer->remainder.structured = false;
+        answer->verdict = answer->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+    } else if (good && dropped && answer->findings == 0) {
+        answer->verdict = UNKNOWN_PHYSICS;
+    }
+    if (good) {
+        ask_for_rivals(state);
+    }
+    return good;
+}
+
+/* A past for the model that is written, where it begins with one that it does not deliver by: beside what was taken out
+ * of the errors, any past did. Not if that costs the samples that count something. */
+static bool choose_past_to_deliver(state_t *state, model_t *model, double *delivered, double *percent,
+                                   double *held_out_percent) {
+    const samples_t *samples = &state->answer.question->samples;
+    model_t with;
+    double told, held_out;
+    if (!(*delivered > threshold.clearly_more * fmax(*percent, *held_out_percent))) {
+        return true;
+    }
+    model_copy(&with, model);
+    bool good = true;
+    if (choose_past_by_error(samples, delivered_percent, *delivered, &with)) {
+        good = state_measure(state, &with, &told, &held_out);
+        if (good && held_out < threshold.clearly_more * *held_out_percent) {
+            const model_t before = *model;
+            *model = with;
+            with = before;
+            *percent = told;
+            *held_out_percent = held_out;
+            *delivered = delivered_percent(samples, model);
+        }
+    }
+    model_free(&with);
+    return good;
+}
+
+/* A plain model in the baseline's place, if it delivers less; and, where nothing was found, in the model's. */
+static bool take_plain(state_t *state, const model_t *plain, double delivered) {
+    answer_t *answer = &state->answer;
+    double percent, held_out_percent;
+    if (!(delivered < answer->baseline_delivered_percent)) {
+        return true;
+    }
+    if (!state_measure(state, plain, &percent, &held_out_percent)) {
+        return false;
+    }
+    /* What it delivers may be more in the beginning alone, where no memory is right; then it is the better model. */
+    if (held_out_percent > threshold.clearly_more * answer->baseline_held_out_percent) {
+        return true;
+    }
+    model_free(&answer->baseline);
+    model_copy(&answer->baseline, plain);
+    answer->baseline_delivered_percent = delivered;
+    answer->baseline_nrmse_percent = percent;
+    answer->baseline_held_out_percent = held_out_percent;
+    if (answer->findings == 0) {
+        model_free(&answer->model);
+        model_copy(&answer->model, plain);
+        answer->family = family_find("prandtl_ishlinskii");
+        answer->delivered_percent = delivered;
+        answer->nrmse_percent = percent;
+        answer->held_out_percent = held_out_percent;
+    }
+    return true;
+}
+
+/* What the models deliver that the diagnosis would write. */
+static bool measure_delivered(state_t *state) {
+    answer_t *answer = &state->answer;
+    const samples_t *samples = &answer->question->samples;
+    answer->baseline_delivered_percent = delivered_percent(samples, &answer->baseline);
+    if (!choose_past_to_deliver(state, &answer->baseline, &answer->baseline_delivered_percent,
+                                &answer->baseline_nrmse_percent, &answer->baseline_held_out_percent)) {
+        return false;
+    }
+    answer->delivered_percent = delivered_percent(samples, &answer->model);
+    return choose_past_to_deliver(state, &answer->model, &answer->delivered_percent, &answer->nrmse_percent,
+                                  &answer->held_out_percent);
+}
+
+bool review_delivered(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    double *percent[2] = {&answer->line_percent, &answer->plays_percent};
+    const size_t plays[2] = {0, DELIVERED_PLAYS};
+    bool good = measure_delivered(state);
+    for (size_t i = 0; i < 2; i++) {
+        model_t plain;
+        const bool fitted = delivered_plain(&question->samples, plays[i], &plain);
+        *percent[i] = fitted ? delivered_percent(&question->samples, &plain) : HUGE_VAL;
+        if (good && fitted && !question->model_given) {
+            good = take_plain(state, &plain, *percent[i]);
+        }
+        if (fitted) {
+            model_free(&plain);
+        }
+    }
+    answer->another_shape =
+        answer->another_shape || (!answer->remainder.structured && leaves_a_shape(answer, &answer->shape_after));
+    return good;
+}

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/search/attempt.h"
+#include "chain/catalogue.h"
+#include "diagnosis/answer/state.h"
+#include "diagnosis/columns/measured_columns.h"
+#include "diagnosis/columns/sides.h"
+#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/judgement/names.h"
+#include "diagnosis/judgement/reconsider.h"
+#include "diagnosis/judgement/refitted.h"
+#include "diagnosis/judgement/verdict.h"
+#include "diagnosis/noise/lattice.h"
+#include "diagnosis/nuisance/past.h"
+#include "diagnosis/nuisance/past_choice.h"
+#include "diagnosis/search/search_round.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
+#include <stdlib.h>
+
+enum { BASELINE_ITERATIONS = 4 };
+
+/* NULL: the catalogue has none. */
+static const block_t *block_of_steps(void) {
+    for (size_t i = 0; i < catalogue_count; i++) {
+        if (catalogue[i]->readings == READINGS_STEPPED) {
+            return catalogue[i];
+        }
+    }
+    return NULL;
+}
+
+/* A converter's steps show in the readings themselves. */
+static void find_steps(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    const block_t *steps = block_of_steps();
+    const double step = state->answer.question->step_um, error_um = step / sqrt(12.0);
+    if (steps != NULL && step > 0.0 && error_um > threshold.least_steps * question->noise.rms_um &&
+        answer->findings < DIAGNOSIS_MOST_FINDINGS) {
+        const double each = lattice_likelihood_per_sample();
+        const double t = sqrt(each * (double)question->samples.fitted);
+        model_block_t *block = model_append(&answer->model, steps);
+        model_set(block, steps->parameter[0].name, step);
+        block->parameter[0].sigma = allocate(1, sizeof(double));
+        *block->parameter[0].sigma = state->answer.question->step_sigma_um;
+        findings_add(answer, &(finding_t){.block = steps,
+                                          .t = t,
+                                          .t_blocks = t,
+                                          .certainty = NAMED,
+                                          .in_readings = true,
+                                          .margin = HUGE_VAL,
+                                          .support = each * (double)question->samples.held,
+                                          .held_out_before_percent = answer->held_out_percent,
+                                          .held_out_after_percent = answer->held_out_percent});
+    }
+}
+
+/* A hysteresis that was fitted to an effect as well has taken a part of it. */
+static bool begin_elsewhere(state_t *state, const model_t *begin) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    model_free(&answer->model);
+    model_copy(&answer->model, begin);
+    return joint_power(&question->samples, &question->noise, &answer->model, &state->power, state->failure);
+}
+
+static bool fit_again(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    refitted_choose(answer, &answer->model);
+    return joint_fit(&question->samples, &question->noise, &answer->model, refitted_blocks(answer, &answer->model),
+                     answer->refitted > 0 ? FIT_ITERATIONS : BASELINE_ITERATIONS, &state->power, state->failure);
+}
+
+/* What is slow begins with the position that the hysteresis had then, though the recording erases it. With what was
+ * found it is known better than it was with the baseline alone. */
+static void choose_beginning(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    if (answer->findings == 0 || answer->family == NULL || question->samples.past_matters ||
+        question->samples.count > 1) {
+        return;
+    }
+    model_t model;
+    joint_power_t power;
+    failure_t refusal;
+    model_copy(&model, &answer->model);
+    if (choose_past(&question->samples, left_of_beginning, NULL, &model) &&
+        joint_fit(&question->samples, &question->noise, &model, blocks_fitted(answer, &model), FIT_ITERATIONS, &power,
+                  &refusal) &&
+        power.fitted < state->power.fitted) {
+        state_take(state, &model, &power);
+    } else {
+        model_free(&model);
+    }
+}
+
+/* It was estimated before anything was found, and may have had a part of that in it: it is no more than what is left.
+ */
+static double told_noise(const answer_t *answer) {
+    const question_t *question = answer->question;
+    const double left_percent = fmax(answer->nrmse_percent, answer->held_out_percent);
+    return remainder_knows_noise(&question->samples, &question->noise)
+               ? fmin(samples_percent(&question->samples, question->noise.rms_um), left_percent)
+               : HUGE_VAL;
+}
+
+static bool reach_end(state_t *state, double missing) {
+    state->answer.noise_percent = told_noise(&state->answer);
+    find_steps(state);
+    return verdict_reach(state, missing);
+}
+
+/* missing: beyond the noise, in parts of it, with the chain fitted again. */
+static bool fit_baseline(state_t *state, const model_t *given, double *missing) {
+    answer_t *answer = &state->answer;
+    model_copy(&answer->given, given);
+    model_copy(&answer->model, given);
+    const bool good = fit_again(state);
+    model_copy(&answer->baseline, &answer->model);
+    *missing = excess(answer, state->power.held);
+    return good &&
+           state_measure(state, &answer->given, &answer->given_nrmse_percent, &answer->given_held_out_percent) &&
+           state_measure(state, &answer->baseline, &answer->baseline_nrmse_percent, &answer->baseline_held_out_percent);
+}
+
+bool attempt_from(state_t *state, const model_t *given, const model_t *begin) {
+    answer_t *answer = &state->answer;
+    bool found = true;
+    double missing;
+    bool good = fit_baseline(state, given, &missing) && (begin == NULL || begin_elsewhere(state, begin));
+    while (good && found && answer->findings < DIAGNOSIS_MOST_FINDINGS) {
+        good = search_round(state, &found);
+    }
+    good = good && reconsider_superfluous(state, threshold.least_size, 0);
+    if (good) {
+        choose_beginning(state);
+    }
+    good = good && names_settle(state) && sides_settle(state) && reconsider_undetermined(state) &&
+           temperature_settle(state) &&
+           state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
+    return good && reach_end(state, missing);
+}
+
+bool attempt_with(state_t *state, const model_t *given, const suspect_t *heard) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    double missing, value[BLOCK_MAX_PARAMETERS];
+    model_t with;
+    if (!fit_baseline(state, given, &missing)) {
+        return false;
+    }
+    candidate_value(&heard->chain.block[heard->at], value);
+    candidate_insert(&with, &answer->model, heard->block, value);
+    model_free(&answer->model);
+    answer->model = with;
+    findings_add(answer, &(finding_t){.block = heard->block,
+                                      .t = heard->amplitude / heard->sigma,
+                                      .t_blocks = heard->amplitude / heard->sigma,
+                                      .certainty = ISOLATED,
+                                      .heard = true,
+                                      .margin = HUGE_VAL,
+                                      .support = 2.0 * heard->gain,
+                                      .held_out_before_percent = answer->baseline_held_out_percent});
+    const bool good =
+        joint_fit(&question->samples, &question->noise, &answer->model, refitted_blocks(answer, &answer->model),
+                  FIT_ITERATIONS, &state->power, state->failure) &&
+        findings_errors(answer, state->failure) &&
+        state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
+    answer->finding[0].held_out_after_percent = answer->held_out_percent;
+    return good && reach_end(state, missing);
+}

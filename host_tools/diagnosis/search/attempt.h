@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** One attempt of a diagnosis: the whole search from one chain on. */
+#ifndef ATTEMPT_H
+#define ATTEMPT_H
+
+#include "diagnosis/answer/state.h"
+
+/**
+ * 1. Fits the chain's hysteresis, and what else of it the recordings determine (refitted.h).
+ * 2. From there, or from `begin` in its place (NULL: not), finds block after block (search_round.h).
+ * 3. Settles which of them stay (reconsider.h), their names (names.h) and their sides (sides.h).
+ * 4. Judges what remains (verdict.h).
+ *
+ * Fills the state, which has just begun (state_begin).
+ */
+bool attempt_from(state_t *state, const model_t *given, const model_t *begin);
+
+/** The same with one finding, which is not looked for: a block with the numbers that it has beside the universal
+ * operator. Only the hysteresis is fitted to it. */
+bool attempt_with(state_t *state, const model_t *given, const suspect_t *heard);
+
+#endif

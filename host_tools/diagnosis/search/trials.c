@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/search/trials.h"
+#include "base/parallel.h"
+#include "diagnosis/answer/state.h"
+#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/nuisance/hysteresis_numbers.h"
+#include "diagnosis/search/attempt.h"
+#include "diagnosis/search/contest.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
+#include <stdlib.h>
+
+enum { PROMISE_ITERATIONS = 8 };
+
+static bool shape_found(const answer_t *answer) {
+    for (size_t i = 0; i < answer->findings; i++) {
+        if (answer->finding[i].shape) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Of a model: what it leaves, raised by what its hysteresis may imitate. named: and by something that another shape can
+ * imitate: a block that is a curve, or another shape than the given one. */
+static double raised(const samples_t *samples, const model_t *model, bool named, double held) {
+    const double price = threshold.hysteresis_number_price * (double)hysteresis_numbers_count(model) +
+                         (named ? threshold.naming_margin : 0.0);
+    return held * exp(price / (double)samples->held) *
+           (1.0 + (named || hysteresis_imitates_curves(model) ? threshold.curve_handicap : 0.0));
+}
+
+/* What a diagnosis leaves of the held-out samples, raised where part of it could as well be another shape's, and where
+ * it is not the whole answer. */
+static double cost_of(const answer_t *answer, double held) {
+    const question_t *question = answer->question;
+    return raised(&question->samples, &answer->model,
+                  shape_found(answer) || (question->model_given && answer->family != NULL), held) *
+           (1.0 + (answer->remainder.structured ? threshold.incomplete_handicap : 0.0));
+}
+
+/* The search from one shape. */
+typedef struct {
+    const model_t *from;
+    state_t state;
+    failure_t refusal;
+} trial_t;
+
+/* The trial's answer takes the standing one's place if it is better. Frees the models of the other one. */
+static void keep_one(state_t *state, const trial_t *trial, bool better) {
+    answer_t worse = trial->state.answer;
+    if (better) {
+        worse = state->answer;
+        state->answer = trial->state.answer;
+        state->power = trial->state.power;
+    }
+    answer_free_models(&worse);
+}
+
+static void prepare(trial_t *trial, const state_t *state, const question_t *question, const model_t *from,
+                    const family_t *family) {
+    trial->from = from;
+    trial->state = *state;
+    trial->state.failure = &trial->refusal;
+    state_begin(&trial->state, question, family);
+}
+
+/* The work goes on from where it is. */
+static bool try_shape(state_t *state, trial_t *trial, const model_t *begin) {
+    const bool good = attempt_from(&trial->state, trial->from, begin);
+    state->progress = trial->state.progress;
+    state->left = trial->state.left;
+    if (!good) {
+        answer_free_models(&trial->state.answer);
+    }
+    return good;
+}
+
+/* The better answer stands. One of them may not apply. */
+static void try_another(state_t *state, trial_t *trial, const model_t *begin) {
+    if (try_shape(state, trial, begin)) {
+        const double cost = cost_of(&trial->state.answer, trial->state.power.held);
+        keep_one(state, trial, cost < cost_of(&state->answer, state->power.held));
+    }
+}
+
+void trial_without_the_first(state_t *state) {
+    const answer_t *answer = &state->answer;
+    if (!answer->remainder.structured || answer->findings == 0 || answer->finding[0].in_readings ||
+        answer->finding[0].block->probe->shape || !hysteresis_numbers_few(hysteresis_numbers_count(&answer->model))) {
+        return;
+    }
+    trial_t again;
+    prepare(&again, state, answer->question, &answer->given, answer->family);
+    again.state.without = answer->finding[0].block;
+    try_another(state, &again, NULL);
+}
+
+static bool found_like(const answer_t *answer, const block_t *block) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (block_same_group(answer->finding[f].block, block)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Natural units, beside the universal operator. */
+static double log_evidence_of(const state_t *state, const answer_t *answer) {
+    shape_t shape;
+    shape_ask(&answer->question->samples, &answer->model, &state->setting, state->answer.question->step_um, false,
+              &shape);
+    return shape.fitted ? shape.log_evidence : -HUGE_VAL;
+}
+
+void trial_of_heard(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    trial_t trial;
+    suspect_t heard;
+    if (!answer->remainder.structured || !question->shape.fitted || question->shape.silent ||
+        question->shape.loudest->probe->shape || found_like(answer, question->shape.loudest) ||
+        !loudest_of(state->beside, &state->setting, &heard)) {
+        return;
+    }
+    prepare(&trial, state, question, &answer->given, answer->family);
+    if (!heard.block->probe->shape && !found_like(answer, heard.block) &&
+        attempt_with(&trial.state, trial.from, &heard)) {
+        const answer_t *other = &trial.state.answer;
+        keep_one(state, &trial,
+                 other->held_out_percent < other->baseline_held_out_percent &&
+                     2.0 * (log_evidence_of(state, other) - log_evidence_of(state, answer)) > threshold.naming_margin);
+    } else {
+        answer_free_models(&trial.state.answer);
+    }
+    model_free(&heard.chain);
+}
+
+/* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */
+typedef struct {
+    const state_t *first; /* the answer from the first shape */
+    const baseline_t *baseline;
+    size_t from;    /* of the shapes, the first that may be tried */
+    double *least;  /* of each shape */
+    model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
+} promises_t;
+
+void baseline_put_into(baseline_t *shape, const model_t *chain) {
+    model_t model;
+    chain_with_hysteresis_of(&shape->model, chain, &model);
+    model_free(&shape->model);
+    shape->model = model;
+}
+
+void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model) {
+    model_t other;
+    model_copy(model, chain);
+    model_copy_place(&other, from, PLACE_HYSTERESIS);
+    model_block_t *one = &model->block[hysteresis_index(model)], *two = &other.block[hysteresis_index(&other)];
+    const model_block_t was = *one;
+    *one = *two;
+    *two = was;
+    model_free(&other);
+}
+
+static void remove_found(const answer_t *answer, bool curves_only, model_t *model) {
+    for (size_t b = model->blocks; b-- > 0;) {
+        const finding_t *finding = finding_of(answer, model->block[b].block);
+        if (finding != NULL && (finding->shape || !curves_only)) {
+            model_remove(model, b);
+        }
+    }
+}
+
+/* What was found, but for curves, and this shape, fitted together. model: gets the shape, to be freed. */
+static double left_beside_found(const state_t *first, const model_t *shape, model_t *model) {
+    const answer_t *answer = &first->answer;
+    joint_power_t power;
+    failure_t refusal;
+    chain_with_hysteresis_of(shape, &answer->model, model);
+    model_without_noise(model);
+    remove_found(answer, true, model);
+    const bool good = joint_fit(&answer->question->samples, &answer->question->noise, model,
+                                blocks_fitted(answer, model), PROMISE_ITERATIONS, &power, &refusal);
+    remove_found(answer, false, model);
+    return good ? power.held : HUGE_VAL;
+}
+
+/* Beside the best probe of every block, and beside what was found, fitted. */
+static void find_promise(void *context, size_t index) {
+    const promises_t *promises = context;
+    const size_t shape = promises->from + index;
+    const baseline_t *baseline = &promises->baseline[shape];
+    const answer_t *answer = &promises->first->answer;
+    model_t model;
+    const double beside_probes =
+        baseline_says(&answer->question->samples, &answer->question->noise, baseline->held) ? baseline->held : HUGE_VAL;
+    const double linear = raised(&answer->question->samples, &baseline->model, shape_found(answer), beside_probes);
+    const double beside_found = raised(&answer->question->samples, &baseline->model, false,
+                                       left_beside_found(promises->first, &baseline->model, &model));
+    promises->least[shape] = fmin(linear, beside_found);
+    if (beside_found < linear) {
+        promises->begin[shape] = model;
+    } else {
+        model_free(&model);
+    }
+}
+
+bool trial_leaves_nothing(const state_t *state, const baseline_t *first) {
+    const answer_t *answer = &state->answer;
+    return !answer->remainder.structured && !shape_found(answer) && !first->many_numbers &&
+           excess(answer, state->power.held) < threshold.worth_another_shape;
+}
+
+/* Whether another shape may do better than the answer so far, by what that leaves and the other promises. */
+static bool may_do_better(const state_t *state, double promise) {
+    const answer_t *answer = &state->answer;
+    const bool whole = !answer->remainder.structured && !hysteresis_imitates_curves(&answer->model) &&
+                       excess(answer, state->power.held) <= threshold.little_more;
+    return promise < (whole ? 1.0 : threshold.promising_shape) *
+                         raised(&answer->question->samples, &answer->model, shape_found(answer), state->power.held);
+}
+
+/* The symmetric plane among them, if the last one is the free one; else none: shapes. */
+static size_t symmetric_one(const baseline_t *baseline, size_t shapes) {
+    const baseline_t *last = &baseline[shapes - 1];
+    size_t shape = 0;
+    while (shape < shapes &&
+           !(last->many_numbers && baseline[shape].family == last->family && !baseline[shape].many_numbers)) {
+        shape++;
+    }
+    return shape;
+}
+
+/* Of those that have not been tried; 0: of none. */
+static size_t most_promising(const double *least, const bool *tried, size_t shapes) {
+    size_t best = 0;
+    for (size_t shape = 1; shape < shapes; shape++) {
+        if (!tried[shape] && (best == 0 || least[shape] < least[best])) {
+            best = shape;
+        }
+    }
+    return best;
+}
+
+/* The most promising first, as long as they may do better than the best so far. */
+void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    double least[TRIALS_MOST_SHAPES];
+    bool tried[TRIALS_MOST_SHAPES] = {false};
+    model_t begin[TRIALS_MOST_SHAPES] = {0};
+    const size_t symmetric = symmetric_one(baseline, shapes), from = symmetric == 0 ? 0 : 1;
+    promises_t promises = {.first = state, .baseline = baseline, .from = from, .least = least, .begin = begin};
+    parallel(shapes - from, find_promise, &promises);
+    if (question->model_given && answer->remainder.structured) {
+        least[1] = 0.0; /* the one that a search without a model begins with is tried in any case */
+    }
+    /* A free plane that promises no more than a symmetric one. What it has and the others have not is that it imitates
+     * curves. */
+    const bool for_curves_only = remainder_knows_noise(&question->samples, &question->noise) && symmetric < shapes &&
+                                 least[shapes - 1] > threshold.better_plane * least[symmetric];
+    for (size_t next = most_promising(least, tried, shapes); next > 0; next = most_promising(least, tried, shapes)) {
+        tried[next] = true;
+        if (may_do_better(state, least[next]) &&
+            !(next == shapes - 1 && for_curves_only && !shape_found(&state->answer))) {
+            trial_t trial;
+            prepare(&trial, state, answer->question, &baseline[next].model, baseline[next].family);
+            try_another(state, &trial, begin[next].blocks > 0 ? &begin[next] : NULL);
+        }
+    }
+    for (size_t shape = 0; shape < shapes; shape++) {
+        model_free(&begin[shape]);
+    }
+}
+
+/* With the winner's hysteresis, the block of it only known. The noise that a strong mode rings into the rests is none.
+ */
+static void begin_from_winner(const contest_winner_t *winner, question_t *question, state_t *state, double *known_value,
+                              model_t *begin) {
+    failure_t refusal;
+    noise_t noise;
+    double *left = samples_column(&question->samples);
+    candidate_value(&winner->model.block[winner->at], known_value);
+    state->setting.known = winner->block;
+    state->setting.known_value = known_value;
+    model_copy(begin, &winner->model);
+    model_remove(begin, winner->at);
+    if (question->noise.at_rest && !question->coarse &&
+        samples_simulate(&question->samples, &winner->model, left, &refusal)) {
+        samples_residual(&question->samples, left, left);
+        if (noise_at_rest(&question->samples, left, state->line_hz, state->setting.lines, &noise)) {
+            question->noise = noise;
+        }
+    }
+    free(left);
+}
+
+/* The search from the winner's hysteresis, on the samples as the contest shared them out. Returns whether its answer
+ * stands. */
+static bool try_winner(state_t *state, const baseline_t *bank, question_t *shared, const contest_winner_t *winner) {
+    trial_t trial;
+    model_t begin;
+    double known_value[BLOCK_MAX_PARAMETERS];
+    bool better = false;
+    prepare(&trial, state, shared, &bank->model, bank->family);
+    begin_from_winner(winner, shared, &trial.state, known_value, &begin);
+    if (try_shape(state, &trial, &begin)) {
+        better = trial.state.answer.held_out_percent < sqrt(threshold.contest_worth) * state->answer.held_out_percent;
+        keep_one(state, &trial, better);
+    }
+    model_free(&begin);
+    return better;
+}
+
+void trial_of_contest(state_t *state, const model_t *chain) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    baseline_t bank, rough;
+    contest_winner_t winner;
+    failure_t refusal;
+    bool won = false;
+    if (!answer->remainder.structured || !question->shape.fitted || question->shape.whole ||
+        excess(answer, state->power.held) < threshold.worth_contest ||
+        !baseline_bank(question->recordings, question->samples.count, &bank, &rough, &refusal)) {
+        return;
+    }
+    if (chain != NULL) {
+        baseline_put_into(&bank, chain);
+    }
+    question_t *shared = question_share_ends(question);
+    if (contest(&shared->samples, &state->setting, &answer->model, &bank.model, &winner)) {
+        won = try_winner(state, &bank, shared, &winner);
+        model_free(&winner.model);
+    }
+    if (!won) {
+        question_free_shared(shared);
+    }
+    baseline_free(&bank, 1);
+    baseline_free(&rough, 1);
+}
+
+bool trial_of_first(state_t *state, const baseline_t *from) {
+    trial_t first;
+    prepare(&first, state, state->answer.question, &from->model, from->family);
+    if (!try_shape(state, &first, NULL)) {
+        *state->failure = first.refusal;
+        return false;
+    }
+    state->answer = first.state.answer;
+    state->power = first.state.power;
+    return true;
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** Several attempts at the same question, of which the best one stands. */
+#ifndef TRIALS_H
+#define TRIALS_H
+
+#include "diagnosis/answer/state.h"
+#include "diagnosis/question/baseline.h"
+
+enum { TRIALS_MOST_SHAPES = 1 + BASELINE_SHAPES };
+
+/** The search from the first shape, or a given chain. The answer is that one's. */
+bool trial_of_first(state_t *state, const baseline_t *first);
+/** Whether that leaves so little that no other shape is tried. */
+bool trial_leaves_nothing(const state_t *state, const baseline_t *first);
+/** From those of the others that may do better. baseline[0] was the first one. */
+void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes);
+/** Puts a shape into a chain, in the place of its hysteresis. */
+void baseline_put_into(baseline_t *shape, const model_t *chain);
+/** A chain with the hysteresis of another one; to be freed. */
+void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model);
+
+/**
+ * What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not lead
+ * to the whole answer, the search is made once more without the block that came first.
+ */
+void trial_without_the_first(state_t *state);
+
+/**
+ * Where more than noise is left, a block is worth much beside the universal operator, and nothing like it was found, it
+ * may be the answer. It has to make the position more likely, beside the operator, than what was found does. And it has
+ * to lower the error of the held-out samples beside a hysteresis of few numbers.
+ */
+void trial_of_heard(state_t *state);
+
+/**
+ * Where much more than noise is left, and no shape of hysteresis explains it, the search is made once more from the
+ * bank that is best beside one strong effect (contest.h), in this chain (NULL: alone). That answer stands if it leaves
+ * less than contest_worth of the power, held out; its question is then another one, with other samples held out
+ * (question_share_ends).
+ */
+void trial_of_contest(state_t *state, const model_t *chain);
+
+#endif
