@@ -8,6 +8,7 @@
 #include "diagnosis/nuisance/past_choice.h"
 #include "diagnosis/reconsider.h"
 #include "diagnosis/state.h"
+#include "diagnosis/taken_out.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 
@@ -266,5 +267,6 @@ bool review_delivered(state_t *state) {
     }
     answer->another_shape =
         answer->another_shape || (!answer->remainder.structured && leaves_a_shape(answer, &answer->shape_after));
-    return good;
+    return good && (!question->samples.past_matters ||
+                    taken_out_past_percent(answer, &answer->past_percent, state->failure));
 }

@@ -154,6 +154,16 @@ static void append_plain(const answer_t *answer, char *text) {
     }
 }
 
+/* Functions of the drive's extremes explain whatever comes while these grow. */
+static void append_past(const answer_t *answer, char *text) {
+    if (answer_rests_on_past(answer)) {
+        text_append(text,
+                    "%s%.2g %% of the stroke were put down to what drives before the recording left, more than all that "
+                    "remains; a drift, or whatever else is slow, would look the same.",
+                    text[0] != '\0' ? " " : "", answer->past_percent);
+    }
+}
+
 bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     const size_t reversals = answer_reversals(answer);
     text[0] = '\0';
@@ -164,6 +174,7 @@ bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
                     reversals, reversals == 1 ? "" : "s");
     }
     append_given_terms(answer, text);
+    append_past(answer, text);
     append_plain(answer, text);
     return text[0] != '\0';
 }

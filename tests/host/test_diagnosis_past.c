@@ -266,6 +266,28 @@ static void test_an_early_drift_is_found(void) {
 }
 
 /* And none where there is nothing but a past. */
+/* Of a drive that goes further in each swing, the drives before it may have left anything that comes with time: no
+ * reply is without a word about it. */
+static void test_a_drift_in_swings_that_grow_is_no_silence(void) {
+    answer_t diagnosis;
+    sweep(0.0, 1.0);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recording.column[COLUMN_DRIVE][k] =
+            50.0 + (10.0 + 35.0 * (double)k / SAMPLES) * sin(2.0 * M_PI * (double)k / 900.0);
+    }
+    simulate_into(&recording, &model, 1);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        recording.column[COLUMN_DISPLACEMENT][k] +=
+            noise_um * random_normal(&rng) + 0.3 * fmax(0.0, (double)k / SAMPLES - 0.4);
+    }
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
+    printf("verdict %d, %zu findings, past %.3g %%, held out %.3g %%\n", (int)diagnosis.verdict, diagnosis.findings,
+           diagnosis.past_percent, diagnosis.held_out_percent);
+    TEST_ASSERT_TRUE(diagnosis.findings > 0 || diagnosis.verdict == UNKNOWN_PHYSICS ||
+                     answer_rests_on_past(&diagnosis));
+    answer_free(&diagnosis);
+}
+
 static void test_a_past_is_no_effect(void) {
     static const double end_v[] = {-40.0, 140.0};
     for (size_t i = 0; i < 2; i++) {
@@ -294,5 +316,6 @@ int main(void) {
     RUN_TEST(test_both_parts_see_the_ends);
     RUN_TEST(test_an_early_drift_is_found);
     RUN_TEST(test_a_past_is_no_effect);
+    RUN_TEST(test_a_drift_in_swings_that_grow_is_no_silence);
     return UNITY_END();
 }
