@@ -267,6 +267,6 @@ bool review_delivered(state_t *state) {
     }
     answer->another_shape =
         answer->another_shape || (!answer->remainder.structured && leaves_a_shape(answer, &answer->shape_after));
-    return good && (!question->samples.past_matters ||
-                    taken_out_past_percent(answer, &answer->past_percent, state->failure));
+    return good &&
+           (!question->samples.past_matters || taken_out_past_percent(answer, &answer->past_percent, state->failure));
 }

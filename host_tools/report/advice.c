@@ -8,7 +8,8 @@ const char *advice_on_verdict(const answer_t *answer) {
         return "Record more, and diagnose again: a drive that turns round several times, by most of its range.";
     }
     if (answer_rests_on_past(answer) && answer->verdict != UNKNOWN_PHYSICS) {
-        return "Record again, with a sweep of the whole range at the beginning; or say in the header key drive_before_v "
+        return "Record again, with a sweep of the whole range at the beginning; or say in the header key "
+               "drive_before_v "
                "what the drive was before, and diagnose again.";
     }
     switch (answer->verdict) {

@@ -157,10 +157,11 @@ static void append_plain(const answer_t *answer, char *text) {
 /* Functions of the drive's extremes explain whatever comes while these grow. */
 static void append_past(const answer_t *answer, char *text) {
     if (answer_rests_on_past(answer)) {
-        text_append(text,
-                    "%s%.2g %% of the stroke were put down to what drives before the recording left, more than all that "
-                    "remains; a drift, or whatever else is slow, would look the same.",
-                    text[0] != '\0' ? " " : "", answer->past_percent);
+        text_append(
+            text,
+            "%s%.2g %% of the stroke were put down to what drives before the recording left, more than all that "
+            "remains; a drift, or whatever else is slow, would look the same.",
+            text[0] != '\0' ? " " : "", answer->past_percent);
     }
 }
 
