@@ -46,13 +46,17 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
     return stretch->from < recording->samples;
 }
 
+/* A line is as wide that comes from a drive, in parts of one over the length of a stretch: what the drive makes may
+ * change once in all of it. */
+static const double line_width = 2.0;
+
 /* Whether the frequency is a multiple of the drive's, in a stretch in which it moves, as well as that tells frequencies
  * apart. */
 static bool is_harmonic(const recording_t *recording, stretch_t moves, double hz) {
     const size_t count = moves.to - moves.from;
     const double period = drive_period(recording->column[COLUMN_DRIVE] + moves.from, count);
     const double multiple = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.0;
-    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < period;
+    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < line_width * period;
 }
 
 /* Amplitude of the line in a rest, beside a parabola; 0 where it is too short to say. */
