@@ -188,6 +188,12 @@ static void append_shape(const answer_t *answer, char *text) {
     if (answer->shape_after.operator_percent < answer->held_out_percent) {
         text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%",
                     answer->shape_after.operator_percent, answer->held_out_percent);
+    } else if (answer->shape_after.rho_hz > 0.0) {
+        text_append(
+            text,
+            ", if what it leaves is noise: %.3g %%, no less than the model's %.3g %%. Only its spectrum says so, "
+            "1/f below %.3g Hz. A rest, or a path that repeats itself, would show the noise",
+            answer->shape_after.operator_percent, answer->held_out_percent, answer->shape_after.rho_hz);
     }
     text_append(text, ".");
 }

@@ -287,6 +287,23 @@ static void test_too_few_reversals_are_told_first(void) {
     account_free(&account);
 }
 
+/* An operator that leaves as much as the model proves no shape: that the rest is noise, its spectrum alone says. */
+static void test_an_operator_that_leaves_as_much_proves_nothing(void) {
+    char text[DIAGNOSIS_LINE];
+    diagnosis.another_shape = true;
+    diagnosis.findings = 0;
+    diagnosis.verdict = NOTHING_MISSING;
+    diagnosis.shape_after = (shape_t){.operator_percent = 1.2 * diagnosis.held_out_percent, .rho_hz = 210.0};
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "nothing but noise, if what it leaves is noise: 0.12 %, no less than the "
+                                              "model's 0.1 %."),
+                                 text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "1/f below 210 Hz"), text);
+    diagnosis.shape_after.operator_percent = 0.5 * diagnosis.held_out_percent;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NULL(strstr(text, "if what it leaves"));
+}
+
 /* A model that follows the recording only with what was put down to its past is not simply to be used. */
 static void test_what_rests_on_the_past_is_told_first(void) {
     static const char sentence[] = "2.2 % of the stroke were put down to what drives before the recording left";
@@ -520,6 +537,7 @@ int main(void) {
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_an_unknown_past_is_told);
     RUN_TEST(test_too_few_reversals_are_told_first);
+    RUN_TEST(test_an_operator_that_leaves_as_much_proves_nothing);
     RUN_TEST(test_what_rests_on_the_past_is_told_first);
     RUN_TEST(test_steps_lower_no_error);
     RUN_TEST(test_nothing_found);
