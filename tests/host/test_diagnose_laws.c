@@ -90,8 +90,8 @@ static const unseen_t *unseen_of(const block_t *block) {
     return NULL;
 }
 
-/* What the model leaves is a shape that has no family. Sizes that follow from the noise alone would be told as if the
- * model left noise alone. */
+/* What the model leaves is a shape that has no family. Sizes that follow from the noise alone would be those of a
+ * model that leaves noise alone. */
 static void test_beside_another_shape_limits_are_the_operators(void) {
     static const block_t *const curves[] = {&block_static_nonlinearity, &block_asymmetric_hysteresis,
                                             &block_interleaved_hysteresis};
