@@ -5,6 +5,8 @@
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/evidence/searched.h"
 #include "numerics/gauss_newton.h"
+#include "thresholds/thresholds.h"
+#include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -47,7 +49,24 @@ typedef struct {
     size_t tried;
 } probing_t;
 
-static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMETERS], double along, double beyond) {
+/* How small it could be and still be heard. */
+static void note_smallest(probing_t *probing, const double value[BLOCK_MAX_PARAMETERS], double beyond,
+                          const double *signature) {
+    const size_t all = probing->scan->imitation->all;
+    const double amplitude = sqrt(2.0 * threshold.least_gain / beyond);
+    const double smallest_um = amplitude * cblas_dnrm2((int)all, signature, 1) / sqrt((double)all);
+    suspect_t *best = &probing->best;
+    if (best->smallest_um > 0.0 && best->smallest_um <= smallest_um) {
+        return;
+    }
+    best->smallest_um = smallest_um;
+    for (size_t p = 0; p < probing->block->parameters; p++) {
+        best->smallest_value[p] = value[p] * (probing->block->parameter[p].proportional ? amplitude : 1.0);
+    }
+}
+
+static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMETERS], double along, double beyond,
+                        const double *signature) {
     const double a = along / beyond, least = 0.1;
     const double gain = a < 0.0 && candidate_never_negative(probing->block) ? 0.0 : along * along / (2.0 * beyond);
     const double most = fmax(probing->best.gain, gain);
@@ -56,12 +75,15 @@ static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMET
     probing->tried++;
     if (probing->best.block == NULL || promise > probing->best.promise) {
         model_free(&probing->best.chain);
-        probing->best =
-            (suspect_t){.block = probing->block, .promise = promise, .amplitude = a, .sigma = 1.0 / sqrt(beyond)};
+        probing->best.block = probing->block;
+        probing->best.promise = promise;
+        probing->best.amplitude = a;
+        probing->best.sigma = 1.0 / sqrt(beyond);
         probing->best.at =
             candidate_insert(&probing->best.chain, &probing->scan->imitation->chain, probing->block, value);
     }
     probing->best.gain = most;
+    note_smallest(probing, value, beyond, signature);
 }
 
 /* Signatures of some of a block's probes. */
@@ -101,7 +123,7 @@ static size_t probe_some(probing_t *probing, size_t index, double *room) {
         hysteresis_beyond(scan->rows, width, column, product);
         for (size_t i = 1; i < width; i++) {
             if (product[i * width + i] > least_beyond * square_of(scan, column[i])) {
-                keep_better(probing, probes.value[of[i]], product[i], product[i * width + i]);
+                keep_better(probing, probes.value[of[i]], product[i], product[i * width + i], column[i]);
             }
         }
     }

@@ -22,7 +22,10 @@ typedef struct {
     double promise;   /**< what makes a probe a good start for the refinement */
     double amplitude; /**< in the recordings, in parts of its signature */
     double sigma;     /**< of that */
-    bool refined;     /**< its numbers were searched; amplitude is then near 1 */
+    /** Of all its probes: least root mean square of the change of the position that would be worth least_gain, and the
+     * block's numbers at that size. */
+    double smallest_um, smallest_value[BLOCK_MAX_PARAMETERS];
+    bool refined; /**< its numbers were searched; amplitude is then near 1 */
 } suspect_t;
 
 typedef struct {

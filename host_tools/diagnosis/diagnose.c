@@ -145,7 +145,11 @@ static bool limits(state_t *state, shapes_t *shapes) {
 
 static bool deliver(state_t *state, shapes_t *shapes) {
     (void)shapes;
-    return review_delivered(state);
+    if (!review_delivered(state)) {
+        return false;
+    }
+    unseen_beside_operator(state);
+    return true;
 }
 
 static bool describe_unknown(state_t *state, shapes_t *shapes) {

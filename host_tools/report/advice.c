@@ -7,6 +7,11 @@ const char *advice_on_verdict(const answer_t *answer) {
     if (answer_has_too_little(answer)) {
         return "Record more, and diagnose again: a drive that turns round several times, by most of its range.";
     }
+    if (answer_rests_on_past(answer) && answer->verdict != UNKNOWN_PHYSICS) {
+        return "Record again, with a sweep of the whole range at the beginning; or say in the header key "
+               "drive_before_v "
+               "what the drive was before, and diagnose again.";
+    }
     switch (answer->verdict) {
     case NOTHING_MISSING:
         return "Use the model. Before you rely on it elsewhere, see below which effects these recordings would have "

@@ -154,6 +154,17 @@ static void append_plain(const answer_t *answer, char *text) {
     }
 }
 
+/* Functions of the drive's extremes explain whatever comes while these grow. */
+static void append_past(const answer_t *answer, char *text) {
+    if (answer_rests_on_past(answer)) {
+        text_append(
+            text,
+            "%s%.2g %% of the stroke were put down to what drives before the recording left, more than all that "
+            "remains; a drift, or whatever else is slow, would look the same.",
+            text[0] != '\0' ? " " : "", answer->past_percent);
+    }
+}
+
 bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     const size_t reversals = answer_reversals(answer);
     text[0] = '\0';
@@ -164,6 +175,7 @@ bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
                     reversals, reversals == 1 ? "" : "s");
     }
     append_given_terms(answer, text);
+    append_past(answer, text);
     append_plain(answer, text);
     return text[0] != '\0';
 }
@@ -176,6 +188,12 @@ static void append_shape(const answer_t *answer, char *text) {
     if (answer->shape_after.operator_percent < answer->held_out_percent) {
         text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%",
                     answer->shape_after.operator_percent, answer->held_out_percent);
+    } else if (answer->shape_after.rho_hz > 0.0) {
+        text_append(
+            text,
+            ", if what it leaves is noise: %.3g %%, no less than the model's %.3g %%. Only its spectrum says so, "
+            "1/f below %.3g Hz. A rest, or a path that repeats itself, would show the noise",
+            answer->shape_after.operator_percent, answer->held_out_percent, answer->shape_after.rho_hz);
     }
     text_append(text, ".");
 }

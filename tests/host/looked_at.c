@@ -29,8 +29,20 @@ static double drive_at(size_t which, double t, const double *phase) {
     return begin_v + 40.0 * x;
 }
 
+/* The position that this drive makes. */
+static void follow(scene_t *scene) {
+    double z = 0.0;
+    for (size_t k = 0; k < FINE; k++) {
+        if (k > 0) {
+            const double way = scene->drive[k] - scene->drive[k - 1], limit = way > 0.0 ? 8.0 : -8.0;
+            z = limit + (z - limit) * exp(-fabs(way) / 8.0);
+        }
+        scene->position[k] = 0.1 * (scene->drive[k] - 0.6 * z);
+    }
+}
+
 void scene_open(scene_t *scene, size_t which, random_t *random) {
-    double phase[TONES], z = 0.0;
+    double phase[TONES];
     for (size_t i = 0; i < TONES; i++) {
         phase[i] = 2.0 * M_PI * random_unit(random);
     }
@@ -41,12 +53,15 @@ void scene_open(scene_t *scene, size_t which, random_t *random) {
     for (size_t k = 0; k < FINE; k++) {
         const double t = ((double)k / SCENE_FINER - BEFORE) / scene_rate_hz - rest_s;
         scene->drive[k] = t > 0.0 ? drive_at(which, t, phase) : begin_v;
-        if (k > 0) {
-            const double way = scene->drive[k] - scene->drive[k - 1], limit = way > 0.0 ? 8.0 : -8.0;
-            z = limit + (z - limit) * exp(-fabs(way) / 8.0);
-        }
-        scene->position[k] = 0.1 * (scene->drive[k] - 0.6 * z);
     }
+    follow(scene);
+}
+
+void scene_hold(scene_t *scene, size_t samples) {
+    for (size_t k = 0; k < FINE; k++) {
+        scene->drive[k] = scene->drive[k - k % (samples * SCENE_FINER)];
+    }
+    follow(scene);
 }
 
 void scene_close(scene_t *scene) {

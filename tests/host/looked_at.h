@@ -21,6 +21,8 @@ typedef struct {
  * 0.1 um/V (u - 0.6 z). */
 void scene_open(scene_t *scene, size_t which, random_t *random);
 void scene_close(scene_t *scene);
+/** The same with a converter that has a new value every so many samples, and holds it. */
+void scene_hold(scene_t *scene, size_t samples);
 
 /** Position at a time in samples, fractions included; without noise. */
 double scene_position(const scene_t *scene, double at);

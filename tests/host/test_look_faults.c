@@ -353,6 +353,22 @@ static void test_time_jitter(void) {
     }
 }
 
+/* Of a converter slower than the recording the position has stairs. Their height goes with the speed, and neighbours do
+ * not predict them: that is no jitter. */
+static void test_stairs_of_a_slow_converter_are_no_jitter(void) {
+    static const size_t held_samples[] = {2, 5, 10};
+    for (size_t i = 0; i < 3; i++) {
+        for (size_t which = 0; which < SCENE_DRIVES; which++) {
+            scene_open(&scene, which, &rng);
+            scene_hold(&scene, held_samples[i]);
+            scene_record(&scene, late, &rng, &recordings[0]);
+            look_at_them(1);
+            TEST_ASSERT_EQUAL_MESSAGE(0, faults.count, found(which));
+            close_all(1);
+        }
+    }
+}
+
 static void test_gain_switch(void) {
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         double *y = record(which);
@@ -479,5 +495,6 @@ int main(void) {
     RUN_TEST(test_file_offset);
     RUN_TEST(test_noisy_drive);
     RUN_TEST(test_masking);
+    RUN_TEST(test_stairs_of_a_slow_converter_are_no_jitter);
     return UNITY_END();
 }

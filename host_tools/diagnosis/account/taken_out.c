@@ -94,6 +94,19 @@ taken_out_t *taken_out_of(const answer_t *answer, failure_t *failure) {
     return taken_out;
 }
 
+bool taken_out_past_percent(const answer_t *answer, double *percent, failure_t *failure) {
+    const samples_t *samples = &answer->question->samples;
+    taken_out_t *taken_out = taken_out_of(answer, failure);
+    *percent = 0.0;
+    for (size_t i = 0; taken_out != NULL && i < samples->count; i++) {
+        double range[2];
+        recordings_range(&samples->recordings[i], 1, COLUMN_DISPLACEMENT, range);
+        *percent = fmax(*percent, 100.0 * taken_out[i].past_rms_um / (range[1] - range[0]));
+    }
+    free(taken_out);
+    return taken_out != NULL;
+}
+
 bool taken_out_lags(const taken_out_t *taken_out, size_t count) {
     return count > 1 && fabs(taken_out->lag_s) > threshold.lag_of_one_file * taken_out->lag_sigma_s;
 }

@@ -19,6 +19,10 @@ typedef struct {
 /** Of each recording of the question, beside the answer's model. To be freed; NULL: the model cannot be simulated. */
 taken_out_t *taken_out_of(const answer_t *answer, failure_t *failure);
 
+/** What the past explains, in parts of the recording's stroke: of the worst one. false: the model cannot be simulated.
+ */
+bool taken_out_past_percent(const answer_t *answer, double *percent, failure_t *failure);
+
 /** Whether it is later, or earlier, than the model by more than chance and what the model leaves make: five standard
  * errors, of several recordings. */
 bool taken_out_lags(const taken_out_t *taken_out, size_t count);

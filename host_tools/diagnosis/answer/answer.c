@@ -17,6 +17,10 @@ bool answer_has_too_little(const answer_t *answer) {
     return answer_reversals(answer) < fewest_reversals;
 }
 
+bool answer_rests_on_past(const answer_t *answer) {
+    return answer->past_percent > fmax(answer->nrmse_percent, answer->held_out_percent);
+}
+
 bool finding_is_empirical(const finding_t *finding) {
     return finding->block->empirical != NULL;
 }

@@ -83,6 +83,7 @@ typedef struct {
     double ring_left_um; /**< amplitude of what the look saw ring and the model does not; 0: none (seen.h) */
     /** As `hyst simulate` tells them of whole recordings (delivered.h): of both models, a straight line, plays. */
     double baseline_delivered_percent, delivered_percent, line_percent, plays_percent;
+    double past_percent; /**< what the past explains of the samples that count, NRMSE of the worst one; 0: known */
     shape_t shape_after; /**< the universal operator in the place of the hysteresis, beside what was found */
     verdict_t verdict;
     size_t rounds, considered; /**< of the search; blocks in them, those that explain most of each */
@@ -95,6 +96,9 @@ typedef struct {
 size_t answer_reversals(const answer_t *answer);
 /** Whether that is so seldom that no loop occurs twice, and any verdict is a guess. */
 bool answer_has_too_little(const answer_t *answer);
+/** Whether more was put down to drives before the recordings than all that is left. The drive that goes further with
+ * time tells their past from nothing that is slow. */
+bool answer_rests_on_past(const answer_t *answer);
 
 /** Whether it only describes what no physical effect explains (empirical.h). */
 bool finding_is_empirical(const finding_t *finding);

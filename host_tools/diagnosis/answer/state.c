@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/answer/state.h"
+#include "diagnosis/evidence/candidate.h"
 #include "diagnosis/evidence/searched.h"
 #include "diagnosis/nuisance/past.h"
 #include "thresholds/thresholds.h"
@@ -175,9 +176,11 @@ bool block_determined(const model_block_t *block) {
     if (is_no_more(block)) {
         return false;
     }
+    const bool grows = candidate_grows(block->block);
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
-        if (is_searched(block->block, p) && parameter->sigma != NULL) {
+        const bool counts = grows ? candidate_proportional(block->block, p) : is_searched(block->block, p);
+        if (counts && parameter->sigma != NULL) {
             const double value = fabs(parameter->value[0]), sigma = parameter->sigma[0];
             const double most =
                 block->block->parameter[p].proportional ? 1.0 / threshold.deviations : threshold.least_precision;

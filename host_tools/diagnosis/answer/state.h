@@ -68,8 +68,9 @@ void finding_considered_taken(answer_t *answer, const block_t *block);
  * all samples and a third was held out of the fit.
  */
 bool findings_errors(answer_t *answer, failure_t *failure);
-/** Whether any number of a block that was searched, with its standard errors, is three of these away from nothing; and,
- * of a richer form (probe_t.extends), the one by which it is more. */
+/** Whether any number of a block that was searched, with its standard errors, is three of these away from nothing.
+ * Where its effect is proportional to some numbers, one of these is: a frequency of something without a size is none.
+ * And, of a richer form (probe_t.extends), the one by which it is more. */
 bool block_determined(const model_block_t *block);
 /** After findings_errors: the finding's. */
 bool finding_determined(const answer_t *answer, const finding_t *finding);

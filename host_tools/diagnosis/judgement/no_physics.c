@@ -50,6 +50,10 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
     return stretch->from < recording->samples;
 }
 
+/* A line is as wide that comes from a drive, in parts of one over the length of a stretch: what the drive makes may
+ * change once in all of it. */
+static const double line_width = 2.0;
+
 /* Where a drive turns by more than a twentieth of its range; returns how many such points there are. */
 static size_t turning_points(const double *u, size_t count, size_t *at) {
     double range[2];
@@ -91,7 +95,7 @@ static bool is_harmonic(const recording_t *recording, stretch_t moves, double hz
     const double *u = recording->column[COLUMN_DRIVE] + moves.from;
     const double repeats = drive_period(u, count), period = repeats > 0.0 ? repeats : turning_period(u, count);
     const double multiple = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.0;
-    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < period;
+    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < line_width * period;
 }
 
 /* Amplitude of the line in a rest, beside a parabola; 0 where it is too short to say. */

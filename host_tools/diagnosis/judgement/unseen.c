@@ -8,6 +8,7 @@
 #include "diagnosis/where/loop_parts.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
+#include <string.h>
 
 /* Why the nuisance subspace leaves nothing of a block, as far as the drive says it. */
 static const char *why_imitated(const answer_t *answer, const block_t *block) {
@@ -34,25 +35,35 @@ static void note_untestable(answer_t *answer, const block_t *block, const char *
     note(answer, (unseen_t){.block = block, .why = why, .smallest_um = HUGE_VAL, .parameter = block->parameters});
 }
 
+/* The parameter that the size goes with, if the block has one, and whether the block can be so large. */
+static void judge_form(unseen_t *unseen) {
+    const block_t *block = unseen->block;
+    unseen->parameter = block->parameters;
+    unseen->testable = true;
+    for (size_t p = block->parameters; p-- > 0;) {
+        if (block->parameter[p].proportional && unseen->form[p] != 0.0) {
+            unseen->parameter = p;
+            unseen->value = unseen->form[p];
+            unseen->testable = unseen->testable && fabs(unseen->value) <= block->parameter[p].high;
+        }
+    }
+    unseen->why = unseen->testable ? NULL : "it would have to be larger than such a block can be";
+}
+
 static void note_candidate(answer_t *answer, const candidate_t *c) {
     const block_t *block = c->block;
     const double least_um =
         block->probe->shape && answer->family != NULL ? threshold.least_curve * answer->question->noise.rms_um : 0.0;
     const double smallest_um = fmax(c->smallest_um, least_um), larger = smallest_um / c->smallest_um;
-    unseen_t unseen = {.block = block, .testable = true, .smallest_um = smallest_um, .parameter = block->parameters};
+    unseen_t unseen = {.block = block, .smallest_um = smallest_um};
     if (!isfinite(c->smallest_um)) {
         note_untestable(answer, block, why_imitated(answer, block));
         return;
     }
-    for (size_t p = block->parameters; p-- > 0;) {
+    for (size_t p = 0; p < block->parameters; p++) {
         unseen.form[p] = c->smallest_value[p] * (block->parameter[p].proportional ? larger : 1.0);
-        if (block->parameter[p].proportional && c->smallest_value[p] != 0.0) {
-            unseen.parameter = p;
-            unseen.value = unseen.form[p];
-            unseen.testable = unseen.testable && fabs(unseen.value) <= block->parameter[p].high;
-        }
     }
-    unseen.why = unseen.testable ? NULL : "it would have to be larger than such a block can be";
+    judge_form(&unseen);
     note(answer, unseen);
 }
 
@@ -149,4 +160,55 @@ bool unseen_complete(state_t *state) {
         }
     }
     return probe_rest(state, rest, count);
+}
+
+/* What a scan says of a block; NULL: the operator imitates every form of it. */
+static const suspect_t *suspect_of(const suspect_t *suspect, size_t count, const block_t *block) {
+    for (size_t i = 0; i < count; i++) {
+        if (suspect[i].block == block) {
+            return &suspect[i];
+        }
+    }
+    return NULL;
+}
+
+static void raise_limits(answer_t *answer, const suspect_t *suspect, size_t count) {
+    for (size_t i = 0; i < answer->unseen_count; i++) {
+        unseen_t *unseen = &answer->unseen[i];
+        const suspect_t *heard = suspect_of(suspect, count, unseen->block);
+        if (!unseen->testable || unseen->block->readings == READINGS_STEPPED) {
+            continue;
+        }
+        if (heard == NULL || unseen->block->probe->shape) {
+            *unseen = (unseen_t){.block = unseen->block,
+                                 .why = heard == NULL ? "a hysteresis of another shape imitates it"
+                                                      : "the other shape of the hysteresis may be just this",
+                                 .smallest_um = HUGE_VAL,
+                                 .parameter = unseen->block->parameters};
+        } else if (heard->smallest_um > unseen->smallest_um) {
+            unseen->smallest_um = heard->smallest_um;
+            memcpy(unseen->form, heard->smallest_value, sizeof unseen->form);
+            judge_form(unseen);
+        }
+    }
+}
+
+void unseen_beside_operator(state_t *state) {
+    answer_t *answer = &state->answer;
+    model_t operated;
+    fitted_chain_t fitted;
+    suspect_t *suspect;
+    size_t count;
+    if (!answer->another_shape) {
+        return;
+    }
+    chain_for_operator(&answer->model, &operated);
+    if (fitted_chain_open(&fitted, &answer->question->samples, &operated)) {
+        const scan_t scan = fitted_chain_scan(&fitted, &state->setting);
+        scan_blocks(&scan, &suspect, &count, NULL);
+        raise_limits(answer, suspect, count);
+        suspects_free(suspect, count);
+        fitted_chain_close(&fitted);
+    }
+    model_free(&operated);
 }

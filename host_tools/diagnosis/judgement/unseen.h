@@ -17,4 +17,11 @@ void unseen_note(answer_t *answer, const candidates_t *found);
  */
 bool unseen_complete(state_t *state);
 
+/**
+ * Where the model leaves another shape of hysteresis, what it would have shown is no matter of the noise alone: that
+ * shape may be the block. A block is then seen from where it speaks beside the universal operator, in the operator's
+ * noise. A curve, and what the operator imitates altogether, is not testable.
+ */
+void unseen_beside_operator(state_t *state);
+
 #endif

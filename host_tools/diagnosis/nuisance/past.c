@@ -8,6 +8,18 @@
 
 enum { NODES = PAST_COLUMNS / 2 };
 
+/* Where it stood before the first sample that counts does not matter: it is what it is there. */
+static void hold_before(const samples_t *samples, size_t recording, double *x) {
+    const unsigned char *part = samples->part + samples->begin[recording];
+    size_t first = 0;
+    while (first + 1 < samples->recordings[recording].samples && part[first] == SAMPLE_LEFT_OUT) {
+        first++;
+    }
+    for (size_t k = 0; k < first; k++) {
+        x[k] = x[first];
+    }
+}
+
 /* Of the way from one end of the range to the other, how much of the part from one node to the next lies behind the
  * furthest drive until now. */
 static void fill_recording(const recording_t *recording, size_t node, double sign, const double range[2], double *x) {
@@ -37,6 +49,7 @@ void past_column(const samples_t *samples, size_t recording, size_t index, doubl
     memset(column, 0, samples->all * sizeof *column);
     fill_recording(&samples->recordings[recording], index / 2, index % 2 == 0 ? 1.0 : -1.0, range,
                    column + samples->begin[recording]);
+    hold_before(samples, recording, column + samples->begin[recording]);
 }
 
 void past_zero_column(const samples_t *samples, size_t recording, double *column) {
@@ -47,10 +60,11 @@ void past_zero_column(const samples_t *samples, size_t recording, double *column
 }
 
 /* Less what the columns before explain of it, and of unit length over the samples that are fitted. Not if these have
- * hardly any of it: a ramp in a held-out block, of which a filter's last trace is in the next. */
-static bool make_orthonormal(const past_of_one_t *past, double *of_fitted, double *of_held, double *raw) {
+ * hardly any of it, whose length was `before` over all samples: of a ramp in a block that is held out, or in samples
+ * that are left out, a filter's last trace is in the next. */
+static bool make_orthonormal(const past_of_one_t *past, double before, double *of_fitted, double *of_held,
+                             double *raw) {
     const int fitted = (int)past->fitted;
-    const double before = hypot(cblas_dnrm2(fitted, of_fitted, 1), cblas_dnrm2((int)past->held, of_held, 1));
     for (size_t i = 0; i < past->columns; i++) {
         const double *unit = past->of_fitted + i * past->fitted;
         const double share = cblas_ddot(fitted, unit, 1, of_fitted, 1);
@@ -82,7 +96,8 @@ static void add_column(past_of_one_t *past, const samples_t *samples, const nois
     memcpy(raw, scratch->column + past->begin, past->all * sizeof *raw);
     memcpy(of_fitted, scratch->fitted + past->fitted_begin, past->fitted * sizeof *of_fitted);
     memcpy(of_held, scratch->held + past->held_begin, past->held * sizeof *of_held);
-    past->columns += make_orthonormal(past, of_fitted, of_held, raw) ? 1 : 0;
+    const double before = cblas_dnrm2((int)past->all, scratch->white + past->begin, 1);
+    past->columns += make_orthonormal(past, before, of_fitted, of_held, raw) ? 1 : 0;
 }
 
 static void open_one(past_of_one_t *past, const samples_t *samples, size_t recording, const noise_t *noise,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/review/review.h"
 #include "belief/rivals.h"
+#include "diagnosis/account/taken_out.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/columns/measured_columns.h"
 #include "diagnosis/evidence/electrical.h"
@@ -266,5 +267,6 @@ bool review_delivered(state_t *state) {
     }
     answer->another_shape =
         answer->another_shape || (!answer->remainder.structured && leaves_a_shape(answer, &answer->shape_after));
-    return good;
+    return good &&
+           (!question->samples.past_matters || taken_out_past_percent(answer, &answer->past_percent, state->failure));
 }

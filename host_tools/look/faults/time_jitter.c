@@ -2,7 +2,9 @@
 /* Samples taken at uneven times: noise that grows with the speed of the position. The errors of the prediction from
  * neighbours are compared between the fastest and the slowest third of the samples, by robust deviations (relative
  * error 1 / sqrt(0.74 n) each). For physics that predicts badly where it is fast: the errors have to resemble each
- * other from sample to sample as white noise behind that prediction does. */
+ * other from sample to sample as white noise behind that prediction does. Behind a converter that is slower than the
+ * recording the position has stairs: neighbours do not predict them, and their height goes with the speed. So nothing
+ * is said of jitter there. */
 #include "look/fault.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -112,8 +114,9 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
 
 static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
     for (size_t i = 0; i < count; i++) {
-        if (fault_found(faults, &fault_missing_codes, i)) {
-            continue; /* a gap is crossed at speed */
+        /* A gap is crossed at speed; and so are stairs. */
+        if (fault_found(faults, &fault_missing_codes, i) || looks[i].drive.held_samples > 1) {
+            continue;
         }
         find_in(&looks[i], i, kind, faults);
     }

@@ -80,6 +80,32 @@ static void test_another_law_is_no_physics_and_no_noise(void) {
     TEST_ASSERT_TRUE(diagnosis.question->noise.rms_um > 0.9 * noise_um);
 }
 
+static const unseen_t *unseen_of(const block_t *block) {
+    for (size_t i = 0; i < diagnosis.unseen_count; i++) {
+        if (diagnosis.unseen[i].block == block) {
+            return &diagnosis.unseen[i];
+        }
+    }
+    TEST_FAIL_MESSAGE(block->name);
+    return NULL;
+}
+
+/* What the model leaves is a shape that has no family. Sizes that follow from the noise alone would be those of a
+ * model that leaves noise alone. */
+static void test_beside_another_shape_limits_are_the_operators(void) {
+    static const block_t *const curves[] = {&block_static_nonlinearity, &block_asymmetric_hysteresis,
+                                            &block_interleaved_hysteresis};
+    make_recording(0.0);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
+    TEST_ASSERT_TRUE(diagnosis.another_shape);
+    for (size_t i = 0; i < 3; i++) {
+        TEST_ASSERT_FALSE_MESSAGE(unseen_of(curves[i])->testable, curves[i]->name);
+        TEST_ASSERT_NOT_NULL_MESSAGE(unseen_of(curves[i])->why, curves[i]->name);
+    }
+    /* The noise alone would show 0.08 of it: what is slow the operator imitates for the most part. */
+    TEST_ASSERT_TRUE(unseen_of(&block_thermal_drift)->smallest_um > noise_um);
+}
+
 /* 1 ms, fifteen times the noise. Which of the lags it is nobody can say, and no model of few numbers is near enough for
  * more than a set. */
 static void test_a_lag_is_in_the_set_whatever_the_law(void) {
@@ -99,6 +125,7 @@ static void test_a_lag_is_in_the_set_whatever_the_law(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_another_law_is_no_physics_and_no_noise);
+    RUN_TEST(test_beside_another_shape_limits_are_the_operators);
     RUN_TEST(test_a_lag_is_in_the_set_whatever_the_law);
     return UNITY_END();
 }

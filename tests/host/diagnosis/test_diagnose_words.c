@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What people get of a diagnosis: the text on the terminal and the page; and the same facts in JSON. */
+#include "report/advice.h"
 #include "told_diagnosis.h"
 #include "unity.h"
 #include <math.h>
@@ -286,6 +287,37 @@ static void test_too_few_reversals_are_told_first(void) {
     account_free(&account);
 }
 
+/* An operator that leaves as much as the model proves no shape: that the rest is noise, its spectrum alone says. */
+static void test_an_operator_that_leaves_as_much_proves_nothing(void) {
+    char text[DIAGNOSIS_LINE];
+    diagnosis.another_shape = true;
+    diagnosis.findings = 0;
+    diagnosis.verdict = NOTHING_MISSING;
+    diagnosis.shape_after = (shape_t){.operator_percent = 1.2 * diagnosis.held_out_percent, .rho_hz = 210.0};
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "nothing but noise, if what it leaves is noise: 0.12 %, no less than the "
+                                              "model's 0.1 %."),
+                                 text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "1/f below 210 Hz"), text);
+    diagnosis.shape_after.operator_percent = 0.5 * diagnosis.held_out_percent;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NULL(strstr(text, "if what it leaves"));
+}
+
+/* A model that follows the recording only with what was put down to its past is not simply to be used. */
+static void test_what_rests_on_the_past_is_told_first(void) {
+    static const char sentence[] = "2.2 % of the stroke were put down to what drives before the recording left";
+    char text[DIAGNOSIS_LINE];
+    diagnosis.past_percent = 0.9 * diagnosis.nrmse_percent;
+    TEST_ASSERT_FALSE(verdict_caveat(&diagnosis, text));
+    diagnosis.past_percent = 2.2;
+    TEST_ASSERT_TRUE(verdict_caveat(&diagnosis, text));
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, sentence, strlen(sentence)));
+    diagnosis.verdict = NOTHING_MISSING;
+    TEST_ASSERT_NOT_NULL(strstr(advice_on_verdict(&diagnosis), "drive_before_v"));
+    TEST_ASSERT_NULL(strstr(advice_on_verdict(&diagnosis), "Use the model"));
+}
+
 /* They are found without an error that falls, and none is claimed; but for that of what else was found. */
 static void test_steps_lower_no_error(void) {
     char text[DIAGNOSIS_LINE];
@@ -505,6 +537,8 @@ int main(void) {
     RUN_TEST(test_what_remains_is_told_in_words);
     RUN_TEST(test_an_unknown_past_is_told);
     RUN_TEST(test_too_few_reversals_are_told_first);
+    RUN_TEST(test_an_operator_that_leaves_as_much_proves_nothing);
+    RUN_TEST(test_what_rests_on_the_past_is_told_first);
     RUN_TEST(test_steps_lower_no_error);
     RUN_TEST(test_nothing_found);
     RUN_TEST(test_page_has_its_order);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What explains something and is no physics: a lag of a hundredth of a sample, and a line at a harmonic of the drive
  * that the rests do not show. */
+#include "diagnosis/answer/state.h"
 #include "diagnosis/judgement/no_physics.h"
 #include "support.h"
 #include "unity.h"
@@ -102,6 +103,35 @@ static void test_a_drive_that_does_not_repeat_itself_has_no_harmonics(void) {
     TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){100.0, 0.01, 0.0}));
 }
 
+/* What the drive makes may change once in the whole of a recording, as where a raster's line moves on: its line is
+ * then two frequencies wide. In 10 s a harmonic at 100 Hz and the line 0.16 Hz beside it are one; 0.3 Hz are not. */
+static void test_a_line_beside_a_harmonic(void) {
+    record(false, 100.16, 0.01, 0.0);
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){100.16, 0.01, 0.0}));
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){99.84, 0.01, 0.0}));
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){100.3, 0.01, 0.0}));
+}
+
+/* A frequency of something that has no size is none. */
+static void test_a_block_without_its_size_is_not_determined(void) {
+    static const struct {
+        double amplitude_um, sigma_um;
+        bool determined;
+    } cases[] = {{4.7e-6, HUGE_VAL, false}, {0.01, 0.005, false}, {0.01, 0.003, true}};
+    record(false, 44.1, 0.01, 0.0);
+    for (size_t i = 0; i < 3; i++) {
+        model_t with;
+        insert_block(&with, &bank, &block_mains_interference, (double[]){44.1, cases[i].amplitude_um, 1.0});
+        model_block_t *block = (model_block_t *)model_find(&with, "mains_interference");
+        for (size_t p = 0; p < 3; p++) {
+            block->parameter[p].sigma = allocate(1, sizeof(double));
+            block->parameter[p].sigma[0] = p == 0 ? 0.001 : p == 1 ? cases[i].sigma_um : 0.1;
+        }
+        TEST_ASSERT_EQUAL_INT(cases[i].determined, block_determined(block));
+        model_free(&with);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_lag_of_less_than_a_fiftieth_of_a_sample);
@@ -110,5 +140,7 @@ int main(void) {
     RUN_TEST(test_hum_at_a_harmonic_is_hum);
     RUN_TEST(test_a_drive_that_turns_at_regular_times);
     RUN_TEST(test_a_drive_that_does_not_repeat_itself_has_no_harmonics);
+    RUN_TEST(test_a_line_beside_a_harmonic);
+    RUN_TEST(test_a_block_without_its_size_is_not_determined);
     return UNITY_END();
 }
