@@ -193,7 +193,7 @@ static void find_time(chooser_t *c) {
             counter = (int)i;
         }
     }
-    const column_meaning_t *first = &c->choice->meaning[0];
+    const column_meaning_t *const first = &c->choice->meaning[0];
     if (best != NO_COLUMN) {
         take(c, ROLE_TIME, best, how(&c->choice->meaning[best]));
     } else if (counter != NO_COLUMN) {
@@ -201,7 +201,9 @@ static void find_time(chooser_t *c) {
     } else if (!is_taken(c->choice, 0) && rises(table->column[0].value, table->rows) &&
                (first->meaning == MEANING_UNKNOWN || /* "X" of an oscilloscope */
                 (first->said == SAID_WEAKLY && first->quantity == QUANTITY_UNKNOWN))) {
-        take(c, ROLE_TIME, 0, "the first column, which rises steadily");
+        const bool counts = steps_by(table->column[0].value, table->rows, 1.0); /* pandas' index, "X" of a scope */
+        c->choice->meaning[0].meaning = counts ? MEANING_COUNTER : first->meaning;
+        take(c, ROLE_TIME, 0, counts ? "it counts" : "the first column, which rises steadily");
     }
 }
 

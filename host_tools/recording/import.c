@@ -152,6 +152,52 @@ static void tell_siblings(const import_job_t *job) {
     }
 }
 
+/* The column before that of a role, where it holds times, or NO_COLUMN: LabVIEW and TwinCAT write a time beside each
+ * signal. */
+static int time_beside(const import_job_t *job, int role) {
+    const int before = job->choice.column[role] - 1;
+    return before >= 0 && job->choice.meaning[before].meaning == MEANING_TIME ? before : NO_COLUMN;
+}
+
+/* Drive and displacement that have times of their own: how much later the displacement was sampled is kept. */
+static void keep_times_apart(import_job_t *job, const time_axis_t *axis, recording_t *recording) {
+    const int drive = time_beside(job, COLUMN_DRIVE), displacement = time_beside(job, COLUMN_DISPLACEMENT);
+    double later_s;
+    if (drive == NO_COLUMN || displacement == NO_COLUMN || job->options->time != NULL ||
+        !(axis->sample_rate_hz > 0.0)) {
+        return;
+    }
+    const table_column_t *const a = &job->table->column[drive], *const b = &job->table->column[displacement];
+    if (!time_axis_later(job->table, drive, displacement, 1.0 / axis->sample_rate_hz, &later_s)) {
+        import_account_add(&job->problems,
+                           "column %zu '%s' has other times than column %zu '%s', and not by the same for all rows: "
+                           "resample the file, or say which are right (hyst import --time N)",
+                           b->number, b->name, a->number, a->name);
+    } else if (fabs(later_s) * axis->sample_rate_hz > 1e-3) { /* less is what printed digits leave */
+        char text[40];
+        (void)snprintf(text, sizeof text, "%.6g", later_s);
+        recording_set_key(recording, "displacement_sampled_after_s", text);
+        import_account_add(job->account,
+                           "  the displacement's times, column %zu '%s', are later than the drive by %s s: kept",
+                           b->number, b->name, text);
+    }
+}
+
+/* Columns are not taken by place where words above them may say something else. */
+static void check_unnamed(import_job_t *job) {
+    const table_column_t above = {.name = job->table->unnamed_line, .unit = (char[]){""}};
+    bool by_place = false;
+    for (int role = COLUMN_DRIVE; role <= COLUMN_DISPLACEMENT; role++) {
+        by_place = by_place || (job->choice.column[role] != NO_COLUMN && job->options->column[role] == NULL);
+    }
+    if (job->table->unnamed != NULL && by_place && column_meaning(&above).meaning != MEANING_UNKNOWN) {
+        import_account_add(&job->problems,
+                           "%s, so what is what is not known: say it by number (hyst import --time N --drive N "
+                           "--displacement N)",
+                           job->table->unnamed);
+    }
+}
+
 bool import_table(recording_t *recording, const table_t *table, const import_options_t *options,
                   import_account_t *account, failure_t *failure) {
     import_job_t job = {.table = table, .options = options, .account = account};
@@ -177,8 +223,9 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
         if (!time_axis_find(&axis, table, time, counts, options->sample_rate_hz, &of_time)) {
             import_account_add(&job.problems, "%s", of_time.text);
         } else if (time != NO_COLUMN) {
-            import_account_add(account, "%-12s column %d '%s' (%s): %s", "time", (int)table->column[time].number,
-                               table->column[time].name, job.choice.why[ROLE_TIME], axis.text);
+            import_account_add(account, "%-12s column %d '%s'%s (%s): %s", "time", (int)table->column[time].number,
+                               table->column[time].name, axis.unit_taken ? ", taken for s" : "",
+                               job.choice.why[ROLE_TIME], axis.text);
         } else {
             import_account_add(account, "%-12s %s", "time", axis.text);
         }
@@ -190,6 +237,8 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
             convert_column(&job, role, recording_add_column(recording, (column_t)role));
         }
     }
+    keep_times_apart(&job, &axis, recording);
+    check_unnamed(&job);
     tell_choice(&job);
     column_choice_free(&job.choice);
     if (job.problems.lines == 0) {
