@@ -58,11 +58,13 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
     json_t *columns = NULL, *scales = NULL, *said;
     const char *key;
     column_t column;
+    int fill_missing = 0;
     wishes->said = import_nothing_said();
-    wishes->json =
-        interface_options(options, "{s?s, s?F, s?o, s?o, s?s}", "time", &wishes->said.time, "sample_rate_hz",
-                          &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales, "file", &wishes->file);
+    wishes->json = interface_options(options, "{s?s, s?F, s?o, s?o, s?s, s?b}", "time", &wishes->said.time,
+                                     "sample_rate_hz", &wishes->said.sample_rate_hz, "column", &columns, "scale",
+                                     &scales, "file", &wishes->file, "fill_missing", &fill_missing);
     bool good = wishes->json != NULL;
+    wishes->said.fill_missing = fill_missing != 0;
     json_object_foreach(columns, key, said) {
         good = good && find_column(key, &column) &&
                take_column(said, wishes->number[column], &wishes->said.column[column]);

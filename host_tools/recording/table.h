@@ -42,7 +42,8 @@ typedef struct {
     char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
     char *damage; /**< rows that could not be read, or NULL. They hold a straight line between their neighbours, so that
-                       what else is wrong shows as well; such a table makes no recording (import_table refuses it) */
+                       what else is wrong shows as well; such a table makes no recording unless the caller asks for it
+                     (import_table) */
     char *unnamed, *unnamed_line; /**< why words above the columns are not their names, and these words; or NULL */
     size_t notes;
     char **note; /**< what was omitted, one line each */

@@ -8,6 +8,7 @@
 #include "recording/table.h"
 #include "recording/text_fields.h"
 #include "recording/text_header.h"
+#include "recording/text_igor.h"
 #include "recording/text_names.h"
 #include "recording/text_signs.h"
 #include "recording/text_source.h"
@@ -190,25 +191,32 @@ typedef struct {
     const around_text_t *others; /* NULL: no number */
 } odd_field_t;
 
-/* The numbers of one line. Returns how many there are in a row, and what comes then. */
+/* The numbers of one line. Returns how many there are in a row, and what comes then. What is no number is none in the
+ * row either; where the line ends too early, nothing is. */
 static size_t read_row(const layout_t *layout, const char *line, double *row, odd_field_t *odd) {
-    size_t found = 0;
-    odd->text = NULL;
-    odd->others = NULL;
-    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && found < layout->columns; j++) {
+    size_t found = 0, column = 0;
+    *odd = (odd_field_t){0};
+    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && column < layout->columns; j++) {
         const char *field;
+        size_t length;
         around_t around;
-        line = text_next_field(line, layout->dialect.separator, &field, &odd->length);
+        line = text_next_field(line, layout->dialect.separator, &field, &length);
         if (layout->number[j]) {
             const bool number =
-                text_field_kind(field, odd->length, layout->dialect.point, &row[found], &around) == FIELD_NUMBER;
-            if (!number || !text_around_same(&layout->around[j], &around)) {
-                odd->text = odd->length > 0 ? field : NULL;
+                text_field_kind(field, length, layout->dialect.point, &row[column], &around) == FIELD_NUMBER;
+            const bool same = number && text_around_same(&layout->around[j], &around);
+            if (!same && found == column) {
+                odd->text = length > 0 ? field : NULL;
+                odd->length = length;
                 odd->others = number ? &layout->around[j] : NULL;
-                return found;
             }
-            found++;
+            found += same && found == column ? 1 : 0;
+            row[column] = same ? row[column] : (double)NAN;
+            column++;
         }
+    }
+    for (size_t j = 0; column < layout->columns && j < layout->columns; j++) {
+        row[j] = (double)NAN; /* a cut number is another one */
     }
     return found;
 }
@@ -228,13 +236,16 @@ static int tell_odd(char *text, size_t room, size_t line, const odd_field_t *odd
                     text_is_grouped(odd->text, odd->length) ? " (without a sign between thousands it is)" : "");
 }
 
-/* `missing` rows before `row` on a line between their neighbours. The first row of data is never missing. */
-static void bridge(double *value[MOST_COLUMNS], size_t columns, size_t row, size_t missing) {
-    for (size_t j = 0; j < columns && missing > 0; j++) {
-        const double *after = &value[j][row];
-        const double step = missing < row ? (*after - value[j][row - missing - 1]) / (double)(missing + 1) : 0.0;
-        for (size_t i = 1; i <= missing; i++) {
-            value[j][row - i] = *after - step * (double)i;
+/* What is no number, on a line between its neighbours. The first row has all numbers. */
+static void bridge(double *value, size_t rows) {
+    size_t last = 0;
+    for (size_t k = 1; k < rows; k++) {
+        if (isfinite(value[k])) {
+            const double step = (value[k] - value[last]) / (double)(k - last);
+            for (size_t i = last + 1; i < k; i++) {
+                value[i] = value[last] + step * (double)(i - last);
+            }
+            last = k;
         }
     }
 }
@@ -242,7 +253,7 @@ static void bridge(double *value[MOST_COLUMNS], size_t columns, size_t row, size
 /* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
-    size_t problems = 0, used = 0, missing = 0;
+    size_t problems = 0, used = 0, missing = 0, longest = 0;
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
@@ -251,16 +262,16 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             continue;
         }
         const size_t found = read_row(layout, source->line[i], row, &odd);
+        for (size_t j = 0; j < layout->columns; j++) {
+            value[j][table->rows] = row[j];
+        }
         if (found == layout->columns) {
-            for (size_t j = 0; j < found; j++) {
-                value[j][table->rows] = row[j];
-            }
-            bridge(value, layout->columns, table->rows, missing);
             missing = 0;
             table->rows++;
             continue;
         }
         missing++;
+        longest = missing > longest ? missing : longest;
         table->rows++;
         if (problems++ >= TOLD_PROBLEMS || used >= sizeof told) {
             continue;
@@ -277,11 +288,18 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
         char text[700];
         (void)snprintf(text, sizeof text, "%zu of %zu lines of data cannot be read: %s%s", problems, table->rows, told,
                        problems > TOLD_PROBLEMS ? "; .." : "");
+        const size_t end = strlen(text);
+        if (problems > 1) {
+            (void)snprintf(text + end, sizeof text - end, "; the longest run is %zu", longest);
+        }
         if (read < 2) {
             return fail(failure, "%s: %s", table->source, text);
         }
         table->damage = copy_text(text);
         table->rows -= missing; /* at the end */
+        for (size_t j = 0; j < layout->columns; j++) {
+            bridge(value[j], table->rows);
+        }
     }
     return read >= 2 || fail(failure, "%s: the table ends after %zu rows of numbers", table->source, table->rows);
 }
@@ -367,6 +385,9 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
             text_find_interval(table, (const char *const *)source.line,
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
                                layout->dialect.separator, layout->dialect.point);
+            if (strncmp(source.line[0], "IGOR", 4) == 0) {
+                text_find_igor_scales(table, (const char *const *)source.line, layout->end, source.lines);
+            }
             if (layout->end < source.lines && !is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;
                 table_note(table, "%zu line%s behind the data, from line %zu: '%.60s'", behind, behind == 1 ? "" : "s",

@@ -24,7 +24,7 @@ static bool goes_on(char way, const char *name, const char *end, const char *nex
     switch (way) {
     case WIDE_GAPS:
         return next - end == 1 && *end == ' ';
-    case WITH_UNITS: /* a unit of its own is no name */
+    case WITH_UNITS: /* a unit alone is no name */
         return strchr("([", *next) != NULL && strchr("([", *name) == NULL && !ends_a_unit(name, (size_t)(end - name));
     default:
         return !ends_a_unit(name, (size_t)(end - name));

@@ -20,8 +20,8 @@ typedef struct {
  * sample: stamp_s is set. False for a gap of more than a sample and a half beside even neighbours, for stamps that
  * repeat or go back, for numbers that leave one out, and without any rate.
  *
- * Stamps without a unit are in that of s, ms, us and ns which a rate says, or by which they are a time since 1970. A
- * clock that begins anew at midnight, or a counter at 2^32, goes on.
+ * Stamps without a unit are in seconds; in thousandths, millionths or billionths, where a rate says so or where they
+ * are then a time since 1970. A clock that begins anew at midnight, or a counter at 2^32, goes on.
  */
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure);

@@ -214,3 +214,78 @@ def _(path):
     signal = lambda name, data: {"values": data[:, None], "dimensions": 1.0, "label": name}
     save(path, ScopeData={"time": T[:, None], "signals": structures(signal("position", Y), signal("drive", U)),
                           "blockName": "model/Scope"})
+
+
+# ---- samples that are missing
+
+def holes(path, word, lines=(120, 121, 330)):
+    text(path, "time (s),drive (V),position (um)\n" + "".join(
+        f"{t:.9g},{u:.9g},{word if k in lines else f'{y:.9g}'}\n" for k, t, u, y in zip(range(400), T, U, Y)))
+
+
+# A straight line over three samples of a loop that is straight there, but for its bend of 1e-4 um/V^2.
+@export("overload in three lines, filled", "--fill-missing", tolerance=1e-4,
+        says=["filled with straight lines: 3 of 400 lines of data cannot be read", "the longest run is 2"])
+def _(path):
+    holes(path, "OL")
+
+
+@export("overload in three lines, nothing said", refused="(hyst import --fill-missing: straight lines over them)")
+def _(path):
+    holes(path, "#N/A")
+
+
+@export("NumPy: not a number in two rows", refused="column 3 'position' has no number in 2 rows, the first is row 121 "
+                                                   "(hyst import --fill-missing: straight lines over them)")
+def _(path):
+    np.savez(path + ".npz", t=T, drive=U, position=np.where(np.isin(K, (120, 121)), np.nan, Y))
+    os.replace(path + ".npz", path)
+
+
+@export("NumPy: not a number in two rows, filled", "--fill-missing", tolerance=1e-4,
+        says=["column 3 'position' has no number in 2 rows, the first is row 121: filled"])
+def _(path):
+    np.savez(path + ".npz", t=T, drive=U, position=np.where(np.isin(K, (120, 121)), np.inf, Y))
+    os.replace(path + ".npz", path)
+
+
+@export("a position that is never a number", "--fill-missing", refused="column 3 'position' has no number in 400 rows")
+def _(path):
+    np.savez(path + ".npz", t=T, drive=U, position=0.0 * Y + np.nan)
+    os.replace(path + ".npz", path)
+
+
+# ---- what the columns say together
+
+@export("LabJack: a signal raw and scaled", "--displacement-scale 5", tolerance=np.inf,
+        says=["is that plausible? The displacement is the drive times 20, plus 0: the same signal twice"])
+def _(path):
+    text(path, "Time\tv0\ty0\n" + rows(T, U, 4.0 * U, separator="\t"))
+
+
+@export("two inputs of a scope", refused="displacement is column 3 'IN2' in V: say how many um")
+def _(path):
+    text(path, '"Time (s)","IN1 (V)","IN2 (V)"\n' + rows(T, U, Y / 5.0))
+
+
+@export("two inputs of a scope, 5 um/V", "--displacement-scale 5", says=["by place"])
+def _(path):
+    text(path, "Time (s),Input 1 (V),Input 2 (V)\n" + rows(T, U, Y / 5.0))
+
+
+@export("a drive in percent of full scale", refused="drive is column 2 'Output' in %: say how many V")
+def _(path):
+    text(path, "Time (s),Output (%),Position (um)\n" + rows(T, U / 1.5, Y))
+
+
+@export("a drive in percent of 150 V", "--drive-scale 1.5")
+def _(path):
+    text(path, "Time (s),Output (%),Position (um)\n" + rows(T, U / 1.5, Y))
+
+
+@export("Igor: text waves with scales and units", start=0.5, says=["line 406: SetScale", "'position' in m", "'drive' in V"])
+def _(path):
+    text(path, "IGOR\nWAVES/D\tposition\tdrive\nBEGIN\n" +
+         "".join(f"\t{1e-6 * y:.9g}\t{u:.9g}\n" for y, u in zip(Y, U)) + "END\n"
+         'X SetScale/P x 500,1,"ms", position; SetScale y 0,0,"m", position\n'
+         'X SetScale/P x 500,1,"ms", drive; SetScale d 0,0,"V", drive\n')

@@ -130,6 +130,18 @@ class Recordings(unittest.TestCase):
         self.assertEqual(read.displacement[10], 10.0)
         self.assertIn("CH2", read.understood)
 
+    def test_missing_numbers_are_filled_only_if_asked(self):
+        with open("holes.csv", "w", encoding="utf-8") as file:
+            file.write("time (s),drive (V),position (um)\n" + "".join(
+                f"{k / 100},{k % 50},{'OL' if k in (12, 13) else 2 * (k % 50)}\n" for k in range(300)))
+        with self.assertRaises(hyst.Error) as refused:
+            hyst.read("holes.csv")
+        self.assertIn("line 14: 'OL' is not a number", str(refused.exception))
+        read = hyst.read("holes.csv", fill_missing=True)
+        self.assertEqual(list(read.displacement[11:15]), [22.0, 24.0, 26.0, 28.0])
+        self.assertEqual(list(read.drive[11:15]), [11.0, 12.0, 13.0, 14.0])
+        self.assertIn("the longest run is 2", read.understood)
+
     def test_xarray(self):
         read = hyst.read(RECORDING)
         data = read.to_xarray()

@@ -220,15 +220,17 @@ def read(
     columns: Mapping[str, str | int] | None = None,
     scales: Mapping[str, float] | None = None,
     group: str | None = None,
+    fill_missing: bool = False,
 ) -> Recording:
     """Reads a recording: the project's CSV, any file that `hyst import` takes, or LabVIEW TDMS (needs npTDMS).
 
     What a foreign file does not say, the keywords say, as the options of that command do: columns={"drive": "CH1"}
     (name or number of a column), scales={"drive": 20.0} (V or um per unit), time="t" or "none", sample_rate in Hz.
+    fill_missing: rows without a number are put on straight lines between their neighbours, and understood says so.
     Recording.understood tells what the columns were taken for. group: of a TDMS file with several.
     """
     said = {"time": None if time is None else str(time), "sample_rate_hz": sample_rate, "column": columns,
-            "scale": scales}
+            "scale": scales, "fill_missing": fill_missing or None}
     if os.fspath(path).lower().endswith(".tdms"):
         return _read_tdms(path, group, said)
     if group is not None:
