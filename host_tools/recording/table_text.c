@@ -204,14 +204,15 @@ static size_t read_row(const layout_t *layout, const char *line, double *row, od
         if (layout->number[j]) {
             const bool number =
                 text_field_kind(field, length, layout->dialect.point, &row[column], &around) == FIELD_NUMBER;
-            const bool same = number && text_around_same(&layout->around[j], &around);
+            const double factor = number ? text_around_factor(&layout->around[j], &around) : 0.0;
+            const bool same = factor != 0.0;
             if (!same && found == column) {
                 odd->text = length > 0 ? field : NULL;
                 odd->length = length;
                 odd->others = number ? &layout->around[j] : NULL;
             }
             found += same && found == column ? 1 : 0;
-            row[column] = same ? row[column] : (double)NAN;
+            row[column] = same ? factor * row[column] : (double)NAN;
             column++;
         }
     }

@@ -155,7 +155,16 @@ static bool is_text(const char *keep, const char *text, size_t length) {
     return strlen(keep) == length && (length == 0 || memcmp(keep, text, length) == 0);
 }
 
-bool text_around_same(const around_text_t *keep, const around_t *around) {
-    return is_text(keep->label, around->label, around->label_length) &&
-           is_text(keep->unit, around->unit, around->unit_length);
+double text_around_factor(const around_text_t *keep, const around_t *around) {
+    double scale, of_others;
+    if (!is_text(keep->label, around->label, around->label_length)) {
+        return 0.0;
+    }
+    if (is_text(keep->unit, around->unit, around->unit_length)) {
+        return 1.0;
+    }
+    around_text_t text;
+    const quantity_t quantity = unit_of(keep->unit, &of_others);
+    const bool same = text_around_keep(&text, around) && unit_of(text.unit, &scale) == quantity;
+    return same && quantity != QUANTITY_UNKNOWN && quantity != QUANTITY_DIGITS ? scale / of_others : 0.0;
 }

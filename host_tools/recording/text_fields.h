@@ -40,8 +40,11 @@ field_kind_t text_field_kind(const char *field, size_t length, char point, doubl
 /** What the fields of a line are. Returns how many there are. */
 size_t text_line_shape(const char *line, dialect_t dialect, field_kind_t kind[MOST_COLUMNS]);
 
+/** What a number with another unit of the same quantity has to be multiplied by ("975 nm" among um, as instruments
+ * write that choose their range); 0: another quantity, or another label. */
+double text_around_factor(const around_text_t *keep, const around_t *around);
+
 /** To keep; false: longer than a label or a unit is. */
 bool text_around_keep(around_text_t *keep, const around_t *around);
-bool text_around_same(const around_text_t *keep, const around_t *around);
 
 #endif

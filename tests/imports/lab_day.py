@@ -158,10 +158,17 @@ def _(path):
     text(path, "time,drive,position\n" + "".join(f"{t:.9g} s,{u:.9g} V,{1e3 * y:.9g} nm\n" for t, u, y in zip(T, U, Y)))
 
 
-@export("units behind the numbers, that change", refused="where others are 'N nm'")
+@export("units behind the numbers, that change with the range", says=["'position' in"])
 def _(path):
     text(path, "time,drive,position\n" + "".join(
         f"{t:.9g} s,{u:.9g} V,{1e3 * y if y < 11 else y:.9g} {'nm' if y < 11 else 'um'}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("units behind the numbers, one of another quantity", refused="line 52: '1 A' where others are 'N V'")
+def _(path):
+    text(path, "time,drive,position\n" + "".join(
+        f"{t:.9g} s,{1 if k == 50 else u:.9g} {'A' if k == 50 else 'V'},{y:.9g} um\n"
+        for k, t, u, y in zip(range(400), T, U, Y)))
 
 
 @export("MATLAB timetable: sec behind the times", start=0.0)
