@@ -32,7 +32,12 @@ static bool find_column(const char *name, column_t *column) {
             return true;
         }
     }
-    return fail(interface_failure(), "a recording has no column '%s'", name);
+    char all[120] = "";
+    for (column_t c = COLUMN_DRIVE; c < COLUMN_COUNT; c++) {
+        const size_t used = strlen(all);
+        (void)snprintf(all + used, sizeof all - used, "%s%s", used > 0 ? ", " : "", column_name(c));
+    }
+    return fail(interface_failure(), "a recording has no column '%s': it has %s", name, all);
 }
 
 /* Name or number of a column, as the command's option takes it. */

@@ -213,7 +213,7 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
             char how[80] = "";
             if (of->unit[0] == '\0' && !of->clock) {
                 scale = unsaid_unit(of->value, table->rows, stated, how, sizeof how);
-                axis->unit_taken = how[0] == '\0';
+                axis->unit_taken = how[0] == '\0' && !(stated > 0.0); /* a rate agrees, or is a problem */
             }
             stamp = allocate(table->rows, sizeof *stamp);
             for (size_t k = 0; k < table->rows; k++) {

@@ -104,6 +104,16 @@ def _(path):
          rows(1e3 * T, U, 1e3 * T, Y, separator=";", comma=True))
 
 
+@export("times in an unsaid unit, and no rate", says=["column 1 'time', taken for s"])
+def _(path):
+    text(path, "time,drive,position\n" + rows(T, U, Y))
+
+
+@export("times in an unsaid unit that the rate confirms", says=["column 1 'time' (by its name)"], says_not=["taken for s"])
+def _(path):
+    text(path, "# sample_rate_hz: 1000\ntime,drive,position\n" + rows(T, U, Y))
+
+
 @export("times in nanoseconds, nothing said, a rate given", "--sample-rate 1000", says=["its rate says that they are ns"])
 def _(path):
     text(path, "time,drive,position\n" + rows(1e9 * T, U, Y))

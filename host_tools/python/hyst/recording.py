@@ -25,6 +25,10 @@ UNITS = {
 }
 
 
+def _no_column(name: str) -> Error:
+    return Error(f"a recording has no column '{name}': it has {', '.join(UNITS)}")
+
+
 class Recording:
     """Drive in V and displacement in um of one run, sampled uniformly.
 
@@ -50,7 +54,7 @@ class Recording:
         given = {"drive": drive, "displacement": displacement, **columns}
         for column in given:
             if column not in UNITS:
-                raise Error(f"a recording has no column '{column}'")
+                raise _no_column(column)
         if (sample_rate is None) == (time is None):
             raise Error("either sample_rate or time")
         arrays = {column: column_in(values) for column, values in given.items()}
@@ -93,7 +97,7 @@ class Recording:
     def column(self, name: str) -> np.ndarray | None:
         """A column by name, or None where the recording has none of that name."""
         if name not in UNITS:
-            raise Error(f"a recording has no column '{name}'")
+            raise _no_column(name)
         if name not in self._columns:
             self._columns[name] = column_out(lib.recording_column(self._handle, name.encode()), len(self))
         return self._columns[name]
