@@ -63,7 +63,7 @@ FAMILY_LIST(FAMILY_DECLARE)
 extern const family_t *const families[];
 extern const size_t families_count;
 
-/** "all, prandtl_ishlinskii, ..": what may be asked for. */
+/** "all, prandtl_ishlinskii, ..": the names that `hyst fit --family` takes. */
 void family_list_names(char *text, size_t room);
 
 /** The family of that name, or NULL. */
