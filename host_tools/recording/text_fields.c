@@ -99,7 +99,7 @@ static field_kind_t number_kind(const char *field, size_t length, char point, do
 
 field_kind_t text_field_kind(const char *field, size_t length, char point, double *number, around_t *around) {
     const char *end, *const last = field + length;
-    around_t nothing, *const found = around != NULL ? around : &nothing;
+    around_t nothing = {0}, *const found = around != NULL ? around : &nothing;
     memset(found, 0, sizeof *found);
     if (length == 0) {
         return FIELD_EMPTY;
