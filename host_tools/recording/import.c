@@ -17,6 +17,9 @@ typedef struct {
     import_account_t problems;
 } import_job_t;
 
+/* What times in ms make of rates up to 10 kHz, where they are taken for s. */
+static const double slowest_hz = 10.0;
+
 import_options_t import_nothing_said(void) {
     const import_options_t nothing = {0};
     return nothing;
@@ -288,6 +291,10 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
             import_account_add(account, "%-12s column %d '%s'%s (%s): %s", "time", (int)table->column[time].number,
                                table->column[time].name, axis.unit_taken ? ", taken for s" : "",
                                job.choice.why[ROLE_TIME], axis.text);
+            if (axis.unit_taken && axis.sample_rate_hz < slowest_hz) {
+                import_account_add(account, "  is that plausible? Where the times are ms: --sample-rate %.9g",
+                                   1e3 * axis.sample_rate_hz);
+            }
         } else {
             import_account_add(account, "%-12s %s", "time", axis.text);
         }

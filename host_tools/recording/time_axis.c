@@ -82,6 +82,8 @@ static size_t unwrap(double *stamp, size_t rows, double period, double step) {
     return first;
 }
 
+static const double earliest_s = 1e9, latest_s = 4.1e9; /* 2001 to 2100 */
+
 /* The unit of times that state none, where something else does: a rate, or their size, which is that of seconds since
  * 1970 (2001 to 2100) only in one. Returns the seconds of one, and how it is known in `text`; 1: nothing says it. */
 static double unsaid_unit(const double *value, size_t rows, double stated_hz, char *text, size_t room) {
@@ -90,7 +92,6 @@ static double unsaid_unit(const double *value, size_t rows, double stated_hz, ch
         const char *unit, *name;
     } units[] = {{1e-3, "ms", "milliseconds"}, {1e-6, "us", "microseconds"}, {1e-9, "ns", "nanoseconds"}};
     const double mean = (value[rows - 1] - value[0]) / (double)(rows - 1);
-    const double earliest_s = 1e9, latest_s = 4.1e9;
     for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
         const double scale = units[i].scale;
         if (stated_hz > 0.0 && fabs(mean * scale * stated_hz - 1.0) <= rate_tolerance) {
@@ -181,6 +182,25 @@ static bool check_numbers(const table_t *table, const double *number, failure_t 
     return true;
 }
 
+/* Whole numbers without a unit may be anything: thousandths or millionths of a second more often than seconds. */
+static bool are_whole(const double *value, size_t rows) {
+    for (size_t k = 0; k < rows; k++) {
+        if (value[k] != floor(value[k])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool refuse_whole(const table_column_t *column, size_t rows, failure_t *failure) {
+    const double step = (column->value[rows - 1] - column->value[0]) / (double)(rows - 1);
+    return fail(
+        failure,
+        "column %zu '%s' are whole numbers without a unit, %.6g apart: say the rate (hyst import --sample-rate: "
+        "%.6g if they are ms, %.6g if us, %.6g if s)",
+        column->number, column->name, step, 1e3 / step, 1e6 / step, 1.0 / step);
+}
+
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure) {
     const double stated = given_rate_hz > 0.0 ? given_rate_hz : table->interval_s > 0.0 ? 1.0 / table->interval_s : 0.0;
@@ -214,6 +234,9 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
             if (of->unit[0] == '\0' && !of->clock) {
                 scale = unsaid_unit(of->value, table->rows, stated, how, sizeof how);
                 axis->unit_taken = how[0] == '\0' && !(stated > 0.0); /* a rate agrees, or is a problem */
+            }
+            if (axis->unit_taken && of->value[0] < earliest_s && are_whole(of->value, table->rows)) {
+                return refuse_whole(of, table->rows, failure);
             }
             stamp = allocate(table->rows, sizeof *stamp);
             for (size_t k = 0; k < table->rows; k++) {

@@ -41,6 +41,7 @@ could be the drive or the displacement, the file is refused, with the columns an
 
 A unit that nothing states is said: `taken for s`, `taken for um`. Times in ms that say nothing of it are read as
 seconds so, with a rate that is a thousand times too low; `--sample-rate` says the right one, and with it the unit.
+Whole numbers as times without a unit are refused for that.
 
 Files that real instruments wrote are read as well: `./scripts/recordings --exports` brings 14 of them from public
 repositories, by commit and checksum, and shows their licences; they are not part of this one. The test `imports_real`

@@ -104,6 +104,17 @@ def _(path):
          rows(1e3 * T, U, 1e3 * T, Y, separator=";", comma=True))
 
 
+@export("whole numbers as times, no unit", refused="column 1 'time' are whole numbers without a unit, 1 apart: say the rate "
+        "(hyst import --sample-rate: 1000 if they are ms, 1e+06 if us, 1 if s)")
+def _(path):
+    text(path, "time,drive,position\n" + rows(K, U, Y))
+
+
+@export("whole numbers as times, no unit, a rate given", "--sample-rate 1000", says=["its rate says that they are us"])
+def _(path):
+    text(path, "time,drive,position\n" + rows(1000 * K, U, Y))
+
+
 @export("times in an unsaid unit, and no rate", says=["column 1 'time', taken for s"])
 def _(path):
     text(path, "time,drive,position\n" + rows(T, U, Y))
@@ -270,6 +281,11 @@ def _(path):
 def _(path):
     np.savez(path + ".npz", t=T, drive=U, position=0.0 * Y + np.nan)
     os.replace(path + ".npz", path)
+
+
+@export("SCPI's overload, 9.9E+37", refused="line 122: '9.9E+37' is not a number; line 123")
+def _(path):
+    holes(path, "9.9E+37")
 
 
 # ---- what the columns say together
