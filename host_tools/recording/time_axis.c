@@ -140,6 +140,11 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
         free(stamp);
         return false;
     }
+    if (!(step * RECORDING_FASTEST_HZ >= 1.0)) {
+        fail(failure, "times %g s apart are not plausible: more than %g Hz", step, RECORDING_FASTEST_HZ);
+        free(stamp);
+        return false;
+    }
     uneven = unevenness(stamp, rows, step);
     /* Rounding of the first and of the last stamp tilts the line by up to twice what the others then differ. */
     axis->sample_rate_hz = fewest_digits(1.0 / step, fmin(0.01, 2.0 * fmax(uneven, 1e-6) / (double)(rows - 1)));
@@ -205,6 +210,9 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
                     failure_t *failure) {
     const double stated = given_rate_hz > 0.0 ? given_rate_hz : table->interval_s > 0.0 ? 1.0 / table->interval_s : 0.0;
     char counter[2 * UNIT_FIELD] = "";
+    if (stated > RECORDING_FASTEST_HZ) {
+        return fail(failure, "a sample rate of %g Hz is not plausible: more than %g Hz", stated, RECORDING_FASTEST_HZ);
+    }
     memset(axis, 0, sizeof *axis);
     if (table->rows < 2) {
         return fail(failure, "fewer than two samples");

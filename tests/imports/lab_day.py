@@ -110,6 +110,16 @@ def _(path):
     text(path, "time,drive,position\n" + rows(K, U, Y))
 
 
+@export("a rate beyond any instrument", "--sample-rate 1e157", refused="a sample rate of 1e+157 Hz is not plausible")
+def _(path):
+    text(path, "drive (V),position (um)\n" + rows(U, Y))
+
+
+@export("times beyond any instrument", refused="times 1e-43 s apart are not plausible")
+def _(path):
+    text(path, "time (s),drive (V),position (um)\n" + rows(1e-40 * T, U, Y))
+
+
 @export("whole numbers as times, no unit, a rate given", "--sample-rate 1000", says=["its rate says that they are us"])
 def _(path):
     text(path, "time,drive,position\n" + rows(1000 * K, U, Y))
