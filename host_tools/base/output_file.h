@@ -24,7 +24,8 @@ typedef struct {
 /**
  * Call it before long work or any motion. Checks that each output can be written, by creating and removing a file
  * beside it. Refuses an output that is an input (the same file, also through symbolic and hard links) or another
- * output. Skips NULL entries and inputs that do not exist. Writes nothing to a file that exists.
+ * output. Skips NULL entries and inputs that do not exist. Writes nothing to a file that exists. Refuses a name such as
+ * "run.mat" or "run.csv.gz", which promises a format that nothing here writes.
  */
 bool output_files_check(const char *const *output, size_t outputs, const char *const *input, size_t inputs,
                         failure_t *failure);

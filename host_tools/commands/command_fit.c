@@ -155,7 +155,9 @@ static int run(int argc, char **argv) {
     family = family_find(family_name);
     const bool all = strcmp(family_name, "all") == 0;
     if (family == NULL && !all) {
-        return usage_error(&command_fit, "unknown family '%s'", family_name);
+        char names[400];
+        family_list_names(names, sizeof names);
+        return usage_error(&command_fit, "unknown family '%s': there are %s", family_name, names);
     }
     if (!read_operators(operators, &settings.operators)) {
         return usage_error(&command_fit, "--operators: '%s' is not auto or a number from 1 to %d", operators,

@@ -9,6 +9,14 @@ const family_t *const families[] = {FAMILY_LIST(FAMILY_ADDRESS)};
 #undef FAMILY_ADDRESS
 const size_t families_count = sizeof families / sizeof families[0];
 
+void family_list_names(char *text, size_t room) {
+    (void)snprintf(text, room, "all");
+    for (size_t i = 0; i < families_count; i++) {
+        const size_t used = strlen(text);
+        (void)snprintf(text + used, room - used, ", %s", families[i]->name);
+    }
+}
+
 const family_t *family_find(const char *name) {
     for (size_t i = 0; i < families_count; i++) {
         if (strcmp(families[i]->name, name) == 0) {

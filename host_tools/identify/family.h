@@ -63,6 +63,9 @@ FAMILY_LIST(FAMILY_DECLARE)
 extern const family_t *const families[];
 extern const size_t families_count;
 
+/** "all, prandtl_ishlinskii, ..": the names that `hyst fit --family` takes. */
+void family_list_names(char *text, size_t room);
+
 /** The family of that name, or NULL. */
 const family_t *family_find(const char *name);
 

@@ -56,7 +56,8 @@ HYST_HOST void hyst_host_cancel(int cancel);
 
 /**
  * Reads a file of any kind that `hyst import` reads. options: NULL, or an object with "time", "sample_rate_hz",
- * "column": {"drive": name or number, ..} and "scale": {"drive": factor, ..}, each as the options of that command.
+ * "column": {"drive": name or number, ..}, "scale": {"drive": factor, ..} and "fill_missing": true, each as the options
+ * of that command.
  */
 HYST_HOST hyst_host_recording_t *hyst_host_recording_read(const char *path, const char *options);
 /** An empty one of `samples` zeros in drive and displacement. At least 2 samples; a rate above 0. */

@@ -83,7 +83,9 @@ hyst_host_model_t *hyst_host_fit(const hyst_host_recording_t *const *recordings,
     if (count == 0) {
         fail(interface_failure(), "no recordings to fit");
     } else if (json != NULL && family == NULL) {
-        fail(interface_failure(), "unknown family '%s'", name);
+        char all[400];
+        family_list_names(all, sizeof all);
+        fail(interface_failure(), "unknown family '%s': there are %s", name, all);
     } else if (operators < 0 || operators > FAMILY_MAX_OPERATORS) {
         fail(interface_failure(), "operators: '%lld' is not auto or a number from 1 to %d", (long long)operators,
              FAMILY_MAX_OPERATORS);

@@ -32,7 +32,12 @@ static bool find_column(const char *name, column_t *column) {
             return true;
         }
     }
-    return fail(interface_failure(), "a recording has no column '%s'", name);
+    char all[120] = "";
+    for (column_t c = COLUMN_DRIVE; c < COLUMN_COUNT; c++) {
+        const size_t used = strlen(all);
+        (void)snprintf(all + used, sizeof all - used, "%s%s", used > 0 ? ", " : "", column_name(c));
+    }
+    return fail(interface_failure(), "a recording has no column '%s': it has %s", name, all);
 }
 
 /* Name or number of a column, as the command's option takes it. */
@@ -58,11 +63,13 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
     json_t *columns = NULL, *scales = NULL, *said;
     const char *key;
     column_t column;
+    int fill_missing = 0;
     wishes->said = import_nothing_said();
-    wishes->json =
-        interface_options(options, "{s?s, s?F, s?o, s?o, s?s}", "time", &wishes->said.time, "sample_rate_hz",
-                          &wishes->said.sample_rate_hz, "column", &columns, "scale", &scales, "file", &wishes->file);
+    wishes->json = interface_options(options, "{s?s, s?F, s?o, s?o, s?s, s?b}", "time", &wishes->said.time,
+                                     "sample_rate_hz", &wishes->said.sample_rate_hz, "column", &columns, "scale",
+                                     &scales, "file", &wishes->file, "fill_missing", &fill_missing);
     bool good = wishes->json != NULL;
+    wishes->said.fill_missing = fill_missing != 0;
     json_object_foreach(columns, key, said) {
         good = good && find_column(key, &column) &&
                take_column(said, wishes->number[column], &wishes->said.column[column]);
@@ -121,7 +128,7 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
 
 hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
     recording_t recording;
-    if (!(sample_rate_hz > 0.0) || !isfinite(sample_rate_hz)) {
+    if (!(sample_rate_hz > 0.0) || !(sample_rate_hz <= RECORDING_FASTEST_HZ)) {
         fail(interface_failure(), "%s: the sample rate, %g Hz, is not a positive number", name, sample_rate_hz);
         return NULL;
     }

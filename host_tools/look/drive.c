@@ -80,7 +80,7 @@ static size_t least_rest(double rate_hz) {
 
 /* How long values stay as they are, most often: 1, or the samples for which a slow converter holds. */
 static size_t held_for(const double *u, size_t samples, double rate_hz) {
-    const size_t most = least_rest(rate_hz);
+    const size_t longest = least_rest(rate_hz), most = longest < samples ? longest : samples; /* of a run */
     size_t *count = allocate(most, sizeof *count), run = 1, all = 0, best = 1;
     for (size_t k = 1; k < samples; k++) {
         if (u[k] == u[k - 1]) {

@@ -193,7 +193,7 @@ static void find_time(chooser_t *c) {
             counter = (int)i;
         }
     }
-    const column_meaning_t *first = &c->choice->meaning[0];
+    const column_meaning_t *const first = &c->choice->meaning[0];
     if (best != NO_COLUMN) {
         take(c, ROLE_TIME, best, how(&c->choice->meaning[best]));
     } else if (counter != NO_COLUMN) {
@@ -201,7 +201,9 @@ static void find_time(chooser_t *c) {
     } else if (!is_taken(c->choice, 0) && rises(table->column[0].value, table->rows) &&
                (first->meaning == MEANING_UNKNOWN || /* "X" of an oscilloscope */
                 (first->said == SAID_WEAKLY && first->quantity == QUANTITY_UNKNOWN))) {
-        take(c, ROLE_TIME, 0, "the first column, which rises steadily");
+        const bool counts = steps_by(table->column[0].value, table->rows, 1.0); /* pandas' index, "X" of a scope */
+        c->choice->meaning[0].meaning = counts ? MEANING_COUNTER : first->meaning;
+        take(c, ROLE_TIME, 0, counts ? "it counts" : "the first column, which rises steadily");
     }
 }
 
@@ -396,6 +398,22 @@ static void find_both_by_place(chooser_t *c) {
     free(pool.column);
 }
 
+/* Inputs of an instrument, "IN1" and "IN2" in volts: what it measures, not what it commands. */
+static bool are_inputs(const chooser_t *c, const candidates_t *found) {
+    if (found->count != 2) {
+        return false;
+    }
+    const table_column_t *a = &c->table->column[found->column[0]], *b = &c->table->column[found->column[1]];
+    size_t same = 0;
+    double scale;
+    while (a->name[same] != '\0' && a->name[same] == b->name[same]) {
+        same++;
+    }
+    return same > 0 && strspn(a->name + same, "0123456789") == strlen(a->name + same) &&
+           strspn(b->name + same, "0123456789") == strlen(b->name + same) &&
+           unit_of(a->unit, &scale) == QUANTITY_VOLTAGE && unit_of(b->unit, &scale) == QUANTITY_VOLTAGE;
+}
+
 static void find_drive_and_displacement(chooser_t *c) {
     const candidates_t drive = find_candidates(c, COLUMN_DRIVE), position = find_candidates(c, COLUMN_DISPLACEMENT);
     const bool drive_open = said_for(c, COLUMN_DRIVE) == NULL, position_open = said_for(c, COLUMN_DISPLACEMENT) == NULL;
@@ -405,6 +423,9 @@ static void find_drive_and_displacement(chooser_t *c) {
         take_candidate(c, COLUMN_DISPLACEMENT, &position);
     } else if (position.count == 0 && position_open && drive_open && (drive.count == 0 || some_voltage)) {
         find_both_by_place(c);
+    } else if (position.count == 0 && position_open && drive_open && are_inputs(c, &drive)) {
+        take(c, COLUMN_DRIVE, drive.column[0], "by its place");
+        take(c, COLUMN_DISPLACEMENT, drive.column[1], "by its place");
     } else {
         if (drive.count == 1) {
             take_candidate(c, COLUMN_DRIVE, &drive);

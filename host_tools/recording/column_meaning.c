@@ -304,6 +304,9 @@ column_meaning_t column_meaning(const table_column_t *column) {
     if (result.meaning == MEANING_VOLTAGE && (strcmp(last, "u") == 0 || strcmp(last, "U") == 0)) {
         result.meaning = MEANING_DRIVE;
     }
+    if (result.meaning == MEANING_DISPLACEMENT && result.said == SAID_WEAKLY && strcmp(column->unit, "%") == 0) {
+        result.meaning = MEANING_DRIVE; /* "Output" in percent of full scale is the amplifier's */
+    }
     if (last > column->name && (result.meaning == MEANING_UNKNOWN || result.said != SAID_BY_NAME)) {
         const char *before = last - 1; /* the part before it: "Position Sensor/Out1" */
         while (before > column->name && before[-1] != '/' && before[-1] != '.') {

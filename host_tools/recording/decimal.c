@@ -123,6 +123,16 @@ static bool read_date(const char **at, double *days) {
     return digits == 4 ? between != '.' && month <= 12 : between != '-';
 }
 
+/* "0 days " before a time of day, as pandas writes a time difference. */
+static void read_days(const char **at, double *days) {
+    const char *text = *at;
+    int count;
+    if (read_digits(&text, 1, 5, &count) && (strncmp(text, " days ", 6) == 0 || strncmp(text, " day ", 5) == 0)) {
+        *days = (double)count;
+        *at = strchr(text + 1, ' ') + 1;
+    }
+}
+
 /* "PM" behind a time of day, and a time zone, which is the same for all of a file. */
 static int read_half_and_zone(const char **at, int hour) {
     const char *text = *at + strspn(*at, " ");
@@ -140,11 +150,13 @@ static int read_half_and_zone(const char **at, int hour) {
     return hour;
 }
 
-bool clock_read(const char *text, double *seconds, const char **end) {
+bool clock_read(const char *text, size_t length, double *seconds, const char **end) {
     int hour, minute, second;
     double days = 0.0, fraction = 0.0;
     const char *at = text;
-    (void)read_date(&at, &days);
+    if (!read_date(&at, &days) && at == text) {
+        read_days(&at, &days);
+    }
     if (!read_digits(&at, 1, 2, &hour) || *at++ != ':' || !read_digits(&at, 2, 2, &minute)) {
         return false;
     }
@@ -159,7 +171,8 @@ bool clock_read(const char *text, double *seconds, const char **end) {
     if (hour > 23 || minute > 59 || second > 60) {
         return false;
     }
-    if ((*at == '.' || *at == ',') && isdigit((unsigned char)at[1])) {
+    const bool colon = *at == ':' && strspn(at + 1, "0123456789") == 3 && !short_one; /* "10:11:12:345" */
+    if (at < text + length && (*at == '.' || *at == ',' || colon) && isdigit((unsigned char)at[1])) {
         double place = 0.1;
         for (at++; isdigit((unsigned char)*at); at++) {
             fraction += place * (double)(*at - '0');

@@ -17,6 +17,9 @@ typedef struct {
     import_account_t problems;
 } import_job_t;
 
+/* What times in ms make of rates up to 10 kHz, where they are taken for s. */
+static const double slowest_hz = 10.0;
+
 import_options_t import_nothing_said(void) {
     const import_options_t nothing = {0};
     return nothing;
@@ -70,6 +73,41 @@ static double factor_for(import_job_t *job, int role, const char *stated) {
     return scale * (said != 0.0 ? said : 1.0);
 }
 
+#define HOW_TO_FILL "(hyst import --fill-missing: straight lines over them)"
+
+/* Rows of a column that hold no number, on straight lines between their neighbours; at an end, as the nearest one.
+ * false: a problem, for it is not wanted or nothing is there. */
+static bool fill(import_job_t *job, const table_column_t *column, double *value, size_t rows) {
+    size_t count = 0, first = rows, last = rows; /* last: the row of the last number, rows: none yet */
+    for (size_t k = 0; k < rows; k++) {
+        count += isfinite(value[k]) ? 0 : 1;
+        first = first == rows && !isfinite(value[k]) ? k : first;
+    }
+    if (count == 0) {
+        return true;
+    }
+    const bool good = job->options->fill_missing && count < rows;
+    import_account_add(good ? job->account : &job->problems,
+                       "%scolumn %zu '%s' has no number in %zu row%s, the first is row %zu%s", good ? "  " : "",
+                       column->number, column->name, count, count > 1 ? "s" : "", first + 1,
+                       good                         ? ": filled"
+                       : job->options->fill_missing ? ""
+                                                    : " " HOW_TO_FILL);
+    for (size_t k = 0; good && k < rows; k++) {
+        if (isfinite(value[k])) {
+            for (size_t i = last == rows ? 0 : last + 1; i < k; i++) {
+                const double part = last == rows ? 1.0 : (double)(i - last) / (double)(k - last);
+                value[i] = last == rows ? value[k] : value[last] + part * (value[k] - value[last]);
+            }
+            last = k;
+        }
+    }
+    for (size_t k = last + 1; good && k < rows; k++) {
+        value[k] = value[last];
+    }
+    return good;
+}
+
 /* One column into the recording's unit, with the range that came out. */
 static void convert_column(import_job_t *job, int role, double *into) {
     const table_column_t *column = &job->table->column[job->choice.column[role]];
@@ -79,13 +117,12 @@ static void convert_column(import_job_t *job, int role, double *into) {
     if (factor == 0.0) {
         return;
     }
+    memcpy(into, column->value, job->table->rows * sizeof *into);
+    if (!fill(job, column, into, job->table->rows)) {
+        return;
+    }
     for (size_t k = 0; k < job->table->rows; k++) {
-        if (!isfinite(column->value[k])) {
-            import_account_add(&job->problems, "column %zu '%s' has no number in row %zu", column->number, column->name,
-                               k + 1);
-            return;
-        }
-        into[k] = factor * column->value[k];
+        into[k] *= factor;
         if (!(fabs(into[k]) <= RECORDING_LARGEST)) {
             char where[40];
             if (job->table->first_line > 0) {
@@ -152,6 +189,78 @@ static void tell_siblings(const import_job_t *job) {
     }
 }
 
+/* The column before that of a role, where it holds times, or NO_COLUMN: LabVIEW and TwinCAT write a time beside each
+ * signal. */
+static int time_beside(const import_job_t *job, int role) {
+    const int before = job->choice.column[role] - 1;
+    return before >= 0 && job->choice.meaning[before].meaning == MEANING_TIME ? before : NO_COLUMN;
+}
+
+/* Drive and displacement with separate times: how much later the displacement was sampled is kept. */
+static void keep_times_apart(import_job_t *job, const time_axis_t *axis, recording_t *recording) {
+    const int drive = time_beside(job, COLUMN_DRIVE), displacement = time_beside(job, COLUMN_DISPLACEMENT);
+    double later_s;
+    if (drive == NO_COLUMN || displacement == NO_COLUMN || job->options->time != NULL ||
+        !(axis->sample_rate_hz > 0.0)) {
+        return;
+    }
+    const table_column_t *const a = &job->table->column[drive], *const b = &job->table->column[displacement];
+    if (!time_axis_later(job->table, drive, displacement, 1.0 / axis->sample_rate_hz, &later_s)) {
+        import_account_add(&job->problems,
+                           "column %zu '%s' has other times than column %zu '%s', and not by the same for all rows: "
+                           "resample the file, or say which are right (hyst import --time N)",
+                           b->number, b->name, a->number, a->name);
+    } else if (fabs(later_s) * axis->sample_rate_hz > 1e-3) { /* less is what printed digits leave */
+        char text[40];
+        (void)snprintf(text, sizeof text, "%.6g", later_s);
+        recording_set_key(recording, "displacement_sampled_after_s", text);
+        import_account_add(job->account,
+                           "  the displacement's times, column %zu '%s', are later than the drive by %s s: kept",
+                           b->number, b->name, text);
+    }
+}
+
+/* One signal twice, as loggers write it raw and scaled: no actuator follows its drive so closely. */
+static void check_copies(const import_job_t *job, const recording_t *recording) {
+    const double *u = recording->column[COLUMN_DRIVE], *y = recording->column[COLUMN_DISPLACEMENT];
+    const size_t rows = recording->samples;
+    size_t low = 0, high = 0;
+    if (u == NULL || y == NULL || rows < 3) {
+        return;
+    }
+    for (size_t k = 1; k < rows; k++) {
+        low = u[k] < u[low] ? k : low;
+        high = u[k] > u[high] ? k : high;
+    }
+    const double slope = (y[high] - y[low]) / (u[high] - u[low]), offset = y[low] - slope * u[low];
+    double worst = 0.0;
+    for (size_t k = 0; k < rows; k++) {
+        worst = fmax(worst, fabs(y[k] - offset - slope * u[k]));
+    }
+    /* 1e-4 of the range: more than printed digits leave, less than any piezo, its sensor or its amplifier. */
+    if (worst <= 1e-4 * fabs(y[high] - y[low])) {
+        import_account_add(job->account,
+                           "  is that plausible? The displacement is the drive times %.6g, plus %.6g: the same signal "
+                           "twice, or a simulation",
+                           slope, fabs(offset) <= worst ? 0.0 : offset);
+    }
+}
+
+/* Columns are not taken by place where words above them may say something else. */
+static void check_unnamed(import_job_t *job) {
+    const table_column_t above = {.name = job->table->unnamed_line, .unit = (char[]){""}};
+    bool by_place = false;
+    for (int role = COLUMN_DRIVE; role <= COLUMN_DISPLACEMENT; role++) {
+        by_place = by_place || (job->choice.column[role] != NO_COLUMN && job->options->column[role] == NULL);
+    }
+    if (job->table->unnamed != NULL && by_place && column_meaning(&above).meaning != MEANING_UNKNOWN) {
+        import_account_add(&job->problems,
+                           "%s, so what is what is not known: say it by number (hyst import --time N --drive N "
+                           "--displacement N)",
+                           job->table->unnamed);
+    }
+}
+
 bool import_table(recording_t *recording, const table_t *table, const import_options_t *options,
                   import_account_t *account, failure_t *failure) {
     import_job_t job = {.table = table, .options = options, .account = account};
@@ -166,8 +275,10 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
     for (size_t i = 0; i < table->notes; i++) {
         import_account_add(account, "  left out: %s", table->note[i]);
     }
-    if (table->damage != NULL) {
-        import_account_add(&job.problems, "%s", table->damage);
+    if (table->damage != NULL && options->fill_missing) {
+        import_account_add(account, "  filled with straight lines: %s", table->damage);
+    } else if (table->damage != NULL) {
+        import_account_add(&job.problems, "%s " HOW_TO_FILL, table->damage);
     }
     columns_choose(&job.choice, table, options, &job.problems);
     tell_siblings(&job);
@@ -177,8 +288,13 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
         if (!time_axis_find(&axis, table, time, counts, options->sample_rate_hz, &of_time)) {
             import_account_add(&job.problems, "%s", of_time.text);
         } else if (time != NO_COLUMN) {
-            import_account_add(account, "%-12s column %d '%s' (%s): %s", "time", (int)table->column[time].number,
-                               table->column[time].name, job.choice.why[ROLE_TIME], axis.text);
+            import_account_add(account, "%-12s column %d '%s'%s (%s): %s", "time", (int)table->column[time].number,
+                               table->column[time].name, axis.unit_taken ? ", taken for s" : "",
+                               job.choice.why[ROLE_TIME], axis.text);
+            if (axis.unit_taken && axis.sample_rate_hz < slowest_hz) {
+                import_account_add(account, "  is that plausible? Where the times are ms: --sample-rate %.9g",
+                                   1e3 * axis.sample_rate_hz);
+            }
         } else {
             import_account_add(account, "%-12s %s", "time", axis.text);
         }
@@ -189,6 +305,11 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
         if (job.choice.column[role] != NO_COLUMN) {
             convert_column(&job, role, recording_add_column(recording, (column_t)role));
         }
+    }
+    keep_times_apart(&job, &axis, recording);
+    check_unnamed(&job);
+    if (job.problems.lines == 0) {
+        check_copies(&job, recording);
     }
     tell_choice(&job);
     column_choice_free(&job.choice);

@@ -26,6 +26,8 @@
 /** Largest magnitude of a value in V, um, A or degC. A megavolt or a metre is no piezo actuator but a wrong unit, a
  * broken line, or a sensor's mark for "no reading"; let through, one such value decides every fit. */
 #define RECORDING_LARGEST 1e6
+/** Faster than any oscilloscope, Hz: no sample rate. */
+#define RECORDING_FASTEST_HZ 1e11
 
 /** Longest line of a recording in characters. */
 #define RECORDING_MAX_LINE 1000

@@ -256,8 +256,8 @@ bool hdf5_read_recording(recording_t *recording, const char *path, failure_t *fa
     }
     recording->name = copy_text(shown_name(path));
     bool good = (get_number(file, "sample_rate_hz", &recording->sample_rate_hz) && recording->sample_rate_hz > 0.0 &&
-                 isfinite(recording->sample_rate_hz) && get_number(file, "start_s", &recording->start_s) &&
-                 isfinite(recording->start_s)) ||
+                 recording->sample_rate_hz <= RECORDING_FASTEST_HZ &&
+                 get_number(file, "start_s", &recording->start_s) && isfinite(recording->start_s)) ||
                 fail(failure, "%s: attribute sample_rate_hz or start_s is missing, or no number that it can be", path);
     for (column_t c = 0; good && c < COLUMN_COUNT; c++) {
         good = get_column(file, c, recording, failure);

@@ -134,7 +134,8 @@ static bool read_header(reader_t *reader) {
         if (recording->sample_rate_hz > 0.0) {
             return complain(reader, "second sample_rate_hz");
         }
-        if (!parse_number(value, &recording->sample_rate_hz) || !(recording->sample_rate_hz > 0.0)) {
+        if (!parse_number(value, &recording->sample_rate_hz) || !(recording->sample_rate_hz > 0.0) ||
+            recording->sample_rate_hz > RECORDING_FASTEST_HZ) {
             return fail(reader->failure, "%s:%lu: sample_rate_hz is not a positive number: '%s'", reader->path,
                         reader->line, value);
         }

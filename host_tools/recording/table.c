@@ -40,7 +40,17 @@ void table_free(table_t *table) {
     free(table->source);
     free(table->kind);
     free(table->damage);
+    free(table->unnamed);
+    free(table->unnamed_line);
     memset(table, 0, sizeof *table);
+}
+
+/* A name that is nothing but a unit: "nm", "millis". One letter is a name more often, and "min" the smallest. */
+static bool is_unit_alone(const char *name) {
+    double scale;
+    const quantity_t quantity = unit_of(name, &scale);
+    return strlen(name) > 1 && strcmp(name, "min") != 0 &&
+           (quantity == QUANTITY_TIME || quantity == QUANTITY_VOLTAGE || quantity == QUANTITY_LENGTH);
 }
 
 void table_add(table_t *table, const char *name, const char *unit, const char *written, double *value) {
@@ -48,10 +58,11 @@ void table_add(table_t *table, const char *name, const char *unit, const char *w
     table->column = reallocate(table->column, table->columns + 1, sizeof *table->column);
     column = &table->column[table->columns++];
     column->name = copy_text(name);
-    column->unit = copy_text(unit);
+    column->unit = copy_text(unit[0] == '\0' && is_unit_alone(name) ? name : unit);
     column->written = copy_text(written != NULL ? written : name);
     column->value = value;
     column->number = table->columns;
+    column->clock = false;
 }
 
 void table_note(table_t *table, const char *format, ...) {
@@ -78,6 +89,8 @@ static bool take_rate(table_t *table, const char *name, double number) {
                  {"dt", false},
                  {"ts", false},
                  {"tinterval", false},
+                 {"samplingperiod", false},
+                 {"sampletime", false},
                  {"interval", false},
                  {"sample_interval", false}};
     const char *last = name + strlen(name);

@@ -27,6 +27,7 @@ typedef struct {
     char *unit;    /**< as in the file, without brackets; "" if not stated */
     double *value; /**< one value per row; not finite where a binary file has such values */
     size_t number; /**< of the column in the file, from 1 */
+    bool clock;    /**< the values were written as times of day */
 } table_column_t;
 
 typedef struct {
@@ -41,7 +42,9 @@ typedef struct {
     char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
     char *damage; /**< rows that could not be read, or NULL. They hold a straight line between their neighbours, so that
-                       what else is wrong shows as well; such a table makes no recording (import_table refuses it) */
+                       what else is wrong shows as well; such a table makes no recording unless the caller asks for it
+                     (import_table) */
+    char *unnamed, *unnamed_line; /**< why words above the columns are not their names, and these words; or NULL */
     size_t notes;
     char **note; /**< what was omitted, one line each */
 } table_t;

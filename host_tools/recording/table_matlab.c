@@ -55,22 +55,88 @@ static double *numbers_of(const matvar_t *variable, size_t count) {
     return value;
 }
 
+/* The text of a variable without quotes, in UTF-8: its length, 0 if it is none. */
+static size_t text_of(const matvar_t *variable, char *text, size_t room) {
+    size_t count = variable != NULL && variable->class_type == MAT_C_CHAR && variable->data != NULL ? 1 : 0, used = 0;
+    for (int i = 0; count > 0 && i < variable->rank; i++) {
+        count *= variable->dims[i];
+    }
+    for (size_t i = 0; i < count && used + 3 < room; i++) {
+        const bool wide = variable->data_type == MAT_T_UINT16 || variable->data_type == MAT_T_UTF16;
+        const unsigned letter =
+            wide ? ((const uint16_t *)variable->data)[i] : (unsigned)((const uint8_t *)variable->data)[i];
+        if (wide && letter >= 0x80 && letter < 0x800) {
+            text[used++] = (char)(0xC0 | (letter >> 6));
+            text[used++] = (char)(0x80 | (letter & 0x3F));
+        } else if (letter < 0x100 && letter != '"' && letter >= ' ') {
+            text[used++] = (char)letter;
+        }
+    }
+    text[used] = '\0';
+    return used;
+}
+
+static matvar_t *field_of(matvar_t *structure, size_t index, const char *const *names, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        matvar_t *field = Mat_VarGetStructFieldByName(structure, names[i], index);
+        if (field != NULL) {
+            return field;
+        }
+    }
+    return NULL;
+}
+
+/* An element of a structure that is a signal: its numbers beside their name and unit (dSPACE, Simulink). The name goes
+ * into `text` behind that of the structure. NULL: it is something else. */
+static matvar_t *signal_of(matvar_t *structure, size_t index, const char *name, char *text, size_t room) {
+    static const char *const data[] = {"Data", "values", "data"}, *const names[] = {"Name", "label", "name"},
+                             *const units[] = {"Unit", "unit", "Units", "units"};
+    char called[150], unit[40];
+    matvar_t *numbers = field_of(structure, index, data, sizeof data / sizeof data[0]);
+    if (numbers == NULL ||
+        text_of(field_of(structure, index, names, sizeof names / sizeof names[0]), called, sizeof called) == 0) {
+        return NULL;
+    }
+    const bool stated =
+        text_of(field_of(structure, index, units, sizeof units / sizeof units[0]), unit, sizeof unit) > 0;
+    (void)snprintf(text, room, "%s.%s%s%s%s", name, called, stated ? " [" : "", stated ? unit : "", stated ? "]" : "");
+    return numbers;
+}
+
+static void take(table_t *table, matvar_t *variable, const char *name, int depth);
+
 /* NOLINTNEXTLINE(misc-no-recursion): at most DEEPEST structures in each other */
+static void take_element(table_t *table, matvar_t *structure, size_t index, size_t count, const char *name, int depth) {
+    char text[256];
+    matvar_t *const signal = signal_of(structure, index, name, text, sizeof text);
+    if (signal != NULL) {
+        take(table, signal, text, depth + 1);
+        return;
+    }
+    const unsigned fields = Mat_VarGetNumberOfFields(structure);
+    char *const *names = Mat_VarGetStructFieldnames(structure);
+    for (unsigned i = 0; i < fields; i++) {
+        matvar_t *field = Mat_VarGetStructFieldByIndex(structure, i, index);
+        if (count > 1) {
+            (void)snprintf(text, sizeof text, "%s(%zu).%s", name, index + 1, names[i]);
+        } else {
+            (void)snprintf(text, sizeof text, "%s.%s", name, names[i]);
+        }
+        if (field != NULL) {
+            take(table, field, text, depth + 1);
+        }
+    }
+}
+
+/* NOLINTNEXTLINE(misc-no-recursion): as above */
 static void take(table_t *table, matvar_t *variable, const char *name, int depth) {
     size_t count = 1;
     for (int i = 0; i < variable->rank; i++) {
         count *= variable->dims[i];
     }
-    if (variable->class_type == MAT_C_STRUCT && count == 1 && depth < DEEPEST) {
-        const unsigned fields = Mat_VarGetNumberOfFields(variable);
-        char *const *names = Mat_VarGetStructFieldnames(variable);
-        for (unsigned i = 0; i < fields; i++) {
-            matvar_t *field = Mat_VarGetStructFieldByIndex(variable, i, 0);
-            char text[256];
-            snprintf(text, sizeof text, "%s.%s", name, names[i]);
-            if (field != NULL) {
-                take(table, field, text, depth + 1);
-            }
+    if (variable->class_type == MAT_C_STRUCT && depth < DEEPEST) {
+        for (size_t i = 0; i < count; i++) {
+            take_element(table, variable, i, count, name, depth);
         }
         return;
     }

@@ -6,7 +6,10 @@
  */
 #include "recording/decimal.h"
 #include "recording/table.h"
+#include "recording/text_fields.h"
 #include "recording/text_header.h"
+#include "recording/text_igor.h"
+#include "recording/text_names.h"
 #include "recording/text_signs.h"
 #include "recording/text_source.h"
 #include <math.h>
@@ -15,122 +18,41 @@
 #include <string.h>
 
 enum {
-    MOST_COLUMNS = 256,
     SAMPLE_LINES = 60, /* lines that decide the dialect */
     SURE_LINES = 5,    /* this many consecutive lines of numbers are not a header */
     SMALLEST_PART = 8, /* of a file, that holds the data alone */
-    HEADS = 3,         /* lines above the data in which names and units are looked for */
     TOLD_PROBLEMS = 4
 };
 
-typedef struct {
-    char separator; /* ' ': any blanks */
-    char point;
-} dialect_t;
-
 static const dialect_t dialects[] = {{',', '.'}, {';', '.'}, {'\t', '.'}, {';', ','}, {'\t', ','},
                                      {' ', '.'}, {' ', ','}, {'|', '.'},  {'|', ','}, {',', ','}};
-
-typedef enum { FIELD_EMPTY, FIELD_NUMBER, FIELD_TEXT } field_kind_t;
-
-/* The next field of a line, without blanks and quotes around it. Returns what comes behind the separator, NULL at the
- * end. */
-static const char *next_field(const char *line, char separator, const char **field, size_t *length) {
-    const char *begin = line + strspn(line, separator == '\t' ? " " : " \t"), *end;
-    if (*begin == '"') {
-        const char *quote = strchr(begin + 1, '"');
-        if (quote != NULL) {
-            *field = begin + 1;
-            *length = (size_t)(quote - begin - 1);
-            while (*length > 0 && **field == ' ') {
-                ++*field;
-                --*length;
-            }
-            while (*length > 0 && (*field)[*length - 1] == ' ') {
-                --*length;
-            }
-            end = quote + 1 + strspn(quote + 1, " ");
-            if (separator == ' ') {
-                end += strspn(end, " \t");
-                return *end == '\0' ? NULL : end;
-            }
-            return *end == separator ? end + 1 : NULL;
-        }
-    }
-    if (separator == ' ') {
-        *field = begin;
-        *length = strcspn(begin, " \t");
-        end = begin + *length;
-        end += strspn(end, " \t");
-        return *end == '\0' ? NULL : end;
-    }
-    end = strchr(begin, separator);
-    *field = begin;
-    *length = end != NULL ? (size_t)(end - begin) : strlen(begin);
-    while (*length > 0 && ((*field)[*length - 1] == ' ' || (*field)[*length - 1] == '\t')) {
-        --*length;
-    }
-    return end != NULL ? end + 1 : NULL;
-}
-
-static field_kind_t field_kind(const char *field, size_t length, char point, double *number) {
-    const char *end;
-    if (length == 0) {
-        return FIELD_EMPTY;
-    }
-    if (decimal_read(field, point, number, &end) && end == field + length) {
-        return FIELD_NUMBER;
-    }
-    return clock_read(field, number, &end) && end == field + length ? FIELD_NUMBER : FIELD_TEXT;
-}
-
-/* What the fields of a line are. Returns how many there are. */
-static size_t line_shape(const char *line, dialect_t dialect, field_kind_t kind[MOST_COLUMNS]) {
-    size_t count = 0;
-    const char *at = line;
-    while (at != NULL && count < MOST_COLUMNS) {
-        const char *field;
-        size_t length;
-        double number;
-        at = next_field(at, dialect.separator, &field, &length);
-        kind[count++] = field_kind(field, length, dialect.point, &number);
-    }
-    return count;
-}
 
 static bool is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0';
 }
 
 /* The columns that hold numbers in at least nine of ten of some lines. Returns how many, less the others that hold
- * anything. */
-static long number_columns(const char *const *lines, size_t count, dialect_t dialect, bool number[MOST_COLUMNS],
-                           bool *labels) {
+ * anything, unless there may be words. */
+static long number_columns(const char *const *lines, size_t count, dialect_t dialect, bool words, layout_t *layout) {
     size_t numbers[MOST_COLUMNS] = {0}, texts[MOST_COLUMNS] = {0};
     long score = 0;
     for (size_t i = 0; i < count; i++) {
         field_kind_t kind[MOST_COLUMNS];
-        const size_t fields = line_shape(lines[i], dialect, kind);
+        const size_t fields = text_line_shape(lines[i], dialect, kind);
         for (size_t j = 0; j < fields; j++) {
             numbers[j] += kind[j] == FIELD_NUMBER;
             texts[j] += kind[j] == FIELD_TEXT;
         }
     }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        number[j] = numbers[j] * 10 >= count * 9;
-        score += number[j] ? 1 : texts[j] * 2 >= count ? -1 : 0;
+        layout->number[j] = numbers[j] * 10 >= count * 9;
+        layout->word[j] = texts[j] * 2 >= count;
+        score += layout->number[j] ? 1 : layout->word[j] && !words ? -1 : 0;
     }
-    *labels = texts[0] * 2 >= count;
+    layout->labels = layout->word[0];
+    layout->dialect = dialect;
     return score;
 }
-
-typedef struct {
-    dialect_t dialect;
-    bool number[MOST_COLUMNS]; /* the columns that hold the data */
-    size_t columns;            /* how many of them */
-    bool labels;               /* lines of data begin with a word */
-    size_t begin, end;         /* lines of data: [begin, end) */
-} layout_t;
 
 /* Lines from there on, where a header has ended. */
 static size_t sample_lines(const text_source_t *source, size_t from, const char *sample[SAMPLE_LINES]) {
@@ -152,7 +74,7 @@ static size_t sample_lines(const text_source_t *source, size_t from, const char 
  * a word stands in front of its number, in columns before those of data (Tektronix TDS), the line is one of data. */
 static bool fits(const layout_t *layout, const char *line) {
     field_kind_t kind[MOST_COLUMNS];
-    const size_t fields = line_shape(line, layout->dialect, kind);
+    const size_t fields = text_line_shape(line, layout->dialect, kind);
     if (kind[0] == FIELD_TEXT && !layout->labels && layout->number[1]) {
         return false;
     }
@@ -164,23 +86,61 @@ static bool fits(const layout_t *layout, const char *line) {
     return true;
 }
 
+/* What stands around the numbers of a line, which is that of all; false: it is no line of data. */
+static bool keep_around(layout_t *layout, const char *line) {
+    if (!fits(layout, line)) {
+        return false;
+    }
+    for (size_t j = 0; line != NULL && j < MOST_COLUMNS; j++) {
+        const char *field;
+        size_t length;
+        double number;
+        around_t around;
+        line = text_next_field(line, layout->dialect.separator, &field, &length);
+        if (layout->number[j] &&
+            (text_field_kind(field, length, layout->dialect.point, &number, &around) != FIELD_NUMBER ||
+             !text_around_keep(&layout->around[j], &around))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Whether a line has a sign that separates before others do: blanks and commas may be part of a word. */
+static bool has_stronger(const char *line, char separator) {
+    return (separator == ',' && strpbrk(line, ";\t|") != NULL) || (separator == ' ' && strpbrk(line, ",;\t|") != NULL);
+}
+
+/* The dialect that makes the most columns of numbers of a part of the lines; words: whatever else it makes. */
+static long best_dialect(const text_source_t *source, size_t part, bool words, layout_t *layout) {
+    const char *sample[SAMPLE_LINES];
+    const size_t count = sample_lines(source, source->lines - source->lines / part, sample);
+    layout_t *one = allocate(1, sizeof *one);
+    long best = 0;
+    for (size_t i = 0; count > 0 && i < sizeof dialects / sizeof dialects[0]; i++) {
+        const long score = number_columns(sample, count, dialects[i], words, one);
+        if (score > best && !(words && has_stronger(sample[0], dialects[i].separator))) {
+            best = score;
+            *layout = *one;
+        }
+    }
+    size_t last = best > 0 ? count : 0;
+    while (last > 0 && !keep_around(layout, sample[last - 1])) {
+        last--;
+    }
+    free(one);
+    return best;
+}
+
 static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
     size_t run = 0, first = 0;
     long best = 0;
     memset(layout, 0, sizeof *layout);
     for (size_t part = 2; best == 0 && part <= SMALLEST_PART; part *= 2) { /* a header may be longer than the data */
-        const char *sample[SAMPLE_LINES];
-        const size_t count = sample_lines(source, source->lines - source->lines / part, sample);
-        for (size_t i = 0; count > 0 && i < sizeof dialects / sizeof dialects[0]; i++) {
-            bool number[MOST_COLUMNS], labels;
-            const long score = number_columns(sample, count, dialects[i], number, &labels);
-            if (score > best) {
-                best = score;
-                layout->dialect = dialects[i];
-                layout->labels = labels;
-                memcpy(layout->number, number, sizeof number);
-            }
-        }
+        best = best_dialect(source, part, false, layout);
+    }
+    if (best == 0) { /* more columns of words than of numbers */
+        (void)best_dialect(source, 2, true, layout);
     }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
         layout->columns += layout->number[j];
@@ -206,6 +166,10 @@ static bool find_layout(const text_source_t *source, const char *path, layout_t 
         }
     }
     layout->begin = run > 0 ? first : layout->end;
+    if (layout->begin < layout->end) {
+        field_kind_t kind[MOST_COLUMNS];
+        layout->fields = text_line_shape(source->line[layout->begin], layout->dialect, kind);
+    }
     return true;
 }
 
@@ -220,32 +184,69 @@ static void describe(table_t *table, const text_source_t *source, const layout_t
     table->kind = copy_text(text);
 }
 
-/* The numbers of one line. Returns how many there are in a row; *word: the field that is none, NULL at the line's end.
- */
-static size_t read_row(const layout_t *layout, const char *line, double *row, const char **word, size_t *length) {
-    size_t found = 0;
-    *word = NULL;
-    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && found < layout->columns; j++) {
+/* A field that is no number, or has something else around it than others; text NULL: the line has ended. */
+typedef struct {
+    const char *text;
+    size_t length;
+    const around_text_t *others; /* NULL: no number */
+} odd_field_t;
+
+/* The numbers of one line. Returns how many there are in a row, and what comes then. What is no number is none in the
+ * row either; where the line ends too early, nothing is. */
+static size_t read_row(const layout_t *layout, const char *line, double *row, odd_field_t *odd) {
+    size_t found = 0, column = 0;
+    *odd = (odd_field_t){0};
+    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && column < layout->columns; j++) {
         const char *field;
-        line = next_field(line, layout->dialect.separator, &field, length);
+        size_t length;
+        around_t around;
+        line = text_next_field(line, layout->dialect.separator, &field, &length);
         if (layout->number[j]) {
-            if (field_kind(field, *length, layout->dialect.point, &row[found]) != FIELD_NUMBER) {
-                *word = *length > 0 ? field : NULL;
-                return found;
+            const bool number =
+                text_field_kind(field, length, layout->dialect.point, &row[column], &around) == FIELD_NUMBER;
+            const double factor = number ? text_around_factor(&layout->around[j], &around) : 0.0;
+            const bool same = factor != 0.0;
+            if (!same && found == column) {
+                odd->text = length > 0 ? field : NULL;
+                odd->length = length;
+                odd->others = number ? &layout->around[j] : NULL;
             }
-            found++;
+            found += same && found == column ? 1 : 0;
+            row[column] = same ? factor * row[column] : (double)NAN;
+            column++;
         }
+    }
+    for (size_t j = 0; column < layout->columns && j < layout->columns; j++) {
+        row[j] = (double)NAN; /* a cut number is another one */
     }
     return found;
 }
 
-/* `missing` rows before `row` on a line between their neighbours. The first row of data is never missing. */
-static void bridge(double *value[MOST_COLUMNS], size_t columns, size_t row, size_t missing) {
-    for (size_t j = 0; j < columns && missing > 0; j++) {
-        const double *after = &value[j][row];
-        const double step = missing < row ? (*after - value[j][row - missing - 1]) / (double)(missing + 1) : 0.0;
-        for (size_t i = 1; i <= missing; i++) {
-            value[j][row - i] = *after - step * (double)i;
+/* What is wrong with a line: "line 52: 'overflow' is not a number". Returns the characters, as snprintf does. */
+static int tell_odd(char *text, size_t room, size_t line, const odd_field_t *odd, size_t found, size_t columns) {
+    const int length = (int)(odd->length < 40 ? odd->length : 40);
+    if (odd->text == NULL) {
+        return snprintf(text, room, "line %zu: %zu numbers where others have %zu", line, found, columns);
+    }
+    if (odd->others != NULL) {
+        return snprintf(text, room, "line %zu: '%.*s' where others are '%s%sN%s%s'", line, length, odd->text,
+                        odd->others->label, odd->others->label[0] != '\0' ? ":" : "",
+                        odd->others->unit[0] != '\0' ? " " : "", odd->others->unit);
+    }
+    return snprintf(text, room, "line %zu: '%.*s' is not a number%s", line, length, odd->text,
+                    text_is_grouped(odd->text, odd->length) ? " (without a sign between thousands it is)" : "");
+}
+
+/* What is no number, on a line between its neighbours. The first row has all numbers. */
+static void bridge(double *value, size_t rows) {
+    size_t last = 0;
+    for (size_t k = 1; k < rows; k++) {
+        if (isfinite(value[k])) {
+            const double step = (value[k] - value[last]) / (double)(k - last);
+            for (size_t i = last + 1; i < k; i++) {
+                value[i] = value[last] + step * (double)(i - last);
+            }
+            last = k;
         }
     }
 }
@@ -253,37 +254,34 @@ static void bridge(double *value[MOST_COLUMNS], size_t columns, size_t row, size
 /* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
-    size_t problems = 0, used = 0, missing = 0;
+    size_t problems = 0, used = 0, missing = 0, longest = 0;
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
-        const char *word;
-        size_t length, found;
-        int printed;
+        odd_field_t odd;
         if (is_blank(source->line[i])) {
             continue;
         }
-        found = read_row(layout, source->line[i], row, &word, &length);
+        const size_t found = read_row(layout, source->line[i], row, &odd);
+        for (size_t j = 0; j < layout->columns; j++) {
+            value[j][table->rows] = row[j];
+        }
         if (found == layout->columns) {
-            for (size_t j = 0; j < found; j++) {
-                value[j][table->rows] = row[j];
-            }
-            bridge(value, layout->columns, table->rows, missing);
             missing = 0;
             table->rows++;
             continue;
         }
         missing++;
+        longest = missing > longest ? missing : longest;
         table->rows++;
         if (problems++ >= TOLD_PROBLEMS || used >= sizeof told) {
             continue;
         }
-        printed = word != NULL
-                      ? snprintf(told + used, sizeof told - used, "%sline %zu: '%.*s' is not a number%s",
-                                 used > 0 ? "; " : "", i + 1, (int)(length < 40 ? length : 40), word,
-                                 text_is_grouped(word, length) ? " (without a sign between thousands it is)" : "")
-                      : snprintf(told + used, sizeof told - used, "%sline %zu: %zu numbers where others have %zu",
-                                 used > 0 ? "; " : "", i + 1, found, layout->columns);
+        if (used > 0) {
+            used += (size_t)snprintf(told + used, sizeof told - used, "; ");
+        }
+        const int printed =
+            used < sizeof told ? tell_odd(told + used, sizeof told - used, i + 1, &odd, found, layout->columns) : 0;
         used += printed > 0 ? (size_t)printed : 0;
     }
     const size_t read = table->rows - problems;
@@ -291,185 +289,20 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
         char text[700];
         (void)snprintf(text, sizeof text, "%zu of %zu lines of data cannot be read: %s%s", problems, table->rows, told,
                        problems > TOLD_PROBLEMS ? "; .." : "");
+        const size_t end = strlen(text);
+        if (problems > 1) {
+            (void)snprintf(text + end, sizeof text - end, "; the longest run is %zu", longest);
+        }
         if (read < 2) {
             return fail(failure, "%s: %s", table->source, text);
         }
         table->damage = copy_text(text);
         table->rows -= missing; /* at the end */
+        for (size_t j = 0; j < layout->columns; j++) {
+            bridge(value[j], table->rows);
+        }
     }
     return read >= 2 || fail(failure, "%s: the table ends after %zu rows of numbers", table->source, table->rows);
-}
-
-/* Splits a line of the header like the data, or by whatever makes enough fields of it. */
-static size_t split_names(const char *line, char separator, size_t least, text_field_t field[MOST_COLUMNS]) {
-    const char others[] = {separator, '\t', ';', ',', ' '};
-    line += strspn(line, "#%/! ");
-    for (size_t i = 0; i < sizeof others; i++) {
-        const char *at = line;
-        size_t count = 0;
-        while (at != NULL && count < MOST_COLUMNS) {
-            const char *text;
-            size_t length;
-            at = next_field(at, others[i], &text, &length);
-            snprintf(field[count].text, sizeof field[count].text, "%.*s", (int)length, text);
-            count++;
-        }
-        if (count >= least) {
-            return count;
-        }
-    }
-    return 0;
-}
-
-/* The fields of the last header line that begins with such a key, over their columns; NULL: there is none. To be
- * freed. Where the key does not stand over a column itself, the first field is that behind it. */
-static text_field_t *stated(const text_source_t *source, const layout_t *layout, size_t least,
-                            bool (*is_key)(const char *field)) {
-    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
-    for (size_t i = layout->begin; i > 0; i--) {
-        size_t count = split_names(source->line[i - 1], layout->dialect.separator, least, field);
-        if (count >= least && is_key(field[0].text)) {
-            while (count > 0 && field[count - 1].text[0] == '\0') {
-                count--;
-            }
-            if (count > 1 && layout->number[0] && count == least + 1) {
-                memmove(field, field + 1, (MOST_COLUMNS - 1) * sizeof *field);
-            } else {
-                field[0].text[0] = '\0';
-            }
-            if (count > 1) { /* not a key alone */
-                return field;
-            }
-        }
-    }
-    free(field);
-    return NULL;
-}
-
-/* Names and units by number, in the order of the columns of numbers ("# NAME0 = Target Position"): each over its
- * column. NULL: not one for each. To be freed. */
-static text_field_t *numbered(const text_source_t *source, const layout_t *layout, const char *key) {
-    text_field_t *field = allocate(MOST_COLUMNS, sizeof *field), *over = allocate(MOST_COLUMNS, sizeof *over);
-    const size_t count = text_numbered((const char *const *)source->line, layout->begin, key, field, MOST_COLUMNS);
-    size_t next = 0;
-    for (size_t j = 0; count == layout->columns && j < MOST_COLUMNS; j++) {
-        if (layout->number[j]) {
-            over[j] = field[next++];
-        }
-    }
-    free(field);
-    if (next == 0) {
-        free(over);
-        return NULL;
-    }
-    return over;
-}
-
-/* Whether fields over the columns of numbers are units, and one at least is a known one. */
-static bool are_units(const text_field_t *field, const layout_t *layout, size_t least) {
-    bool all = true, known = false;
-    for (size_t j = 0; j < least; j++) {
-        if (layout->number[j]) {
-            all = all && text_is_unit(field[j].text);
-            known = known || field[j].text[0] != '\0';
-        }
-    }
-    return all && known;
-}
-
-/* The line of names above the data, and that of units below it; below that may be one of remarks (Origin). Both are to
- * be freed, and NULL where there is none. */
-static void find_heads(const text_source_t *source, const layout_t *layout, size_t least, text_field_t **names,
-                       text_field_t **units) {
-    text_field_t *fields[HEADS];
-    size_t count[HEADS] = {0}, found = 0, of_units = HEADS;
-    for (size_t i = layout->begin; i > 0 && found < HEADS; i--) {
-        if (!is_blank(source->line[i - 1])) {
-            fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
-            count[found] = split_names(source->line[i - 1], layout->dialect.separator, least, fields[found]);
-            if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
-                of_units = found;
-            }
-            found++;
-        }
-    }
-    const size_t of_names = of_units < HEADS ? of_units + 1 : 0;
-    *units = *names = NULL;
-    for (size_t i = 0; i < found; i++) {
-        if (i == of_units) {
-            *units = fields[i];
-        } else if (i == of_names && count[i] > 0) {
-            *names = fields[i];
-        } else {
-            free(fields[i]);
-        }
-    }
-}
-
-/* R writes the numbers of rows in front, and no name over them: names that are one short belong to the columns behind.
- */
-static text_field_t *names_behind_numbers(const text_source_t *source, const layout_t *layout, size_t least,
-                                          const double *first) {
-    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
-    const size_t above = layout->begin;
-    const bool counts = layout->number[0] && first[0] == 1.0 && first[1] == 2.0 && first[2] == 3.0;
-    if (counts && above > 0 && least > 2 &&
-        split_names(source->line[above - 1], layout->dialect.separator, least - 1, field + 1) == least - 1) {
-        return field;
-    }
-    free(field);
-    return NULL;
-}
-
-/* What a header line states about the columns goes before the line above the data. */
-static void prefer(text_field_t **field, text_field_t *better) {
-    if (better != NULL) {
-        free(*field);
-        *field = better;
-    }
-}
-
-static void name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
-    size_t least = 0, column = 0;
-    text_field_t *names, *units;
-    for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        least = layout->number[j] ? j + 1 : least;
-    }
-    find_heads(source, layout, least, &names, &units);
-    if (names == NULL && table->rows > 2) {
-        names = names_behind_numbers(source, layout, least, value[0]);
-    }
-    prefer(&names, stated(source, layout, least, text_is_name_key));
-    prefer(&names, numbered(source, layout, "name"));
-    prefer(&units, numbered(source, layout, "unit"));
-    prefer(&units, numbered(source, layout, "dispunit"));
-    text_field_t *over = units == NULL ? stated(source, layout, least, text_is_unit_key) : NULL;
-    for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        if (layout->number[j]) {
-            char name[TEXT_FIELD], unit[TEXT_FIELD], written[TEXT_FIELD];
-            double number;
-            const char *end;
-            snprintf(name, sizeof name, "%s", names != NULL ? names[j].text : "");
-            snprintf(unit, sizeof unit, "%s", units != NULL ? units[j].text : "");
-            if (name[0] == '\0' || (decimal_read(name, layout->dialect.point, &number, &end) && *end == '\0')) {
-                snprintf(name, sizeof name, "column %zu", j + 1);
-            }
-            snprintf(written, sizeof written, "%s", name);
-            if (unit[0] == '\0') {
-                unit_split(name, unit, "/_ ");
-            }
-            if (over != NULL && over[j].text[0] != '\0' && (unit[0] == '\0' || !text_is_unit(unit))) {
-                snprintf(name, sizeof name, "%s", written);
-                snprintf(unit, sizeof unit, "%s", over[j].text);
-            }
-            text_bare_unit(unit);
-            table_add(table, name, unit, written, value[column++]);
-            table->column[table->columns - 1].number = j + 1;
-        }
-    }
-    free(over);
-    free(names);
-    free(units);
 }
 
 /* Fields of some lines of data: what of them is whole, and whether a column of numbers is lost to signs. */
@@ -486,8 +319,8 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
             const char *field;
             size_t length;
             double number;
-            at = next_field(at, layout->dialect.separator, &field, &length);
-            const bool is_number = field_kind(field, length, layout->dialect.point, &number) == FIELD_NUMBER;
+            at = text_next_field(at, layout->dialect.separator, &field, &length);
+            const bool is_number = text_field_kind(field, length, layout->dialect.point, &number, NULL) == FIELD_NUMBER;
             const size_t sign = length > 0 && (*field == '-' || *field == '+') ? 1 : 0;
             const size_t digits =
                 strspn(field + sign, "0123456789") < length - sign ? strspn(field + sign, "0123456789") : length - sign;
@@ -518,7 +351,7 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
     }
     if (above > 0) {
         field_kind_t kind[MOST_COLUMNS];
-        const size_t fields = line_shape(source->line[above - 1], layout->dialect, kind);
+        const size_t fields = text_line_shape(source->line[above - 1], layout->dialect, kind);
         while (signs.names < fields && kind[signs.names] == FIELD_TEXT) {
             signs.names++;
         }
@@ -548,11 +381,14 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
         table->first_line = (unsigned long)layout->begin + 1;
         good = read_rows(table, &source, layout, value, failure);
         if (good) {
-            name_columns(table, &source, layout, value);
+            text_name_columns(table, &source, layout, value);
             text_find_role_units(table, (const char *const *)source.line, layout->begin);
             text_find_interval(table, (const char *const *)source.line,
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
                                layout->dialect.separator, layout->dialect.point);
+            if (strncmp(source.line[0], "IGOR", 4) == 0) {
+                text_find_igor_scales(table, (const char *const *)source.line, layout->end, source.lines);
+            }
             if (layout->end < source.lines && !is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;
                 table_note(table, "%zu line%s behind the data, from line %zu: '%.60s'", behind, behind == 1 ? "" : "s",

@@ -62,8 +62,8 @@ bool text_is_unit_key(const char *field) {
 }
 
 bool text_is_name_key(const char *field) {
-    static const char *const keys[] = {"tracename",  "tracenames",  "channelname", "channelnames",
-                                       "signalname", "signalnames", "path"};
+    static const char *const keys[] = {"tracename",   "tracenames", "channelname", "channelnames", "signalname",
+                                       "signalnames", "symbolname", "path",        "waves",        "wavesd"};
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
@@ -181,10 +181,21 @@ static const interval_key_t *find_key(const char *text, size_t length) {
     return NULL;
 }
 
+/* The unit in brackets behind a key of that length, "SampleTime[ms]": in seconds or hertz; 1: there is none. */
+static double scale_in_key(const char *key, size_t length) {
+    char name[TEXT_FIELD], unit[TEXT_FIELD];
+    double scale = 1.0;
+    snprintf(name, sizeof name, "%.*s", (int)(length < sizeof name ? length : sizeof name - 1), key);
+    unit_split(name, unit, "");
+    const quantity_t quantity = unit_of(unit, &scale);
+    return quantity == QUANTITY_TIME || quantity == QUANTITY_FREQUENCY ? scale : 1.0;
+}
+
 /* The number behind a key: blanks, quotes and separators first, perhaps a unit behind it. */
-static bool take_value(table_t *table, const interval_key_t *key, const char *at, char point, size_t line) {
+static bool take_value(table_t *table, const interval_key_t *key, double of_key, const char *at, char point,
+                       size_t line) {
     char unit[TEXT_FIELD], text[TEXT_FIELD];
-    double number, scale = key->scale;
+    double number, scale = key->scale * of_key;
     size_t length;
     at += strspn(at, " \t\":=;,");
     if (!decimal_read(at, point, &number, &at) || (key->kind != IS_START && !(number > 0.0))) {
@@ -232,11 +243,13 @@ static void find_interval(table_t *table, const char *const *line, size_t lines,
         size_t index = 0;
         while (at != NULL && *at != '\0') {
             const size_t length = strcspn(at, ":=,;\t\"");
-            const interval_key_t *key = find_key(at, length);
-            const bool beside = key != NULL && at[length] != '\0' && take_value(table, key, at + length, point, i + 1);
+            const interval_key_t *key = find_key(at, strcspn(at, ":=,;\t\"[("));
+            const double of_key = key != NULL ? scale_in_key(at, length) : 1.0;
+            const bool beside =
+                key != NULL && at[length] != '\0' && take_value(table, key, of_key, at + length, point, i + 1);
             if (key != NULL && !beside && i + 1 < lines && line[i + 1] != NULL) { /* keys over a row of values */
                 const char *below = field_at(line[i + 1], separator, index);
-                if (below != NULL && take_value(table, key, below, point, i + 2) && key->kind != IS_START) {
+                if (below != NULL && take_value(table, key, of_key, below, point, i + 2) && key->kind != IS_START) {
                     return;
                 }
             }

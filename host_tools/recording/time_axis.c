@@ -63,6 +63,49 @@ static void where(const table_t *table, size_t row, char *text, size_t room) {
     }
 }
 
+/* Clocks begin anew at midnight, counters at 2^32: what a time then goes back by, in the column's unit. */
+static const double day_s = 86400.0, counts_of_32_bits = 4294967296.0;
+
+/* Where stamps go back by what a clock or a counter does when it begins anew, all later ones are moved. Only there: the
+ * step that comes out has to be like the others. Returns the row of the first one, 0: none. */
+static size_t unwrap(double *stamp, size_t rows, double period, double step) {
+    size_t first = 0;
+    double moved = 0.0;
+    for (size_t k = 1; k < rows; k++) {
+        const double d = stamp[k] + moved - stamp[k - 1];
+        if (d < 0.0 && fabs(d + period - step) <= gap_from * step) {
+            moved += period;
+            first = first == 0 ? k : first;
+        }
+        stamp[k] += moved;
+    }
+    return first;
+}
+
+static const double earliest_s = 1e9, latest_s = 4.1e9; /* 2001 to 2100 */
+
+/* The unit of times that state none, where something else does: a rate, or their size, which is that of seconds since
+ * 1970 (2001 to 2100) only in one. Returns the seconds of one, and how it is known in `text`; 1: nothing says it. */
+static double unsaid_unit(const double *value, size_t rows, double stated_hz, char *text, size_t room) {
+    static const struct {
+        double scale;
+        const char *unit, *name;
+    } units[] = {{1e-3, "ms", "milliseconds"}, {1e-6, "us", "microseconds"}, {1e-9, "ns", "nanoseconds"}};
+    const double mean = (value[rows - 1] - value[0]) / (double)(rows - 1);
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
+        const double scale = units[i].scale;
+        if (stated_hz > 0.0 && fabs(mean * scale * stated_hz - 1.0) <= rate_tolerance) {
+            (void)snprintf(text, room, "; its rate says that they are %s", units[i].unit);
+            return scale;
+        }
+        if (value[0] * scale >= earliest_s && value[rows - 1] * scale <= latest_s) {
+            (void)snprintf(text, room, "; %s since 1970, as their size says", units[i].name);
+            return scale;
+        }
+    }
+    return 1.0;
+}
+
 static bool check_steps(const table_t *table, const double *stamp, double step, failure_t *failure) {
     char text[40];
     size_t even = 0;
@@ -87,12 +130,18 @@ static bool check_steps(const table_t *table, const double *stamp, double step, 
 }
 
 /* From stamps in seconds. */
-static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *stamp, double stated_hz,
+static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *stamp, double stated_hz, double period,
                              failure_t *failure) {
     const size_t rows = table->rows;
     const double typical = median_step(stamp, rows);
+    const size_t anew = typical > 0.0 ? unwrap(stamp, rows, period, typical) : 0;
     double step = (stamp[rows - 1] - stamp[0]) / (double)(rows - 1), uneven;
     if (!check_steps(table, stamp, typical > 0.0 ? typical : step, failure)) {
+        free(stamp);
+        return false;
+    }
+    if (!(step * RECORDING_FASTEST_HZ >= 1.0)) {
+        fail(failure, "times %g s apart are not plausible: more than %g Hz", step, RECORDING_FASTEST_HZ);
         free(stamp);
         return false;
     }
@@ -105,6 +154,12 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
         fail(failure, "the time column says %.6g Hz, stated are %.6g Hz: is its unit right?", 1.0 / step, stated_hz);
         free(stamp);
         return false;
+    }
+    if (anew > 0) {
+        char text[40];
+        const size_t used = strlen(axis->text);
+        where(table, anew, text, sizeof text);
+        snprintf(axis->text + used, sizeof axis->text - used, "; the clock begins anew at %s", text);
     }
     if (uneven > even_within) {
         const size_t used = strlen(axis->text);
@@ -132,10 +187,32 @@ static bool check_numbers(const table_t *table, const double *number, failure_t 
     return true;
 }
 
+/* Whole numbers without a unit may be anything: thousandths or millionths of a second more often than seconds. */
+static bool are_whole(const double *value, size_t rows) {
+    for (size_t k = 0; k < rows; k++) {
+        if (value[k] != floor(value[k])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool refuse_whole(const table_column_t *column, size_t rows, failure_t *failure) {
+    const double step = (column->value[rows - 1] - column->value[0]) / (double)(rows - 1);
+    return fail(
+        failure,
+        "column %zu '%s' are whole numbers without a unit, %.6g apart: say the rate (hyst import --sample-rate: "
+        "%.6g if they are ms, %.6g if us, %.6g if s)",
+        column->number, column->name, step, 1e3 / step, 1e6 / step, 1.0 / step);
+}
+
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure) {
     const double stated = given_rate_hz > 0.0 ? given_rate_hz : table->interval_s > 0.0 ? 1.0 / table->interval_s : 0.0;
     char counter[2 * UNIT_FIELD] = "";
+    if (stated > RECORDING_FASTEST_HZ) {
+        return fail(failure, "a sample rate of %g Hz is not plausible: more than %g Hz", stated, RECORDING_FASTEST_HZ);
+    }
     memset(axis, 0, sizeof *axis);
     if (table->rows < 2) {
         return fail(failure, "fewer than two samples");
@@ -161,11 +238,23 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
                         of->number, of->name, of->unit);
         }
         if (!counts && !(by_one && stated > 0.0 && quantity == QUANTITY_UNKNOWN)) {
+            char how[80] = "";
+            if (of->unit[0] == '\0' && !of->clock) {
+                scale = unsaid_unit(of->value, table->rows, stated, how, sizeof how);
+                axis->unit_taken = how[0] == '\0' && !(stated > 0.0); /* a rate agrees, or is a problem */
+            }
+            if (axis->unit_taken && of->value[0] < earliest_s && are_whole(of->value, table->rows)) {
+                return refuse_whole(of, table->rows, failure);
+            }
             stamp = allocate(table->rows, sizeof *stamp);
             for (size_t k = 0; k < table->rows; k++) {
                 stamp[k] = scale * of->value[k];
             }
-            return find_from_stamps(axis, table, stamp, stated, failure);
+            const bool found =
+                find_from_stamps(axis, table, stamp, stated, of->clock ? day_s : scale * counts_of_32_bits, failure);
+            const size_t used = strlen(axis->text);
+            (void)snprintf(axis->text + used, sizeof axis->text - used, "%s", how);
+            return found;
         }
         if (stated > 0.0 && !check_numbers(table, of->value, failure)) {
             return false;
@@ -184,6 +273,21 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
     snprintf(axis->text, sizeof axis->text, "%s%s: %.9g Hz", column >= 0 ? "sample numbers, " : "",
              given_rate_hz > 0.0 ? "as asked for" : table->interval_origin, axis->sample_rate_hz);
     return true;
+}
+
+bool time_axis_later(const table_t *table, int first, int second, double step_s, double *later_s) {
+    const table_column_t *const a = &table->column[first], *const b = &table->column[second];
+    double scale[2], sum = 0.0, low = (double)INFINITY, high = -(double)INFINITY;
+    (void)unit_of(a->unit, &scale[0]);
+    (void)unit_of(b->unit, &scale[1]);
+    for (size_t k = 0; k < table->rows; k++) {
+        const double later = scale[1] * b->value[k] - scale[0] * a->value[k];
+        sum += later;
+        low = fmin(low, later);
+        high = fmax(high, later);
+    }
+    *later_s = sum / (double)table->rows;
+    return high - low <= even_within * step_s;
 }
 
 void time_axis_resample(const time_axis_t *axis, recording_t *recording) {

@@ -9,7 +9,8 @@
 typedef struct {
     double sample_rate_hz, start_s;
     double *stamp_s; /**< of each row, if they are uneven and the rows must be resampled; else NULL */
-    char text[200];  /**< what was found: "0 to 39.995 s, 200 Hz" */
+    bool unit_taken; /**< nothing says in which unit the stamps are: they are taken for s */
+    char text[240];  /**< what was found: "0 to 39.995 s, 200 Hz" */
 } time_axis_t;
 
 /**
@@ -18,9 +19,16 @@ typedef struct {
  * within 0.5 %; it is used if there are no stamps, or only sample numbers. Stamps uneven by more than a quarter of a
  * sample: stamp_s is set. False for a gap of more than a sample and a half beside even neighbours, for stamps that
  * repeat or go back, for numbers that leave one out, and without any rate.
+ *
+ * Stamps without a unit are in seconds; in thousandths, millionths or billionths, where a rate says so or where they
+ * are then a time since 1970. A clock that begins anew at midnight, or a counter at 2^32, goes on.
  */
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure);
+
+/** How much later the times of one column are than those of another, in s; false: not by the same for all rows, within
+ * a quarter of a sample. */
+bool time_axis_later(const table_t *table, int first, int second, double step_s, double *later_s);
 
 /** Resamples all columns at even instants, if needed. */
 void time_axis_resample(const time_axis_t *axis, recording_t *recording);

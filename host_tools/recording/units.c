@@ -41,6 +41,9 @@ static const unit_t units[] = {
     {"usec", 1e-6, QUANTITY_TIME, false},
     {"milliseconds", 1e-3, QUANTITY_TIME, false},
     {"microseconds", 1e-6, QUANTITY_TIME, false},
+    {"nanoseconds", 1e-9, QUANTITY_TIME, false},
+    {"millis", 1e-3, QUANTITY_TIME, false}, /* what Arduino calls its clocks */
+    {"micros", 1e-6, QUANTITY_TIME, false},
     {"v", 1.0, QUANTITY_VOLTAGE, false},
     {"volt", 1.0, QUANTITY_VOLTAGE, false},
     {"volts", 1.0, QUANTITY_VOLTAGE, false},
@@ -52,6 +55,10 @@ static const unit_t units[] = {
     {"\xCE\xBCV", 1e-6, QUANTITY_VOLTAGE, true},
     {"kV", 1e3, QUANTITY_VOLTAGE, true},
     {"kilovolt", 1e3, QUANTITY_VOLTAGE, false},
+    {"VDC", 1.0, QUANTITY_VOLTAGE, false},
+    {"V DC", 1.0, QUANTITY_VOLTAGE, false},
+    {"Volt DC", 1.0, QUANTITY_VOLTAGE, false},
+    {"mVDC", 1e-3, QUANTITY_VOLTAGE, true},
     {"m", 1e6, QUANTITY_LENGTH, true},
     {"mm", 1e3, QUANTITY_LENGTH, true},
     {"um", 1.0, QUANTITY_LENGTH, false},
@@ -98,6 +105,7 @@ static const unit_t units[] = {
     {"counts", 1.0, QUANTITY_DIGITS, false},
     {"digits", 1.0, QUANTITY_DIGITS, false},
     {"LSB", 1.0, QUANTITY_DIGITS, false},
+    {"%", 1.0, QUANTITY_DIGITS, true}, /* of full scale */
 };
 
 quantity_t unit_of(const char *text, double *scale) {

@@ -36,6 +36,16 @@ kept() {
     if [ -n "$(find . -name '.hyst-*')" ]; then complain "$(find . -name '.hyst-*') was left behind"; fi
 }
 
+# A name that promises another format: what is written would be no such file.
+case='format by name'
+for name in out.mat OUT.NPZ out.csv.gz out.xlsx; do
+    expect 1 "$name: hyst writes no such files" import good.csv -o "$name"
+    expect 1 "$name: hyst writes no such files" fit good.csv -o "$name"
+    if [ -e "$name" ]; then complain "$name was written"; fi
+done
+expect 0 '' import good.csv -o mat
+rm mat
+
 # An output that is an input, by name, through a symbolic link and through a hard link, in every command that writes.
 for other in same symbolic hard; do
     rm -f other.csv other.json

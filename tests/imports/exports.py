@@ -24,6 +24,7 @@ import text_files
 import lab_headers
 import instrument_files
 import binary_files
+import lab_day
 import refused_files
 
 PAGE = """<!-- Written by tests/imports/exports.py, and compared by the test imports. -->
@@ -37,6 +38,10 @@ in the layout that their manuals print.
 What a column is, its name and its unit say. Words of names are English, German and French, some Italian and Spanish.
 What neither says is taken by its place only where nothing is left to choose; then a line says so. Where two columns
 could be the drive or the displacement, the file is refused, with the columns and the option to give.
+
+A unit that nothing states is said: `taken for s`, `taken for um`. Times in ms that say nothing of it are read as
+seconds so, with a rate that is a thousand times too low; `--sample-rate` says the right one, and with it the unit.
+Whole numbers as times without a unit are refused for that.
 
 Files that real instruments wrote are read as well: `./scripts/recordings --exports` brings 14 of them from public
 repositories, by commit and checksum, and shows their licences; they are not part of this one. The test `imports_real`
@@ -99,6 +104,11 @@ def check(hyst, folder, number, entry):
     for part in options.get("says_not", []):
         if part in done.stdout:
             return f"{name}: not wanted: '{part}'\n{done.stdout}", ""
+    with open(out, encoding="utf-8") as file:
+        header = file.read()
+    for key in options.get("keys", []):
+        if key + "\n" not in header:
+            return f"{name}: wanted the header line '{key}'\n{done.stdout}", ""
     for what, truth in (("drive", U), ("displacement", Y)):
         size = min(len(truth), len(column[what]))
         error = np.max(np.abs(column[what][:size] - truth[:size])) / np.ptp(truth)

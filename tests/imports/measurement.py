@@ -19,7 +19,7 @@ EXPORTS = []
 
 def export(name, arguments="", refused=None, tolerance=1e-6, **options):
     """arguments: of `hyst import`. refused: what the line has to say. start: time of the first sample. says, says_not:
-    parts of what is printed."""
+    parts of what is printed. keys: lines of the recording's header."""
 
     def register(write):
         EXPORTS.append((name, write, arguments.split(), refused, tolerance, options))

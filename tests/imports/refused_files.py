@@ -26,7 +26,7 @@ def _(path):
 
 
 @export("a bad line, an unknown unit and a gap",
-        refused="line 102: 'overflow' is not a number; line 252: gap in time: from 0.249 s to 0.35 s, one sample is 0.001 s; "
+        refused="line 102: 'overflow' is not a number (hyst import --fill-missing: straight lines over them); line 252: gap in time: from 0.249 s to 0.35 s, one sample is 0.001 s; "
                 "displacement is column 3 'y' in 'bananas', an unknown unit: say how many um")
 def _(path):
     lines = rows(T, U, Y).splitlines()

@@ -69,6 +69,15 @@ for frequency, periods, whole in ((1.0, 40, True), (200.0, None, False)):
     assert whole or abs(holds["period_s"] * frequency - 1.0) < 1e-3, holds
 assert "ranges of all, the rest of the first 6.55" in run("import", "long.csv").stdout
 
+# Times in ms that do not say so are read as s. That shows in the rate, and the line says what to type.
+write("unsaid.csv", 0.25 * np.arange(4000), U[:4000], Y[:4000], "time,drive,position\n")
+assert "Where the times are ms: --sample-rate 4000\n" in run("import", "unsaid.csv").stdout
+told = run("import", "unsaid.csv", "--sample-rate", "4000", "-o", "said.csv").stdout
+assert "its rate says that they are ms" in told and "plausible" not in told, told
+assert "said.csv: 4000 samples at 4000 Hz" in told, told
+write("unsaid.csv", T[:4000], U[:4000], Y[:4000], "time,drive,position\n")
+assert "plausible" not in run("import", "unsaid.csv").stdout
+
 # Header keys with units: `import` and every other command read the same numbers.
 OWN = "# sample_rate_hz: 500\n# drive_unit: mV\n# displacement_unit: nm\nt,drive,displacement\n"
 write("own_nm.csv", T, 1e3 * U, 1e3 * Y, OWN)

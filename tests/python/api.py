@@ -130,6 +130,38 @@ class Recordings(unittest.TestCase):
         self.assertEqual(read.displacement[10], 10.0)
         self.assertIn("CH2", read.understood)
 
+    def test_what_a_user_mistypes_is_answered_with_what_there_is(self):
+        columns = "drive, displacement, reference, voltage, current, temperature"
+        with self.assertRaisesRegex(hyst.Error, f"no column 'position': it has {columns}"):
+            hyst.read(RECORDING, columns={"position": 2})
+        with self.assertRaisesRegex(hyst.Error, f"no column 'position': it has {columns}"):
+            hyst.Recording([0.0, 1.0], [0.0, 1.0], sample_rate=10, position=[0.0, 1.0])
+        with self.assertRaisesRegex(hyst.Error, f"no column 'position': it has {columns}"):
+            hyst.read(RECORDING).column("position")
+        with self.assertRaisesRegex(hyst.Error, "unknown family 'preisak': there are .*preisach"):
+            hyst.fit(hyst.read(RECORDING), "preisak")
+        with self.assertRaisesRegex(hyst.Error, "recording.mat: hyst writes no such files"):
+            hyst.read(RECORDING).write("recording.mat")
+
+    def test_options_may_be_numbers_of_numpy(self):
+        with open("bare.csv", "w", encoding="utf-8") as file:
+            file.write("".join(f"{k % 50},{2 * (k % 50)}\n" for k in range(300)))
+        for rate in (np.int64(200), np.float32(200), np.array(200.0)):
+            self.assertEqual(hyst.read("bare.csv", sample_rate=rate).sample_rate, 200.0)
+        self.assertEqual(hyst.read("bare.csv", sample_rate=200, scales={"drive": np.int32(20)}).drive[3], 60.0)
+
+    def test_missing_numbers_are_filled_only_if_asked(self):
+        with open("holes.csv", "w", encoding="utf-8") as file:
+            file.write("time (s),drive (V),position (um)\n" + "".join(
+                f"{k / 100},{k % 50},{'OL' if k in (12, 13) else 2 * (k % 50)}\n" for k in range(300)))
+        with self.assertRaises(hyst.Error) as refused:
+            hyst.read("holes.csv")
+        self.assertIn("line 14: 'OL' is not a number", str(refused.exception))
+        read = hyst.read("holes.csv", fill_missing=True)
+        self.assertEqual(list(read.displacement[11:15]), [22.0, 24.0, 26.0, 28.0])
+        self.assertEqual(list(read.drive[11:15]), [11.0, 12.0, 13.0, 14.0])
+        self.assertIn("the longest run is 2", read.understood)
+
     def test_xarray(self):
         read = hyst.read(RECORDING)
         data = read.to_xarray()

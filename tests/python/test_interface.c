@@ -110,7 +110,9 @@ static void test_options_are_read_strictly(void) {
     TEST_ASSERT_NULL(hyst_host_fit(all, 0, NULL));
     TEST_ASSERT_NULL(hyst_host_compile(actuator, "{\"drive_range_v\": [1]}", &length, NULL));
     TEST_ASSERT_NULL(hyst_host_recording_read("x.csv", "{\"column\": {\"none\": 1}}"));
-    TEST_ASSERT_EQUAL_STRING("a recording has no column 'none'", hyst_host_error());
+    TEST_ASSERT_EQUAL_STRING("a recording has no column 'none': it has drive, displacement, reference, voltage, "
+                             "current, temperature",
+                             hyst_host_error());
 }
 
 static void test_an_image_has_its_report(void) {

@@ -147,7 +147,14 @@ def as_path(path: Any) -> bytes:
 
 def options(**values: Any) -> bytes:
     """Those that are not None, as JSON."""
-    return json.dumps({key: value for key, value in values.items() if value is not None}).encode()
+    return json.dumps({key: value for key, value in values.items() if value is not None}, default=_plain).encode()
+
+
+def _plain(value: Any) -> Any:
+    """A number of numpy as one of Python."""
+    if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
+        return value.item()
+    raise TypeError(f"an option is a {type(value).__name__}: {value!r}")
 
 
 def column_in(values: Any) -> tuple[Any, np.ndarray]:

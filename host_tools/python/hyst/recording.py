@@ -25,6 +25,10 @@ UNITS = {
 }
 
 
+def _no_column(name: str) -> Error:
+    return Error(f"a recording has no column '{name}': it has {', '.join(UNITS)}")
+
+
 class Recording:
     """Drive in V and displacement in um of one run, sampled uniformly.
 
@@ -50,7 +54,7 @@ class Recording:
         given = {"drive": drive, "displacement": displacement, **columns}
         for column in given:
             if column not in UNITS:
-                raise Error(f"a recording has no column '{column}'")
+                raise _no_column(column)
         if (sample_rate is None) == (time is None):
             raise Error("either sample_rate or time")
         arrays = {column: column_in(values) for column, values in given.items()}
@@ -93,7 +97,7 @@ class Recording:
     def column(self, name: str) -> np.ndarray | None:
         """A column by name, or None where the recording has none of that name."""
         if name not in UNITS:
-            raise Error(f"a recording has no column '{name}'")
+            raise _no_column(name)
         if name not in self._columns:
             self._columns[name] = column_out(lib.recording_column(self._handle, name.encode()), len(self))
         return self._columns[name]
@@ -220,15 +224,17 @@ def read(
     columns: Mapping[str, str | int] | None = None,
     scales: Mapping[str, float] | None = None,
     group: str | None = None,
+    fill_missing: bool = False,
 ) -> Recording:
     """Reads a recording: the project's CSV, any file that `hyst import` takes, or LabVIEW TDMS (needs npTDMS).
 
     What a foreign file does not say, the keywords say, as the options of that command do: columns={"drive": "CH1"}
     (name or number of a column), scales={"drive": 20.0} (V or um per unit), time="t" or "none", sample_rate in Hz.
+    fill_missing: rows without a number are put on straight lines between their neighbours, and understood says so.
     Recording.understood tells what the columns were taken for. group: of a TDMS file with several.
     """
     said = {"time": None if time is None else str(time), "sample_rate_hz": sample_rate, "column": columns,
-            "scale": scales}
+            "scale": scales, "fill_missing": fill_missing or None}
     if os.fspath(path).lower().endswith(".tdms"):
         return _read_tdms(path, group, said)
     if group is not None:

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "recording/text_names.h"
+#include "recording/decimal.h"
+#include "recording/text_header.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HEADS = 3 /* lines above the data in which names and units are looked for */ };
+
+static bool is_blank(const char *line) {
+    return line[strspn(line, " \t")] == '\0';
+}
+
+/* How a line of a header may be split, beside the separators of the data. */
+enum { WIDE_GAPS = 1, WITH_UNITS, UNTIL_UNITS };
+
+static bool ends_a_unit(const char *word, size_t length) {
+    return length > 0 && strchr(")]", word[length - 1]) != NULL;
+}
+
+/* Whether the word at `next` belongs to the name before it, [name, end). */
+static bool goes_on(char way, const char *name, const char *end, const char *next) {
+    switch (way) {
+    case WIDE_GAPS:
+        return next - end == 1 && *end == ' ';
+    case WITH_UNITS: /* a unit alone is no name */
+        return strchr("([", *next) != NULL && strchr("([", *name) == NULL && !ends_a_unit(name, (size_t)(end - name));
+    default:
+        return !ends_a_unit(name, (size_t)(end - name));
+    }
+}
+
+/* The next name of a line, and what comes behind it: between gaps of two blanks and more; a word, and the unit in
+ * brackets behind it; or words up to such a unit. */
+static const char *next_name(const char *line, char way, const char **field, size_t *length) {
+    if (way > UNTIL_UNITS) {
+        return text_next_field(line, way, field, length);
+    }
+    const char *next = text_next_field(line, ' ', field, length);
+    while (next != NULL && goes_on(way, *field, *field + *length, next)) {
+        const char *more;
+        size_t size;
+        next = text_next_field(next, ' ', &more, &size);
+        *length = (size_t)(more - *field) + size;
+    }
+    return next;
+}
+
+static size_t split_one_way(const char *line, char way, text_field_t field[MOST_COLUMNS]) {
+    const char *at = line + strspn(line, "#%/! ");
+    size_t count = 0;
+    while (at != NULL && count < MOST_COLUMNS) {
+        const char *text;
+        size_t length;
+        at = next_name(at, way, &text, &length);
+        snprintf(field[count].text, sizeof field[count].text, "%.*s", (int)length, text);
+        count++;
+    }
+    return count;
+}
+
+/* Splits a line of the header like the data, where it may have more fields than these; or in whatever way makes just as
+ * many. Blanks leave no field empty: of more words than columns it is not known which belong together. 0: no way. */
+static size_t split_names(const char *line, const layout_t *layout, size_t least, text_field_t field[MOST_COLUMNS]) {
+    static const char others[] = {'\t', ';', ',', WIDE_GAPS, WITH_UNITS, UNTIL_UNITS, ' '};
+    if (layout->dialect.separator != ' ') {
+        const size_t count = split_one_way(line, layout->dialect.separator, field);
+        if (count >= least) {
+            return count;
+        }
+    }
+    for (size_t i = 0; i < sizeof others; i++) {
+        const size_t count = split_one_way(line, others[i], field);
+        if (count == least || (count > least && count == layout->fields)) {
+            return count;
+        }
+    }
+    return 0;
+}
+
+/* The fields of a keyed line that are not empty, over the columns in their order: where they reach beyond the last
+ * column, empty ones stand for something else (Tektronix). false: there are not as many, less perhaps the first. */
+static bool close_gaps(text_field_t *field, size_t count, size_t columns) {
+    size_t filled = 0, next;
+    for (size_t j = 1; j < count; j++) {
+        filled += field[j].text[0] != '\0';
+    }
+    if (filled != columns && filled + 1 != columns) {
+        return false;
+    }
+    next = columns - filled;
+    text_field_t *const old = allocate(count, sizeof *old);
+    memcpy(old, field, count * sizeof *old);
+    field[0].text[0] = '\0';
+    for (size_t j = 1; j < count; j++) {
+        if (old[j].text[0] != '\0') {
+            field[next++] = old[j];
+        }
+    }
+    free(old);
+    return true;
+}
+
+/* The fields of the last header line that begins with such a key, over their columns; NULL: there is none. To be
+ * freed. Where the key does not stand over a column itself, the first field is that behind it. */
+static text_field_t *stated(const text_source_t *source, const layout_t *layout, size_t least,
+                            bool (*is_key)(const char *field)) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
+    for (size_t i = layout->begin; i > 0; i--) {
+        size_t count = split_names(source->line[i - 1], layout, least, field), empty = 0;
+        if (count < least || !is_key(field[0].text)) {
+            continue;
+        }
+        while (count > 0 && field[count - 1].text[0] == '\0') {
+            count--;
+        }
+        for (size_t j = 1; j < count; j++) {
+            if (is_key(field[j].text)) { /* one for each signal (TwinCAT) */
+                field[j].text[0] = '\0';
+            }
+            empty += field[j].text[0] == '\0';
+        }
+        if (count > least && empty > 0 && least == layout->columns) {
+            count = close_gaps(field, count, least) ? count : 0;
+        } else if (count > 1 && layout->number[0] && count == least + 1) {
+            memmove(field, field + 1, (MOST_COLUMNS - 1) * sizeof *field);
+        } else {
+            field[0].text[0] = '\0';
+        }
+        if (count > 1) { /* not a key alone */
+            return field;
+        }
+    }
+    free(field);
+    return NULL;
+}
+
+/* Names and units by number, in the order of the columns of numbers ("# NAME0 = Target Position"): each over its
+ * column. NULL: not one for each. To be freed. */
+static text_field_t *numbered(const text_source_t *source, const layout_t *layout, const char *key) {
+    text_field_t *field = allocate(MOST_COLUMNS, sizeof *field), *over = allocate(MOST_COLUMNS, sizeof *over);
+    const size_t count = text_numbered((const char *const *)source->line, layout->begin, key, field, MOST_COLUMNS);
+    size_t next = 0;
+    for (size_t j = 0; count == layout->columns && j < MOST_COLUMNS; j++) {
+        if (layout->number[j]) {
+            over[j] = field[next++];
+        }
+    }
+    free(field);
+    if (next == 0) {
+        free(over);
+        return NULL;
+    }
+    return over;
+}
+
+/* Whether fields over the columns of numbers are units, and one at least is a known one. */
+static bool are_units(const text_field_t *field, const layout_t *layout, size_t least) {
+    bool all = true, known = false;
+    for (size_t j = 0; j < least; j++) {
+        if (layout->number[j]) {
+            all = all && text_is_unit(field[j].text);
+            known = known || field[j].text[0] != '\0';
+        }
+    }
+    return all && known;
+}
+
+/* The line of names above the data, and that of units below it; below that may be one of remarks (Origin). Both are to
+ * be freed, and NULL where there is none. */
+static void find_heads(const text_source_t *source, const layout_t *layout, size_t least, text_field_t **names,
+                       text_field_t **units) {
+    text_field_t *fields[HEADS];
+    size_t count[HEADS] = {0}, found = 0, of_units = HEADS;
+    for (size_t i = layout->begin; i > 0 && found < HEADS; i--) {
+        if (!is_blank(source->line[i - 1])) {
+            fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
+            count[found] = split_names(source->line[i - 1], layout, least, fields[found]);
+            if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
+                of_units = found;
+            }
+            found++;
+        }
+    }
+    const size_t of_names = of_units < HEADS ? of_units + 1 : 0;
+    *units = *names = NULL;
+    for (size_t i = 0; i < found; i++) {
+        if (i == of_units) {
+            *units = fields[i];
+        } else if (i == of_names && count[i] > 0) {
+            *names = fields[i];
+        } else {
+            free(fields[i]);
+        }
+    }
+}
+
+/* R writes the numbers of rows in front, and no name over them: names that are one short belong to the columns behind.
+ */
+static text_field_t *names_behind_numbers(const text_source_t *source, const layout_t *layout, size_t least,
+                                          const double *first) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
+    const size_t above = layout->begin;
+    const bool counts = layout->number[0] && first[0] == 1.0 && first[1] == 2.0 && first[2] == 3.0;
+    if (counts && above > 0 && least > 2 &&
+        split_names(source->line[above - 1], layout, least - 1, field + 1) == least - 1) {
+        return field;
+    }
+    free(field);
+    return NULL;
+}
+
+/* What a header line states about the columns goes before the line above the data. */
+static void prefer(text_field_t **field, text_field_t *better) {
+    if (better != NULL) {
+        free(*field);
+        *field = better;
+    }
+}
+
+/* Words stand over the columns, of which it is not known which belong together. */
+static void tell_unnamed(table_t *table, const text_source_t *source, const layout_t *layout) {
+    size_t above = layout->begin, words = 0;
+    while (above > 0 && is_blank(source->line[above - 1])) {
+        above--;
+    }
+    const char *line = above > 0 ? source->line[above - 1] + strspn(source->line[above - 1], "#%/! ") : "";
+    for (const char *at = line; at != NULL && *at != '\0'; words++) {
+        const char *word;
+        size_t length;
+        at = text_next_field(at, ' ', &word, &length);
+    }
+    if (words > 0) {
+        char text[120];
+        (void)snprintf(text, sizeof text, "line %zu has %zu words over %zu columns", above, words, layout->columns);
+        table->unnamed = copy_text(text);
+        table->unnamed_line = copy_text(line);
+    }
+}
+
+/* The columns of words, which are no signals. */
+static void tell_words(table_t *table, const layout_t *layout, const text_field_t *names, size_t least) {
+    char text[300] = "";
+    size_t used = 0, count = 0;
+    for (size_t j = layout->labels ? 1 : 0; j < least && used < sizeof text; j++) {
+        if (layout->word[j]) {
+            const int printed =
+                snprintf(text + used, sizeof text - used, "%s%zu%s%.30s%s", count > 0 ? ", " : "", j + 1,
+                         names != NULL ? " '" : "", names != NULL ? names[j].text : "", names != NULL ? "'" : "");
+            used += printed > 0 ? (size_t)printed : 0;
+            count++;
+        }
+    }
+    if (count > 0) {
+        table_note(table, "words in column%s %s", count > 1 ? "s" : "", text);
+    }
+}
+
+void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
+    size_t least = 0, column = 0;
+    text_field_t *names, *units;
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        least = layout->number[j] ? j + 1 : least;
+    }
+    find_heads(source, layout, least, &names, &units);
+    if (names == NULL && table->rows > 2) {
+        names = names_behind_numbers(source, layout, least, value[0]);
+    }
+    prefer(&names, stated(source, layout, least, text_is_name_key));
+    prefer(&names, numbered(source, layout, "name"));
+    prefer(&units, numbered(source, layout, "unit"));
+    prefer(&units, numbered(source, layout, "dispunit"));
+    if (names == NULL && layout->dialect.separator == ' ') {
+        tell_unnamed(table, source, layout);
+    }
+    tell_words(table, layout, names, layout->fields);
+    text_field_t *over = units == NULL ? stated(source, layout, least, text_is_unit_key) : NULL;
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        if (layout->number[j]) {
+            char name[TEXT_FIELD], unit[TEXT_FIELD], written[TEXT_FIELD];
+            double number;
+            const char *end;
+            const around_text_t *around = &layout->around[j];
+            snprintf(name, sizeof name, "%s",
+                     around->label[0] != '\0' ? around->label
+                     : names != NULL          ? names[j].text
+                                              : "");
+            snprintf(unit, sizeof unit, "%s", units != NULL ? units[j].text : "");
+            if (name[0] == '\0' || (decimal_read(name, layout->dialect.point, &number, &end) && *end == '\0')) {
+                snprintf(name, sizeof name, "column %zu", j + 1);
+            }
+            snprintf(written, sizeof written, "%s", name);
+            if (unit[0] == '\0') {
+                unit_split(name, unit, "/_ ");
+            }
+            if (over != NULL && over[j].text[0] != '\0' && (unit[0] == '\0' || !text_is_unit(unit))) {
+                snprintf(name, sizeof name, "%s", written);
+                snprintf(unit, sizeof unit, "%s", over[j].text);
+            }
+            text_bare_unit(unit);
+            if (around->unit[0] != '\0') {
+                snprintf(unit, sizeof unit, "%s", around->unit);
+            }
+            table_add(table, name, unit, written, value[column++]);
+            table->column[table->columns - 1].number = j + 1;
+            table->column[table->columns - 1].clock = around->clock;
+        }
+    }
+    free(over);
+    free(names);
+    free(units);
+}
