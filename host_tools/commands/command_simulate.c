@@ -94,12 +94,12 @@ static bool report(const model_t *model, const recording_t *recording, const dou
     print_measure("whole recording", &whole, recording->start_s, rate);
     print_measure("with its own zero", &moved, recording->start_s, rate);
     printf("%-22s %+.6g um beside the model's\n", "", zero_um);
-    if (has_rest) {
+    if (has_rest && from > 0) {
         char what[40];
         const double rest_s = recording->start_s + (double)from / rate;
         snprintf(what, sizeof what, "from t = %.4g s on", rest_s);
         print_measure(what, &rest, rest_s, rate);
-    } else {
+    } else if (!has_rest) { /* else that is the whole recording */
         puts("The drive never sweeps far enough to erase the hysteresis' past.");
     }
     return true;

@@ -74,7 +74,7 @@ for kept in ("kept.h5", "kept.csv"):
     assert error(kept) == said, kept
 assert "displacement_sampled_after_s: -0.0002" in open("kept.csv", encoding="ascii").read()
 told = run("simulate", "model.json", "said.csv", "-o", "moved.csv").stderr
-assert "taken 0.0002 s earlier" in told and "1 row dropped" in told, told
+assert "taken 200 us earlier" in told and "1 row dropped" in told, told
 header = [line for line in open("moved.csv", encoding="ascii") if line.startswith("#")]
 assert "# displacement_sampled_after_s: 0\n" in header and any("drive_moved_s: -0.0002" in line for line in header), header
 assert json.loads(run("look", "said.csv", "--json").stdout)["recordings"][0]["drive"]["moved_s"] == -EARLY / RATE

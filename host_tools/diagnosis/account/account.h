@@ -3,9 +3,9 @@
 #ifndef ACCOUNT_H
 #define ACCOUNT_H
 
-#include "diagnosis/account/taken_out.h"
 #include "diagnosis/answer/answer.h"
 #include "diagnosis/columns/measured_columns.h"
+#include "diagnosis/review/taken_out.h"
 #include "diagnosis/where/locate.h"
 
 typedef struct {

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/review/review.h"
 #include "belief/rivals.h"
-#include "diagnosis/account/taken_out.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/columns/measured_columns.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/judgement/reconsider.h"
 #include "diagnosis/nuisance/past_choice.h"
 #include "diagnosis/review/delivered.h"
+#include "diagnosis/review/taken_out.h"
 #include "diagnosis/search/contest.h"
 #include "thresholds/thresholds.h"
 #include <math.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "diagnosis/account/taken_out.h"
+#include "diagnosis/review/taken_out.h"
 #include "diagnosis/nuisance/past.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
