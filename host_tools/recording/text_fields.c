@@ -45,7 +45,7 @@ const char *text_next_field(const char *line, char separator, const char **field
 }
 
 /* What instruments send for overload; 9.91e37 is their "not a number" (SCPI 1999). */
-static const double scpi_infinity = 9.9e37;
+static const double scpi_infinity = 9.9e37, scpi_beyond = 9.92e37;
 
 /* Letters, digits and blanks that begin with a letter, before the last ':' or '=' of a field that ends with a number.
  */
@@ -87,7 +87,8 @@ static bool ends_with_unit(const char *at, const char *end, around_t *around) {
 static field_kind_t number_kind(const char *field, size_t length, char point, double *number, around_t *around) {
     const char *end, *const last = field + length;
     if (decimal_read(field, point, number, &end) && end <= last && ends_with_unit(end, last, around)) {
-        return fabs(*number) < scpi_infinity ? FIELD_NUMBER : FIELD_TEXT;
+        const bool none = fabs(*number) >= scpi_infinity && fabs(*number) < scpi_beyond;
+        return none ? FIELD_TEXT : FIELD_NUMBER;
     }
     around->label_length = label_before(field, length);
     if (around->label_length > 0) {

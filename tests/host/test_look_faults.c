@@ -244,6 +244,22 @@ static void test_missing_codes(void) {
     }
 }
 
+/* A converter of few codes, whose values were written with two decimals: their distances differ a little. */
+static void test_few_codes_are_not_missing(void) {
+    static const double step_um = 0.3777;
+    for (size_t which = 0; which < SCENE_DRIVES; which++) {
+        double *y = record(which);
+        for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+            y[k] = round(100.0 * step_um * round(y[k] / step_um)) / 100.0;
+        }
+        look_at_them(1);
+        for (size_t f = 0; f < faults.count; f++) {
+            TEST_ASSERT_TRUE_MESSAGE(faults.fault[f].kind != &fault_missing_codes, "missing codes");
+        }
+        close_all(1);
+    }
+}
+
 /* late[] of readings that lose (or repeat) so many samples at an instant. */
 static void shift_from(size_t at, double samples) {
     for (size_t k = at; k < SCENE_SAMPLES; k++) {
@@ -496,5 +512,6 @@ int main(void) {
     RUN_TEST(test_noisy_drive);
     RUN_TEST(test_masking);
     RUN_TEST(test_stairs_of_a_slow_converter_are_no_jitter);
+    RUN_TEST(test_few_codes_are_not_missing);
     return UNITY_END();
 }

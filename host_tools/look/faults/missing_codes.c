@@ -2,7 +2,7 @@
 /* Readings that never fall into a range that the position crosses again and again. A crossing in which the position
  * moves by d per sample (the largest of six steps around it) would leave gap / d readings inside, so the chance of none
  * in all crossings is exp(-sum gap / d), at most. Crossings that a jump or the speed of the drive explains do not
- * count. */
+ * count. Where most readings are so far from the next one, a coarse converter has few codes, and misses none. */
 #include "look/fault.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
@@ -55,13 +55,14 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
              fmax(threshold.edge_of_noise * look->prediction.noise_um, threshold.gap_in_steps * look->noise.step_um));
     double *sorted = allocate(samples, sizeof *sorted), *gap = allocate(MOST_GAPS, sizeof *gap), expected = 0.0;
     double low[MOST_GAPS];
-    size_t gaps = 0, candidates = 0;
+    size_t gaps = 0, candidates = 0, apart = 0;
     memcpy(sorted, look->recording->column[COLUMN_DISPLACEMENT], samples * sizeof *sorted);
     gsl_sort(sorted, 1, samples);
     for (size_t i = skipped; i + 1 + skipped < samples; i++) {
         candidates += sorted[i + 1] - sorted[i] > least ? 1 : 0;
+        apart += sorted[i + 1] > sorted[i] ? 1 : 0;
     }
-    for (size_t i = skipped; candidates <= MOST_GAPS && i + 1 + skipped < samples; i++) {
+    for (size_t i = skipped; candidates <= MOST_GAPS && 2 * candidates < apart && i + 1 + skipped < samples; i++) {
         if (sorted[i + 1] - sorted[i] > least) {
             const double here = expected_inside(look, sorted[i], sorted[i + 1]);
             /* Each place between two readings could have been one. */
