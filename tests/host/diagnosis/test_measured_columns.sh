@@ -6,8 +6,8 @@ set -u
 hyst=$1
 writer=$2
 folder=$3
-# shellcheck source-path=SCRIPTDIR source=../support/command.sh
-. "$(dirname "$0")/../support/command.sh"
+# shellcheck source-path=SCRIPTDIR source=../../support/command.sh
+. "$(dirname "$0")/../../support/command.sh"
 
 # diagnose CASE   stdout, f.json, f.html; words, json: the first two on one line each
 diagnose() {
