@@ -15,7 +15,7 @@
 
 static loop_input_t seen;
 static uint16_t next_code;
-static uint32_t bus_hz;       /* that the Modbus line was told */
+static uint32_t bus_hz;       /* of the bus that the Modbus line sits on */
 static bool ends_in_the_loop; /* a conversion, while the loop computes */
 
 /* In place of the application and of what is not the board's. */
