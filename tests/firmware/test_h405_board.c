@@ -99,7 +99,7 @@ static void test_flash_that_takes_no_wait_states_gets_no_fast_clock(void) {
     TEST_ASSERT_EQUAL_UINT32(16000000, board_core_hz());
 }
 
-static void start(void) {
+static void started(void) {
     (void)board_init();
     board_start(0);
 }
@@ -113,7 +113,7 @@ static void sample(uint16_t position, unsigned looks) {
 }
 
 static void test_a_position_that_does_not_come_is_the_last_one_and_a_fault(void) {
-    start();
+    started();
     sample(0x123, 1);
     TEST_ASSERT_EQUAL_HEX16(0x1230, seen.position_code);
     TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
@@ -128,7 +128,7 @@ static void test_a_position_that_does_not_come_is_the_last_one_and_a_fault(void)
 
 /* It is not the next sample's: that one has to wait for its own, and to say that it did not come. */
 static void test_a_conversion_that_ends_too_late_is_dropped(void) {
-    start();
+    started();
     sample(0x123, 1);
     ends_in_the_loop = true;
     fake_chip.adc.DR = 0x456;
@@ -150,7 +150,7 @@ static void convert(uint32_t reading) {
 }
 
 static void test_temperature_and_supply_by_the_factory_values(void) {
-    start();
+    started();
     for (unsigned i = 0; i < 4; i++) {
         const bool temperature = fake_chip.adc.JSQR == ADC_JSQR_SINGLE(16U);
         convert(temperature ? 1190 : 1500);
@@ -161,7 +161,7 @@ static void test_temperature_and_supply_by_the_factory_values(void) {
 }
 
 static void test_health_that_is_not_converted_any_more_vanishes(void) {
-    start();
+    started();
     for (unsigned i = 0; i < 4; i++) {
         convert(1500);
     }
@@ -176,7 +176,7 @@ static void test_health_that_is_not_converted_any_more_vanishes(void) {
 }
 
 static void test_output_follows_only_what_the_converter_holds(void) {
-    start();
+    started();
     next_code = 0xABC0;
     sample(0, 1);
     fake_chip.dac.DOR1 = 0xABC;
