@@ -43,8 +43,11 @@ static bool start_pll(bool *crystal) {
         return false;
     }
     /* Order matters: wait states (5 at 168 MHz and 3.3 V) and bus dividers first, then the fast clock. The voltage
-     * regulator's scale 1, which 168 MHz needs, is the reset value. */
+     * regulator's scale 1, which 168 MHz needs, is the reset value. The wait states are read back, as RM0090 asks. */
     FLASH->ACR = FLASH_ACR_LATENCY(5) | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN;
+    if (!wait_for(&FLASH->ACR, FLASH_ACR_LATENCY_MASK, FLASH_ACR_LATENCY(5))) {
+        return false;
+    }
     RCC->CFGR = RCC_CFGR_PPRE1_4 | RCC_CFGR_PPRE2_2 | RCC_CFGR_SW_PLL;
     return wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL);
 }

@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define BIT(n) (1UL << (n))
+#define BIT(n) ((uint32_t)1 << (n))
 
 /* Reset and clock control, RM0090 section 7.3 */
 typedef struct {
@@ -81,27 +81,28 @@ typedef struct {
 typedef struct {
     volatile uint32_t ACR, KEYR, OPTKEYR, SR, CR, OPTCR;
 } flash_t;
-#define FLASH_SR_BSY         BIT(16)
-#define FLASH_SR_ERRORS      0xF2UL /* operation, write protection, alignment, parallelism, sequence */
-#define FLASH_CR_PG          BIT(0)
-#define FLASH_CR_SER         BIT(1)
-#define FLASH_CR_SNB(n)      ((uint32_t)(n) << 3)
-#define FLASH_CR_PSIZE_32    (2UL << 8)
-#define FLASH_CR_STRT        BIT(16)
-#define FLASH_CR_LOCK        BIT(31)
-#define FLASH_KEY1           0x45670123UL
-#define FLASH_KEY2           0xCDEF89ABUL
-#define FLASH_ACR_DCRST      BIT(12)
-#define FLASH_OPTCR_OPTLOCK  BIT(0)
-#define FLASH_OPTCR_OPTSTRT  BIT(1)
-#define FLASH_OPTCR_BOR_MASK (3UL << 2)
-#define FLASH_OPTKEY1        0x08192A3BUL
-#define FLASH_OPTKEY2        0x4C5D6E7FUL
-#define FLASH                ((flash_t *)0x40023C00UL)
-#define FLASH_ACR_LATENCY(n) ((uint32_t)(n))
-#define FLASH_ACR_PRFTEN     BIT(8)
-#define FLASH_ACR_ICEN       BIT(9)
-#define FLASH_ACR_DCEN       BIT(10)
+#define FLASH_SR_BSY           BIT(16)
+#define FLASH_SR_ERRORS        0xF2UL /* operation, write protection, alignment, parallelism, sequence */
+#define FLASH_CR_PG            BIT(0)
+#define FLASH_CR_SER           BIT(1)
+#define FLASH_CR_SNB(n)        ((uint32_t)(n) << 3)
+#define FLASH_CR_PSIZE_32      (2UL << 8)
+#define FLASH_CR_STRT          BIT(16)
+#define FLASH_CR_LOCK          BIT(31)
+#define FLASH_KEY1             0x45670123UL
+#define FLASH_KEY2             0xCDEF89ABUL
+#define FLASH_ACR_DCRST        BIT(12)
+#define FLASH_OPTCR_OPTLOCK    BIT(0)
+#define FLASH_OPTCR_OPTSTRT    BIT(1)
+#define FLASH_OPTCR_BOR_MASK   ((uint32_t)3 << 2)
+#define FLASH_OPTKEY1          0x08192A3BUL
+#define FLASH_OPTKEY2          0x4C5D6E7FUL
+#define FLASH                  ((flash_t *)0x40023C00UL)
+#define FLASH_ACR_LATENCY(n)   ((uint32_t)(n))
+#define FLASH_ACR_LATENCY_MASK 7UL
+#define FLASH_ACR_PRFTEN       BIT(8)
+#define FLASH_ACR_ICEN         BIT(9)
+#define FLASH_ACR_DCEN         BIT(10)
 
 /* General-purpose I/O, section 8.4. Two bits of MODER and PUPDR a pin, four of AFR. */
 typedef struct {
@@ -253,6 +254,11 @@ static inline void nvic_enable(unsigned irq, unsigned priority) {
 /** Takes back a pending interrupt whose cause is gone. */
 static inline void nvic_forget(unsigned irq) {
     NVIC_ICPR[irq / 32U] = BIT(irq % 32U);
+}
+
+/** What was stored before has arrived. */
+static inline void wait_for_stores(void) {
+    __asm__ volatile("dsb" ::: "memory");
 }
 
 #endif

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+#include "fake_chip.h"
+
+fake_chip_t fake_chip;
+
+void fake_chip_power_on(void) {
+    fake_chip = (fake_chip_t){.crystal = true,
+                              .pll = true,
+                              .wait_states = true,
+                              .idcode = DBGMCU_ID_F405,
+                              .reference = 1500, /* 1.21 V of 3.3 V are 1502 */
+                              .at_30 = 940,      /* 0.76 V at 25 C and 2.5 mV a degree */
+                              .at_110 = 1190,
+                              .looks_to_position = 1};
+    fake_chip.flash.CR = FLASH_CR_LOCK;
+}
+
+static void follow(volatile uint32_t *reg, uint32_t bit, bool on) {
+    *reg = on ? *reg | bit : *reg & ~bit;
+}
+
+rcc_t *fake_rcc(void) {
+    rcc_t *const rcc = &fake_chip.rcc;
+    const bool pll_has_source = fake_chip.crystal || (rcc->PLLCFGR & RCC_PLLCFGR_HSE) == 0;
+    follow(&rcc->CR, RCC_CR_HSERDY, fake_chip.crystal && (rcc->CR & RCC_CR_HSEON) != 0);
+    follow(&rcc->CR, RCC_CR_PLLRDY, fake_chip.pll && pll_has_source && (rcc->CR & RCC_CR_PLLON) != 0);
+    const bool chosen = (rcc->CFGR & RCC_CFGR_SW_MASK) == RCC_CFGR_SW_PLL;
+    follow(&rcc->CFGR, RCC_CFGR_SWS_PLL, chosen && (rcc->CR & RCC_CR_PLLRDY) != 0);
+    if (chosen && (fake_flash()->ACR & FLASH_ACR_LATENCY(5)) != FLASH_ACR_LATENCY(5)) {
+        fake_chip.too_fast = true;
+    }
+    return rcc;
+}
+
+pwr_t *fake_pwr(void) {
+    follow(&fake_chip.pwr.CSR, PWR_CSR_PVDO, fake_chip.low_supply);
+    return &fake_chip.pwr;
+}
+
+flash_t *fake_flash(void) {
+    flash_t *const flash = &fake_chip.flash;
+    if (!fake_chip.wait_states) {
+        flash->ACR = 0;
+    }
+    if ((flash->CR & FLASH_CR_STRT) != 0) {
+        flash->CR &= ~FLASH_CR_STRT;
+        fake_chip.erased++;
+    }
+    return flash;
+}
+
+/* The flags are cleared by zeros, and ones that are written set none. */
+adc_t *fake_adc(void) {
+    adc_t *const adc = &fake_chip.adc;
+    fake_chip.adc_flags &= adc->SR;
+    if (fake_chip.looks_to_position > 0 && --fake_chip.looks_to_position == 0) {
+        fake_chip.adc_flags |= ADC_SR_EOC;
+    }
+    adc->SR = fake_chip.adc_flags;
+    return adc;
+}
