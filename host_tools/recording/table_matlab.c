@@ -61,8 +61,9 @@ static size_t text_of(const matvar_t *variable, char *text, size_t room) {
     for (int i = 0; count > 0 && i < variable->rank; i++) {
         count *= variable->dims[i];
     }
-    for (size_t i = 0; i < count && used + 3 < room; i++) {
-        const bool wide = variable->data_type == MAT_T_UINT16 || variable->data_type == MAT_T_UTF16;
+    const bool wide = count > 0 && (variable->data_type == MAT_T_UINT16 || variable->data_type == MAT_T_UTF16);
+    const size_t there = count > 0 ? variable->nbytes / (wide ? sizeof(uint16_t) : 1) : 0; /* a damaged file has less */
+    for (size_t i = 0; i < count && i < there && used + 3 < room; i++) {
         const unsigned letter =
             wide ? ((const uint16_t *)variable->data)[i] : (unsigned)((const uint8_t *)variable->data)[i];
         if (wide && letter >= 0x80 && letter < 0x800) {
