@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/output_file.h"
+#include "base/file_ending.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -21,19 +21,9 @@ static bool names_open_file(const char *path) {
     return begins(path, "/dev/std") || begins(path, "/dev/fd/") || begins(path, "/proc/");
 }
 
-/* The ending of a name that promises a format which nothing here writes, or NULL. */
-static const char *ending_of_others(const char *name) {
-    static const char *const endings[] = {".mat",  ".npy", ".npz", ".tdms", ".xls",
-                                          ".xlsx", ".gz",  ".zip", ".pdf",  ".png"};
-    const size_t length = strlen(name);
-    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
-        const size_t size = strlen(endings[i]);
-        if (length > size && strcasecmp(name + length - size, endings[i]) == 0) {
-            return endings[i];
-        }
-    }
-    return NULL;
-}
+/* Endings of formats that nothing here writes. */
+static const char *const of_others[] = {".mat", ".npy", ".npz", ".tdms", ".xls", ".xlsx",
+                                        ".gz",  ".zip", ".pdf", ".png",  NULL};
 
 /* The folder of `path`, resolved, with '/' and `name` behind it. NULL with errno set. */
 static char *beside(const char *path, const char *name) {
@@ -68,7 +58,7 @@ static bool resolve(output_file_t *output, const char *name, bool *in_place, boo
         return fail(failure, "%s: %s", name, strerror(errno));
     }
     *exists = *exists && S_ISREG(now->st_mode);
-    if (!*in_place && ending_of_others(name) != NULL) {
+    if (!*in_place && file_ending(name, of_others) != NULL) {
         return fail(failure,
                     "%s: hyst writes no such files: recordings are CSV or HDF5 (.h5), others as the command says",
                     name);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #define H5_USE_110_API /* the interface that Debian 12 has; later ones keep it */
 #include "recording/recording_hdf5.h"
+#include "base/file_ending.h"
 #include "base/output_file.h"
 #include "base/provenance.h"
 #include "base/shown_name.h"
@@ -9,7 +10,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #define FORMAT "hyst-recording-1"
 
@@ -20,15 +20,8 @@ static const char *const reserved[] = {"format",       "sample_rate_hz", "start_
                                        "source_files", "device",         "hyst_version", "_NCProperties", NULL};
 
 bool hdf5_is_named(const char *path) {
-    static const char *const endings[] = {".h5", ".hdf5", ".nc"};
-    const size_t length = strlen(path);
-    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
-        const size_t ending = strlen(endings[i]);
-        if (length > ending && strcasecmp(path + length - ending, endings[i]) == 0) {
-            return true;
-        }
-    }
-    return false;
+    static const char *const endings[] = {".h5", ".hdf5", ".nc", NULL};
+    return file_ending(path, endings) != NULL;
 }
 
 static bool is_reserved(const char *name) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/judgement/no_physics.h"
 #include "diagnosis/where/drive_period.h"
+#include "diagnosis/where/loop_parts.h"
 #include "numerics/least_squares.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
@@ -14,6 +15,9 @@ static const double settles = 0.1;
 static const double turns_by = 0.05;
 /* Fewer are regular by chance. */
 static const size_t least_turns = 8;
+/* A line is as wide that comes from a drive, in parts of one over the length of a stretch: what the drive makes may
+ * change once in all of it. */
+static const double line_width = 2.0;
 
 static bool too_short(const samples_t *samples, const model_block_t *block) {
     const double number = block->parameter[0].value[0], rate_hz = samples->recordings[0].sample_rate_hz;
@@ -50,36 +54,10 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
     return stretch->from < recording->samples;
 }
 
-/* A line is as wide that comes from a drive, in parts of one over the length of a stretch: what the drive makes may
- * change once in all of it. */
-static const double line_width = 2.0;
-
-/* Where a drive turns by more than a twentieth of its range; returns how many such points there are. */
-static size_t turning_points(const double *u, size_t count, size_t *at) {
-    double range[2];
-    size_t turns = 0, extreme = 0;
-    int towards = 0;
-    values_range(u, count, range);
-    const double back = turns_by * (range[1] - range[0]);
-    for (size_t k = 1; k < count; k++) {
-        const double beyond = u[k] - u[extreme];
-        if (towards == 0 ? fabs(beyond) > back : towards * beyond < -back) {
-            if (towards != 0) {
-                at[turns++] = extreme;
-            }
-            towards = beyond > 0.0 ? 1 : -1;
-            extreme = k;
-        } else if (towards * beyond > 0.0) {
-            extreme = k;
-        }
-    }
-    return turns;
-}
-
 /* Two turns of a drive that turns at regular times, whatever the levels; 0: it does not. */
 static double turning_period(const double *u, size_t count) {
-    size_t *at = allocate(count, sizeof *at);
-    const size_t turns = turning_points(u, count, at);
+    size_t *at;
+    const size_t turns = loop_turns(u, count, turns_by, &at);
     double interval = turns < least_turns ? 0.0 : (double)(at[turns - 1] - at[0]) / (double)(turns - 1);
     for (size_t i = 0; i < turns && interval > 0.0; i++) {
         interval = fabs((double)(at[i] - at[0]) - (double)i * interval) > 1.0 ? 0.0 : interval;

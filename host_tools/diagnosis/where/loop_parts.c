@@ -3,6 +3,7 @@
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 const double loop_still = 2e-5;
 enum { SHORTEST_HOLD = 20 };
@@ -31,13 +32,19 @@ static size_t find_reversals(const double *drive, size_t samples, double way, si
     return count;
 }
 
-size_t loop_reversals(const double *drive, size_t samples, double part) {
+size_t loop_turns(const double *drive, size_t samples, double part, size_t **at) {
     double ends[2];
-    size_t *at;
     values_range(drive, samples, ends);
-    const size_t found = find_reversals(drive, samples, part * (ends[1] - ends[0]), &at);
+    const size_t found = find_reversals(drive, samples, part * (ends[1] - ends[0]), at) - 2;
+    memmove(*at, *at + 1, found * sizeof **at);
+    return found;
+}
+
+size_t loop_reversals(const double *drive, size_t samples, double part) {
+    size_t *at;
+    const size_t found = loop_turns(drive, samples, part, &at);
     free(at);
-    return found - 2; /* with the first and the last sample */
+    return found;
 }
 
 void loop_parts(const double *drive, size_t samples, loop_part_t *part) {

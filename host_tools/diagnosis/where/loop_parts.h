@@ -8,6 +8,9 @@
 /** A drive that stays within this part of its range is held: a step of 16 bits. */
 extern const double loop_still;
 
+/** Samples at which a drive turns round, between ways of more than this part of its range, without its first and last
+ * one. Returns how many; *at is to be freed. */
+size_t loop_turns(const double *drive, size_t samples, double part, size_t **at);
 /** How often a drive turns round, between ways of more than this part of its range. */
 size_t loop_reversals(const double *drive, size_t samples, double part);
 
