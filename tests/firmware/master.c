@@ -89,6 +89,10 @@ modbus_exception_t master_set(unsigned index, uint32_t value) {
                                           : master_write(info->address, 2, values);
 }
 
+void master_put(unsigned index, uint32_t value) {
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
+}
+
 void master_command(control_command_t command) {
     TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(INDEX_command, command), "command");
 }

@@ -31,7 +31,10 @@ uint32_t master_get(unsigned index);
 /** Likewise; returns the exception. */
 modbus_exception_t master_set(unsigned index, uint32_t value);
 
-/** Master_set of the command; the test fails on an exception. */
+/** Likewise; the test fails on an exception. */
+void master_put(unsigned index, uint32_t value);
+
+/** Master_put of the command; the test fails on an exception. */
 void master_command(control_command_t command);
 
 /** Writes words to a block, in as many requests as it takes; the test fails on an exception. */

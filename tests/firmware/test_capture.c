@@ -26,10 +26,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 /* One sample with the delaying actuator. */
 static void sample(unsigned delay) {
     const hyst_q31_t position = drives[(now + DELAY_MAX - FAKE_LATENCY - delay) % DELAY_MAX];
@@ -67,9 +63,9 @@ static void load_random_staircase(int16_t levels[POINTS]) {
         words[2 * i + 1] = (uint32_t)levels[i] << 16;
     }
     master_write_words(ADDRESS_waveform, words, sizeof words / sizeof words[0]);
-    set(INDEX_waveform_points, POINTS);
-    set(INDEX_source, SOURCE_BREAKPOINTS);
-    set(INDEX_source_cycles, 1);
+    master_put(INDEX_waveform_points, POINTS);
+    master_put(INDEX_source, SOURCE_BREAKPOINTS);
+    master_put(INDEX_source_cycles, 1);
 }
 
 /* With lookahead = the actuator's delay, frame i has reference, drive and position of the same breakpoint i, from frame
@@ -80,12 +76,12 @@ static void test_frames_are_aligned_for_every_lookahead(void) {
         int16_t levels[POINTS];
         commit_lookahead(lookahead);
         load_random_staircase(levels);
-        set(INDEX_mode, HYST_MODE_LINEAR);
+        master_put(INDEX_mode, HYST_MODE_LINEAR);
         for (unsigned i = 0; i < 200; i++) {
             sample(lookahead);
         }
-        set(INDEX_capture_length, POINTS);
-        set(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
+        master_put(INDEX_capture_length, POINTS);
+        master_put(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
         master_command(COMMAND_ARM_CAPTURE);
         for (unsigned i = 0; i < 10; i++) {
             sample(lookahead);
@@ -114,10 +110,10 @@ static void test_frames_are_aligned_for_every_lookahead(void) {
 static void test_telemetry_is_aligned_too(void) {
     enum { LOOKAHEAD = 5 };
     commit_lookahead(LOOKAHEAD);
-    set(INDEX_mode, HYST_MODE_LINEAR);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 30);
-    set(INDEX_source_increment, 1U << 27);
+    master_put(INDEX_mode, HYST_MODE_LINEAR);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 30);
+    master_put(INDEX_source_increment, 1U << 27);
     for (unsigned i = 0; i < 200; i++) {
         sample(LOOKAHEAD);
     }
@@ -134,10 +130,10 @@ static void test_telemetry_is_aligned_too(void) {
 
 /* With an actuator that has no delay of its own, the drive of a snapshot is the one that its position shows. */
 static void test_telemetry_drive_is_aligned_with_position(void) {
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 30);
-    set(INDEX_source_increment, 1U << 27);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 30);
+    master_put(INDEX_source_increment, 1U << 27);
     master_command(COMMAND_START);
     for (unsigned i = 0; i < 200; i++) {
         sample(0);
@@ -149,10 +145,10 @@ static void test_decimation_takes_every_nth_sample(void) {
     enum { DECIMATION = 7, FRAMES = 12 };
     int16_t levels[POINTS];
     load_random_staircase(levels);
-    set(INDEX_mode, HYST_MODE_LINEAR);
-    set(INDEX_capture_decimation, DECIMATION);
-    set(INDEX_capture_length, FRAMES);
-    set(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
+    master_put(INDEX_mode, HYST_MODE_LINEAR);
+    master_put(INDEX_capture_decimation, DECIMATION);
+    master_put(INDEX_capture_length, FRAMES);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
     for (unsigned i = 0; i < 10; i++) {
         sample(0);
     }
@@ -171,7 +167,7 @@ static void test_decimation_takes_every_nth_sample(void) {
 }
 
 static void test_the_whole_buffer_at_once(void) {
-    set(INDEX_capture_length, CAPTURE_CAPACITY);
+    master_put(INDEX_capture_length, CAPTURE_CAPACITY);
     master_command(COMMAND_ARM_CAPTURE);
     for (unsigned i = 0; i < CAPTURE_CAPACITY; i++) {
         TEST_ASSERT_EQUAL_UINT16(i, capture_frames());
@@ -191,7 +187,7 @@ static void test_the_whole_buffer_at_once(void) {
 static void test_frames_cannot_be_read_while_they_are_written(void) {
     uint16_t value;
     TEST_ASSERT_EQUAL(MODBUS_OK, master_read(ADDRESS_capture, 1, &value));
-    set(INDEX_capture_length, 3);
+    master_put(INDEX_capture_length, 3);
     master_command(COMMAND_ARM_CAPTURE);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_read(ADDRESS_capture, 1, &value));
     (void)fake_board_run(1);
@@ -203,7 +199,7 @@ static void test_frames_cannot_be_read_while_they_are_written(void) {
 /* Longer than the buffer: frame n at place n % capacity, whole until the frame `capacity` later is begun. */
 static void test_a_long_capture_goes_round_and_is_read_meanwhile(void) {
     enum { FRAMES = 65535 };
-    set(INDEX_capture_length, FRAMES);
+    master_put(INDEX_capture_length, FRAMES);
     master_command(COMMAND_ARM_CAPTURE);
     for (uint32_t n = 0; n < FRAMES; n++) {
         TEST_ASSERT_NOT_EQUAL(CAPTURE_DONE, capture_state());
@@ -231,7 +227,7 @@ static void test_a_long_capture_goes_round_and_is_read_meanwhile(void) {
 
 /* The shortest that goes round: one frame takes the place of frame 0. */
 static void test_a_capture_one_frame_longer_than_the_buffer(void) {
-    set(INDEX_capture_length, CAPTURE_CAPACITY + 1);
+    master_put(INDEX_capture_length, CAPTURE_CAPACITY + 1);
     master_command(COMMAND_ARM_CAPTURE);
     for (uint32_t n = 0; n <= CAPTURE_CAPACITY; n++) {
         (void)fake_board_sample((hyst_q31_t)(n << 16));
@@ -245,7 +241,7 @@ static void test_a_capture_one_frame_longer_than_the_buffer(void) {
 }
 
 static void test_arming_again_starts_anew(void) {
-    set(INDEX_capture_length, 5);
+    master_put(INDEX_capture_length, 5);
     master_command(COMMAND_ARM_CAPTURE);
     (void)fake_board_run(3);
     master_command(COMMAND_ARM_CAPTURE);
@@ -263,12 +259,12 @@ static void test_arming_again_starts_anew(void) {
 
 /* A source that was started before arming is not the trigger; the next start is. */
 static void test_the_trigger_waits_for_the_next_start(void) {
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_increment, 1U << 20);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_increment, 1U << 20);
     master_command(COMMAND_START);
-    set(INDEX_capture_length, 1);
-    set(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
+    master_put(INDEX_capture_length, 1);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_SOURCE);
     master_command(COMMAND_ARM_CAPTURE);
     (void)fake_board_run(50);
     TEST_ASSERT_EQUAL(CAPTURE_ARMED, capture_state());
@@ -287,10 +283,10 @@ static int16_t signal_of(unsigned frame, unsigned width, unsigned capacity, unsi
 
 /* As soon as it waits, the newest frames are kept; a trigger keeps the last of them, and the rest follow. */
 static void arm_history(uint16_t signals, uint16_t length, uint16_t before, capture_trigger_t trigger) {
-    set(INDEX_capture_signals, signals);
-    set(INDEX_capture_length, length);
-    set(INDEX_capture_before, before);
-    set(INDEX_capture_trigger, trigger);
+    master_put(INDEX_capture_signals, signals);
+    master_put(INDEX_capture_length, length);
+    master_put(INDEX_capture_before, before);
+    master_put(INDEX_capture_trigger, trigger);
     master_command(COMMAND_ARM_CAPTURE);
 }
 
@@ -299,7 +295,7 @@ static void test_what_was_before_the_trigger(void) {
     const uint32_t lives[] = {0, 5, 2 * BEFORE - 1, 2 * BEFORE, 2 * LENGTH + 7, 100001};
     for (unsigned i = 0; i < sizeof lives / sizeof lives[0]; i++) {
         setUp();
-        set(INDEX_capture_decimation, DECIMATION);
+        master_put(INDEX_capture_decimation, DECIMATION);
         arm_history(CAPTURE_DRIVE | CAPTURE_POSITION, LENGTH, BEFORE, CAPTURE_AT_FAULT);
         uint32_t n = 0;
         for (; n < lives[i]; n++) {
@@ -324,7 +320,7 @@ static void test_what_was_before_the_trigger(void) {
 
 static void test_the_trigger_at_a_level(void) {
     enum { LENGTH = 50, BEFORE = 9, LEVEL = 1000 };
-    set(INDEX_capture_level, (uint32_t)LEVEL << 16);
+    master_put(INDEX_capture_level, (uint32_t)LEVEL << 16);
     arm_history(CAPTURE_POSITION, LENGTH, BEFORE, CAPTURE_AT_LEVEL);
     for (int n = 0; n < 100; n++) {
         (void)fake_board_sample((LEVEL + 500 - n) << 16); /* above it from the beginning on, and down: no crossing */
@@ -345,10 +341,10 @@ static void test_every_signal(void) {
     int16_t all[FRAMES][CAPTURE_SIGNALS_MOST];
     for (unsigned pass = 0; pass <= CAPTURE_SIGNALS_MOST; pass++) {
         setUp();
-        set(INDEX_source, SOURCE_SINE);
-        set(INDEX_source_amplitude, 1U << 29);
-        set(INDEX_source_increment, 1U << 27);
-        set(INDEX_mode, HYST_MODE_COMPENSATE);
+        master_put(INDEX_source, SOURCE_SINE);
+        master_put(INDEX_source_amplitude, 1U << 29);
+        master_put(INDEX_source_increment, 1U << 27);
+        master_put(INDEX_mode, HYST_MODE_COMPENSATE);
         for (int n = 0; n < 20; n++) {
             sample(0);
         }
@@ -373,26 +369,26 @@ static void test_every_signal(void) {
 }
 
 static void test_what_does_not_fit_is_refused(void) {
-    set(INDEX_capture_signals, CAPTURE_DRIVE | CAPTURE_POSITION);
+    master_put(INDEX_capture_signals, CAPTURE_DRIVE | CAPTURE_POSITION);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_signals, 0));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_signals, CAPTURE_ALL + 1));
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_capture_trigger, CAPTURE_AT_WARNING + 1));
-    set(INDEX_capture_length, 16000);
-    set(INDEX_capture_before, 15999);
+    master_put(INDEX_capture_length, 16000);
+    master_put(INDEX_capture_before, 15999);
     master_command(COMMAND_ARM_CAPTURE);
-    set(INDEX_capture_before, 16000);
+    master_put(INDEX_capture_before, 16000);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
-    set(INDEX_capture_length, 16001);
-    set(INDEX_capture_before, 1);
+    master_put(INDEX_capture_length, 16001);
+    master_put(INDEX_capture_before, 1);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
-    set(INDEX_capture_before, 0);
+    master_put(INDEX_capture_before, 0);
     master_command(COMMAND_ARM_CAPTURE);
-    set(INDEX_capture_trigger, CAPTURE_AT_LEVEL);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_LEVEL);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
-    set(INDEX_capture_length, CAPTURE_ENDLESS);
+    master_put(INDEX_capture_length, CAPTURE_ENDLESS);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
-    set(INDEX_capture_trigger, CAPTURE_AT_FAULT);
-    set(INDEX_capture_before, 1);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_FAULT);
+    master_put(INDEX_capture_before, 1);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_ARM_CAPTURE));
 }
 

@@ -20,10 +20,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 static hyst_parameters_error_t commit(const hyst_parameters_t *p) {
     uint32_t words[HYST_IMAGE_MAX_WORDS];
     const size_t length = hyst_parameters_encode(p, words, HYST_IMAGE_MAX_WORDS);
@@ -153,9 +149,9 @@ static void test_new_limits_are_reached_by_a_ramp(void) {
             fake_board_power_on(0);
             hyst_parameters_default(&p);
             TEST_ASSERT_EQUAL(HYST_PARAMETERS_OK, commit(&p));
-            set(INDEX_mode, (uint32_t)mode);
+            master_put(INDEX_mode, (uint32_t)mode);
             (void)fake_board_run(10);
-            set(INDEX_setpoint, (uint32_t)(upper != 0 ? HYST_Q31_MAX / 10 * 9 : HYST_Q31_MIN / 10 * 9));
+            master_put(INDEX_setpoint, (uint32_t)(upper != 0 ? HYST_Q31_MAX / 10 * 9 : HYST_Q31_MIN / 10 * 9));
             const hyst_q31_t last = fake_board_run(10000);
             p.drive_low = upper != 0 ? HYST_Q31_MIN : HYST_Q31_MAX / 10 * 7;
             p.drive_high = upper != 0 ? HYST_Q31_MIN / 10 * 7 : HYST_Q31_MAX;
@@ -194,10 +190,10 @@ static void test_nothing_that_is_committed_steps_the_drive(void) {
         p.shape[0] = random_section();
         p.shape[1] = random_section();
         accepted += commit(&p) == HYST_PARAMETERS_OK ? 1U : 0U;
-        set(INDEX_setpoint_slew, (uint32_t)HYST_Q31_MAX);
-        set(INDEX_mode, (uint32_t)random_between(&rng, 0, 3));
+        master_put(INDEX_setpoint_slew, (uint32_t)HYST_Q31_MAX);
+        master_put(INDEX_mode, (uint32_t)random_between(&rng, 0, 3));
         last = run_within(last, (unsigned)random_between(&rng, 1, 5), FAKE_DRIVE_SLEW_MAX);
-        set(INDEX_setpoint, (uint32_t)random_q31(&rng));
+        master_put(INDEX_setpoint, (uint32_t)random_q31(&rng));
         last = run_within(last, (unsigned)random_between(&rng, 1, 30), FAKE_DRIVE_SLEW_MAX);
     }
     limited = master_get(INDEX_slew_limited);
@@ -215,12 +211,12 @@ static void test_the_memory_follows_the_limited_drive(void) {
         p.pi_weight[0] = p.pi_weight[1] = HYST_Q28_ONE / 2;
         p.pi_threshold[0] = 1 << 28;
         TEST_ASSERT_EQUAL(HYST_PARAMETERS_OK, commit(&p));
-        set(INDEX_mode, HYST_MODE_COMPENSATE);
+        master_put(INDEX_mode, HYST_MODE_COMPENSATE);
         (void)fake_board_run(2000);
-        set(INDEX_setpoint_slew, fast != 0 ? (uint32_t)HYST_Q31_MAX : 1U << 22);
-        set(INDEX_setpoint, 3U << 29);
+        master_put(INDEX_setpoint_slew, fast != 0 ? (uint32_t)HYST_Q31_MAX : 1U << 22);
+        master_put(INDEX_setpoint, 3U << 29);
         (void)fake_board_run(2000);
-        set(INDEX_setpoint, 1U << 29);
+        master_put(INDEX_setpoint, 1U << 29);
         drive[fast] = fake_board_run(2000);
     }
     TEST_ASSERT_EQUAL_INT32(drive[0], drive[1]);

@@ -15,10 +15,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 /* A model with hysteresis and with limits inside the converter's range. */
 static hyst_parameters_t limited_model(void) {
     hyst_parameters_t p;
@@ -71,10 +67,10 @@ static void test_codes_over_the_whole_range(void) {
                  {0x7FFF7FFF, 0xFFFF},
                  {0x7FFF8000, 0xFFFF},
                  {INT32_MAX, 0xFFFF}};
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_setpoint_slew, INT32_MAX);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_setpoint_slew, INT32_MAX);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        set(INDEX_setpoint, (uint32_t)cases[i].drive);
+        master_put(INDEX_setpoint, (uint32_t)cases[i].drive);
         (void)settle();
         TEST_ASSERT_EQUAL_HEX16(cases[i].code, fake_board_sample(0));
     }
@@ -92,8 +88,8 @@ static void test_parked_at_start(void) {
     TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
     TEST_ASSERT_EQUAL_HEX16(BOARD_CODE_MIDDLE, fake_board_sample(123));
     TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
-    set(INDEX_setpoint, 1U << 30);
-    set(INDEX_setpoint_slew, INT32_MAX);
+    master_put(INDEX_setpoint, 1U << 30);
+    master_put(INDEX_setpoint_slew, INT32_MAX);
     (void)fake_board_run(3);
     TEST_ASSERT_EQUAL_HEX16_MESSAGE(BOARD_CODE_MIDDLE, fake_board_sample(0), "parked ignores the reference");
 }
@@ -104,10 +100,10 @@ static void test_modes_change_without_a_step(void) {
     static const hyst_mode_t modes[] = {HYST_MODE_DIRECT, HYST_MODE_COMPENSATE, HYST_MODE_LINEAR, HYST_MODE_PARK,
                                         HYST_MODE_LINEAR, HYST_MODE_DIRECT,     HYST_MODE_PARK,   HYST_MODE_COMPENSATE};
     commit(&p);
-    set(INDEX_setpoint, 1U << 28);
+    master_put(INDEX_setpoint, 1U << 28);
     hyst_q31_t last = settle();
     for (size_t i = 0; i < sizeof modes / sizeof modes[0]; i++) {
-        set(INDEX_mode, modes[i]);
+        master_put(INDEX_mode, modes[i]);
         TEST_ASSERT_EQUAL_INT32(last, fake_board_run(1));
         TEST_ASSERT_EQUAL_UINT32(modes[i], master_get(INDEX_active_mode));
         for (int sample = 0; sample < 3000; sample++) {
@@ -122,10 +118,10 @@ static void test_modes_change_without_a_step(void) {
 static void test_stop_and_the_end_of_a_source_hold(void) {
     const uint32_t points[] = {100, 1U << 29, 100, 1U << 28};
     master_write_words(ADDRESS_waveform, points, 4);
-    set(INDEX_waveform_points, 2);
-    set(INDEX_source, SOURCE_BREAKPOINTS);
-    set(INDEX_source_cycles, 1);
-    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_waveform_points, 2);
+    master_put(INDEX_source, SOURCE_BREAKPOINTS);
+    master_put(INDEX_source_cycles, 1);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
     master_command(COMMAND_START);
     (void)fake_board_run(50);
     TEST_ASSERT_EQUAL_UINT32(LOOP_PLAYING, master_get(INDEX_state));
@@ -156,15 +152,15 @@ static void test_a_sine_locks_the_harmonics(void) {
     for (unsigned run = 0; run < 2; run++) {
         fake_board_power_on(0);
         commit(&p);
-        set(INDEX_mode, HYST_MODE_COMPENSATE);
-        set(INDEX_setpoint, 1U << 29);
-        set(INDEX_setpoint_slew, INT32_MAX);
+        master_put(INDEX_mode, HYST_MODE_COMPENSATE);
+        master_put(INDEX_setpoint, 1U << 29);
+        master_put(INDEX_setpoint_slew, INT32_MAX);
         (void)fake_board_run(20000 + run * PERIOD / 3);
-        set(INDEX_source, SOURCE_SINE);
-        set(INDEX_source_offset, 1U << 29);
-        set(INDEX_source_amplitude, 0);
-        set(INDEX_source_increment, UINT32_MAX / PERIOD);
-        set(INDEX_source_cycles, 0);
+        master_put(INDEX_source, SOURCE_SINE);
+        master_put(INDEX_source_offset, 1U << 29);
+        master_put(INDEX_source_amplitude, 0);
+        master_put(INDEX_source_increment, UINT32_MAX / PERIOD);
+        master_put(INDEX_source_cycles, 0);
         master_command(COMMAND_START);
         for (unsigned k = 0; k < SAMPLES; k++) {
             drive[run][k] = fake_board_run(1);
@@ -180,17 +176,17 @@ static void test_a_sine_locks_the_harmonics(void) {
 }
 
 static void test_parking_stops_everything(void) {
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 30);
-    set(INDEX_source_increment, 1U << 24);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 30);
+    master_put(INDEX_source_increment, 1U << 24);
     master_command(COMMAND_START);
     (void)fake_board_run(100);
     master_command(COMMAND_PARK);
     TEST_ASSERT_EQUAL_INT32(0, settle());
     TEST_ASSERT_EQUAL_UINT32(LOOP_PARKED, master_get(INDEX_state));
     TEST_ASSERT_EQUAL_UINT32(HYST_MODE_PARK, master_get(INDEX_mode));
-    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
     (void)fake_board_run(1);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(LOOP_IDLE, master_get(INDEX_state), "the source does not come back by itself");
 }
@@ -202,7 +198,7 @@ static void condition_and_check(hyst_mode_t mode, hyst_parameters_t p) {
     const unsigned most =
         (unsigned)((UINT64_C(3) << 32) / (uint32_t)rate); /* three times the range, less by the image's */
     hyst_q31_t highest = INT32_MIN, lowest = INT32_MAX;
-    set(INDEX_setpoint_slew, (uint32_t)p.transition_slew); /* one bound for both ways back */
+    master_put(INDEX_setpoint_slew, (uint32_t)p.transition_slew); /* one bound for both ways back */
     hyst_q31_t last = fake_board_run(1), end;
     master_command(COMMAND_CONDITION);
     unsigned samples = 0;
@@ -232,8 +228,8 @@ static void test_conditioning_from_every_mode(void) {
     for (int mode = HYST_MODE_PARK; mode <= HYST_MODE_COMPENSATE; mode++) {
         fake_board_power_on(0);
         commit(&p);
-        set(INDEX_mode, (uint32_t)mode);
-        set(INDEX_setpoint, 1U << 28);
+        master_put(INDEX_mode, (uint32_t)mode);
+        master_put(INDEX_setpoint, 1U << 28);
         const hyst_q31_t before = settle();
         condition_and_check((hyst_mode_t)mode, p);
         const hyst_q31_t after = settle();
@@ -251,10 +247,10 @@ static void test_conditioning_during_a_transition(void) {
     p.linear_offset = -(1 << 29);
     p.transition_slew = 100000;
     commit(&p);
-    set(INDEX_mode, HYST_MODE_LINEAR);
-    set(INDEX_setpoint, (uint32_t)(p.drive_high - (1 << 26)));
+    master_put(INDEX_mode, HYST_MODE_LINEAR);
+    master_put(INDEX_setpoint, (uint32_t)(p.drive_high - (1 << 26)));
     (void)settle();
-    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
     (void)fake_board_run(5);
     condition_and_check(HYST_MODE_DIRECT, p);
 }
@@ -264,7 +260,7 @@ static void test_conditioning_does_not_wait_for_slow_transitions(void) {
     hyst_parameters_t p = limited_model();
     p.linear_offset = -(1 << 29);
     commit(&p);
-    set(INDEX_mode, HYST_MODE_LINEAR);
+    master_put(INDEX_mode, HYST_MODE_LINEAR);
     (void)settle();
     p.transition_slew = FAKE_TRANSITION_SLEW_MIN;
     commit(&p);
@@ -275,10 +271,10 @@ static void test_conditioning_does_not_wait_for_slow_transitions(void) {
 static void test_conditioning_from_a_running_sine(void) {
     const hyst_parameters_t p = limited_model();
     commit(&p);
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 29);
-    set(INDEX_source_increment, 1U << 22);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 29);
+    master_put(INDEX_source_increment, 1U << 22);
     master_command(COMMAND_START);
     (void)fake_board_run(300);
     condition_and_check(HYST_MODE_DIRECT, p);
@@ -293,7 +289,7 @@ static void test_conditioning_keeps_to_the_slews(void) {
         hyst_parameters_t p = limited_model();
         p.transition_slew = (hyst_q31_t)slews[i][0];
         commit(&p);
-        set(INDEX_reference_slew, slews[i][1]);
+        master_put(INDEX_reference_slew, slews[i][1]);
         hyst_q31_t last = settle(), largest = 0;
         master_command(COMMAND_CONDITION);
         for (int sample = 0; sample < 10000; sample++) {
@@ -314,11 +310,11 @@ static void test_conditioning_erases_the_past(void) {
     for (int past = 0; past < 2; past++) {
         fake_board_power_on(0);
         commit(&p);
-        set(INDEX_mode, HYST_MODE_DIRECT);
-        set(INDEX_setpoint, past == 0 ? 3U << 28 : 0U - (3U << 28));
+        master_put(INDEX_mode, HYST_MODE_DIRECT);
+        master_put(INDEX_setpoint, past == 0 ? 3U << 28 : 0U - (3U << 28));
         (void)settle();
-        set(INDEX_mode, HYST_MODE_COMPENSATE);
-        set(INDEX_setpoint, 1U << 26);
+        master_put(INDEX_mode, HYST_MODE_COMPENSATE);
+        master_put(INDEX_setpoint, 1U << 26);
         (void)settle();
         master_command(COMMAND_CONDITION);
         (void)fake_board_run(40000);
@@ -329,7 +325,7 @@ static void test_conditioning_erases_the_past(void) {
 }
 
 static void test_start_is_refused_while_conditioning_and_stop_ends_it(void) {
-    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
     master_command(COMMAND_CONDITION);
     const hyst_q31_t before = fake_board_run(500);
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START));
@@ -341,15 +337,15 @@ static void test_start_is_refused_while_conditioning_and_stop_ends_it(void) {
 static void test_counters_count_and_clear(void) {
     const hyst_parameters_t p = limited_model();
     commit(&p);
-    set(INDEX_mode, HYST_MODE_LINEAR);
-    set(INDEX_setpoint, INT32_MAX);
+    master_put(INDEX_mode, HYST_MODE_LINEAR);
+    master_put(INDEX_setpoint, INT32_MAX);
     (void)settle();
     master_command(COMMAND_CLEAR);
     (void)fake_board_run(10);
     TEST_ASSERT_EQUAL_UINT32(10, master_get(INDEX_samples));
     TEST_ASSERT_EQUAL_UINT32(10, master_get(INDEX_drive_limited));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_unreachable));
-    set(INDEX_mode, HYST_MODE_COMPENSATE);
+    master_put(INDEX_mode, HYST_MODE_COMPENSATE);
     hyst_parameters_t q = p;
     q.hysteresis_offset = -(1 << 30); /* INT32_MAX is now beyond any drive */
     commit(&q);
@@ -368,9 +364,9 @@ static void test_a_saturating_filter_is_counted(void) {
     p.shape_sections = 1;
     p.shape[0] = (hyst_iir_section_t){.b0 = 4 * HYST_Q28_ONE};
     commit(&p);
-    set(INDEX_mode, HYST_MODE_COMPENSATE);
-    set(INDEX_setpoint, 1U << 30);
-    set(INDEX_setpoint_slew, INT32_MAX);
+    master_put(INDEX_mode, HYST_MODE_COMPENSATE);
+    master_put(INDEX_setpoint, 1U << 30);
+    master_put(INDEX_setpoint_slew, INT32_MAX);
     (void)fake_board_run(5);
     TEST_ASSERT_EQUAL_UINT32(5, master_get(INDEX_filter_saturated));
 }

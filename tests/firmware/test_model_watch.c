@@ -30,10 +30,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 static void sample(hyst_q31_t error) {
     drives[now % FAKE_LATENCY] = fake_board_drive(hyst_add(drives[now % FAKE_LATENCY], error));
     now++;
@@ -47,14 +43,14 @@ static void run(unsigned samples, hyst_q31_t error) {
 
 /* A sine that goes on, and a limit on it. */
 static void play(hyst_mode_t mode, hyst_q31_t limit, uint32_t milliseconds) {
-    set(INDEX_mode, mode);
+    master_put(INDEX_mode, mode);
     run(500, 0);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 29);
-    set(INDEX_source_increment, 1U << 24);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 29);
+    master_put(INDEX_source_increment, 1U << 24);
     master_command(COMMAND_START);
-    set(INDEX_model_error_time, milliseconds);
-    set(INDEX_model_error_limit, (uint32_t)limit);
+    master_put(INDEX_model_error_time, milliseconds);
+    master_put(INDEX_model_error_limit, (uint32_t)limit);
 }
 
 #define ERROR (1 << 24)
@@ -138,10 +134,10 @@ static void test_what_is_not_the_models_is_not_watched(void) {
     run(10000, ERROR);
     TEST_ASSERT_EQUAL_UINT32(before, master_get(INDEX_model_error_blocks));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_warnings_sticky));
-    set(INDEX_source_amplitude, 0x7FFFFFFF);
-    set(INDEX_source_increment, 1U << 30); /* a step of half the range in every sample */
-    set(INDEX_reference_slew, 0x7FFFFFFF); /* and the drive has to do it */
-    set(INDEX_mode, HYST_MODE_COMPENSATE);
+    master_put(INDEX_source_amplitude, 0x7FFFFFFF);
+    master_put(INDEX_source_increment, 1U << 30); /* a step of half the range in every sample */
+    master_put(INDEX_reference_slew, 0x7FFFFFFF); /* and the drive has to do it */
+    master_put(INDEX_mode, HYST_MODE_COMPENSATE);
     master_command(COMMAND_START);
     run(100, 0);
     const uint32_t limited = master_get(INDEX_model_error_blocks);
@@ -154,10 +150,10 @@ static void test_what_is_not_the_models_is_not_watched(void) {
 static void test_the_warning_freezes_the_recorder(void) {
     enum { LENGTH = 10000, BEFORE = 9000 };
     play(HYST_MODE_COMPENSATE, ERROR / 2, 100);
-    set(INDEX_capture_signals, CAPTURE_REFERENCE | CAPTURE_POSITION | CAPTURE_ERROR);
-    set(INDEX_capture_length, LENGTH);
-    set(INDEX_capture_before, BEFORE);
-    set(INDEX_capture_trigger, CAPTURE_AT_WARNING);
+    master_put(INDEX_capture_signals, CAPTURE_REFERENCE | CAPTURE_POSITION | CAPTURE_ERROR);
+    master_put(INDEX_capture_length, LENGTH);
+    master_put(INDEX_capture_before, BEFORE);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_WARNING);
     master_command(COMMAND_ARM_CAPTURE);
     run(30000, 0);
     TEST_ASSERT_EQUAL_UINT32(CAPTURE_ARMED, master_get(INDEX_capture_state));

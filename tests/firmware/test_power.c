@@ -27,10 +27,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 static uint32_t state(void) {
     return master_get(INDEX_amplifier_state);
 }
@@ -70,8 +66,8 @@ static hyst_q31_t hold_somewhere(void) {
     commit();
     (void)fake_board_run(RAMP_LENGTH);
     master_command(COMMAND_ARM);
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_setpoint, 1U << 30);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_setpoint, 1U << 30);
     loop_master_heard();
     const hyst_q31_t drive = fake_board_run(TIMEOUT - 10);
     TEST_ASSERT_EQUAL_INT32(1 << 30, drive);
@@ -99,8 +95,8 @@ static void expect_nothing_moves(void) {
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
         TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, commands[i]));
     }
-    set(INDEX_mode, HYST_MODE_PARK);
-    set(INDEX_setpoint, 1U << 30);
+    master_put(INDEX_mode, HYST_MODE_PARK);
+    master_put(INDEX_setpoint, 1U << 30);
     const hyst_q31_t before = fake_board_run(1);
     TEST_ASSERT_EQUAL_INT32(before, fake_board_run(100));
 }
@@ -119,7 +115,7 @@ static void test_precharge_comes_before_anything_moves(void) {
     commit();
     (void)fake_board_run(RAMP_LENGTH);
     master_command(COMMAND_ARM);
-    set(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
     TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_START), "not during precharge");
     for (unsigned i = 0; i < PRECHARGE; i++) {
         TEST_ASSERT_EQUAL_INT32(PARK, fake_board_run(1));
@@ -220,7 +216,7 @@ static void request_over_the_line(void) {
 
 static void test_a_master_that_is_heard_keeps_it_on(void) {
     (void)hold_somewhere();
-    set(INDEX_watchdog, 50);
+    master_put(INDEX_watchdog, 50);
     for (int i = 0; i < 20; i++) {
         request_over_the_line();
         (void)fake_board_run(499);
@@ -253,10 +249,10 @@ static void sample_late(unsigned times) {
 /* In compensate mode, under a running sine, with a model: the ramp needs none of it. */
 static void test_an_overload_ramps_without_the_compensator(void) {
     (void)hold_somewhere();
-    set(INDEX_mode, HYST_MODE_COMPENSATE);
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 29);
-    set(INDEX_source_increment, 1U << 22);
+    master_put(INDEX_mode, HYST_MODE_COMPENSATE);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 29);
+    master_put(INDEX_source_increment, 1U << 22);
     (void)fake_board_run(RAMP_LENGTH);
     master_command(COMMAND_START);
     (void)fake_board_run(100);
@@ -277,7 +273,7 @@ static void test_an_overload_ramps_without_the_compensator(void) {
     (void)fake_board_run(1); /* the load is gone */
     master_command(COMMAND_CLEAR);
     expect_fault_until_stop(FAULT_OVERLOAD);
-    set(INDEX_mode, HYST_MODE_COMPENSATE);
+    master_put(INDEX_mode, HYST_MODE_COMPENSATE);
     TEST_ASSERT_NOT_EQUAL(PARK, run_within(PARK, RAMP_LENGTH, FAKE_DRIVE_SLEW_MAX));
 }
 
@@ -307,7 +303,7 @@ static void test_the_hardware_watchdog_wants_interrupt_and_main_loop(void) {
 static void test_missed_periods_count_for_the_timeout(void) {
     enum { MISSED = 9 };
     (void)hold_somewhere();
-    set(INDEX_watchdog, TIMEOUT / (1000U / FAKE_SAMPLE_US));
+    master_put(INDEX_watchdog, TIMEOUT / (1000U / FAKE_SAMPLE_US));
     const uint32_t began = loop_periods();
     for (unsigned sample = 0; state() == AMPLIFIER_HOLD && sample < 2U * TIMEOUT; sample++) {
         const bool late = sample % 2U == 0; /* not in a row, which is an overload */
@@ -351,11 +347,11 @@ static void test_the_board_keeps_the_park_code_of_the_image_in_force(void) {
 static void test_limits_have_codes_of_their_own(void) {
     (void)hold_somewhere();
     master_command(COMMAND_CLEAR);
-    set(INDEX_setpoint, (uint32_t)HYST_Q31_MAX);
+    master_put(INDEX_setpoint, (uint32_t)HYST_Q31_MAX);
     (void)fake_board_run(TIMEOUT / 2U);
     TEST_ASSERT_EQUAL_UINT32(LIMIT_DRIVE, master_get(INDEX_limits_live));
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_faults_sticky));
-    set(INDEX_setpoint, 0);
+    master_put(INDEX_setpoint, 0);
     (void)fake_board_run(TIMEOUT / 4U);
     TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_limits_live));
     TEST_ASSERT_EQUAL_UINT32(LIMIT_DRIVE, master_get(INDEX_limits_sticky));
@@ -369,9 +365,9 @@ static void test_no_unlawful_transition(void) {
     unsigned visits[AMPLIFIER_FAULT + 1] = {0};
     bool stage = false, armed = false; /* armed: accepted since the stage was last on */
     commit();
-    set(INDEX_source, SOURCE_SINE);
-    set(INDEX_source_amplitude, 1U << 28);
-    set(INDEX_source_increment, 1U << 24);
+    master_put(INDEX_source, SOURCE_SINE);
+    master_put(INDEX_source_amplitude, 1U << 28);
+    master_put(INDEX_source_increment, 1U << 24);
     hyst_q31_t last = fake_board_run(1);
     for (unsigned step = 0; step < STEPS; step++) {
         const uint32_t before = state();

@@ -28,10 +28,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 static uint32_t state(void) {
     return master_get(INDEX_amplifier_state);
 }
@@ -65,8 +61,8 @@ static void hold_somewhere(hyst_q31_t slew) {
     run(2);
     master_command(COMMAND_ARM);
     run(PRECHARGE + 3U);
-    set(INDEX_mode, HYST_MODE_DIRECT);
-    set(INDEX_setpoint, 1U << 30);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_setpoint, 1U << 30);
     while (last != 1 << 30) {
         run(1);
     }
@@ -205,7 +201,7 @@ static void test_a_faults_ramp_is_no_slower_than_the_boards(void) {
 /* Outside of a range that was narrowed just before, too. */
 static void test_a_faults_ramp_from_outside_of_the_range(void) {
     hold_somewhere(FAKE_TRANSITION_SLEW_MIN);
-    set(INDEX_drive_high, 0);
+    master_put(INDEX_drive_high, 0);
     run(10);
     sag();
     expect_to_be_safe_in_time();

@@ -14,10 +14,6 @@ void setUp(void) {
 void tearDown(void) {
 }
 
-static void set(unsigned index, uint32_t value) {
-    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
-}
-
 /* The block, asked for from a frame on with function 23. */
 typedef struct {
     uint16_t number, decimation, signals, frames;
@@ -72,8 +68,8 @@ static void make_frames(uint32_t *made, uint32_t count) {
 }
 
 static void arm_endless(uint16_t signals) {
-    set(INDEX_capture_signals, signals);
-    set(INDEX_capture_length, CAPTURE_ENDLESS);
+    master_put(INDEX_capture_signals, signals);
+    master_put(INDEX_capture_length, CAPTURE_ENDLESS);
     master_command(COMMAND_ARM_CAPTURE);
 }
 
@@ -147,7 +143,7 @@ static void test_a_stream_that_is_read_too_late_says_so(void) {
 /* Which sample a frame is of: decimation apart, the newest one at most that old. */
 static void test_a_stream_tells_the_samples_of_its_frames(void) {
     enum { DECIMATION = 7 };
-    set(INDEX_capture_decimation, DECIMATION);
+    master_put(INDEX_capture_decimation, DECIMATION);
     arm_endless(CAPTURE_POSITION);
     (void)fake_board_run(1);
     const uint32_t frame_0 = master_get(INDEX_sequence);
@@ -179,7 +175,7 @@ static void test_the_end_of_a_stream(void) {
     expect_frames(&last, made - 50, 1);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_read((uint16_t)(ADDRESS_capture + (made - 1) % CAPTURE_WORDS), 1, &value));
     TEST_ASSERT_EQUAL_HEX16(last.data[49], value);
-    set(INDEX_capture_trigger, CAPTURE_AT_FAULT);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_FAULT);
     arm_endless(CAPTURE_POSITION);
     TEST_ASSERT_EQUAL_UINT16(number + 1, read_stream(0, LENGTH_stream).number);
     master_command(COMMAND_END_CAPTURE); /* it never began */
@@ -189,11 +185,11 @@ static void test_the_end_of_a_stream(void) {
 /* A capture with an end, and frames before its trigger, is read by the numbers of its frames, too. */
 static void test_any_capture_is_a_stream(void) {
     enum { LENGTH = 30, BEFORE = 20 };
-    set(INDEX_capture_level, 0x10000);
-    set(INDEX_capture_signals, CAPTURE_POSITION);
-    set(INDEX_capture_length, LENGTH);
-    set(INDEX_capture_before, BEFORE);
-    set(INDEX_capture_trigger, CAPTURE_AT_LEVEL);
+    master_put(INDEX_capture_level, 0x10000);
+    master_put(INDEX_capture_signals, CAPTURE_POSITION);
+    master_put(INDEX_capture_length, LENGTH);
+    master_put(INDEX_capture_before, BEFORE);
+    master_put(INDEX_capture_trigger, CAPTURE_AT_LEVEL);
     master_command(COMMAND_ARM_CAPTURE);
     for (int n = -30000; n < 100; n++) {
         (void)fake_board_sample((hyst_q31_t)((uint32_t)n << 16));

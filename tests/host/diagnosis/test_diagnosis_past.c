@@ -127,11 +127,11 @@ static void test_past_is_a_projection(void) {
     past_close(&past);
 }
 
-/* The drive goes up to 95 V while all samples are held out, and never again: of the step from 80 V the fitted samples
- * have what a filter with a memory leaves of it after 1300 samples, 0.9^1300 = 1e-60. Nothing is known of it, and
- * nothing is made of it. */
-static void test_what_only_held_out_samples_see_is_left_alone(void) {
-    static const noise_t slow = {.filter = {.memory = 0.95, .mix = 0.9}, .sigma_um = 1.0, .rms_um = 1.0};
+/* Noise of 1 with a memory. */
+static const noise_t slow = {.filter = {.memory = 0.95, .mix = 0.9}, .sigma_um = 1.0, .rms_um = 1.0};
+
+/* The drive goes up to 95 V in its first twelfth, and to 80 V from there on. What each sample is for is the test's. */
+static void far_only_at_first(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
         const double swing = k < SAMPLES / 12 ? 45.0 : 30.0;
         recording.column[COLUMN_DRIVE][k] = 50.0 + swing * sin(2.0 * M_PI * (double)k / 900.0);
@@ -139,6 +139,13 @@ static void test_what_only_held_out_samples_see_is_left_alone(void) {
     open_samples();
     samples.past_matters = true;
     samples.fitted = samples.held = 0;
+}
+
+/* The drive goes up to 95 V while all samples are held out, and never again: of the step from 80 V the fitted samples
+ * have what a filter with a memory leaves of it after 1300 samples, 0.9^1300 = 1e-60. Nothing is known of it, and
+ * nothing is made of it. */
+static void test_what_only_held_out_samples_see_is_left_alone(void) {
+    far_only_at_first();
     for (size_t k = 0; k < SAMPLES; k++) {
         samples.part[k] = k < SAMPLES / 6 ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
         *(k < SAMPLES / 6 ? &samples.held : &samples.fitted) += 1;
@@ -163,14 +170,7 @@ static void test_what_only_held_out_samples_see_is_left_alone(void) {
 /* The same while samples are left out: of a step that a filter leaves 1e-60 of, the past that is added to a simulation
  * was 1e37 um. */
 static void test_what_only_samples_left_out_see_is_none(void) {
-    static const noise_t slow = {.filter = {.memory = 0.95, .mix = 0.9}, .sigma_um = 1.0, .rms_um = 1.0};
-    for (size_t k = 0; k < SAMPLES; k++) {
-        const double swing = k < SAMPLES / 12 ? 45.0 : 30.0;
-        recording.column[COLUMN_DRIVE][k] = 50.0 + swing * sin(2.0 * M_PI * (double)k / 900.0);
-    }
-    open_samples();
-    samples.past_matters = true;
-    samples.fitted = samples.held = 0;
+    far_only_at_first();
     for (size_t k = 0; k < SAMPLES; k++) {
         samples.part[k] = k < SAMPLES / 6 ? SAMPLE_LEFT_OUT : k % 3 == 0 ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
         samples.fitted += samples.part[k] == SAMPLE_FITTED ? 1 : 0;
