@@ -3,9 +3,6 @@
 #include "thresholds/thresholds.h"
 #include <math.h>
 
-/* So many of a scan are refined: those that promise most. */
-enum { REFINED = 6 };
-
 /* By how much less evidence another block may have. */
 static double margin_of(const block_t *block, const block_t *other, double gain) {
     const bool lags = block->lag != LAG_NONE && other->lag != LAG_NONE;
@@ -40,15 +37,9 @@ static void choose(const suspect_t *suspect, size_t count, const block_t *block,
 /* All that could be simulated; the first ones are refined. Returns how many. To be freed. */
 static size_t refined_suspects(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t **suspect,
                                size_t *count) {
-    size_t refined = 0;
     const scan_t scan = fitted_chain_scan(fitted, setting);
     scan_blocks(&scan, suspect, count, NULL);
-    while (refined < *count && refined < REFINED &&
-           (*suspect)[refined].gain >= threshold.rival_promise * (*suspect)[0].gain) {
-        refined++;
-    }
-    scan_refine(&scan, *suspect, refined);
-    return refined;
+    return scan_refine_promising(&scan, *suspect, *count);
 }
 
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
@@ -64,7 +55,7 @@ bool loudest_of(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_
     suspect_t *suspect;
     size_t count;
     const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
-    const bool loud = refined > 0 && suspect[0].gain >= threshold.least_gain;
+    const bool loud = refined > 0 && suspect[0].gain >= threshold.least_searched_gain;
     if (loud) {
         *loudest = suspect[0];
         suspect[0].chain = (model_t){0};

@@ -12,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { AT_ONCE = 16 };
+/* So many of a scan are refined: those that promise most. */
+enum { AT_ONCE = 16, REFINED = 6 };
 /* Of a signature's square, what the operator leaves has to be more than this part: below, it is a matter of the last
  * digits. */
 static const double least_beyond = 1e-8;
@@ -294,6 +295,15 @@ static void refine_one(void *context, size_t index) {
 void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count) {
     parallel(count, refine_one, &(refined_t){.scan = scan, .suspect = suspect});
     qsort(suspect, count, sizeof *suspect, by_gain);
+}
+
+size_t scan_refine_promising(const scan_t *scan, suspect_t *suspect, size_t count) {
+    size_t refined = 0;
+    while (refined < count && refined < REFINED && suspect[refined].gain >= threshold.rival_promise * suspect[0].gain) {
+        refined++;
+    }
+    scan_refine(scan, suspect, refined);
+    return refined;
 }
 
 void suspects_free(suspect_t *suspect, size_t count) {

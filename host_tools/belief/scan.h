@@ -39,6 +39,8 @@ typedef struct {
 void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t *signatures);
 /** Searches the numbers of the first so many, and puts these in order again. */
 void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count);
+/** The same of those that promise something beside the first one: a few. Returns how many. */
+size_t scan_refine_promising(const scan_t *scan, suspect_t *suspect, size_t count);
 void suspects_free(suspect_t *suspect, size_t count);
 
 #endif

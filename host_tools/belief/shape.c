@@ -98,6 +98,17 @@ static bool is_noise(const held_out_t *room, double step_um, const shape_t *shap
            (double)shape->outliers < threshold.most_outliers * (double)samples->all && rests_as_it_moves(room, step_um);
 }
 
+/* least: natural units that speak. */
+static void note_loudest(const suspect_t *suspect, size_t count, double least, shape_t *shape) {
+    if (count > 0) {
+        shape->loudest = suspect[0].block;
+        shape->gain = suspect[0].gain;
+    }
+    shape->silent = shape->gain < least;
+}
+
+/* With its numbers searched a block is worth what it is worth; a probe may be worth as much in noise, with an amplitude
+ * of its own. */
 static void scan_catalogue(const held_out_t *room, const probe_setting_t *setting, shape_t *shape) {
     double line_hz[LINES_MOST];
     probe_setting_t here = *setting;
@@ -113,11 +124,10 @@ static void scan_catalogue(const held_out_t *room, const probe_setting_t *settin
     suspect_t *suspect;
     size_t count;
     scan_blocks(&scan, &suspect, &count, NULL);
-    if (count > 0) {
-        shape->loudest = suspect[0].block;
-        shape->gain = suspect[0].gain;
+    note_loudest(suspect, count, threshold.least_gain, shape);
+    if (shape->silent && shape->gain >= threshold.evidence_margin) {
+        note_loudest(suspect, scan_refine_promising(&scan, suspect, count), threshold.least_searched_gain, shape);
     }
-    shape->silent = shape->gain < threshold.least_gain;
     suspects_free(suspect, count);
     free(left);
 }

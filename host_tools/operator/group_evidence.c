@@ -8,15 +8,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The fixed point is near enough when no precision moves by more than a part in 50: weights hardly depend on them. */
-static const double settled = 0.02;
+/* The fixed point is near enough when no precision moves by more than a part in 200: weights hardly depend on them. */
+static const double settled = 0.005;
 enum { MOST_ROUNDS = 100 };
 /* A precision for free columns, and for the round-off of the equations, in parts of the mean square of a column. */
 static const double nearly_free = 1e-11;
 /* A group that the data do not need is switched off here, relative to what a unit weight would explain. */
 static const double switched_off = 1e12;
-/* Numbers of a group that the data determine, below which it counts as switched off. */
-static const double barely_used = 0.1;
+/* Numbers of a group that the data determine: below `barely_used` it counts as switched off, and below `not_used` it is
+ * on its way there, a little in each round, which nothing but its own precision shows. */
+static const double barely_used = 0.1, not_used = 0.02;
 
 static double dot(const double *a, const double *b, size_t count) {
     return cblas_ddot((int)count, a, 1, b, 1);
@@ -61,7 +62,8 @@ static double misfit(const normal_equations_t *equations, const group_evidence_t
     return fmax(equations->power - 2.0 * dot(e->weight, equations->moment, n) + dot(e->weight, room, n), 0.0);
 }
 
-/* One step of the fixed point. Returns the largest change of a precision, as a logarithm. */
+/* One step of the fixed point. Returns the largest change of a precision, as a logarithm; one that only grows, of a
+ * group that is out of use, is none. */
 static double step(const normal_equations_t *equations, const size_t *group, const size_t *count, bool find_variance,
                    group_evidence_t *e, double *inverse, double *diagonal) {
     const size_t n = e->columns;
@@ -78,7 +80,8 @@ static double step(const normal_equations_t *equations, const size_t *group, con
         if (g > 0 && count[g] > 0) {
             const double better =
                 fmin(fmax(e->determined[g], 1e-6) / fmax(square[g], 1e-300), switched_off / e->variance);
-            change = fmax(change, fabs(log(better / e->precision[g])));
+            const bool leaves = e->determined[g] < not_used && better > e->precision[g];
+            change = fmax(change, leaves ? 0.0 : fabs(log(better / e->precision[g])));
             e->precision[g] = better;
         }
     }

@@ -155,10 +155,9 @@ bool review_end(state_t *state) {
                state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
     }
     /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
-     * drift. That stays unknown. One that was heard explains where the operator alone does not. What no finding is left
-     * for stays unknown, too, though a block speaks beside the operator. */
-    const bool near_only = answer->verdict == UNKNOWN_PHYSICS && answer->findings > 0 &&
-                           (question->shape.whole || !answer->finding[0].heard);
+     * drift. That stays unknown. One that was heard was found beside the operator, and explains what that does not.
+     * What no finding is left for stays unknown, too, though a block speaks beside the operator. */
+    const bool near_only = answer->verdict == UNKNOWN_PHYSICS && answer->findings > 0 && !answer->finding[0].heard;
     if (good && answer->shape_after.whole && !near_only && (is_only_shape(answer) || answer->findings > 0)) {
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {
