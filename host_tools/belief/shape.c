@@ -107,8 +107,8 @@ static void note_loudest(const suspect_t *suspect, size_t count, double least, s
     shape->silent = shape->gain < least;
 }
 
-/* With its numbers searched a block is worth what it is worth; a probe may be worth as much in noise, with an amplitude
- * of its own. */
+/* With its numbers searched a block is worth what it is worth; a probe, whose amplitude is free, may be worth as much
+ * in noise. */
 static void scan_catalogue(const held_out_t *room, const probe_setting_t *setting, shape_t *shape) {
     double line_hz[LINES_MOST];
     probe_setting_t here = *setting;
