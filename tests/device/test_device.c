@@ -319,8 +319,9 @@ static void test_where_the_amplifier_is_after_a_change_that_failed(void) {
     TEST_ASSERT_GREATER_THAN_UINT(1, kept);
 }
 
-/* Settings that it has already are stored, too (it may have been started with its button held). Whether they are is
- * asked, when no answer to the command comes. What fails then is a later request, if any, and is said to be that. */
+/* Settings that it has already are stored, too (it may have been started with its button held). When no answer
+ * to the command comes, the amplifier tells whether they were. What fails then is a later request, if any, and is said
+ * to be that. */
 static void test_a_lost_answer_to_settings_that_it_has(void) {
     static const line_settings_t same = LINE_SETTINGS_DEFAULT;
     unsigned stored = 0, not_stored = 0;
