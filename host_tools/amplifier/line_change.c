@@ -2,6 +2,7 @@
 #include "amplifier/line_change.h"
 #include "store/parameter_store.h"
 #include <inttypes.h>
+#include <string.h>
 
 bool line_read(device_t *device, line_settings_t *line, failure_t *failure) {
     int64_t value[REGISTER_COUNT];
@@ -61,6 +62,15 @@ static bool whereabouts(const device_options_t *now, const line_settings_t *line
                 parity_name(line->parity));
 }
 
+/* How many copies the amplifier has stored. */
+static bool copies(device_t *device, int64_t *count, failure_t *failure) {
+    return device_read(device, INDEX_store_sequence, count, failure);
+}
+
+static bool same(const device_options_t *now, const device_options_t *next) {
+    return now->baud == next->baud && now->slave == next->slave && strcmp(now->parity, next->parity) == 0;
+}
+
 bool line_change(const device_options_t *now, const line_settings_t *line, failure_t *failure) {
     device_options_t next = *now;
     next.baud = line->baud;
@@ -70,16 +80,17 @@ bool line_change(const device_options_t *now, const line_settings_t *line, failu
     if (device == NULL) {
         return false;
     }
-    const bool stored = note_and_store(device, line, failure);
-    line_settings_t held;
+    int64_t before = 0, since = 0;
+    const bool known = copies(device, &before, failure);
+    const bool stored = known && note_and_store(device, line, failure);
     failure_t silent;
-    const bool is_there = !stored && line_read(device, &held, &silent); /* refused, and still as before */
+    const bool is_there = !stored && copies(device, &since, &silent); /* refused, or it had these settings already */
     if (!is_there) {
         device_forget_locks(device); /* it no longer answers there */
     }
     device_close(device);
     if (is_there) {
-        return false;
+        return known && same(now, &next) && since != before;
     }
-    return has(&next, line, failure) || whereabouts(now, line, failure);
+    return has(&next, line, failure) || (!same(now, &next) && whereabouts(now, line, failure));
 }

@@ -10,9 +10,9 @@ bool line_read(device_t *device, line_settings_t *line, failure_t *failure);
 
 /**
  * Stores these settings in the amplifier that answers at *now, which has to be off, and asks it at the new ones whether
- * it has them. A lost answer is none lost then. Where it does not answer there, the old ones
- * are tried, and the failure says which it has. Where it answers nowhere, the failure says which two it can have and
- * what to do.
+ * it has them. A lost answer is none lost then, also where these are the settings that it has already. Where it does
+ * not answer there, the old ones are tried, and the failure says which it has. Where it answers nowhere, the failure
+ * says which two it can have and what to do.
  */
 bool line_change(const device_options_t *now, const line_settings_t *line, failure_t *failure);
 

@@ -9,6 +9,7 @@
 #include "loop/capture.h"
 #include "loop/telemetry.h"
 #include "simulated_device.h"
+#include "store/parameter_store.h"
 #include "unity.h"
 #include <fcntl.h>
 #include <math.h>
@@ -264,8 +265,8 @@ static bool answers_at(const line_settings_t *line) {
     return found != NULL;
 }
 
-/* Off, and the line as delivered; then it is changed on a line with this fault. */
-static bool changes_line(line_fault_t fault, unsigned after, unsigned times) {
+/* Off, and the line as delivered; then it gets these settings on a line with this fault. */
+static bool stores_line(const line_settings_t *line, line_fault_t fault, unsigned after, unsigned times) {
     tearDown();
     setUp();
     options.timeout_s = 0.1; /* many losses, and each is waited for several times */
@@ -278,13 +279,17 @@ static bool changes_line(line_fault_t fault, unsigned after, unsigned times) {
     device = NULL;
     simulated_device_fault(fault, after, times);
     failure.text[0] = '\0';
-    const bool changed = line_change(&options, &new_line, &failure);
+    const bool changed = line_change(&options, line, &failure);
     simulated_device_fault(LINE_GOOD, 0, 0);
     return changed;
 }
 
+static bool changes_line(line_fault_t fault, unsigned after, unsigned times) {
+    return stores_line(&new_line, fault, after, times);
+}
+
 /* Requests of a change on a good line, at most; the last ones write and command. */
-enum { FIRST_WRITE = 5, REQUESTS_OF_A_CHANGE = 10 };
+enum { FIRST_WRITE = 6, REQUESTS_OF_A_CHANGE = 11 };
 
 /* Any one answer is lost, that to the command too, after which the amplifier is elsewhere: it is found. */
 static void test_a_lost_answer_does_not_lose_the_amplifier(void) {
@@ -312,6 +317,48 @@ static void test_where_the_amplifier_is_after_a_change_that_failed(void) {
     }
     TEST_ASSERT_GREATER_THAN_UINT(0, found);
     TEST_ASSERT_GREATER_THAN_UINT(1, kept);
+}
+
+/* Settings that it has already are stored, too (it may have been started with its button held). When no answer
+ * to the command comes, the amplifier tells whether they were. What fails then is a later request, if any, and is said
+ * to be that. */
+static void test_a_lost_answer_to_settings_that_it_has(void) {
+    static const line_settings_t same = LINE_SETTINGS_DEFAULT;
+    unsigned stored = 0, not_stored = 0;
+    for (unsigned after = FIRST_WRITE; after < REQUESTS_OF_A_CHANGE; after++) {
+        const bool answer_lost = stores_line(&same, LINE_LOSES_ANSWER, after, 3);
+        open_device();
+        const bool has = read_register(INDEX_store_state) == STORE_SAVED;
+        TEST_ASSERT_TRUE(has || !answer_lost);
+        TEST_ASSERT_TRUE_MESSAGE(answer_lost || !has || strstr(failure.text, "register command") == NULL, failure.text);
+        TEST_ASSERT_NULL_MESSAGE(strstr(failure.text, "old settings"), failure.text);
+        stored += answer_lost ? 1U : 0U;
+        const bool request_lost = stores_line(&same, LINE_LOSES_REQUEST, after, 3);
+        open_device();
+        TEST_ASSERT_TRUE(read_register(INDEX_store_state) == STORE_SAVED || !request_lost);
+        not_stored += request_lost ? 0U : 1U;
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(0, stored);
+    TEST_ASSERT_GREATER_THAN_UINT(0, not_stored);
+}
+
+/* Stored before: that is not the answer to this command. */
+static void test_what_was_stored_before_is_no_answer(void) {
+    static const line_settings_t same = LINE_SETTINGS_DEFAULT;
+    TEST_ASSERT_TRUE_MESSAGE(stores_line(&same, LINE_GOOD, 0, 0), failure.text);
+    options.timeout_s = TIMEOUT_S;
+    for (unsigned after = 0; after < REQUESTS_OF_A_CHANGE; after++) {
+        open_device();
+        const int64_t before = read_register(INDEX_store_sequence);
+        device_close(device);
+        simulated_device_fault(LINE_LOSES_REQUEST, after, 3);
+        const bool changed = line_change(&options, &same, &failure);
+        simulated_device_fault(LINE_GOOD, 0, 0);
+        open_device();
+        TEST_ASSERT_TRUE(!changed || read_register(INDEX_store_sequence) != before);
+        device_close(device);
+        device = NULL;
+    }
 }
 
 /* The line dies with the answer: both that the amplifier can have are said, and the way out. */
@@ -424,6 +471,8 @@ int main(void) {
     RUN_TEST(test_the_line_is_not_changed_while_the_amplifier_is_on);
     RUN_TEST(test_a_lost_answer_does_not_lose_the_amplifier);
     RUN_TEST(test_where_the_amplifier_is_after_a_change_that_failed);
+    RUN_TEST(test_a_lost_answer_to_settings_that_it_has);
+    RUN_TEST(test_what_was_stored_before_is_no_answer);
     RUN_TEST(test_a_line_that_dies_with_the_answer);
     RUN_TEST(test_a_parity_that_is_none);
     RUN_TEST(test_an_unplugged_device);

@@ -9,6 +9,7 @@
 #include "fake_chip.h"
 #include "loop/loop.h"
 #include "modbus_line.h"
+#include "random.h"
 #include "startup.h"
 #include "supply.h"
 #include "unity.h"
@@ -141,6 +142,29 @@ static void test_a_conversion_that_ends_too_late_is_dropped(void) {
     TEST_ASSERT_EQUAL_HEX16(0x1230, seen.position_code);
 }
 
+/* An interrupt belongs to the newest update before it, however late it comes, and time is the number of updates. */
+static void test_periods_are_counted_however_late_the_interrupts_are(void) {
+    enum { PERIOD = 168000000U / SAMPLE_RATE_HZ, INTERRUPTS = 100000 };
+    random_t random = random_start("h405_periods", 20261125);
+    started();
+    const uint32_t start_us = board_microseconds();
+    uint32_t updates = 0; /* that the last interrupt saw */
+    uint64_t now = 0;     /* cycles since the start */
+    for (unsigned i = 0; i < INTERRUPTS; i++) {
+        const uint64_t soonest = now > (updates + 1ULL) * PERIOD ? now : (updates + 1ULL) * PERIOD;
+        now = soonest + (uint32_t)random_between(&random, 12, i % 4 == 0 ? 3 * PERIOD : PERIOD / 2);
+        fake_chip.cycles = (uint32_t)now;
+        fake_chip.tim2.CNT = (uint32_t)(now % PERIOD / 2U);
+        fake_chip.looks_to_position = 1;
+        tim2_handler();
+        const uint32_t seen_updates = (uint32_t)(now / PERIOD);
+        TEST_ASSERT_EQUAL_UINT32(seen_updates - updates - 1U, seen.missed);
+        TEST_ASSERT_EQUAL_HEX32(seen.missed > 0 ? FAULT_OVERRUN : 0U, seen.faults & FAULT_OVERRUN);
+        TEST_ASSERT_EQUAL_UINT32(seen_updates * (1000000U / SAMPLE_RATE_HZ), board_microseconds() - start_us);
+        updates = seen_updates;
+    }
+}
+
 static void convert(uint32_t reading) {
     (void)fake_adc();
     fake_chip.adc_flags |= ADC_SR_JEOC;
@@ -206,6 +230,7 @@ int main(void) {
     RUN_TEST(test_flash_that_takes_no_wait_states_gets_no_fast_clock);
     RUN_TEST(test_a_position_that_does_not_come_is_the_last_one_and_a_fault);
     RUN_TEST(test_a_conversion_that_ends_too_late_is_dropped);
+    RUN_TEST(test_periods_are_counted_however_late_the_interrupts_are);
     RUN_TEST(test_temperature_and_supply_by_the_factory_values);
     RUN_TEST(test_health_that_is_not_converted_any_more_vanishes);
     RUN_TEST(test_output_follows_only_what_the_converter_holds);

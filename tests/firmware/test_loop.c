@@ -135,6 +135,30 @@ static void test_stop_and_the_end_of_a_source_hold(void) {
     TEST_ASSERT_EQUAL_UINT32(1U << 28, master_get(INDEX_setpoint));
 }
 
+/* A setpoint that is on its way, or a reference on its way to where a source ended: stop holds both where they are. */
+static void test_stop_holds_what_is_on_its_way(void) {
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_setpoint, 1U << 30);
+    const hyst_q31_t there = fake_board_run(100);
+    TEST_ASSERT_GREATER_THAN_INT32(1 << 26, there);
+    TEST_ASSERT_LESS_THAN_INT32(1 << 29, there);
+    master_command(COMMAND_STOP);
+    TEST_ASSERT_EQUAL_INT32(there, fake_board_run(500));
+    TEST_ASSERT_INT32_WITHIN(1 << 16, there, (int32_t)master_get(INDEX_setpoint)); /* a code */
+    const uint32_t step[] = {0, 1U << 30};
+    master_write_words(ADDRESS_waveform, step, 2);
+    master_put(INDEX_waveform_points, 1);
+    master_put(INDEX_source, SOURCE_BREAKPOINTS);
+    master_put(INDEX_source_cycles, 1);
+    master_put(INDEX_reference_slew, 1U << 16);
+    master_command(COMMAND_START);
+    const hyst_q31_t led = fake_board_run(100);
+    TEST_ASSERT_INT32_WITHIN(2 << 16, there + (100 << 16), led);
+    TEST_ASSERT_EQUAL_UINT32(LOOP_IDLE, master_get(INDEX_state));
+    master_command(COMMAND_STOP);
+    TEST_ASSERT_EQUAL_INT32(led, fake_board_run(500));
+}
+
 /* The harmonics of a modified play model: what they do after a sine has begun does not depend on when it did. A sine
  * without an amplitude, so that nothing but the harmonics moves the drive. */
 static void test_a_sine_locks_the_harmonics(void) {
@@ -419,6 +443,7 @@ int main(void) {
     RUN_TEST(test_parked_at_start);
     RUN_TEST(test_modes_change_without_a_step);
     RUN_TEST(test_stop_and_the_end_of_a_source_hold);
+    RUN_TEST(test_stop_holds_what_is_on_its_way);
     RUN_TEST(test_a_sine_locks_the_harmonics);
     RUN_TEST(test_parking_stops_everything);
     RUN_TEST(test_conditioning_from_every_mode);

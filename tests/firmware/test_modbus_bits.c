@@ -2,6 +2,7 @@
 /* Functions 1, 2, 5, 8, 15 and 22: answers, and the exceptions in the order of the standard (V1.1b3). */
 #include "amplifier.h"
 #include "fake_board.h"
+#include "loop/capture.h"
 #include "loop/loop.h"
 #include "master.h"
 #include "modbus/modbus_bits.h"
@@ -88,6 +89,20 @@ static void test_exceptions_in_the_order_of_the_standard(void) {
     ask(BYTES(8, 0), BYTES(0x88, 3));
 }
 
+/* What cannot be read now is looked at behind all addresses of the request: frames are being written. */
+static void test_no_address_before_not_now(void) {
+    const uint16_t frame = ADDRESS_capture;
+    master_put(INDEX_capture_trigger, CAPTURE_AT_FAULT);
+    master_command(COMMAND_ARM_CAPTURE);
+    ask(BYTES(3, frame >> 8, 0, 0, 1), BYTES(0x83, 4));
+    ask(BYTES(22, frame >> 8, 0, 0, 0, 0, 0), BYTES(0x96, 2));
+    ask(BYTES(23, frame >> 8, 0, 0, 1, 0xFF, 0, 0, 1, 2, 0, 0), BYTES(0x97, 2));
+    ask(BYTES(23, frame >> 8, 0, 0, 1, frame >> 8, 0, 0, 1, 2, 0, 0), BYTES(0x97, 2));
+    ask(BYTES(23, frame >> 8, 0, 0, 1, 1, 1, 0, 1, 2, 0, 0), BYTES(0x97, 4));
+    TEST_ASSERT_EQUAL_UINT32(WRITE_READ_ONLY, master_get(INDEX_write_refused));
+    TEST_ASSERT_EQUAL_UINT32(frame, master_get(INDEX_write_refused_at));
+}
+
 /* result = (present and mask) or (or_mask and not mask) */
 static void test_mask_write(void) {
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, 0x0012));
@@ -98,12 +113,23 @@ static void test_mask_write(void) {
 
 static void test_diagnostics(void) {
     ask(BYTES(8, 0, 0, 0xA5, 0x37), BYTES(8, 0, 0, 0xA5, 0x37));
+    uint8_t longest[253] = {8}; /* any data, of whole registers */
+    for (size_t i = 3; i < sizeof longest; i++) {
+        longest[i] = (uint8_t)i;
+    }
+    ask(longest, sizeof longest, longest, sizeof longest);
+    ask(longest, 7, longest, 7);
+    ask(longest, 6, BYTES(0x88, 3));
+    ask(longest, 3, BYTES(0x88, 3));
     ask(BYTES(8, 0, 10, 0, 0), BYTES(8, 0, 10, 0, 0));
     ask(BYTES(8, 0, 12, 0, 0), BYTES(8, 0, 12, 0, 0));
     modbus_server_receive(1); /* a frame of one byte is broken */
     fake_board.microseconds += 2 * FAKE_SILENCE_US;
     (void)amplifier_serve();
     ask(BYTES(8, 0, 12, 0, 0), BYTES(8, 0, 12, 0, 1));
+    ask(BYTES(8, 0, 10, 0, 1), BYTES(0x88, 3));
+    ask(BYTES(8, 0, 10, 0, 0, 0, 0), BYTES(0x88, 3));
+    ask(BYTES(8, 0, 12, 0, 0), BYTES(8, 0, 12, 0, 1)); /* what was refused cleared nothing */
     ask(BYTES(8, 0, 10, 0, 0), BYTES(8, 0, 10, 0, 0));
     ask(BYTES(8, 0, 12, 0, 0), BYTES(8, 0, 12, 0, 0));
 }
@@ -128,6 +154,7 @@ int main(void) {
     RUN_TEST(test_arming_by_the_coil_has_the_same_conditions);
     RUN_TEST(test_discrete_inputs_are_the_bits_of_the_registers);
     RUN_TEST(test_exceptions_in_the_order_of_the_standard);
+    RUN_TEST(test_no_address_before_not_now);
     RUN_TEST(test_mask_write);
     RUN_TEST(test_diagnostics);
     RUN_TEST(test_broadcast_reads_are_ignored);

@@ -137,6 +137,8 @@ static void test_why_a_write_was_refused(void) {
     expect_refusal(5, ADDRESS_command);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, 1));
     expect_refusal(5, ADDRESS_command);
+    TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_ADDRESS, master_write(ADDRESS_active + 3, 1, values));
+    expect_refusal(2, ADDRESS_active + 3);
 }
 
 static void test_a_two_register_value_is_written_only_whole(void) {
@@ -226,6 +228,7 @@ static void test_the_breakpoint_table_cannot_change_while_it_plays(void) {
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_LINEAR));
     master_command(COMMAND_START);
     TEST_ASSERT_EQUAL(MODBUS_DEVICE_FAILURE, master_write(ADDRESS_waveform, 1, &value));
+    expect_refusal(WRITE_PLAYS, ADDRESS_waveform);
     (void)fake_board_run(1000);
     TEST_ASSERT_EQUAL(MODBUS_OK, master_write(ADDRESS_waveform, 1, &value));
 }

@@ -144,6 +144,27 @@ static void test_arming_within_a_ramp_waits_for_its_end(void) {
     TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_PRECHARGE, state());
 }
 
+/* Stop and arm within an overload's ramp: it is never off in between, and follows its reference all the same. */
+static void test_arming_within_an_overloads_ramp_follows_again(void) {
+    hold_somewhere(SLEW);
+    late(LOOP_OVERRUNS_TO_TRIP);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_FAULT, state());
+    run(10);
+    master_command(COMMAND_STOP);
+    master_command(COMMAND_ARM);
+    while (last != PARK) {
+        TEST_ASSERT_BITS_HIGH(LIMIT_MEMORY, master_get(INDEX_limits_live));
+        run(1);
+    }
+    run(PRECHARGE + 3U);
+    master_put(INDEX_mode, HYST_MODE_DIRECT);
+    master_put(INDEX_setpoint, 1U << 30);
+    run(RAMP);
+    TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, state());
+    TEST_ASSERT_EQUAL_INT32(1 << 30, last);
+    TEST_ASSERT_EQUAL_HEX32(0, master_get(INDEX_limits_live));
+}
+
 static void expect_a_ramp_with_the_stage_on(hyst_q31_t slew) {
     while (last != PARK) {
         const hyst_q31_t before = last;
@@ -410,6 +431,7 @@ int main(void) {
     RUN_TEST(test_a_failed_self_test_enables_nothing_later);
     RUN_TEST(test_an_overload_while_off_enables_nothing);
     RUN_TEST(test_arming_within_a_ramp_waits_for_its_end);
+    RUN_TEST(test_arming_within_an_overloads_ramp_follows_again);
     RUN_TEST(test_a_damaged_image_that_is_armed_within_a_ramp_ramps_on);
     RUN_TEST(test_a_faults_ramp_is_no_slower_than_the_boards);
     RUN_TEST(test_a_faults_ramp_from_outside_of_the_range);

@@ -140,6 +140,23 @@ static void test_a_stream_that_is_read_too_late_says_so(void) {
     expect_frames(&s, made - CAPACITY / 2 + 57, 2);
 }
 
+/* What is not written yet is none, however far ahead: not even of the capture before it. */
+static void test_no_frame_is_read_ahead(void) {
+    static const uint32_t ahead[] = {0, 1, CAPTURE_WORDS, INT32_MAX, UINT32_C(1) << 31, UINT32_MAX - 1U, UINT32_MAX};
+    uint32_t made = 0;
+    arm_endless(CAPTURE_POSITION);
+    make_frames(&made, 2 * CAPTURE_WORDS);
+    arm_endless(CAPTURE_POSITION);
+    for (made = 0; made < 3; made++) {
+        for (size_t i = made > 0 ? 3 : 0; i < sizeof ahead / sizeof ahead[0]; i++) {
+            const stream_t s = read_stream(ahead[i], LENGTH_stream);
+            TEST_ASSERT_EQUAL_UINT16(0, s.frames);
+            TEST_ASSERT_EQUAL_UINT32(made, s.written);
+        }
+        (void)fake_board_sample(0);
+    }
+}
+
 /* Which sample a frame is of: decimation apart, the newest one at most that old. */
 static void test_a_stream_tells_the_samples_of_its_frames(void) {
     enum { DECIMATION = 7 };
@@ -207,6 +224,7 @@ int main(void) {
     RUN_TEST(test_a_stream_has_no_gap);
     RUN_TEST(test_a_block_can_be_read_again);
     RUN_TEST(test_a_stream_that_is_read_too_late_says_so);
+    RUN_TEST(test_no_frame_is_read_ahead);
     RUN_TEST(test_a_stream_tells_the_samples_of_its_frames);
     RUN_TEST(test_the_end_of_a_stream);
     RUN_TEST(test_any_capture_is_a_stream);

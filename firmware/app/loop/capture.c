@@ -203,10 +203,10 @@ uint16_t capture_read(uint32_t *from, uint16_t most, uint16_t to[]) {
         const uint32_t written = capture.frames;
         const uint16_t *const next = capture.next;
         board_unlock(key);
-        uint32_t behind = written - *from;
-        if (behind > INT32_MAX) {
+        if (*from >= written) {
             return 0; /* it is yet to come */
         }
+        uint32_t behind = written - *from;
         if (behind > capacity) {
             behind = capacity / 2U;
             *from = written - behind;

@@ -156,7 +156,8 @@ hyst_q31_t loop_current_average(void);
 uint32_t loop_trip_cause(void);
 uint32_t loop_warnings(void);
 
-/** Stops the source and conditioning; the reference holds its last value. In a fault: leaves it, to off. */
+/** Stops the source and conditioning; the reference holds its last value, which is the setpoint then, also where it was
+ * on its way to another. In a fault: leaves it, to off. */
 void loop_stop(void);
 
 /** Only while armed. Sweeps the drive, from where it is, up to drive_high, down to drive_low and back to drive_park, at

@@ -252,6 +252,8 @@ void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds) {
 void loop_stop(void) {
     const uint32_t key = take();
     loop_stop_motion();
+    loop.source.value = loop.reference;
+    source_stop(&loop.source); /* a setpoint that it is on its way to, too */
     if (power_leave_fault(&loop.power)) {
         loop.active->range.return_slew = loop.active->image_range.return_slew;
         loop.standing_faults &= ~TRIPS;

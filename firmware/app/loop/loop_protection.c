@@ -98,7 +98,7 @@ void loop_protect(uint32_t board_faults, uint32_t missed, uint32_t unhealthy) {
     if (failed != 0) {
         trip(failed);
     }
-    if (loop.bypass && loop.image_whole && loop.power.state == POWER_OFF) {
+    if (loop.bypass && loop.image_whole && parked && loop.power.state != POWER_FAULT) {
         loop.bypass = false;
         hyst_compensator_reset(&loop.active->compensator, &loop.compensator); /* as after a start */
     }

@@ -80,6 +80,14 @@ static modbus_exception_t write_values(request_t request, uint16_t address, uint
     return write(request, address, count, values);
 }
 
+/* Of a request that reads and writes. All addresses come before what cannot be read now. */
+static modbus_exception_t check_both(uint16_t read, uint16_t read_count, uint16_t written, uint16_t write_count) {
+    const modbus_exception_t now = registers_check_read(read, read_count);
+    const modbus_exception_t ever =
+        now == MODBUS_DEVICE_FAILURE ? registers_check_write(written, write_count) : MODBUS_OK;
+    return ever == MODBUS_OK ? now : ever;
+}
+
 static modbus_exception_t read_registers(request_t request, reply_t *reply) {
     if (request.length != 5U || !count_legal(get16(request.bytes + 3), MODBUS_READ_MAX)) {
         return MODBUS_ILLEGAL_VALUE;
@@ -93,12 +101,12 @@ static modbus_exception_t read_registers(request_t request, reply_t *reply) {
     return refusal;
 }
 
-/* Functions 6 and 16 are answered with the request's first five bytes. */
-static void answer_echo(request_t request, reply_t *reply) {
-    for (size_t i = 1; i < 5U; i++) {
+/* Functions that write are answered with so many first bytes of the request. */
+static void answer_echo(request_t request, size_t length, reply_t *reply) {
+    for (size_t i = 1; i < length; i++) {
         reply->bytes[i] = request.bytes[i];
     }
-    reply->length = 5U;
+    reply->length = length;
 }
 
 static modbus_exception_t write_register(request_t request, reply_t *reply) {
@@ -107,7 +115,7 @@ static modbus_exception_t write_register(request_t request, reply_t *reply) {
     }
     const uint16_t value = get16(request.bytes + 3);
     const modbus_exception_t refusal = write(request, get16(request.bytes + 1), 1, &value);
-    answer_echo(request, reply);
+    answer_echo(request, 5U, reply);
     return refusal;
 }
 
@@ -121,7 +129,7 @@ static modbus_exception_t write_registers(request_t request, reply_t *reply) {
         return MODBUS_ILLEGAL_VALUE;
     }
     const modbus_exception_t refusal = write_values(request, get16(request.bytes + 1), count, request.bytes + 6);
-    answer_echo(request, reply);
+    answer_echo(request, 5U, reply);
     return refusal;
 }
 
@@ -137,7 +145,7 @@ static modbus_exception_t write_and_read_registers(request_t request, reply_t *r
         request.bytes[9] != 2U * write_count || request.length != 10U + 2U * (size_t)write_count) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    modbus_exception_t refusal = registers_check_read(read_address, read_count);
+    modbus_exception_t refusal = check_both(read_address, read_count, write_address, write_count);
     if (refusal == MODBUS_OK) {
         refusal = write_values(request, write_address, write_count, request.bytes + 10);
     }
@@ -193,7 +201,7 @@ static modbus_exception_t write_coil(request_t request, reply_t *reply) {
     if (get16(request.bytes + 1) >= MODBUS_COILS) {
         return MODBUS_ILLEGAL_ADDRESS;
     }
-    answer_echo(request, reply);
+    answer_echo(request, 5U, reply);
     return set_coil(request, get16(request.bytes + 3) == COIL_ON);
 }
 
@@ -210,7 +218,7 @@ static modbus_exception_t write_coils(request_t request, reply_t *reply) {
     if (first + count > MODBUS_COILS) {
         return MODBUS_ILLEGAL_ADDRESS;
     }
-    answer_echo(request, reply);
+    answer_echo(request, 5U, reply);
     return set_coil(request, (request.bytes[6] & 1U) != 0);
 }
 
@@ -222,47 +230,39 @@ static modbus_exception_t mask_register(request_t request, reply_t *reply) {
     const uint16_t keep = get16(request.bytes + 3);
     const uint16_t set = get16(request.bytes + 5);
     uint16_t value = 0;
-    modbus_exception_t refusal = registers_check_read(address, 1);
+    modbus_exception_t refusal = check_both(address, 1, address, 1);
     if (refusal == MODBUS_OK) {
         registers_read(address, 1, &value);
         value = (uint16_t)((value & keep) | (set & ~(uint32_t)keep));
         refusal = write(request, address, 1, &value);
     }
-    for (size_t i = 1; i < 7U; i++) {
-        reply->bytes[i] = request.bytes[i];
-    }
-    reply->length = 7U;
+    answer_echo(request, 7U, reply);
     return refusal;
 }
 
 /* Function 8: return query data, clear counters, and the counters of the line. */
 static modbus_exception_t diagnose(request_t request, reply_t *reply) {
-    if (request.length != 5U) {
+    if (request.length < 5U || request.length % 2U == 0) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    const uint16_t data = get16(request.bytes + 3);
-    const modbus_counters_t counters = modbus_server_counters();
-    uint16_t answer = data;
-    switch (get16(request.bytes + 1)) {
-    case DIAGNOSE_QUERY_DATA:
-        break;
-    case DIAGNOSE_CLEAR:
-        modbus_server_clear();
-        break;
-    case DIAGNOSE_ERRORS:
-        answer = counters.errors;
-        break;
-    case DIAGNOSE_MESSAGES:
-        answer = counters.served;
-        break;
-    default:
+    const uint16_t which = get16(request.bytes + 1);
+    if (which == DIAGNOSE_QUERY_DATA) { /* any data, as long as a frame may be */
+        answer_echo(request, request.length, reply);
+        return MODBUS_OK;
+    }
+    if (which != DIAGNOSE_CLEAR && which != DIAGNOSE_ERRORS && which != DIAGNOSE_MESSAGES) {
         return MODBUS_ILLEGAL_FUNCTION;
     }
-    if (data != 0 && get16(request.bytes + 1) != DIAGNOSE_QUERY_DATA) {
+    if (request.length != 5U || get16(request.bytes + 3) != 0) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    answer_echo(request, reply);
-    put16(reply->bytes + 3, answer);
+    const modbus_counters_t counters = modbus_server_counters();
+    answer_echo(request, 5U, reply);
+    if (which == DIAGNOSE_CLEAR) {
+        modbus_server_clear();
+    } else {
+        put16(reply->bytes + 3, which == DIAGNOSE_ERRORS ? counters.errors : counters.served);
+    }
     return MODBUS_OK;
 }
 

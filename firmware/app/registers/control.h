@@ -41,7 +41,8 @@ typedef enum {
     WRITE_COMMAND = 5,
     WRITE_PARAMETERS_LOCKED = 6,
     WRITE_OUTPUT_LOCKED = 7,
-    WRITE_BROADCAST = 8
+    WRITE_BROADCAST = 8,
+    WRITE_PLAYS = 9
 } write_refusal_t;
 
 /** Register `unlock`, beside 0. */

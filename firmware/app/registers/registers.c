@@ -104,14 +104,32 @@ static write_refusal_t refusal_of(unsigned i, uint32_t address, uint32_t end) {
     return entries[i].address != address || address + entries[i].registers > end ? WRITE_HALF : WRITE_TAKEN;
 }
 
-/* Puts the written values over a copy of the present ones. */
-static modbus_exception_t decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
+static modbus_exception_t check_addresses(span_t span) {
     for (uint32_t at = span.first; at < span.end;) {
         const unsigned i = find(at);
         const write_refusal_t refusal = refusal_of(i, at, span.end);
         if (refusal != WRITE_TAKEN) {
             return refuse(refusal, at, MODBUS_ILLEGAL_ADDRESS);
         }
+        at += entries[i].registers;
+    }
+    return MODBUS_OK;
+}
+
+static modbus_exception_t check_block(span_t span) {
+    const modbus_exception_t refusal = register_blocks_check_write((uint16_t)span.first);
+    return refusal == MODBUS_OK ? MODBUS_OK : refuse(WRITE_READ_ONLY, span.first, refusal);
+}
+
+modbus_exception_t registers_check_write(uint16_t address, uint16_t count) {
+    const span_t span = {address, (uint32_t)address + count};
+    return register_blocks_hold(address, count) ? check_block(span) : check_addresses(span);
+}
+
+/* Puts the written values, whose addresses are right, over a copy of the present ones. */
+static modbus_exception_t decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
+    for (uint32_t at = span.first; at < span.end;) {
+        const unsigned i = find(at);
         candidate[i] = 0;
         for (unsigned part = 0; part < entries[i].registers; part++) {
             candidate[i] = candidate[i] << 16 | values[at - span.first + part];
@@ -147,21 +165,25 @@ static modbus_exception_t check_broadcast(span_t span, const uint32_t candidate[
 
 static modbus_exception_t write_block(span_t span, const uint16_t values[]) {
     const uint16_t address = (uint16_t)span.first;
-    modbus_exception_t refusal = register_blocks_check_write(address);
+    modbus_exception_t refusal = check_block(span);
     if (refusal == MODBUS_OK) {
         refusal = check_lock(register_blocks_need(address), address);
     }
-    if (refusal == MODBUS_OK) {
-        refusal = register_blocks_write(address, (uint16_t)(span.end - span.first), values);
+    if (refusal != MODBUS_OK) {
+        return refusal;
     }
-    return refusal;
+    refusal = register_blocks_write(address, (uint16_t)(span.end - span.first), values);
+    return refusal == MODBUS_OK ? MODBUS_OK : refuse(WRITE_PLAYS, address, refusal);
 }
 
 static modbus_exception_t write_table(span_t span, const uint16_t values[], bool broadcast) {
     uint32_t candidate[REGISTER_COUNT];
     control_refresh(value);
     memcpy(candidate, value, sizeof candidate);
-    modbus_exception_t refusal = decode_write(span, values, candidate);
+    modbus_exception_t refusal = check_addresses(span);
+    if (refusal == MODBUS_OK) {
+        refusal = decode_write(span, values, candidate);
+    }
     if (refusal == MODBUS_OK && broadcast) {
         refusal = check_broadcast(span, candidate);
     }

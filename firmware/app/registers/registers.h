@@ -27,6 +27,11 @@ modbus_exception_t registers_check_read(uint16_t address, uint16_t count);
 void registers_read(uint16_t address, uint16_t count, uint16_t values[]);
 
 /**
+ * May these registers ever be written? MODBUS_ILLEGAL_ADDRESS as in registers_write. count >= 1.
+ */
+modbus_exception_t registers_check_write(uint16_t address, uint16_t count);
+
+/**
  * MODBUS_ILLEGAL_ADDRESS when a register does not exist, is read only, or is half of a value whose other half is not
  * written. MODBUS_ILLEGAL_VALUE when a value is out of range or a command is not possible now; MODBUS_DEVICE_FAILURE
  * for what is locked (control.h), and for a table while it plays. count >= 1.

@@ -11,8 +11,8 @@
  * at update k + 1, free of any jitter of the software, and stays until update k + 2. Position k + 1 is sampled just
  * before drive k appears; position k + 2 is the first that shows drive k: latency_samples is 2.
  *
- * Time is counted in periods, not in interrupts: the cycle counter, which runs from the same clock, tells an interrupt
- * how many periods ago the last one was.
+ * Time is counted in periods, not in interrupts: the cycle counter, which runs from the same clock, less what TIM2 has
+ * counted since, tells when the newest update was, and so how many there were since the last interrupt's.
  *
  * Safe output: an interrupt that is late leaves the last code standing, since the DAC repeats what it holds. For a
  * piezo that is better than a neutral code written at the start of every interrupt, as motor drives do it, which would
@@ -92,11 +92,12 @@ const board_info_t board_info = {
 /* Touched by the sample interrupt alone once it runs. */
 static struct {
     uint16_t position_code;
-    uint32_t ended_late; /* FAULT_OVERRUN, if the last one's end was after the next update */
-    uint32_t last_cycles;
+    uint32_t ended_late;       /* FAULT_OVERRUN, if the last one's end was after the next update */
+    uint32_t last_update;      /* cycle counter */
     volatile uint32_t periods; /* since start; read by the main loop */
     uint32_t cycles_per_period;
-    uint32_t late_cycles; /* so many since the last interrupt, rounded to periods, are two */
+    uint32_t cycles_per_count; /* of TIM2; 0 where there is no cycle counter (emulator) */
+    uint32_t late_cycles;      /* so many from update to update, rounded to periods, are two */
 } sampling = {.position_code = BOARD_CODE_MIDDLE};
 
 static uint32_t apb1_timer_hz, core_hz;
@@ -165,6 +166,7 @@ board_start_t board_init(void) {
     apb1_timer_hz = clocks.apb1_timer_hz;
     core_hz = clocks.core_hz;
     sampling.cycles_per_period = core_hz / SAMPLE_RATE_HZ;
+    sampling.cycles_per_count = factory_values() ? core_hz / apb1_timer_hz : 0;
     sampling.late_cycles = 2U * sampling.cycles_per_period - sampling.cycles_per_period / 2U;
     DEMCR |= DEMCR_TRCENA;
     DWT_CTRL |= DWT_CTRL_CYCCNTENA;
@@ -276,7 +278,7 @@ void board_start(uint16_t drive_code) {
     TIM2->CR2 = TIM_CR2_MMS_UPDATE;
     DAC->CR = DAC_CR_EN1 | DAC_CR_TEN1 | DAC_CR_TSEL1_TIM2;
     ADC1->CR2 = ADC_CR2_ADON | ADC_CR2_EXTSEL_TIM2_CC2 | ADC_CR2_EXTEN_RISING;
-    sampling.last_cycles = DWT_CYCCNT;
+    sampling.last_update = DWT_CYCCNT;
     nvic_enable(IRQ_TIM2, PRIORITY_SAMPLE);
     TIM2->DIER = TIM_DIER_UIE;
     TIM2->CR1 = TIM_CR1_CEN;
@@ -309,15 +311,16 @@ static HYST_APART uint32_t periods_in(uint32_t cycles) {
     return (cycles + sampling.cycles_per_period / 2U) / sampling.cycles_per_period;
 }
 
-/* Periods that passed without an interrupt. (An emulator without a cycle counter says 0 cycles.) They are counted
- * between entries: one that comes more than half a period late counts as two, and the next one as one. So in a lasting
- * overload time runs up to a third too fast, which trips earlier, never later. Whether the counter stands still while
- * the processor sleeps was not seen on silicon; it does no harm, as no interrupt is missed there. */
+/* Periods that passed without an interrupt, from the newest update that the last interrupt knew to the newest one now,
+ * however late either interrupt is. Before the interrupt's flag is cleared: an update that comes between the two then
+ * is one that has no interrupt, and the next one counts it. (An emulator without a cycle counter says 0 cycles; a chip
+ * of revision A is taken for one, and counts from entry to entry.) Whether the cycle counter stands still while the
+ * processor sleeps was not seen on silicon; it does no harm, as no interrupt is missed there. */
 static uint32_t count_periods(void) {
-    const uint32_t cycles = DWT_CYCCNT;
-    const uint32_t since = cycles - sampling.last_cycles;
+    const uint32_t update = DWT_CYCCNT - TIM2->CNT * sampling.cycles_per_count;
+    const uint32_t since = update - sampling.last_update;
     uint32_t missed = 0;
-    sampling.last_cycles = cycles;
+    sampling.last_update = update;
     if (since >= sampling.late_cycles) {
         missed = periods_in(since) - 1U;
     }
@@ -331,8 +334,8 @@ static uint32_t count_periods(void) {
  * sample reports it.
  */
 void tim2_handler(void) {
-    TIM2->SR = ~TIM_SR_UIF;
     const uint32_t missed = count_periods();
+    TIM2->SR = ~TIM_SR_UIF;
     const uint32_t faults =
         sampling.ended_late | (missed > 0 ? FAULT_OVERRUN : 0U) | (supply_low() ? FAULT_SUPPLY : 0U) | read_position();
     const loop_input_t input = {.position_code = sampling.position_code, .missed = missed, .faults = faults};
