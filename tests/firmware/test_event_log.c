@@ -68,6 +68,23 @@ static void test_a_trip_and_a_warning(void) {
     TEST_ASSERT_EQUAL_UINT32(before + 3, master_get(INDEX_events));
 }
 
+/* Each trip is one event, ahead of the stop that ends it, also when no turn of the main loop lies between them. */
+static void test_every_trip_is_there(void) {
+    const uint32_t before = master_get(INDEX_events);
+    const loop_input_t low = {.faults = FAULT_SUPPLY, .position_code = BOARD_CODE_MIDDLE};
+    for (uint32_t n = 0; n < 3; n++) {
+        (void)loop_sample(&low); /* the supply is still low: it trips anew */
+        master_command(COMMAND_STOP);
+        expect_event(before + 2U * n, EVENT_TRIP, FAULT_SUPPLY, now_ms());
+        expect_event(before + 2U * n + 1U, EVENT_COMMAND, COMMAND_STOP, now_ms());
+    }
+    (void)loop_sample(&low);
+    (void)amplifier_serve();
+    (void)amplifier_serve();
+    expect_event(before + 6U, EVENT_TRIP, FAULT_SUPPLY, now_ms());
+    TEST_ASSERT_EQUAL_UINT32(before + 7U, master_get(INDEX_events));
+}
+
 static void test_the_newest_are_kept(void) {
     for (unsigned i = 0; i < 3 * EVENT_LOG_LENGTH; i++) {
         event_log_add(EVENT_COMMAND, (uint16_t)i);
@@ -105,6 +122,7 @@ int main(void) {
     RUN_TEST(test_the_start_comes_first);
     RUN_TEST(test_commands_and_commits);
     RUN_TEST(test_a_trip_and_a_warning);
+    RUN_TEST(test_every_trip_is_there);
     RUN_TEST(test_the_newest_are_kept);
     RUN_TEST(test_nobody_writes_it);
     RUN_TEST(test_time_goes_on_when_the_counts_wrap);

@@ -152,8 +152,9 @@ void loop_set_model_limit(hyst_q31_t limit, uint32_t milliseconds);
 void loop_set_current_limit(hyst_q31_t limit);
 hyst_q31_t loop_current_average(void);
 
-/** What tripped, FAULT_ bits, and the warnings that are live: for the main loop's log. */
-uint32_t loop_trip_cause(void);
+/** How often it tripped since the start, and FAULT_ bits of the newest one, and the warnings that are live: for the
+ * main loop's log. */
+uint32_t loop_trips(uint32_t *cause);
 uint32_t loop_warnings(void);
 
 /** Stops the source and conditioning; the reference holds its last value, which is the setpoint then, also where it was

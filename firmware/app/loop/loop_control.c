@@ -234,8 +234,12 @@ hyst_q31_t loop_current_average(void) {
     return hyst_saturate((int64_t)units << CURRENT_UNIT);
 }
 
-uint32_t loop_trip_cause(void) {
-    return *(volatile uint32_t *)&loop.power.cause;
+uint32_t loop_trips(uint32_t *cause) {
+    const uint32_t key = board_lock();
+    const uint32_t trips = loop.power.trips;
+    *cause = loop.power.last_trip;
+    board_unlock(key);
+    return trips;
 }
 
 uint32_t loop_warnings(void) {

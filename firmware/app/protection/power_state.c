@@ -26,7 +26,8 @@ void power_disarm(power_state_t *power) {
 void power_trip(power_state_t *power, uint32_t cause) {
     if (power->state != POWER_FAULT) {
         power->state = POWER_FAULT;
-        power->cause = cause;
+        power->cause = power->last_trip = cause;
+        power->trips++;
     }
 }
 

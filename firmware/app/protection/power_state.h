@@ -36,6 +36,8 @@ typedef struct {
     uint32_t precharge; /**< samples that are left of it */
     uint32_t patience;  /**< samples after it in which the self test may fail */
     uint32_t cause;     /**< FAULT_ bits of what tripped, 0 outside of fault */
+    uint32_t trips;     /**< so many since the start, wraps */
+    uint32_t last_trip; /**< what the newest one was: FAULT_ bits */
     bool stage;         /**< enabled */
 } power_state_t;
 

@@ -10,19 +10,9 @@ typedef struct {
 
 static event_t events[EVENT_LOG_LENGTH];
 static uint32_t count;
-static uint64_t periods;        /* since the start */
-static uint32_t periods_last;   /* loop_periods then, which wraps */
-static uint32_t trip, warnings; /* as they were looked at last */
-
-void event_log_init(uint16_t reset_cause) {
-    for (unsigned i = 0; i < EVENT_LOG_LENGTH; i++) {
-        events[i] = (event_t){0};
-    }
-    count = 0;
-    periods = periods_last = loop_periods();
-    trip = warnings = 0;
-    event_log_add(EVENT_START, reset_cause);
-}
+static uint64_t periods;         /* since the start */
+static uint32_t periods_last;    /* loop_periods then, which wraps */
+static uint32_t trips, warnings; /* as they were looked at last */
 
 static uint64_t now(void) {
     const uint32_t present = loop_periods();
@@ -31,7 +21,7 @@ static uint64_t now(void) {
     return periods;
 }
 
-void event_log_add(event_kind_t kind, uint16_t detail) {
+static void add(event_kind_t kind, uint16_t detail) {
     events[count % EVENT_LOG_LENGTH] = (event_t){
         .milliseconds = (uint32_t)(now() * 1000000U / board_info.sample_rate_mhz),
         .kind = (uint16_t)kind,
@@ -40,20 +30,34 @@ void event_log_add(event_kind_t kind, uint16_t detail) {
     count++;
 }
 
+void event_log_init(uint16_t reset_cause) {
+    for (unsigned i = 0; i < EVENT_LOG_LENGTH; i++) {
+        events[i] = (event_t){0};
+    }
+    count = 0;
+    periods = periods_last = loop_periods();
+    trips = warnings = 0;
+    add(EVENT_START, reset_cause);
+}
+
 void event_log_poll(void) {
-    (void)now(); /* more often than the loop's count wraps */
-    const uint32_t now_tripped = loop_trip_cause();
+    uint32_t cause;
+    const uint32_t now_trips = loop_trips(&cause);
     const uint32_t now_warned = loop_warnings();
-    if (now_tripped != trip) {
-        trip = now_tripped;
-        if (trip != 0) {
-            event_log_add(EVENT_TRIP, (uint16_t)trip);
-        }
+    (void)now(); /* more often than the loop's count wraps */
+    if (now_trips != trips) {
+        trips = now_trips;
+        add(EVENT_TRIP, (uint16_t)cause);
     }
     if (now_warned != warnings) {
         warnings = now_warned;
-        event_log_add(EVENT_WARNING, (uint16_t)warnings);
+        add(EVENT_WARNING, (uint16_t)warnings);
     }
+}
+
+void event_log_add(event_kind_t kind, uint16_t detail) {
+    event_log_poll();
+    add(kind, detail);
 }
 
 uint32_t event_log_count(void) {

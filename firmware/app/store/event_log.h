@@ -24,9 +24,10 @@ typedef enum {
     EVENT_WARNING = 5  /**< detail: warnings_live, when it changed */
 } event_kind_t;
 
-/** Empty but for the start. */
+/** Empty but for the start. After loop_init. */
 void event_log_init(uint16_t reset_cause);
 
+/** Behind what event_log_poll finds: a trip is ahead of the command that ends it. */
 void event_log_add(event_kind_t kind, uint16_t detail);
 
 /** Each turn of the main loop. */
