@@ -165,10 +165,10 @@ static void test_a_weak_effect_has_rivals(void) {
  * Each is worth a sixth more than the last one, beside 6 of chance. */
 static void test_what_is_small_is_heard_once_its_numbers_are_searched(void) {
     suspect_t loudest = {0};
-    for (double part = weak; part < 1.0 && loudest.block == NULL; part += weak / 12.0) {
+    for (int twelfths = 12; twelfths < 1000 && loudest.block == NULL; twelfths++) {
         recording_t recording;
         shape_t shape;
-        part_of_delay = part;
+        part_of_delay = weak * twelfths / 12.0;
         make_recording(PLAYS, LATE, &recording);
         ask(&recording, &shape, &loudest);
         recording_free(&recording);
