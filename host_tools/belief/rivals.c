@@ -39,7 +39,7 @@ static size_t refined_suspects(fitted_chain_t *fitted, const probe_setting_t *se
                                size_t *count) {
     const scan_t scan = fitted_chain_scan(fitted, setting);
     scan_blocks(&scan, suspect, count, NULL);
-    return scan_refine_promising(&scan, *suspect, *count);
+    return scan_refine(&scan, *suspect, *count);
 }
 
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {

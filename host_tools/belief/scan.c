@@ -292,17 +292,13 @@ static void refine_one(void *context, size_t index) {
     refine(job->scan, &job->suspect[index]);
 }
 
-void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count) {
-    parallel(count, refine_one, &(refined_t){.scan = scan, .suspect = suspect});
-    qsort(suspect, count, sizeof *suspect, by_gain);
-}
-
-size_t scan_refine_promising(const scan_t *scan, suspect_t *suspect, size_t count) {
+size_t scan_refine(const scan_t *scan, suspect_t *suspect, size_t count) {
     size_t refined = 0;
     while (refined < count && refined < REFINED && suspect[refined].gain >= threshold.rival_promise * suspect[0].gain) {
         refined++;
     }
-    scan_refine(scan, suspect, refined);
+    parallel(refined, refine_one, &(refined_t){.scan = scan, .suspect = suspect});
+    qsort(suspect, refined, sizeof *suspect, by_gain);
     return refined;
 }
 

@@ -37,10 +37,9 @@ typedef struct {
 /** The linear scan: one suspect a block that could be simulated, the one that is worth most first. To be freed.
  * signatures (may be NULL): how many were tried. */
 void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t *signatures);
-/** Searches the numbers of the first so many, and puts these in order again. */
-void scan_refine(const scan_t *scan, suspect_t *suspect, size_t count);
-/** The same of those that promise something beside the first one: a few. Returns how many. */
-size_t scan_refine_promising(const scan_t *scan, suspect_t *suspect, size_t count);
+/** Searches the numbers of the first few, which promise something beside the very first, and puts these in order again.
+ * Returns how many. */
+size_t scan_refine(const scan_t *scan, suspect_t *suspect, size_t count);
 void suspects_free(suspect_t *suspect, size_t count);
 
 #endif

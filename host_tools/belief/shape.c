@@ -126,7 +126,7 @@ static void scan_catalogue(const held_out_t *room, const probe_setting_t *settin
     scan_blocks(&scan, &suspect, &count, NULL);
     note_loudest(suspect, count, threshold.least_gain, shape);
     if (shape->silent && shape->gain >= threshold.evidence_margin) {
-        note_loudest(suspect, scan_refine_promising(&scan, suspect, count), threshold.least_searched_gain, shape);
+        note_loudest(suspect, scan_refine(&scan, suspect, count), threshold.least_searched_gain, shape);
     }
     suspects_free(suspect, count);
     free(left);

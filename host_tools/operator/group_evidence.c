@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/group_evidence.h"
 #include "base/progress.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
 #include <gsl/gsl_math.h>
@@ -8,16 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The fixed point is near enough when no precision moves by more than a part in 200: weights hardly depend on them. */
-static const double settled = 0.005;
 enum { MOST_ROUNDS = 100 };
 /* A precision for free columns, and for the round-off of the equations, in parts of the mean square of a column. */
 static const double nearly_free = 1e-11;
 /* A group that the data do not need is switched off here, relative to what a unit weight would explain. */
 static const double switched_off = 1e12;
-/* Numbers of a group that the data determine: below `barely_used` it counts as switched off, and below `not_used` it is
- * on its way there, a little in each round, which nothing but its own precision shows. */
-static const double barely_used = 0.1, not_used = 0.02;
+/* Numbers of a group that the data determine, below which it counts as switched off. */
+static const double barely_used = 0.1;
 
 static double dot(const double *a, const double *b, size_t count) {
     return cblas_ddot((int)count, a, 1, b, 1);
@@ -80,7 +78,7 @@ static double step(const normal_equations_t *equations, const size_t *group, con
         if (g > 0 && count[g] > 0) {
             const double better =
                 fmin(fmax(e->determined[g], 1e-6) / fmax(square[g], 1e-300), switched_off / e->variance);
-            const bool leaves = e->determined[g] < not_used && better > e->precision[g];
+            const bool leaves = e->determined[g] < threshold.group_leaves && better > e->precision[g];
             change = fmax(change, leaves ? 0.0 : fabs(log(better / e->precision[g])));
             e->precision[g] = better;
         }
@@ -147,7 +145,7 @@ bool group_evidence_fit(const normal_equations_t *equations, const size_t *group
     for (int round = 0; good && round < MOST_ROUNDS; round++) {
         const double change = step(equations, group, count, variance <= 0.0, e, inverse, diagonal);
         good = !progress_cancelled() && factorise(equations, group, e);
-        if (change < settled) {
+        if (change < threshold.evidence_settled) {
             break;
         }
     }
