@@ -29,6 +29,8 @@ void chain_for_operator(const model_t *from, model_t *chain) {
 }
 
 void fitted_chain_close(fitted_chain_t *f) {
+    suspects_free(&f->scanned);
+    suspects_free(&f->searched);
     imitation_close(&f->imitation);
     hysteresis_rows_close(&f->rows);
     hysteresis_free(&f->hysteresis);
@@ -55,8 +57,9 @@ static void take_samples(fitted_chain_t *f, const samples_t *samples) {
 }
 
 /* What the chain adds behind the operator goes by the operator's position, and that by what the chain adds: in turns.
- * target_um: a column, the position less what the chain adds. */
-static bool fit_weights(fitted_chain_t *f, double *target_um) {
+ * They are few, and behind a mode inside of what the drive excites more would not do. target_um: a column, the position
+ * less what the chain adds. */
+static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *target_um) {
     failure_t ignored;
     imitation_t *imitation = &f->imitation;
     hysteresis_bases_t bases = {0};
@@ -64,13 +67,14 @@ static bool fit_weights(fitted_chain_t *f, double *target_um) {
     const int rounds = imitation->chain.blocks == 1 ? 1 : CHAIN_ROUNDS;
     memcpy(target_um, f->position_um, f->samples->all * sizeof(double));
     for (int round = 0; good && round < rounds; round++) {
+        hysteresis_t before = f->hysteresis;
         for (size_t k = 0; round > 0 && k < f->samples->all; k++) {
             target_um[k] = f->position_um[k] - imitation->simulated_um[k] + imitation->predicted_um[k];
         }
-        hysteresis_free(&f->hysteresis);
-        good = hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin, &bases, &f->hysteresis,
-                              &ignored) &&
+        good = hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin,
+                              round > 0 ? &before : like, &bases, &f->hysteresis, &ignored) &&
                imitation_run(imitation, &f->hysteresis, &ignored);
+        hysteresis_free(&before);
     }
     hysteresis_bases_close(&bases);
     return good;
@@ -83,7 +87,7 @@ const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *f) {
     return &f->rows;
 }
 
-bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_t *chain) {
+bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_t *chain, const hysteresis_t *like) {
     failure_t ignored;
     *f = (fitted_chain_t){0};
     if (!imitation_open(&f->imitation, chain, samples->recordings, samples->count, &ignored)) {
@@ -91,7 +95,7 @@ bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_
     }
     take_samples(f, samples);
     double *target_um = samples_column(samples);
-    const bool good = fit_weights(f, target_um);
+    const bool good = fit_weights(f, like, target_um);
     free(target_um);
     if (!good) {
         fitted_chain_close(f);
@@ -101,4 +105,12 @@ bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_
 
 scan_t fitted_chain_scan(fitted_chain_t *f, const probe_setting_t *setting) {
     return (scan_t){.imitation = &f->imitation, .rows = fitted_chain_rows(f), .setting = setting};
+}
+
+const suspects_t *fitted_chain_suspects(fitted_chain_t *f, const probe_setting_t *setting) {
+    if (f->scanned.suspect == NULL) {
+        const scan_t scan = fitted_chain_scan(f, setting);
+        scan_blocks(&scan, &f->scanned);
+    }
+    return &f->scanned;
 }

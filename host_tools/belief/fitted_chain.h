@@ -16,14 +16,17 @@ typedef struct {
     unsigned char *use;     /**< of all samples: fitted */
     double *position_um;    /**< the displacements, a column */
     size_t thin;            /**< of these samples every `thin`-th is fitted in the end */
+    suspects_t scanned;     /**< fitted_chain_suspects */
+    suspects_t searched;    /**< fitted_suspects */
 } fitted_chain_t;
 
 /** A chain with the operator's place holder as its hysteresis, without noise; to be freed. */
 void chain_for_operator(const model_t *from, model_t *chain);
 
 /** Fits the operator's weights and the noise. To be closed. false: the drive does not move, or the chain cannot be
- * simulated; nothing is there then. */
-bool fitted_chain_open(fitted_chain_t *fitted, const samples_t *samples, const model_t *chain);
+ * simulated; nothing is there then. like: of hysteresis_fit. */
+bool fitted_chain_open(fitted_chain_t *fitted, const samples_t *samples, const model_t *chain,
+                       const hysteresis_t *like);
 void fitted_chain_close(fitted_chain_t *fitted);
 
 /** The operator's rows at the fitted samples. */
@@ -31,5 +34,8 @@ const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *fitted);
 
 /** For scan.h. */
 scan_t fitted_chain_scan(fitted_chain_t *fitted, const probe_setting_t *setting);
+
+/** What a linear scan says. It is made once: who asks again gets it, whatever the setting. */
+const suspects_t *fitted_chain_suspects(fitted_chain_t *fitted, const probe_setting_t *setting);
 
 #endif

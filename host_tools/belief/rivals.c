@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/rivals.h"
+#include "base/parallel.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
+
+/* So many of a scan: those that promise most. */
+enum { REFINED = 6 };
 
 /* By how much less evidence another block may have. */
 static double margin_of(const block_t *block, const block_t *other, double gain) {
@@ -10,18 +14,19 @@ static double margin_of(const block_t *block, const block_t *other, double gain)
                 (lags ? threshold.evidence_margin_part_lag : threshold.evidence_margin_part) * gain);
 }
 
-static double gain_of(const suspect_t *suspect, size_t count, const block_t *block) {
-    for (size_t i = 0; i < count; i++) {
-        if (suspect[i].block == block) {
-            return suspect[i].gain;
+static double gain_of(const suspects_t *suspects, const block_t *block) {
+    for (size_t i = 0; i < suspects->count; i++) {
+        if (suspects->suspect[i].block == block) {
+            return suspects->suspect[i].gain;
         }
     }
     return 0.0;
 }
 
-static void choose(const suspect_t *suspect, size_t count, const block_t *block, rivals_t *rivals) {
-    rivals->gain = gain_of(suspect, count, block);
-    for (size_t i = 0; i < count; i++) {
+static void choose(const suspects_t *suspects, const block_t *block, rivals_t *rivals) {
+    const suspect_t *suspect = suspects->suspect;
+    rivals->gain = gain_of(suspects, block);
+    for (size_t i = 0; i < suspects->count; i++) {
         const block_t *other = suspect[i].block;
         if (other == block) {
             continue;
@@ -34,32 +39,24 @@ static void choose(const suspect_t *suspect, size_t count, const block_t *block,
     }
 }
 
-/* All that could be simulated; the first ones are refined. Returns how many. To be freed. */
-static size_t refined_suspects(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t **suspect,
-                               size_t *count) {
-    const scan_t scan = fitted_chain_scan(fitted, setting);
-    scan_blocks(&scan, suspect, count, NULL);
-    return scan_refine(&scan, *suspect, *count);
+typedef struct {
+    const scan_t *scan;
+    suspects_t *suspects;
+} refined_t;
+
+static void refine_one(void *context, size_t index) {
+    const refined_t *job = context;
+    scan_refine(job->scan, &job->suspects->suspect[index]);
 }
 
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
-    suspect_t *suspect;
-    size_t count;
-    const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
+    const suspects_t *scanned = fitted_chain_suspects(fitted, setting);
+    const scan_t scan = fitted_chain_scan(fitted, setting);
+    suspects_t suspects;
+    suspects_copy(scanned, scan_promising(scanned, REFINED), &suspects);
+    parallel(suspects.count, refine_one, &(refined_t){.scan = &scan, .suspects = &suspects});
+    suspects_sort(&suspects);
     *rivals = (rivals_t){0};
-    choose(suspect, refined, block, rivals);
-    suspects_free(suspect, count);
-}
-
-bool loudest_of(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *loudest) {
-    suspect_t *suspect;
-    size_t count;
-    const size_t refined = refined_suspects(fitted, setting, &suspect, &count);
-    const bool loud = refined > 0 && suspect[0].gain >= threshold.least_searched_gain;
-    if (loud) {
-        *loudest = suspect[0];
-        suspect[0].chain = (model_t){0};
-    }
-    suspects_free(suspect, count);
-    return loud;
+    choose(&suspects, block, rivals);
+    suspects_free(&suspects);
 }

@@ -23,8 +23,4 @@ typedef struct {
  * nothing of it. */
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals);
 
-/** The block that is worth most, its numbers searched. false: none is worth least_searched_gain. To be freed
- * (model_free of its chain). */
-bool loudest_of(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *loudest);
-
 #endif

@@ -12,8 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* So many of a scan are refined: those that promise most. */
-enum { AT_ONCE = 16, REFINED = 6 };
+enum { AT_ONCE = 16 };
 /* Of a signature's square, what the operator leaves has to be more than this part: below, it is a matter of the last
  * digits. */
 static const double least_beyond = 1e-8;
@@ -47,7 +46,6 @@ typedef struct {
     const scan_t *scan;
     suspect_t best; /* block: NULL while no probe could be simulated */
     const block_t *block;
-    size_t tried;
 } probing_t;
 
 /* How small it could be and still be heard. */
@@ -73,7 +71,6 @@ static void keep_better(probing_t *probing, const double value[BLOCK_MAX_PARAMET
     const double most = fmax(probing->best.gain, gain);
     /* What it is worth as it is, amplitude 1, or a part of what it would be worth with another one. */
     const double promise = candidate_grows(probing->block) ? gain : fmax(along - beyond / 2.0, least * gain);
-    probing->tried++;
     if (probing->best.block == NULL || promise > probing->best.promise) {
         model_free(&probing->best.chain);
         probing->best.block = probing->block;
@@ -147,28 +144,38 @@ static int by_gain(const void *one, const void *other) {
     return a < b ? 1 : a > b ? -1 : 0;
 }
 
-void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t *signatures) {
+void suspects_sort(suspects_t *suspects) {
+    if (suspects->count > 0) {
+        qsort(suspects->suspect, suspects->count, sizeof *suspects->suspect, by_gain);
+    }
+}
+
+void scan_blocks(const scan_t *scan, suspects_t *suspects) {
     probing_t *probing = allocate(catalogue_count, sizeof *probing);
-    size_t blocks = 0, tried = 0;
+    size_t blocks = 0;
     for (size_t i = 0; i < catalogue_count; i++) {
         if (probe_is_first(catalogue[i]->probe) && model_find(&scan->imitation->chain, catalogue[i]->name) == NULL) {
             probing[blocks++] = (probing_t){.scan = scan, .block = catalogue[i]};
         }
     }
     parallel(blocks, probe_block, probing);
-    *suspect = allocate(catalogue_count, sizeof **suspect);
-    *count = 0;
+    *suspects = (suspects_t){.suspect = allocate(catalogue_count, sizeof *suspects->suspect)};
     for (size_t i = 0; i < blocks; i++) {
-        tried += probing[i].tried;
         if (probing[i].best.block != NULL) {
-            (*suspect)[(*count)++] = probing[i].best;
+            suspects->suspect[suspects->count++] = probing[i].best;
         }
     }
-    qsort(*suspect, *count, sizeof **suspect, by_gain);
-    if (signatures != NULL) {
-        *signatures = tried;
-    }
+    suspects_sort(suspects);
     free(probing);
+}
+
+size_t scan_promising(const suspects_t *suspects, size_t most) {
+    size_t count = 0;
+    while (count < suspects->count && count < most &&
+           suspects->suspect[count].gain >= threshold.rival_promise * suspects->suspect[0].gain) {
+        count++;
+    }
+    return count;
 }
 
 /* The search for a suspect's numbers. Products are of what they name, beyond what the operator imitates. */
@@ -253,10 +260,13 @@ static void move_back(void *context, const double *step, double part) {
     searched_back(&job->searched);
 }
 
+/* A signature is nothing where the chain has the block with these numbers already. */
 static void keep(void *context) {
     const refinement_t *job = context;
-    job->suspect->amplitude = job->along / job->square;
-    job->suspect->sigma = 1.0 / sqrt(job->square);
+    if (job->square > 0.0) {
+        job->suspect->amplitude = job->along / job->square;
+        job->suspect->sigma = 1.0 / sqrt(job->square);
+    }
     job->suspect->gain = fmax(job->along - 0.5 * job->square, 0.0);
 }
 
@@ -265,7 +275,7 @@ static bool ends(void *context, bool improved, double before, double now) {
     return !improved || before - now < 2.0 * settled;
 }
 
-static void refine(const scan_t *scan, suspect_t *suspect) {
+void scan_refine(const scan_t *scan, suspect_t *suspect) {
     refinement_t job = {.scan = scan,
                         .suspect = suspect,
                         .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
@@ -282,29 +292,18 @@ static void refine(const scan_t *scan, suspect_t *suspect) {
     free(job.column);
 }
 
-typedef struct {
-    const scan_t *scan;
-    suspect_t *suspect;
-} refined_t;
-
-static void refine_one(void *context, size_t index) {
-    const refined_t *job = context;
-    refine(job->scan, &job->suspect[index]);
-}
-
-size_t scan_refine(const scan_t *scan, suspect_t *suspect, size_t count) {
-    size_t refined = 0;
-    while (refined < count && refined < REFINED && suspect[refined].gain >= threshold.rival_promise * suspect[0].gain) {
-        refined++;
-    }
-    parallel(refined, refine_one, &(refined_t){.scan = scan, .suspect = suspect});
-    qsort(suspect, refined, sizeof *suspect, by_gain);
-    return refined;
-}
-
-void suspects_free(suspect_t *suspect, size_t count) {
+void suspects_copy(const suspects_t *suspects, size_t count, suspects_t *copy) {
+    *copy = (suspects_t){.suspect = allocate(count + 1, sizeof *copy->suspect), .count = count};
     for (size_t i = 0; i < count; i++) {
-        model_free(&suspect[i].chain);
+        copy->suspect[i] = suspects->suspect[i];
+        model_copy(&copy->suspect[i].chain, &suspects->suspect[i].chain);
     }
-    free(suspect);
+}
+
+void suspects_free(suspects_t *suspects) {
+    for (size_t i = 0; i < suspects->count; i++) {
+        model_free(&suspects->suspect[i].chain);
+    }
+    free(suspects->suspect);
+    *suspects = (suspects_t){0};
 }

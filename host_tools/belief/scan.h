@@ -28,18 +28,28 @@ typedef struct {
     bool refined; /**< its numbers were searched; amplitude is then near 1 */
 } suspect_t;
 
+/** Several of them, the loudest first. */
+typedef struct {
+    suspect_t *suspect;
+    size_t count;
+} suspects_t;
+
 typedef struct {
     const imitation_t *imitation;  /**< was run */
     const hysteresis_rows_t *rows; /**< the operator's, of the samples that speak */
     const probe_setting_t *setting;
 } scan_t;
 
-/** The linear scan: one suspect a block that could be simulated, the one that is worth most first. To be freed.
- * signatures (may be NULL): how many were tried. */
-void scan_blocks(const scan_t *scan, suspect_t **suspect, size_t *count, size_t *signatures);
-/** Searches the numbers of the first few, which promise something beside the very first, and puts these in order again.
- * Returns how many. */
-size_t scan_refine(const scan_t *scan, suspect_t *suspect, size_t count);
-void suspects_free(suspect_t *suspect, size_t count);
+/** The linear scan: one suspect a block that could be simulated. To be freed. */
+void scan_blocks(const scan_t *scan, suspects_t *suspects);
+/** How many of them promise something beside the very first, at most `most`: those whose numbers are worth a search. */
+size_t scan_promising(const suspects_t *suspects, size_t most);
+/** Searches the numbers of one, the weights as they are, from where its amplitude puts them. The scan's chain may have
+ * the block already, with the same index: then `gain` is what other numbers are worth. */
+void scan_refine(const scan_t *scan, suspect_t *suspect);
+
+void suspects_copy(const suspects_t *suspects, size_t count, suspects_t *copy);
+void suspects_sort(suspects_t *suspects);
+void suspects_free(suspects_t *suspects);
 
 #endif

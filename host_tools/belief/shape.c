@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/shape.h"
+#include "belief/rest.h"
+#include "belief/suspect_fit.h"
 #include "chain/catalogue.h"
 #include "diagnosis/noise/lines.h"
 #include "diagnosis/noise/remainder.h"
@@ -7,10 +9,6 @@
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Samples of a rest that counts; and at rest, or in motion, for a comparison: their mean square is then known to a
- * tenth. */
-enum { LEAST_REST = 20, LEAST_RESTING = 200 };
 
 /* All that belongs to one question. */
 typedef struct {
@@ -51,36 +49,6 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
     shape->deviations = determined > 0 ? sqrt(normal / (double)determined) : HUGE_VAL;
 }
 
-/* Mean square of what is left where the drive rests, and where it moves. */
-static bool rests_as_it_moves(const held_out_t *room, double step_um) {
-    double rest = 0.0, move = 0.0;
-    size_t resting = 0, moving = 0;
-    for (size_t i = 0; i < room->fitted->samples->count; i++) {
-        const recording_t *r = &room->fitted->samples->recordings[i];
-        const double *drive = r->column[COLUMN_DRIVE], *left = room->left + room->fitted->samples->begin[i];
-        const size_t settled = (size_t)fmax(LEAST_REST, threshold.least_rest_s * r->sample_rate_hz);
-        double range[2];
-        values_range(drive, r->samples, range);
-        for (size_t k = 0, since = 0; k < r->samples; k++) {
-            since = fabs(drive[k] - drive[since]) <= threshold.still * (range[1] - range[0]) ? since : k;
-            if (k - since > settled) {
-                rest += left[k] * left[k];
-                resting++;
-            } else {
-                move += left[k] * left[k];
-                moving++;
-            }
-        }
-    }
-    const double step_error = step_um * step_um / 12.0;
-    if (resting < LEAST_RESTING || moving < LEAST_RESTING) {
-        return true;
-    }
-    const double chance = threshold.beyond_chance_altogether * sqrt(2.0 / (double)resting);
-    return move / (double)moving <=
-           threshold.most_moving_over_resting * (1.0 + chance) * (rest / (double)resting + step_error);
-}
-
 /* Whether only noise is left: by the tests of any remainder, on what is white already. */
 static bool is_noise(const held_out_t *room, double step_um, const shape_t *shape) {
     const samples_t *samples = room->fitted->samples;
@@ -95,14 +63,15 @@ static bool is_noise(const held_out_t *room, double step_um, const shape_t *shap
     free(nothing);
     return !remainder.structured && shape->deviations < threshold.most_deviations &&
            shape->not_determined < threshold.most_not_determined &&
-           (double)shape->outliers < threshold.most_outliers * (double)samples->all && rests_as_it_moves(room, step_um);
+           (double)shape->outliers < threshold.most_outliers * (double)samples->all &&
+           !rest_is_quieter(room->fitted, step_um);
 }
 
 /* least: natural units that speak. */
-static void note_loudest(const suspect_t *suspect, size_t count, double least, shape_t *shape) {
-    if (count > 0) {
-        shape->loudest = suspect[0].block;
-        shape->gain = suspect[0].gain;
+static void note_loudest(const suspects_t *suspects, double least, shape_t *shape) {
+    if (suspects->count > 0) {
+        shape->loudest = suspects->suspect[0].block;
+        shape->gain = suspects->suspect[0].gain;
     }
     shape->silent = shape->gain < least;
 }
@@ -120,15 +89,10 @@ static void scan_catalogue(const held_out_t *room, const probe_setting_t *settin
     }
     here.lines = find_lines(left, samples->recordings[longest].samples, setting->sample_rate_hz, line_hz);
     here.line_hz = line_hz;
-    const scan_t scan = fitted_chain_scan(room->fitted, &here);
-    suspect_t *suspect;
-    size_t count;
-    scan_blocks(&scan, &suspect, &count, NULL);
-    note_loudest(suspect, count, threshold.least_gain, shape);
+    note_loudest(fitted_chain_suspects(room->fitted, &here), threshold.least_gain, shape);
     if (shape->silent && shape->gain >= threshold.evidence_margin) {
-        note_loudest(suspect, scan_refine(&scan, suspect, count), threshold.least_searched_gain, shape);
+        note_loudest(fitted_suspects(room->fitted, &here), threshold.least_searched_gain, shape);
     }
-    suspects_free(suspect, count);
     free(left);
 }
 
@@ -160,7 +124,7 @@ void shape_ask(const samples_t *samples, const model_t *chain, const probe_setti
     model_t operated;
     *shape = (shape_t){0};
     chain_for_operator(chain, &operated);
-    if (fitted_chain_open(&fitted, samples, &operated)) {
+    if (fitted_chain_open(&fitted, samples, &operated, NULL)) {
         shape_of(&fitted, setting, step_um, scan, shape);
         fitted_chain_close(&fitted);
     }

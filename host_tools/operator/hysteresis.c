@@ -286,8 +286,8 @@ static void improve_law(const question_t *q, size_t thin, hysteresis_t *h, duhem
     *law = search.law;
 }
 
-/* Leaves the operator with a law where that is worth it. */
-static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+/* Leaves the operator with a law where that is worth it, beside this noise. */
+static bool find_law_beside(const question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
     duhem_law_t law;
     if (!fit_weights(q, thin, true, h, failure)) {
         return false;
@@ -316,7 +316,24 @@ static double evidence_at(const question_t *q, size_t thin, double rho, hysteres
     return fit_weights(q, thin, true, h, &ignored) ? h->evidence.log_evidence : -HUGE_VAL;
 }
 
-/* The likeliest rho: from white, in steps that get smaller. */
+/* The likeliest rho near the one that it has, in steps that get smaller. best: evidence of that. */
+static void improve_noise(const question_t *q, size_t thin, double best, hysteresis_t *h) {
+    double rho = h->noise.rho, factor = sqrt(10.0);
+    while (rho > 0.0 && factor > 1.3) {
+        for (int up = 0; up < 2; up++) {
+            const double beside = rho * (up != 0 ? factor : 1.0 / factor), evidence = evidence_at(q, thin, beside, h);
+            if (evidence > best) {
+                best = evidence;
+                rho = beside;
+                break;
+            }
+        }
+        factor = sqrt(factor);
+    }
+    pink_create(&h->noise, rho, q->longest);
+}
+
+/* The likeliest rho: from white. */
 static void find_noise(const question_t *q, size_t thin, hysteresis_t *h) {
     double best = evidence_at(q, thin, 0.0, h), rho = 0.0;
     double at = threshold.slowest_rho;
@@ -330,19 +347,8 @@ static void find_noise(const question_t *q, size_t thin, hysteresis_t *h) {
         }
         at *= 10.0;
     }
-    double factor = sqrt(10.0);
-    while (rho > 0.0 && factor > 1.3) {
-        for (int up = 0; up < 2; up++) {
-            const double beside = rho * (up != 0 ? factor : 1.0 / factor), evidence = evidence_at(q, thin, beside, h);
-            if (evidence > best) {
-                best = evidence;
-                rho = beside;
-                break;
-            }
-        }
-        factor = sqrt(factor);
-    }
     pink_create(&h->noise, rho, q->longest);
+    improve_noise(q, thin, best, h);
 }
 
 /* Whether the drive turned between its samples: what explains the position better. */
@@ -385,6 +391,45 @@ static bool pull_outliers_in(question_t *q, size_t thin, hysteresis_t *h, failur
     return true;
 }
 
+/* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law is worth anything. So it
+ * is sought beside white noise first, and the noise again beside it. */
+static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+    const pink_t pink = h->noise;
+    const double without = h->evidence.log_evidence;
+    if (pink.rho > 0.0) {
+        pink_create(&h->noise, 0.0, q->longest);
+        if (!find_law_beside(q, thin, h, failure)) {
+            return false;
+        }
+        if (h->operator.has_law) {
+            find_noise(q, thin, h);
+            if (evidence_at(q, thin, h->noise.rho, h) > without + threshold.law_worth) {
+                return true;
+            }
+            operator_drop_law(&h->operator);
+        }
+        h->noise = pink;
+    }
+    return find_law_beside(q, thin, h, failure);
+}
+
+/* Turns, law and the spectrum of the noise as another fit has them, the latter improved. */
+static bool fit_like(question_t *q, size_t thin, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
+    const size_t search = q->used / SEARCHED_SAMPLES + 1;
+    h->turns = like->turns;
+    pink_create(&h->noise, like->noise.rho, q->longest);
+    if (like->operator.has_law) {
+        operator_set_law(&h->operator, & like->operator.law);
+    }
+    if (!pull_outliers_in(q, search, h, failure)) {
+        return false;
+    }
+    if (like->noise.rho > 0.0) {
+        improve_noise(q, search, evidence_at(q, search, like->noise.rho, h), h);
+    }
+    return fit_weights(q, thin, true, h, failure);
+}
+
 static bool fit_all(question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
     const size_t search = q->used / SEARCHED_SAMPLES + 1;
     if (!find_turns(q, search, h, failure)) {
@@ -396,7 +441,8 @@ static bool fit_all(question_t *q, size_t thin, hysteresis_t *h, failure_t *fail
 }
 
 bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *position_um, const unsigned char *use,
-                    size_t thin, hysteresis_bases_t *bases, hysteresis_t *h, failure_t *failure) {
+                    size_t thin, const hysteresis_t *like, hysteresis_bases_t *bases, hysteresis_t *h,
+                    failure_t *failure) {
     question_t q = {.paths = paths, .count = count, .use = use, .bases = bases};
     double range[2] = {paths[0].range_v[0], paths[0].range_v[1]}, sum = 0.0;
     size_t at = 0;
@@ -419,7 +465,7 @@ bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *po
         q.position_um[k] = position_um[k] - h->middle_um;
     }
     operator_create(&h->operator, range, count);
-    const bool good = fit_all(&q, thin, h, failure);
+    const bool good = like != NULL ? fit_like(&q, thin, like, h, failure) : fit_all(&q, thin, h, failure);
     h->position_um = q.position_um;
     for (size_t k = 0; k < at; k++) {
         h->position_um[k] += h->middle_um;

@@ -45,10 +45,12 @@ void hysteresis_bases_close(hysteresis_bases_t *bases);
  * Fits to the samples with use[k] != 0 of all paths, one after the other (position_um likewise): the columns' weights,
  * a Duhem law where that is worth its numbers, whether the drive turned between samples, and the noise. Single samples
  * far outside the noise count as on its edge. Of the used samples every `thin`-th is fitted. To be freed. bases: {0},
- * or of a fit along the same paths to the same samples; to be closed.
+ * or of a fit along the same paths to the same samples; to be closed. like: a fit of nearly the same, whose turns and
+ * law are kept and whose noise is improved, at a fraction of the time; NULL: all is sought.
  */
 bool hysteresis_fit(const operator_path_t *paths, size_t count, const double *position_um, const unsigned char *use,
-                    size_t thin, hysteresis_bases_t *bases, hysteresis_t *hysteresis, failure_t *failure);
+                    size_t thin, const hysteresis_t *like, hysteresis_bases_t *bases, hysteresis_t *hysteresis,
+                    failure_t *failure);
 void hysteresis_free(hysteresis_t *hysteresis);
 
 /** The position by its weights along paths, which need not be those it was fitted to. */

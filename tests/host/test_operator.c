@@ -351,7 +351,7 @@ static void test_the_operator_reaches_the_noise_of_each_law(void) {
         size_t determined = 0, held = 0;
         make_bench(law, noise_um, bench);
         operator_path_open(&path, bench->drive, NULL, SAMPLES);
-        TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, bench->position, bench->use, 1, &bases, &h, &failure));
+        TEST_ASSERT_TRUE(hysteresis_fit(&path, 1, bench->position, bench->use, 1, NULL, &bases, &h, &failure));
         hysteresis_left(&h, &path, 1, bench->position, bench->use, left, open);
         for (size_t k = 0; k < SAMPLES; k++) {
             held += bench->use[k] == 0 ? 1 : 0;

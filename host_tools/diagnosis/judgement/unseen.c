@@ -163,19 +163,19 @@ bool unseen_complete(state_t *state) {
 }
 
 /* What a scan says of a block; NULL: the operator imitates every form of it. */
-static const suspect_t *suspect_of(const suspect_t *suspect, size_t count, const block_t *block) {
-    for (size_t i = 0; i < count; i++) {
-        if (suspect[i].block == block) {
-            return &suspect[i];
+static const suspect_t *suspect_of(const suspects_t *suspects, const block_t *block) {
+    for (size_t i = 0; i < suspects->count; i++) {
+        if (suspects->suspect[i].block == block) {
+            return &suspects->suspect[i];
         }
     }
     return NULL;
 }
 
-static void raise_limits(answer_t *answer, const suspect_t *suspect, size_t count) {
+static void raise_limits(answer_t *answer, const suspects_t *suspects) {
     for (size_t i = 0; i < answer->unseen_count; i++) {
         unseen_t *unseen = &answer->unseen[i];
-        const suspect_t *heard = suspect_of(suspect, count, unseen->block);
+        const suspect_t *heard = suspect_of(suspects, unseen->block);
         if (!unseen->testable || unseen->block->readings == READINGS_STEPPED) {
             continue;
         }
@@ -197,17 +197,12 @@ void unseen_beside_operator(state_t *state) {
     answer_t *answer = &state->answer;
     model_t operated;
     fitted_chain_t fitted;
-    suspect_t *suspect;
-    size_t count;
     if (!answer->another_shape) {
         return;
     }
     chain_for_operator(&answer->model, &operated);
-    if (fitted_chain_open(&fitted, &answer->question->samples, &operated)) {
-        const scan_t scan = fitted_chain_scan(&fitted, &state->setting);
-        scan_blocks(&scan, &suspect, &count, NULL);
-        raise_limits(answer, suspect, count);
-        suspects_free(suspect, count);
+    if (fitted_chain_open(&fitted, &answer->question->samples, &operated, NULL)) {
+        raise_limits(answer, fitted_chain_suspects(&fitted, &state->setting));
         fitted_chain_close(&fitted);
     }
     model_free(&operated);

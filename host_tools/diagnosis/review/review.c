@@ -99,7 +99,7 @@ static void add_rivals(state_t *state, finding_t *finding) {
     chain_for_operator(&left_out, &without);
     if (without.blocks == state->beside->imitation.chain.blocks) { /* the same: the search only adds blocks */
         rivals_of(state->beside, &state->setting, finding->block, &rivals);
-    } else if (fitted_chain_open(&fitted, &answer->question->samples, &without)) {
+    } else if (fitted_chain_open(&fitted, &answer->question->samples, &without, NULL)) {
         rivals_of(&fitted, &state->setting, finding->block, &rivals);
         fitted_chain_close(&fitted);
     }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/search/trials.h"
 #include "base/parallel.h"
+#include "belief/suspect_fit.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
@@ -113,19 +114,31 @@ static double log_evidence_of(const state_t *state, const answer_t *answer) {
     return shape.fitted ? shape.log_evidence : -HUGE_VAL;
 }
 
+/* A curve is shape: the operator has it. NULL: none says enough. */
+static const suspect_t *loudest_new(const answer_t *answer, const suspects_t *suspects) {
+    for (size_t i = 0; i < suspects->count; i++) {
+        const suspect_t *suspect = &suspects->suspect[i];
+        if (suspect->gain >= threshold.least_searched_gain && !suspect->block->probe->shape &&
+            !found_like(answer, suspect->block)) {
+            return suspect;
+        }
+    }
+    return NULL;
+}
+
 void trial_of_heard(state_t *state) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     trial_t trial;
-    suspect_t heard;
-    if (!answer->remainder.structured || !question->shape.fitted || question->shape.silent ||
-        question->shape.loudest->probe->shape || found_like(answer, question->shape.loudest) ||
-        !loudest_of(state->beside, &state->setting, &heard)) {
+    if (!answer->remainder.structured || !question->shape.fitted || question->shape.silent) {
+        return;
+    }
+    const suspect_t *heard = loudest_new(answer, fitted_suspects(state->beside, &state->setting));
+    if (heard == NULL) {
         return;
     }
     prepare(&trial, state, question, &answer->given, answer->family);
-    if (!heard.block->probe->shape && !found_like(answer, heard.block) &&
-        attempt_with(&trial.state, trial.from, &heard)) {
+    if (attempt_with(&trial.state, trial.from, heard)) {
         const answer_t *other = &trial.state.answer;
         keep_one(state, &trial,
                  other->held_out_percent < other->baseline_held_out_percent &&
@@ -133,7 +146,6 @@ void trial_of_heard(state_t *state) {
     } else {
         answer_free_models(&trial.state.answer);
     }
-    model_free(&heard.chain);
 }
 
 /* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "belief/suspect_fit.h"
+#include "diagnosis/evidence/candidate.h"
+#include "thresholds/thresholds.h"
+#include <math.h>
+
+/* Each turn is a fit of some 300 weights: a second or so. */
+enum { MOST_SUSPECTS = 3, MOST_TURNS = 4 };
+/* Natural units: a turn that is worth less is the last one. */
+static const double settled = 0.5;
+
+/* The numbers that it begins with: as the scan's weights have them, or, where these lead nowhere, the probe's. */
+static void begin(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
+    const scan_t beside = fitted_chain_scan(fitted, setting);
+    suspect_t searched = *suspect;
+    model_copy(&searched.chain, &suspect->chain);
+    scan_refine(&beside, &searched);
+    if (searched.gain >= threshold.evidence_margin) {
+        model_free(&suspect->chain);
+        suspect->chain = searched.chain;
+    } else {
+        model_free(&searched.chain);
+        candidate_take_amplitude(&suspect->chain.block[suspect->at], suspect->amplitude);
+    }
+    suspect->amplitude = 1.0;
+}
+
+/* Other numbers, by the weights of the fit with these. */
+static void move_on(fitted_chain_t *with, const probe_setting_t *setting, suspect_t *suspect) {
+    const scan_t scan = fitted_chain_scan(with, setting);
+    suspect->amplitude = 1.0;
+    scan_refine(&scan, suspect);
+}
+
+static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
+    const double without = fitted->hysteresis.evidence.log_evidence, promised = suspect->gain;
+    double gain = -HUGE_VAL;
+    begin(fitted, setting, suspect);
+    suspect_t now = *suspect;
+    model_copy(&now.chain, &suspect->chain);
+    bool goes_on = true;
+    for (int turn = 0; goes_on && turn < MOST_TURNS; turn++) {
+        fitted_chain_t with;
+        goes_on = fitted_chain_open(&with, fitted->samples, &now.chain, &fitted->hysteresis);
+        if (!goes_on) {
+            break;
+        }
+        const double before = gain, here = with.hysteresis.evidence.log_evidence - without;
+        if (here > gain) {
+            gain = here;
+            model_free(&suspect->chain);
+            model_copy(&suspect->chain, &now.chain);
+        }
+        goes_on = here > before + settled && here > (turn == 0 ? -promised : 0.0);
+        if (goes_on) {
+            move_on(&with, setting, &now);
+        }
+        fitted_chain_close(&with);
+    }
+    model_free(&now.chain);
+    suspect->refined = true;
+    suspect->amplitude = 1.0;
+    suspect->gain = gain;
+    suspect->sigma = gain > 0.0 ? 1.0 / sqrt(2.0 * gain) : HUGE_VAL;
+}
+
+const suspects_t *fitted_suspects(fitted_chain_t *fitted, const probe_setting_t *setting) {
+    if (fitted->searched.suspect == NULL) {
+        const suspects_t *scanned = fitted_chain_suspects(fitted, setting);
+        suspects_copy(scanned, scan_promising(scanned, MOST_SUSPECTS), &fitted->searched);
+        for (size_t i = 0; i < fitted->searched.count; i++) {
+            fit_one(fitted, setting, &fitted->searched.suspect[i]);
+        }
+        suspects_sort(&fitted->searched);
+    }
+    return &fitted->searched;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * Suspects of a scan with their numbers, the operator's weights and the noise fitted together.
+ *
+ * A scan keeps the weights of the fit without the block. These have taken up what they could of it, and so has the
+ * noise: a strong block cannot be found from there, and a slow one is worth too little. Here weights and noise are
+ * fitted with the block in the chain, its numbers move, and so on in turns.
+ */
+#ifndef BELIEF_SUSPECT_FIT_H
+#define BELIEF_SUSPECT_FIT_H
+
+#include "belief/fitted_chain.h"
+
+/**
+ * The few of the scan beside this chain that promise most, with the numbers at which the evidence is largest. `gain`:
+ * by how much that is more than without the block, in natural units; it may be less than 0. It is done once: who asks
+ * again gets it, whatever the setting.
+ */
+const suspects_t *fitted_suspects(fitted_chain_t *fitted, const probe_setting_t *setting);
+
+#endif
