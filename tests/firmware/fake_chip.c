@@ -21,6 +21,9 @@ static void follow(volatile uint32_t *reg, uint32_t bit, bool on) {
 
 rcc_t *fake_rcc(void) {
     rcc_t *const rcc = &fake_chip.rcc;
+    if ((rcc->CSR & RCC_CSR_RMVF) != 0) {
+        rcc->CSR &= RCC_CSR_RMVF - 1U; /* the causes of a reset, and the bit itself */
+    }
     const bool pll_has_source = fake_chip.crystal || (rcc->PLLCFGR & RCC_PLLCFGR_HSE) == 0;
     follow(&rcc->CR, RCC_CR_HSERDY, fake_chip.crystal && (rcc->CR & RCC_CR_HSEON) != 0);
     follow(&rcc->CR, RCC_CR_PLLRDY, fake_chip.pll && pll_has_source && (rcc->CR & RCC_CR_PLLON) != 0);
@@ -58,4 +61,10 @@ adc_t *fake_adc(void) {
     }
     adc->SR = fake_chip.adc_flags;
     return adc;
+}
+
+/* Each access sees what the one before has written. */
+iwdg_t *fake_iwdg(void) {
+    fake_chip.watchdog_runs = fake_chip.watchdog_runs || fake_chip.iwdg.KR == IWDG_KR_START;
+    return &fake_chip.iwdg;
 }

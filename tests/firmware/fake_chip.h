@@ -31,6 +31,7 @@ typedef struct {
 
     /* What was seen. */
     uint32_t adc_flags;
+    bool watchdog_runs;
     bool too_fast; /* the fast clock was chosen before the flash had its wait states */
     unsigned erased;
 } fake_chip_t;
@@ -44,6 +45,7 @@ rcc_t *fake_rcc(void);
 pwr_t *fake_pwr(void);
 flash_t *fake_flash(void);
 adc_t *fake_adc(void);
+iwdg_t *fake_iwdg(void);
 
 #undef RCC
 #undef PWR
@@ -66,7 +68,7 @@ adc_t *fake_adc(void);
 #undef TS_CAL_110
 #define RCC                     fake_rcc()
 #define PWR                     fake_pwr()
-#define IWDG                    (&fake_chip.iwdg)
+#define IWDG                    fake_iwdg()
 #define FLASH                   fake_flash()
 #define GPIOA                   (&fake_chip.gpioa)
 #define GPIOB                   (&fake_chip.gpiob)
