@@ -18,7 +18,7 @@ static loop_input_t seen;
 static uint16_t next_code;
 static uint32_t bus_hz;       /* of the bus that the Modbus line sits on */
 static bool ends_in_the_loop; /* a conversion, while the loop computes */
-static bool power_came_on;    /* as the last run's record was told */
+static bool power_came_on;    /* what last_run_take was given */
 static last_run_t last_run;
 
 /* In place of the application and of what is not the board's. */

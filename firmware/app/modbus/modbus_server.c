@@ -46,11 +46,11 @@ static struct {
 
 static modbus_counters_t counters;
 
-/* In force, and what it is to become. Main loop only, but for the silence. */
+/* In force, and what it is to become. Main loop only, but for the times. */
 static struct {
     line_settings_t now, next;
     bool changes;
-    atomic_uint silence_us;
+    atomic_uint silence_us, gap_us;
 } line;
 
 static uint32_t silence_us(void) {
@@ -76,7 +76,7 @@ static void push(uint16_t item) {
         item |= being_answered() ? ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER : ITEM_AFTER_ANSWER;
     }
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_relaxed);
-    if (now - last > silence_us()) {
+    if (now - last > atomic_load_explicit(&line.gap_us, memory_order_relaxed)) {
         item |= ITEM_AFTER_SILENCE;
     }
     item |= ring.carried;
@@ -115,6 +115,7 @@ static void set_line(const line_settings_t *settings) {
     line.now = *settings;
     line.changes = false;
     atomic_store(&line.silence_us, line_silence_us(settings->baud));
+    atomic_store(&line.gap_us, line_gap_us(settings->baud));
     board_modbus_line(settings->baud, (line_parity_t)settings->parity);
 }
 
@@ -192,7 +193,7 @@ static size_t echoed(void) {
 }
 
 /* By the first frame after an answer, which is no copy of it. Bytes that are no frame may be what is left of an echo,
- * whose beginning nobody has heard. */
+ * whose beginning was not heard. */
 static void judge_line(bool whole) {
     if (!whole && frame.after_answer) {
         answer.unreturned = 0;
@@ -259,7 +260,7 @@ bool modbus_server_poll(void) {
         take(item);
     }
     /* The order matters. A byte that arrives before the last look at the ring is seen there; one that arrives after it
-     * is later than `now`, so it carries the mark of the silence itself. */
+     * is later than `now`, so it carries the mark of the silence itself (the gap is no longer than the silence). */
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_acquire);
     const uint32_t now = board_microseconds();
     if (frame.started && now - last > silence_us() && ring_empty()) {
