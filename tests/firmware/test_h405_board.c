@@ -230,6 +230,28 @@ static void test_a_position_that_does_not_come_is_the_last_one_and_a_fault(void)
     TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
 }
 
+static void test_a_supply_that_sags_is_a_fault_of_the_next_sample(void) {
+    started();
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
+    fake_chip.low_supply = true;
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_SUPPLY, seen.faults);
+    fake_chip.low_supply = false;
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
+}
+
+static void test_the_output_begins_at_the_parking_code(void) {
+    (void)board_init();
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, fake_chip.dac.CR, "the channel is off until there is a code");
+    board_start(0x4560);
+    (void)fake_dac();
+    TEST_ASSERT_TRUE(fake_chip.output_on);
+    TEST_ASSERT_EQUAL_HEX32(0x4560, fake_chip.first_code);
+    TEST_ASSERT_EQUAL_HEX32(0x4560, fake_chip.dac.DHR12L1);
+}
+
 /* It is not the next sample's: that one has to wait for its own, and to say that it did not come. */
 static void test_a_conversion_that_ends_too_late_is_dropped(void) {
     started();
@@ -323,6 +345,15 @@ static void test_a_low_supply_erases_nothing(void) {
     TEST_ASSERT_EQUAL_UINT(1, fake_chip.erased);
 }
 
+static void test_an_erasure_that_fails_is_noticed_and_so_is_the_next(void) {
+    fake_chip.flash_errors = FLASH_SR_ERRORS & ~(FLASH_SR_ERRORS - 1U);
+    TEST_ASSERT_FALSE(board_store_erase(0));
+    TEST_ASSERT_BITS_HIGH(FLASH_CR_LOCK, fake_chip.flash.CR);
+    TEST_ASSERT_FALSE(board_store_erase(0));
+    fake_chip.flash_errors = 0;
+    TEST_ASSERT_TRUE_MESSAGE(board_store_erase(0), "an error of the past");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_crystal_makes_the_full_clock);
@@ -337,11 +368,14 @@ int main(void) {
     RUN_TEST(test_the_hardware_watchdog_runs_from_the_start_of_the_loop_on);
     RUN_TEST(test_the_stage_is_off_until_it_is_enabled_and_after_a_processor_fault);
     RUN_TEST(test_a_position_that_does_not_come_is_the_last_one_and_a_fault);
+    RUN_TEST(test_a_supply_that_sags_is_a_fault_of_the_next_sample);
+    RUN_TEST(test_the_output_begins_at_the_parking_code);
     RUN_TEST(test_a_conversion_that_ends_too_late_is_dropped);
     RUN_TEST(test_periods_are_counted_however_late_the_interrupts_are);
     RUN_TEST(test_temperature_and_supply_by_the_factory_values);
     RUN_TEST(test_health_that_is_not_converted_any_more_vanishes);
     RUN_TEST(test_output_follows_only_what_the_converter_holds);
     RUN_TEST(test_a_low_supply_erases_nothing);
+    RUN_TEST(test_an_erasure_that_fails_is_noticed_and_so_is_the_next);
     return UNITY_END();
 }
