@@ -22,6 +22,8 @@
 #define TRIES 3
 /* A loop without a sample for this long counts as stopped. */
 #define STANDSTILL_S 5.0
+/* A ramp over the whole range takes a board at most 10 s (hyst/board_limits.h). */
+#define PARKED_S 12.0
 /* Longest and shortest part of a block that is written at once. Multiples of 4, not to cut a breakpoint in two. */
 #define WRITE_MOST  (MODBUS_MAX_WRITE_REGISTERS / 4 * 4)
 #define WRITE_LEAST 8
@@ -474,8 +476,14 @@ bool device_command(device_t *device, control_command_t command, failure_t *fail
 }
 
 bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
-    int64_t state = 0;
-    return device_read(device, INDEX_amplifier_state, &state, failure) &&
+    const double until_s = monotonic_s() + PARKED_S;
+    int64_t state = AMPLIFIER_STOP;
+    bool read = device_read(device, INDEX_amplifier_state, &state, failure);
+    while (read && state == AMPLIFIER_STOP && monotonic_s() < until_s) {
+        sleep_until(monotonic_s() + 0.02);
+        read = device_read(device, INDEX_amplifier_state, &state, failure);
+    }
+    return read &&
            (state == AMPLIFIER_OFF ||
             fail(failure, "the amplifier is on, and stores %s only while it is off: disarm it (command 10)", what));
 }

@@ -93,7 +93,8 @@ void device_forget_locks(device_t *device);
 /** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
 
-/** Fails, with what to do, unless the amplifier is off; `what` it would store then. */
+/** Fails, with what to do, unless the amplifier is off; `what` it would store then. Waits for one that is on its way
+ * there, as after a run. */
 bool device_expect_off(device_t *device, const char *what, failure_t *failure);
 
 /**

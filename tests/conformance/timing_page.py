@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """timing_page.py LINES TIMING.json TIMING.md MACHINE COMPILER FLAGS HOST_COMPILER HOST_FLAGS: what the cost programs
 printed, as JSON, as the page's tables, and as two pictures beside it (pictures/timing-sample.svg, timing-peers.svg).
+timing_page.py LINES TIMING.md: only the tables and pictures of instruction counts; what is the host's stays as it is.
+timing_page.py --check BUDGET TIMING.md: fails when the page's worst counts are not those of the budget.
 
 A table of the page stands between "<!-- begin NAME -->" and "<!-- end NAME -->"; all other text is left alone.
 """
@@ -89,6 +91,43 @@ def peers_picture(path, peers):
     picture(path, 840, 320, "The inverse beside plain loops", parts)
 
 
+def rows_of(page, name):
+    """The cells of a table's rows, without its two lines of head."""
+    lines = re.search(rf"<!-- begin {name} -->\n(.*?)<!-- end {name} -->", page, re.S)[1].splitlines()[2:]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def check(budget_path, page_path):
+    page = open(page_path, encoding="utf-8").read()
+    keys = {name: key for key, (name, _, _) in FAMILIES.items()}
+    shown = {}
+    for name, size, sections, cells, curves, own, first, worst, _, adopting in rows_of(page, "sample"):
+        case = f"{keys[name]} {size} {sections} {cells} {'curves' if curves else 'plain'}"
+        shown.update({f"step {case}": own, f"begin {case}": first, f"sample {case}": worst, f"adopting {case}": adopting})
+    shown.update({"adoption " + name.replace(" ", "_"): worst for name, _, worst in rows_of(page, "adoption")})
+    lines = [line for line in open(budget_path, encoding="utf-8") if not line.startswith("#")]
+    budget = {case: worst for case, worst in (line.rsplit(None, 1) for line in lines)
+              if case.split()[0] in ("step", "begin", "sample", "adopting", "adoption")}
+    wrong = sorted(case for case in budget.keys() | shown.keys() if budget.get(case) != shown.get(case))
+    for case in wrong:
+        print(f"{case}: {shown.get(case, 'nothing')} in {page_path}, {budget.get(case, 'nothing')} in {budget_path}")
+    sys.exit(1 if wrong else 0)
+
+
+def write_page(page_path, tables, loop, peers):
+    pictures = os.path.join(os.path.dirname(page_path), "pictures")
+    sample_picture(os.path.join(pictures, "timing-sample.svg"), loop)
+    peers_picture(os.path.join(pictures, "timing-peers.svg"), peers)
+    page = open(page_path, encoding="utf-8").read()
+    for name, text in tables.items():
+        page, found = re.subn(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", lambda m: m[1] + text + "\n" + m[2], page,
+                              flags=re.S)
+        if found != 1:
+            sys.exit(f"{page_path}: no place for table '{name}'")
+    with open(page_path, "w", encoding="utf-8") as out:
+        out.write(page)
+
+
 def main(lines, json_path, page_path, machine, compiler, flags, host_compiler, host_flags):
     words = [line.split() for line in open(lines, encoding="utf-8")]
     steps = {tuple(w[1:6]): w[6:] for w in words if w[0] == "step"}
@@ -122,14 +161,14 @@ def main(lines, json_path, page_path, machine, compiler, flags, host_compiler, h
     diagnoses = [{"samples": int(w[1]), "used": int(w[2]), "cpu_s": float(w[3]), "elapsed_s": float(w[4]), "peak_mb": float(w[5]),
                   "load": float(w[6])}
                  for w in words if w[0] == "diagnose"]
+    if json_path is None:
+        write_page(page_path, {name: tables[name] for name in ("sample", "adoption", "peers")}, loop, peers)
+        return
     tables["machine"] = f"On {machine.split(',')[0]}: {host_compiler},\n`{host_flags}`."
     tables["start"] = table(["run", "processor time [ms]"], [[f"`hyst {s['arguments']}`", f"{s['cpu_ms']:.1f}"] for s in starts])
     tables["diagnose"] = table(["samples", "of these used", "processor time [s]", "elapsed [s]", "with a load of", "peak memory [MB]"],
                                [[f"{d['samples']:,}", f"{d['used']:,}", f"{d['cpu_s']:.0f}", f"{d['elapsed_s']:.0f}",
                                  f"{d['load']:.0f}", f"{d['peak_mb']:.0f}"] for d in diagnoses])
-    pictures = os.path.join(os.path.dirname(page_path), "pictures")
-    sample_picture(os.path.join(pictures, "timing-sample.svg"), loop)
-    peers_picture(os.path.join(pictures, "timing-peers.svg"), peers)
     with open(json_path, "w", encoding="utf-8") as out:
         json.dump({"machine": machine, "compiler": compiler, "flags": flags, "host_compiler": host_compiler, "host_flags": host_flags,
                    "loop": loop, "host": host, "start": starts, "diagnose": diagnoses,
@@ -137,14 +176,12 @@ def main(lines, json_path, page_path, machine, compiler, flags, host_compiler, h
                                 "worst_error_q31": int(p[4]), "rms_error_q31": int(p[5]) / 1000, "rms_signal_q31": int(p[6])}
                                for p in peers]}, out, indent=1)
         out.write("\n")
-    page = open(page_path, encoding="utf-8").read()
-    for name, text in tables.items():
-        page, found = re.subn(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", lambda m: m[1] + text + "\n" + m[2], page,
-                              flags=re.S)
-        if found != 1:
-            sys.exit(f"{page_path}: no place for table '{name}'")
-    with open(page_path, "w", encoding="utf-8") as out:
-        out.write(page)
+    write_page(page_path, tables, loop, peers)
 
 
-main(*sys.argv[1:])
+if sys.argv[1] == "--check":
+    check(*sys.argv[2:])
+elif len(sys.argv) == 3:
+    main(sys.argv[1], None, sys.argv[2], *[""] * 5)
+else:
+    main(*sys.argv[1:])

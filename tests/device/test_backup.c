@@ -155,6 +155,18 @@ static void test_an_image_is_stored_once_the_amplifier_is_off(void) {
     TEST_ASSERT_EQUAL_INT64(1, value_of(INDEX_store_sequence));
 }
 
+/* As after a run: the output is on its way to park still. */
+static void test_what_is_on_its_way_off_is_waited_for(void) {
+    image.transition_slew = 1 << 16;
+    must(amplifier_image_write(device, &image, &failure));
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    must(device_write(device, INDEX_setpoint, 1 << 30, &failure));
+    must(device_command(device, COMMAND_DISARM, &failure));
+    TEST_ASSERT_EQUAL_INT64(AMPLIFIER_STOP, value_of(INDEX_amplifier_state));
+    must(amplifier_image_store(device, &failure));
+    TEST_ASSERT_EQUAL_INT64(STORE_SAVED, value_of(INDEX_store_state));
+}
+
 static bool play_nothing(device_t *d, void *context, failure_t *f) {
     (void)d;
     (void)context;
@@ -203,6 +215,7 @@ int main(void) {
     RUN_TEST(test_settings_that_are_not_there);
     RUN_TEST(test_differences_are_in_units);
     RUN_TEST(test_an_image_is_stored_once_the_amplifier_is_off);
+    RUN_TEST(test_what_is_on_its_way_off_is_waited_for);
     RUN_TEST(test_a_run_that_ends_early_no_longer_watches_for_the_stop);
     RUN_TEST(test_a_table_is_read_back_and_plays_on);
     return UNITY_END();

@@ -49,13 +49,21 @@ void board_modbus_send(const uint8_t *frame, size_t length) {
     }
 }
 
+static void interrupt(void) {
+    if (fake_board.locks == 0 && fake_board.interrupt != NULL) {
+        fake_board.interrupt();
+    }
+}
+
 uint32_t board_lock(void) {
+    interrupt();
     return fake_board.locks++;
 }
 
 void board_unlock(uint32_t key) {
     fake_board.locks--;
     TEST_ASSERT_EQUAL_UINT_MESSAGE(key, fake_board.locks, "locks must nest");
+    interrupt();
 }
 
 uint32_t board_core_hz(void) {

@@ -24,10 +24,11 @@ enum { FAKE_LATENCY = 2, FAKE_SAMPLE_US = 100, FAKE_SAMPLED_AFTER_NS = 97000, FA
 
 typedef struct {
     uint32_t microseconds;
-    uint32_t cost;          /**< what board_cost_counter says */
-    uint32_t cost_per_look; /**< and how much more at each look */
-    unsigned locks;         /**< depth of board_lock */
-    uint8_t sent[256];      /**< last frame on the Modbus line */
+    uint32_t cost;           /**< what board_cost_counter says */
+    uint32_t cost_per_look;  /**< and how much more at each look */
+    unsigned locks;          /**< depth of board_lock */
+    void (*interrupt)(void); /**< comes right before each lock of the main loop, and right behind it; NULL: none */
+    uint8_t sent[256];       /**< last frame on the Modbus line */
     size_t sent_length;
     unsigned frames_sent;
     uint32_t baud;

@@ -207,6 +207,112 @@ static void test_an_echo_behind_what_waited_for_the_answer(void) {
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(heard, modbus_server_accepted(), "executed a request twice");
 }
 
+/* Without an echo: the frame, its answer, and the time from the answer's end to the next frame. */
+static void ask(const uint8_t *frame, size_t length, uint32_t pause_us) {
+    arrive(frame, length);
+    be_silent(FAKE_SILENCE_US + 1);
+    (void)amplifier_serve();
+    be_silent(pause_us);
+}
+
+/* A master asks what it talks to before it works. */
+static void meet(void) {
+    static const uint8_t read[] = {3, 0, 0, 0, 2};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    const size_t length = request(frame, read, sizeof read);
+    be_silent(2 * FAKE_SILENCE_US);
+    for (unsigned i = 0; i < 4; i++) {
+        ask(frame, length, 200);
+    }
+}
+
+/* Requests that are equal to their answers, one behind the other: by a master that waits for the standard's silence,
+ * and by one that does not. */
+static void test_a_line_without_an_echo_loses_no_repeated_write(void) {
+    static const struct {
+        size_t length;
+        uint8_t pdu[7];
+    } writes[] = {{5, {5, 0, 0, 0xFF, 0}},
+                  {5, {6, ADDRESS_command >> 8, ADDRESS_command & 0xFF, 0, COMMAND_LATCH}},
+                  {5, {8, 0, 0, 0x12, 0x34}},
+                  {7, {22, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 0, 0, 1}}};
+    static const uint32_t pauses[] = {0, 100, FAKE_SILENCE_US, FAKE_SILENCE_US + BYTE_US,
+                                      2 * FAKE_SILENCE_US - BYTE_US};
+    for (size_t i = 0; i < sizeof writes / sizeof writes[0]; i++) {
+        for (size_t k = 0; k < sizeof pauses / sizeof pauses[0]; k++) {
+            uint8_t frame[MODBUS_FRAME_MAX];
+            const size_t length = request(frame, writes[i].pdu, writes[i].length);
+            fake_board_power_on(0);
+            meet();
+            const unsigned before = fake_board.frames_sent;
+            for (unsigned times = 1; times <= 20; times++) {
+                ask(frame, length, pauses[k]);
+                TEST_ASSERT_EQUAL_UINT_MESSAGE(before + times, fake_board.frames_sent, "a write was lost");
+            }
+            TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_line_echoes));
+        }
+    }
+}
+
+/* And one that begins to echo later on, slowly: the writes that a dead master has left behind may go round until
+ * another answer comes back, but they are no sign of its life. */
+static void test_a_line_that_begins_to_echo_does_not_feed_the_timeout(void) {
+    static const uint8_t write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1}, read[] = {3, 0, 0, 0, 1};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_watchdog, 50));
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_DIRECT));
+    meet();
+    (void)converse(frame, request(frame, write, sizeof write), 100);
+    TEST_ASSERT_EQUAL(HYST_MODE_PARK, loop_mode());
+    be_silent(2 * FAKE_SILENCE_US);
+    (void)amplifier_serve(); /* the last one of them */
+    TEST_ASSERT_EQUAL_UINT(1, converse(frame, request(frame, read, sizeof read), 100));
+    TEST_ASSERT_EQUAL_UINT(1, converse(frame, request(frame, write, sizeof write), 100));
+}
+
+/* A repeater with a delay: of a long answer only the end is heard, as the amplifier is deaf while it sends; a short
+ * answer comes back whole. */
+static void test_the_end_of_an_echo_is_none_to_be_trusted(void) {
+    static const uint8_t write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1}, read[] = {3, 2, 0, 0, 33};
+    uint8_t frame[MODBUS_FRAME_MAX], echo[MODBUS_FRAME_MAX];
+    for (unsigned i = 0; i < 20; i++) {
+        ask(frame, request(frame, read, sizeof read), 0);
+        TEST_ASSERT_GREATER_THAN_UINT(60, fake_board.sent_length);
+        memcpy(echo, fake_board.sent, fake_board.sent_length);
+        arrive(echo + fake_board.sent_length - 12U, 12);
+        be_silent(2 * FAKE_SILENCE_US);
+        (void)amplifier_serve();
+    }
+    TEST_ASSERT_EQUAL_UINT(1, converse(frame, request(frame, write, sizeof write), 300));
+}
+
+/* One that returns what is sent while it is sent does so whatever was before: no master talks then. */
+static const uint8_t *returned;
+
+static void return_it(const uint8_t *bytes, size_t length) {
+    returned = bytes;
+    arrive(bytes, length);
+}
+
+static void test_what_comes_while_it_is_sent_is_an_echo(void) {
+    static const uint8_t write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    const size_t length = request(frame, write, sizeof write);
+    meet();
+    const unsigned before = fake_board.frames_sent;
+    returned = NULL;
+    fake_board_sends = return_it;
+    ask(frame, length, 200);
+    fake_board_sends = NULL;
+    TEST_ASSERT_NOT_NULL(returned);
+    for (unsigned round = 0; round < 5; round++) {
+        be_silent(2 * FAKE_SILENCE_US);
+        (void)amplifier_serve();
+    }
+    TEST_ASSERT_EQUAL_UINT(before + 1U, fake_board.frames_sent);
+    TEST_ASSERT_EQUAL_UINT32(1, master_get(INDEX_line_echoes));
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_one_answer_to_each_request);
@@ -216,5 +322,9 @@ int main(void) {
     RUN_TEST(test_only_accepted_requests_feed_the_timeout);
     RUN_TEST(test_an_echo_does_not_feed_the_timeout);
     RUN_TEST(test_an_echo_behind_what_waited_for_the_answer);
+    RUN_TEST(test_a_line_without_an_echo_loses_no_repeated_write);
+    RUN_TEST(test_a_line_that_begins_to_echo_does_not_feed_the_timeout);
+    RUN_TEST(test_the_end_of_an_echo_is_none_to_be_trusted);
+    RUN_TEST(test_what_comes_while_it_is_sent_is_an_echo);
     return UNITY_END();
 }

@@ -18,6 +18,8 @@ static loop_input_t seen;
 static uint16_t next_code;
 static uint32_t bus_hz;       /* of the bus that the Modbus line sits on */
 static bool ends_in_the_loop; /* a conversion, while the loop computes */
+static bool power_came_on;    /* what last_run_take was given */
+static last_run_t last_run;
 
 /* In place of the application and of what is not the board's. */
 uint16_t loop_sample(const loop_input_t *input) {
@@ -34,15 +36,16 @@ void modbus_line_init(uint32_t apb2_hz, bool half_duplex) {
     bus_hz = apb2_hz;
 }
 
-last_run_t last_run_take(bool power_came_on) {
-    (void)power_came_on;
-    return (last_run_t){0};
+last_run_t last_run_take(bool power) {
+    power_came_on = power;
+    return last_run;
 }
 
 void setUp(void) {
     fake_chip_power_on();
     next_code = 0;
     ends_in_the_loop = false;
+    last_run = (last_run_t){0};
 }
 void tearDown(void) {
 }
@@ -100,9 +103,72 @@ static void test_flash_that_takes_no_wait_states_gets_no_fast_clock(void) {
     TEST_ASSERT_EQUAL_UINT32(16000000, board_core_hz());
 }
 
+/* RM0090 7.3.21: each reset adds its flags to those that are there, and pulls the reset pin down, whatever it is. */
+static void expect_cause(uint32_t flags, uint16_t cause) {
+    fake_chip.rcc.CSR |= flags;
+    const board_start_t start = board_init();
+    TEST_ASSERT_EQUAL_HEX16(cause, start.reset_cause);
+    TEST_ASSERT_EQUAL((cause & RESET_POWER) != 0, power_came_on);
+}
+
+static void test_why_it_was_reset(void) {
+    expect_cause(RCC_CSR_PORRSTF | RCC_CSR_BORRSTF | RCC_CSR_PINRSTF, RESET_POWER);
+    expect_cause(RCC_CSR_IWDGRSTF | RCC_CSR_PINRSTF, RESET_WATCHDOG);
+    expect_cause(RCC_CSR_SFTRSTF | RCC_CSR_PINRSTF, RESET_SOFTWARE);
+    expect_cause(RCC_CSR_PINRSTF, RESET_PIN);
+    expect_cause(RCC_CSR_BORRSTF | RCC_CSR_PINRSTF, RESET_POWER);
+    /* Two of them before the processor could read any, as when the supply sags in the watchdog's reset. */
+    expect_cause(RCC_CSR_IWDGRSTF | RCC_CSR_BORRSTF | RCC_CSR_PINRSTF, RESET_WATCHDOG | RESET_POWER);
+    expect_cause(0, 0);
+}
+
+static void test_a_fault_of_the_last_run_is_told(void) {
+    last_run = (last_run_t){.starts = 6, .faulted = true, .fault_address = 0x08001234, .fault_status = 0x82};
+    fake_chip.rcc.CSR = RCC_CSR_SFTRSTF | RCC_CSR_PINRSTF;
+    const board_start_t start = board_init();
+    TEST_ASSERT_EQUAL_HEX16(RESET_SOFTWARE | RESET_FAULT, start.reset_cause);
+    TEST_ASSERT_EQUAL_UINT16(7, start.starts);
+    TEST_ASSERT_EQUAL_HEX32(0x08001234, start.fault_address);
+    TEST_ASSERT_EQUAL_HEX32(0x82, start.fault_status);
+}
+
 static void started(void) {
     (void)board_init();
     board_start(0);
+}
+
+/* RM0090 18.4.7: in PWM mode 2 the channel is high from the compare value on, if its output is enabled. */
+static bool channel_2_is_high(uint32_t count) {
+    const timer_t *timer = &fake_chip.tim2;
+    TEST_ASSERT_EQUAL_HEX32(TIM_CCMR1_OC2_PWM2, timer->CCMR1);
+    return (timer->CCER & TIM_CCER_CC2E) != 0 && count >= timer->CCR2;
+}
+
+/* The position is sampled and converted before the output moves, with the same clock and without the software: a
+ * conversion that begins with the update would sample a half-settled output. */
+static void test_the_position_is_converted_before_the_output_moves(void) {
+    enum { TIMER_HZ = 84000000, ADC_HZ = TIMER_HZ / 4, SAMPLING = 56, CONVERSION = SAMPLING + 12 };
+    started();
+    const uint32_t period = fake_chip.tim2.ARR + 1U;
+    TEST_ASSERT_EQUAL_UINT32(TIMER_HZ / SAMPLE_RATE_HZ, period);
+    TEST_ASSERT_EQUAL_HEX32(TIM_CR2_MMS_UPDATE, fake_chip.tim2.CR2);
+    TEST_ASSERT_EQUAL_HEX32(DAC_CR_EN1 | DAC_CR_TEN1 | DAC_CR_TSEL1_TIM2, fake_chip.dac.CR);
+    TEST_ASSERT_EQUAL_HEX32(ADC_CR2_ADON | ADC_CR2_EXTSEL_TIM2_CC2 | ADC_CR2_EXTEN_RISING, fake_chip.adc.CR2);
+    TEST_ASSERT_EQUAL_HEX32(ADC_CCR_ADCPRE_4, fake_chip.adc_common.CCR & ADC_CCR_ADCPRE_4);
+    TEST_ASSERT_EQUAL_HEX32(ADC_SMPR_56_CYCLES, fake_chip.adc.SMPR2 >> 3 & 7U);
+    unsigned edges = 0;
+    uint32_t ahead = 0; /* counts, of the last rising edge before the update that ends the period */
+    for (uint32_t count = 0; count < period; count++) {
+        if (channel_2_is_high(count) && !channel_2_is_high(count > 0 ? count - 1U : period - 1U)) {
+            edges++;
+            ahead = period - count;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(1, edges);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CONVERSION * (TIMER_HZ / ADC_HZ), ahead);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32_MESSAGE(TIMER_HZ / 100000U, ahead, "some microseconds: the output is to settle");
+    const double sampled_ns = 1e9 * ((double)(period - ahead) / TIMER_HZ + (double)SAMPLING / ADC_HZ);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.0, sampled_ns, board_info.sampled_after_ns, "what a master is told");
 }
 
 static void sample(uint16_t position, unsigned looks) {
@@ -111,6 +177,43 @@ static void sample(uint16_t position, unsigned looks) {
     fake_chip.cycles += 168000000U / SAMPLE_RATE_HZ;
     tim2_handler();
     fake_chip.adc_flags &= ~(uint32_t)ADC_SR_EOC; /* the position was read, if it was there */
+}
+
+/* 17 to 47 kHz, by the datasheet: a second is 0.7 to 1.9 then. */
+static void test_the_hardware_watchdog_runs_from_the_start_of_the_loop_on(void) {
+    (void)board_init();
+    (void)fake_iwdg();
+    TEST_ASSERT_FALSE(fake_chip.watchdog_runs);
+    board_start(0);
+    (void)fake_iwdg();
+    TEST_ASSERT_TRUE(fake_chip.watchdog_runs);
+    TEST_ASSERT_EQUAL_HEX32(IWDG_PR_64, fake_chip.iwdg.PR);
+    TEST_ASSERT_EQUAL_UINT32(500, fake_chip.iwdg.RLR);
+    TEST_ASSERT_EQUAL_HEX32(IWDG_KR_FEED, fake_chip.iwdg.KR);
+    fake_chip.iwdg.KR = 0;
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, fake_chip.iwdg.KR, "the interrupt alone does not feed it");
+    board_watchdog_feed();
+    TEST_ASSERT_EQUAL_HEX32(IWDG_KR_FEED, fake_chip.iwdg.KR);
+}
+
+static void test_the_stage_is_off_until_it_is_enabled_and_after_a_processor_fault(void) {
+    started();
+    TEST_ASSERT_EQUAL_HEX32(GPIO_MODE_OUTPUT, fake_chip.gpiob.MODER & 3U);
+    TEST_ASSERT_EQUAL_HEX32(GPIO_BSRR_RESET(0U), fake_chip.gpiob.BSRR);
+    board_stage_enable(true);
+    TEST_ASSERT_EQUAL_HEX32(GPIO_BSRR_SET(0U), fake_chip.gpiob.BSRR);
+    board_stage_enable(false);
+    TEST_ASSERT_EQUAL_HEX32(GPIO_BSRR_RESET(0U), fake_chip.gpiob.BSRR);
+    board_stage_enable(true);
+    board_keep_park(0x4560);
+    fake_chip.dac.DOR1 = 0x900;
+    outputs_to_safety();
+    TEST_ASSERT_EQUAL_HEX32(0x4560, fake_chip.dac.DHR12L1);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(DAC_CR_EN1, fake_chip.dac.CR, "without a trigger: codes go out at once");
+    TEST_ASSERT_EQUAL_HEX32(0, fake_chip.tim2.CR1 | fake_chip.tim2.DIER);
+    TEST_ASSERT_EQUAL_HEX32(GPIO_BSRR_RESET(0U), fake_chip.gpiob.BSRR);
+    board_stage_enable(false); /* as a new start has it */
 }
 
 static void test_a_position_that_does_not_come_is_the_last_one_and_a_fault(void) {
@@ -125,6 +228,28 @@ static void test_a_position_that_does_not_come_is_the_last_one_and_a_fault(void)
     sample(0x789, 1);
     TEST_ASSERT_EQUAL_HEX16(0x7890, seen.position_code);
     TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
+}
+
+static void test_a_supply_that_sags_is_a_fault_of_the_next_sample(void) {
+    started();
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
+    fake_chip.low_supply = true;
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32(FAULT_SUPPLY, seen.faults);
+    fake_chip.low_supply = false;
+    sample(0, 1);
+    TEST_ASSERT_EQUAL_HEX32(0, seen.faults);
+}
+
+static void test_the_output_begins_at_the_parking_code(void) {
+    (void)board_init();
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, fake_chip.dac.CR, "the channel is off until there is a code");
+    board_start(0x4560);
+    (void)fake_dac();
+    TEST_ASSERT_TRUE(fake_chip.output_on);
+    TEST_ASSERT_EQUAL_HEX32(0x4560, fake_chip.first_code);
+    TEST_ASSERT_EQUAL_HEX32(0x4560, fake_chip.dac.DHR12L1);
 }
 
 /* It is not the next sample's: that one has to wait for its own, and to say that it did not come. */
@@ -220,6 +345,15 @@ static void test_a_low_supply_erases_nothing(void) {
     TEST_ASSERT_EQUAL_UINT(1, fake_chip.erased);
 }
 
+static void test_an_erasure_that_fails_is_noticed_and_so_is_the_next(void) {
+    fake_chip.flash_errors = FLASH_SR_ERRORS & ~(FLASH_SR_ERRORS - 1U);
+    TEST_ASSERT_FALSE(board_store_erase(0));
+    TEST_ASSERT_BITS_HIGH(FLASH_CR_LOCK, fake_chip.flash.CR);
+    TEST_ASSERT_FALSE(board_store_erase(0));
+    fake_chip.flash_errors = 0;
+    TEST_ASSERT_TRUE_MESSAGE(board_store_erase(0), "an error of the past");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_crystal_makes_the_full_clock);
@@ -228,12 +362,20 @@ int main(void) {
     RUN_TEST(test_without_a_supply_the_clock_is_left_alone);
     RUN_TEST(test_a_low_supply_writes_no_option_bytes);
     RUN_TEST(test_flash_that_takes_no_wait_states_gets_no_fast_clock);
+    RUN_TEST(test_why_it_was_reset);
+    RUN_TEST(test_a_fault_of_the_last_run_is_told);
+    RUN_TEST(test_the_position_is_converted_before_the_output_moves);
+    RUN_TEST(test_the_hardware_watchdog_runs_from_the_start_of_the_loop_on);
+    RUN_TEST(test_the_stage_is_off_until_it_is_enabled_and_after_a_processor_fault);
     RUN_TEST(test_a_position_that_does_not_come_is_the_last_one_and_a_fault);
+    RUN_TEST(test_a_supply_that_sags_is_a_fault_of_the_next_sample);
+    RUN_TEST(test_the_output_begins_at_the_parking_code);
     RUN_TEST(test_a_conversion_that_ends_too_late_is_dropped);
     RUN_TEST(test_periods_are_counted_however_late_the_interrupts_are);
     RUN_TEST(test_temperature_and_supply_by_the_factory_values);
     RUN_TEST(test_health_that_is_not_converted_any_more_vanishes);
     RUN_TEST(test_output_follows_only_what_the_converter_holds);
     RUN_TEST(test_a_low_supply_erases_nothing);
+    RUN_TEST(test_an_erasure_that_fails_is_noticed_and_so_is_the_next);
     return UNITY_END();
 }

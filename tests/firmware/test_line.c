@@ -8,9 +8,11 @@
 #include "hyst/cost.h"
 #include "loop/loop.h"
 #include "master.h"
+#include "random.h"
 #include "store/image_store.h"
 #include "store/parameter_store.h"
 #include "unity.h"
+#include <stdio.h>
 #include <string.h>
 
 static const board_start_t plain_start = {.reset_cause = RESET_POWER};
@@ -321,6 +323,72 @@ static void test_the_silence_that_ends_a_frame_is_that_of_the_rate(void) {
     TEST_ASSERT_EQUAL_UINT32(FAKE_SILENCE_US, line_silence_us(115200));
 }
 
+/* Time in ns, of which the amplifier's clock shows steps of a period, and characters of 10 bits, or 11 with parity. */
+static uint64_t now_ns;
+
+static void pass(uint64_t ns) {
+    now_ns += ns;
+    fake_board.microseconds = (uint32_t)(now_ns / (FAKE_SAMPLE_US * 1000U) * FAKE_SAMPLE_US);
+}
+
+/* A frame, with a pause behind its first bytes. A byte is received when its last bit is. */
+static void frame_with_pause(const uint8_t *frame, size_t length, uint64_t byte_ns, size_t first, uint64_t pause_ns) {
+    for (size_t i = 0; i < length; i++) {
+        pass(byte_ns + (i == first ? pause_ns : 0U));
+        modbus_server_receive(frame[i]);
+    }
+}
+
+typedef struct {
+    uint64_t byte_ns, t15_ns, t35_ns;
+} times_t;
+
+/* Modbus over serial line V1.02, 2.5.1.1: 1.5 and 3.5 characters, and above 19200 baud 750 and 1750 us. */
+static times_t times_of(const line_settings_t *line) {
+    const uint64_t byte_ns = (line->parity != LINE_PARITY_NONE ? 11U : 10U) * 1000000000ULL / line->baud;
+    return line->baud > 19200U ? (times_t){byte_ns, 750000, 1750000}
+                               : (times_t){byte_ns, byte_ns * 3U / 2U, byte_ns * 7U / 2U};
+}
+
+/* Whatever the rate, and wherever the steps of the clock lie: a pause of 1.5 characters is within a frame, and one of
+ * 3.5 is between two. The main loop may be busy until both are there. */
+static void test_the_pauses_of_the_standard(void) {
+    static const uint32_t rates[] = {9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000};
+    const uint8_t pdu[] = {3, 0, ADDRESS_magic, 0, 1};
+    random_t random = random_start("line_pauses", 20261126);
+    uint8_t frame[MODBUS_FRAME_MAX];
+    const size_t length = master_frame(frame, 1, pdu, sizeof pdu);
+    for (unsigned i = 0; i < 8000; i++) {
+        const line_settings_t line = {1, rates[i % 8U], i / 8U % 2U == 0 ? LINE_PARITY_NONE : LINE_PARITY_EVEN};
+        const times_t times = times_of(&line);
+        const bool busy = i / 16U % 2U == 0;
+        char text[80];
+        (void)snprintf(text, sizeof text, "%u baud, parity %u, %s", (unsigned)line.baud, (unsigned)line.parity,
+                       busy ? "busy" : "not busy");
+        modbus_server_init(&line);
+        pass(100000000U + (uint64_t)random_between(&random, 0, FAKE_SAMPLE_US * 1000));
+        unsigned before = fake_board.frames_sent;
+        frame_with_pause(frame, length, times.byte_ns, 1U + i % (length - 1U), times.t15_ns);
+        pass(100000000U);
+        (void)amplifier_serve();
+        TEST_ASSERT_EQUAL_UINT_MESSAGE(before + 1U, fake_board.frames_sent, text);
+
+        before = fake_board.frames_sent;
+        pass((uint64_t)random_between(&random, 0, FAKE_SAMPLE_US * 1000));
+        frame_with_pause(frame, length, times.byte_ns, 0, 0);
+        for (uint64_t part = 0; part < 8U; part++) {
+            pass(times.t35_ns / 8U + (part == 0 ? times.t35_ns % 8U : 0U));
+            if (!busy) {
+                (void)amplifier_serve();
+            }
+        }
+        frame_with_pause(frame, length, times.byte_ns, 0, 0);
+        pass(100000000U);
+        (void)amplifier_serve();
+        TEST_ASSERT_EQUAL_UINT_MESSAGE(before + 2U, fake_board.frames_sent, text);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_new_amplifier_has_the_default_line);
@@ -339,5 +407,6 @@ int main(void) {
     RUN_TEST(test_image_and_line_are_stored_beside_each_other);
     RUN_TEST(test_it_is_refused_while_the_amplifier_is_on);
     RUN_TEST(test_the_silence_that_ends_a_frame_is_that_of_the_rate);
+    RUN_TEST(test_the_pauses_of_the_standard);
     return UNITY_END();
 }

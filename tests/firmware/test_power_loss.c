@@ -265,6 +265,8 @@ static void test_the_amplifier_starts_with_what_was_saved(void) {
     TEST_ASSERT_EQUAL(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE)); /* there is nothing to save */
     master_write_words(ADDRESS_staging, words, length);
     master_command(COMMAND_COMMIT);
+    TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE), "not yet in force");
+    TEST_ASSERT_NOT_EQUAL(PARK, fake_board_run(10));
     TEST_ASSERT_EQUAL_MESSAGE(MODBUS_ILLEGAL_VALUE, master_set(INDEX_command, COMMAND_SAVE), "not while it moves");
     (void)fake_board_run(3000);
     master_command(COMMAND_ARM);

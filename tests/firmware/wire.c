@@ -115,19 +115,21 @@ static void end_frame(void) {
     line.broken = false;
 }
 
-static bool silent(void) {
-    return fake_board.microseconds - line.last_time > line_silence_us(fake_board.baud);
+static uint32_t since_the_last_byte(void) {
+    return fake_board.microseconds - line.last_time;
 }
 
 void wire_settle(void) {
-    if (line.length > 0 && silent()) {
+    if (line.length > 0 && since_the_last_byte() > line_silence_us(fake_board.baud)) {
         end_frame();
     }
 }
 
 static void put(uint8_t byte, bool broken) {
-    wire_settle();
-    if (silent()) {
+    if (since_the_last_byte() > line_gap_us(fake_board.baud)) {
+        if (line.length > 0) {
+            end_frame();
+        }
         line.echoed = line.collided = false;
     }
     line.broken = line.broken || line.collided || broken || line.length == MODBUS_FRAME_MAX;

@@ -9,7 +9,10 @@
 #define RING_ITEMS 1024U
 
 /* An item of the ring is a byte and what was before it. */
-enum { ITEM_AFTER_SILENCE = 0x100, ITEM_BROKEN = 0x200, ITEM_AFTER_ANSWER = 0x400 };
+enum { ITEM_AFTER_SILENCE = 0x100, ITEM_BROKEN = 0x200, ITEM_AFTER_ANSWER = 0x400, ITEM_WITHIN_ANSWER = 0x800 };
+
+/* So many answers in a row that did not come back: the line has no echo. One that came back shows that it has. */
+#define ANSWERS_WITHOUT_ECHO 4U
 
 /* One writer, the interrupt, and one reader, the main loop. */
 static struct {
@@ -25,13 +28,17 @@ static struct {
     size_t length;
     bool started;
     bool broken;
-    bool after_answer; /* began so soon after an answer that it may be its echo */
+    bool after_answer;  /* began so soon after an answer that it may be its echo */
+    bool within_answer; /* or while it was being sent: it is no request */
+    bool repeats;       /* taken for a request, and may be an echo all the same */
+    bool judges;        /* the first one after an answer, and no copy of it */
 } frame;
 
 /* The last answer. The main loop writes all but `sending`, which the interrupt reads. */
 static uint8_t answer_bytes[MODBUS_FRAME_MAX];
 static struct {
     size_t length;        /* 0 when no frame can be its echo any more */
+    unsigned unreturned;  /* in a row, at most ANSWERS_WITHOUT_ECHO */
     atomic_bool expected; /* it is being sent, or has been since the last frame */
     atomic_bool sending;
     atomic_uint sent_time; /* microseconds */
@@ -39,11 +46,11 @@ static struct {
 
 static modbus_counters_t counters;
 
-/* In force, and what it is to become. Main loop only, but for the silence. */
+/* In force, and what it is to become. Main loop only, but for the times. */
 static struct {
     line_settings_t now, next;
     bool changes;
-    atomic_uint silence_us;
+    atomic_uint silence_us, gap_us;
 } line;
 
 static uint32_t silence_us(void) {
@@ -51,28 +58,31 @@ static uint32_t silence_us(void) {
 }
 static uint32_t accepted;
 
+static bool being_answered(void) {
+    return atomic_load_explicit(&answer.sending, memory_order_acquire);
+}
+
 /* Two silences: modbus_server.h. */
 static bool may_be_echo(uint32_t now) {
     if (!atomic_load_explicit(&answer.expected, memory_order_acquire)) {
         return false;
     }
-    return atomic_load_explicit(&answer.sending, memory_order_acquire) ||
-           now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * silence_us();
+    return being_answered() || now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * silence_us();
 }
 
 static void push(uint16_t item) {
     const uint32_t now = board_microseconds();
     if (may_be_echo(now)) {
-        item |= ITEM_AFTER_ANSWER;
+        item |= being_answered() ? ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER : ITEM_AFTER_ANSWER;
     }
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_relaxed);
-    if (now - last > silence_us()) {
+    if (now - last > atomic_load_explicit(&line.gap_us, memory_order_relaxed)) {
         item |= ITEM_AFTER_SILENCE;
     }
     item |= ring.carried;
     const unsigned written = atomic_load_explicit(&ring.written, memory_order_relaxed);
     if (written - atomic_load_explicit(&ring.read, memory_order_acquire) == RING_ITEMS) {
-        ring.carried = (uint16_t)((item & (ITEM_AFTER_SILENCE | ITEM_AFTER_ANSWER)) | ITEM_BROKEN);
+        ring.carried = (uint16_t)((item & (ITEM_AFTER_SILENCE | ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER)) | ITEM_BROKEN);
     } else {
         ring.carried = 0;
         ring.items[written % RING_ITEMS] = item;
@@ -105,6 +115,7 @@ static void set_line(const line_settings_t *settings) {
     line.now = *settings;
     line.changes = false;
     atomic_store(&line.silence_us, line_silence_us(settings->baud));
+    atomic_store(&line.gap_us, line_gap_us(settings->baud));
     board_modbus_line(settings->baud, (line_parity_t)settings->parity);
 }
 
@@ -131,6 +142,7 @@ void modbus_server_init(const line_settings_t *settings) {
     ring.carried = 0;
     frame.started = false;
     answer.length = 0;
+    answer.unreturned = 0;
     atomic_store(&answer.expected, false);
     atomic_store(&answer.sending, false);
     modbus_server_clear();
@@ -151,7 +163,14 @@ static void send_answer(void) {
     atomic_store_explicit(&answer.sending, false, memory_order_release);
 }
 
-/* How many bytes of the frame are a copy of the last answer. No later frame can be; but a frame without the mark, while
+/* Of a frame that begins with a copy of the answer: whether it can be a request that a master has repeated. Then the
+ * line's past says whether it is one. */
+static bool can_be_request(void) {
+    const uint8_t function = answer_bytes[1];
+    return !frame.within_answer && (function == 5 || function == 6 || function == 8 || function == 22);
+}
+
+/* How many bytes of the frame are the last answer's echo. No later frame can be; but a frame without the mark, while
  * new ones still get it, began before that answer, and the echo may be behind it. */
 static size_t echoed(void) {
     const size_t length = answer.length;
@@ -160,12 +179,31 @@ static size_t echoed(void) {
     }
     answer.length = 0;
     atomic_store_explicit(&answer.expected, false, memory_order_release);
-    const bool echo =
-        frame.after_answer && length > 0 && frame.length >= length && memcmp(frame_bytes, answer_bytes, length) == 0;
-    return echo ? length : 0;
+    frame.judges = length > 0;
+    if (!frame.after_answer || length == 0 || frame.length < length || memcmp(frame_bytes, answer_bytes, length) != 0) {
+        return 0;
+    }
+    frame.judges = false;
+    if (frame.length == length && can_be_request()) {
+        frame.repeats = answer.unreturned == ANSWERS_WITHOUT_ECHO;
+        return frame.repeats ? 0 : length;
+    }
+    answer.unreturned = 0;
+    return length;
+}
+
+/* By the first frame after an answer, which is no copy of it. Bytes that are no frame may be what is left of an echo,
+ * whose beginning was not heard. */
+static void judge_line(bool whole) {
+    if (!whole && frame.after_answer) {
+        answer.unreturned = 0;
+    } else if (answer.unreturned < ANSWERS_WITHOUT_ECHO) {
+        answer.unreturned++;
+    }
 }
 
 static void serve_frame(void) {
+    frame.repeats = frame.judges = false;
     const size_t from = echoed();
     frame.started = false;
     if (from > 0) {
@@ -180,8 +218,11 @@ static void serve_frame(void) {
                                          : modbus_serve(frame_bytes + from, frame.length - from, answer_bytes, &length);
     if (outcome == MODBUS_FRAME_BROKEN) {
         count(&counters.errors);
-    } else if (outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_BROADCAST) {
+    } else if ((outcome == MODBUS_FRAME_ANSWERED || outcome == MODBUS_FRAME_BROADCAST) && !frame.repeats) {
         accepted++;
+    }
+    if (frame.judges) {
+        judge_line(outcome != MODBUS_FRAME_BROKEN);
     }
     if (outcome != MODBUS_FRAME_BROKEN && outcome != MODBUS_FRAME_FOREIGN) {
         answer.length = length; /* what was in answer_bytes is no more */
@@ -198,6 +239,7 @@ static void take(uint16_t item) {
         frame.started = true;
         frame.broken = false;
         frame.after_answer = (item & ITEM_AFTER_ANSWER) != 0;
+        frame.within_answer = (item & ITEM_WITHIN_ANSWER) != 0;
         frame.length = 0;
     }
     if ((item & ITEM_BROKEN) != 0 || frame.length == MODBUS_FRAME_MAX) {
@@ -218,7 +260,7 @@ bool modbus_server_poll(void) {
         take(item);
     }
     /* The order matters. A byte that arrives before the last look at the ring is seen there; one that arrives after it
-     * is later than `now`, so it carries the mark of the silence itself. */
+     * is later than `now`, so it carries the mark of the silence itself (the gap is no longer than the silence). */
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_acquire);
     const uint32_t now = board_microseconds();
     if (frame.started && now - last > silence_us() && ring_empty()) {

@@ -4,18 +4,25 @@
  * (write, then read). Others: 1, 2, 5 and 15 (modbus_bits.h), 8 (query data, clear, errors, messages) and 43/14 (device
  * identification: vendor, product, revision; stream and individual access).
  *
- * Bytes come from an interrupt (board.h) through a ring; a silence (line_silence_us) ends a frame. In
- * this order: the complete frame, its length, its CRC, its address, and only then its meaning. A frame that fails one
- * of the first three gets no answer and is counted. One for another server gets none either, and neither does one with
- * a function code of 0x80 or more: that is a server's exception, not a request. A request to address 0 (broadcast) is
- * never answered; it is executed if its function only writes, and all that it writes is meant for every amplifier
- * (control_may_be_broadcast). Pauses inside a frame below the silence are tolerated.
+ * Bytes come from an interrupt (board.h) through a ring; a silence ends a frame. In this order: the complete frame, its
+ * length, its CRC, its address, and only then its meaning. A frame that fails one of the first three gets no answer and
+ * is counted. One for another server gets none either, and neither does one with a function code of 0x80 or more: that
+ * is a server's exception, not a request. A request to address 0 (broadcast) is never answered; it is executed if its
+ * function only writes, and all that it writes is meant for every amplifier (control_may_be_broadcast).
+ *
+ * Silence. By the standard 3.5 characters (1.75 ms above 19200 baud) lie between two frames, and a frame with a pause
+ * of more than 1.5 (0.75 ms) is to be dropped. Here 3.5 are always a silence, and 1.5 never are (line_gap_us). A pause
+ * of up to some 2.5 (1.5 ms) is not held against a frame, because USB adapters hand it over in packets. A longer one
+ * ends it, and each part of a cut frame fails its length or CRC. A frame that nothing follows is served once
+ * line_silence_us have passed.
  *
  * Echo. Some lines return what is sent. A board of a half-duplex line does not listen while it sends (board.h). What
  * still comes back is known by its bytes. When a frame begins within two silences of an answer's end and begins with a
- * copy of that answer, the copy is dropped and counted (`line_echoes`), and what follows it is the frame. One silence
- * is the pause that the standard asks of a master, so no request can be meant; the second is for a line that is slow to
- * return. Only after functions 5, 6, 8 and 22 can an answer be a request at all.
+ * copy of that answer, the copy is dropped and counted (`line_echoes`), and what follows it is the frame. Only the
+ * answers of functions 5, 6, 8 and 22 are equal to their requests: there a copy may be a master's same request again,
+ * by the standard from one silence on, by many a master sooner. The line's past decides. When it has not returned the
+ * last four answers, such a copy is served, unless it came while the answer was being sent; it is no sign of life. An
+ * answer that comes back, or the end of one, shows that the line has an echo; from a start on it is taken to have one.
  *
  * References: Modbus application protocol V1.1b3; Modbus over serial line V1.02.
  */

@@ -6,8 +6,9 @@
 #define DIVIDER_MIN        16U
 #define DIVIDER_MAX        65535U
 #define PER_MILLE          1000U
-#define RATE_MILLE         15U       /* 1.5 % */
-#define MILLIBYTES_PER_BIT 100U      /* 10 bits a byte */
+#define RATE_MILLE         15U  /* 1.5 % */
+#define MILLIBYTES_PER_BIT 100U /* 10 bits a byte */
+#define MHZ_TIMES_US       1000000000U
 #define SILENCE_BITUS      38500000U /* 3.5 characters of 11 bits, in bits times microseconds a second */
 
 uint32_t line_divider(uint32_t clock_hz, uint32_t baud) {
@@ -34,4 +35,9 @@ uint32_t line_sample_budget(uint32_t core_hz, uint32_t baud) {
 uint32_t line_silence_us(uint32_t baud) {
     const uint32_t silence = SILENCE_BITUS / baud;
     return silence > board_info.modbus_silence_us ? silence : board_info.modbus_silence_us;
+}
+
+uint32_t line_gap_us(uint32_t baud) {
+    const uint32_t period = MHZ_TIMES_US / board_info.sample_rate_mhz;
+    return line_silence_us(baud) - period;
 }

@@ -52,4 +52,10 @@ bool line_settings_valid(const line_settings_t *line);
  * says (board_info.modbus_silence_us). */
 uint32_t line_silence_us(uint32_t baud);
 
+/** Microseconds from the end of a byte to the end of the next one, as board_microseconds has them: after more the
+ * second one begins a frame. A period of the loop, that clock's step, less than the silence. So after a silence of a
+ * master's it always does, whose ends of bytes are a character farther apart than the silence; and after 1.5 characters
+ * never. */
+uint32_t line_gap_us(uint32_t baud);
+
 #endif

@@ -9,7 +9,7 @@ from pymodbus.mei_message import ReadDeviceInformationRequest
 
 SLAVE = 1
 MODE, SETPOINT, SETPOINT_SLEW = 0x0101, 0x0102, 0x0111
-COMMAND, ARM, SEQUENCE = 0x0100, 9, 0x0200
+COMMAND, LATCH, ARM, SEQUENCE = 0x0100, 8, 9, 0x0200
 UNLOCK, OUTPUT_KEY = 0x013A, 0x4F4E
 
 
@@ -74,6 +74,13 @@ def main(port):
         print(f"writing {values} to {address:#06x}: exception {answer.exception_code}")
         assert answer.isError() and answer.exception_code == code, answer
     assert signed(*read(SETPOINT, 2)) == target, "a refused write changed something"
+
+    # The same write again and again, as fast as this master does it: the amplifier gets each of them, and none again.
+    served = 0x0220
+    before = read(SEQUENCE, 33)[served - SEQUENCE]
+    for _ in range(30):
+        assert not client.write_register(COMMAND, LATCH, slave=SLAVE).isError(), "the same write again is lost"
+    assert read(SEQUENCE, 33)[served - SEQUENCE] - before == 31, "a write was repeated, as its answer did not come"
     client.close()
 
 

@@ -74,23 +74,32 @@ static void tell_debugger(int line, const char *text) {
     TEST_ASSERT_EQUAL(length, send(line, packet, (size_t)length, MSG_NOSIGNAL));
 }
 
-/* Connecting stops the processor, detaching lets it go on. */
-void h405_crash(void) {
+/* A core register, by its number. Connecting stops the processor, detaching lets it go on. */
+static void set_register(unsigned number, uint32_t value) {
+    char write[32];
     const int line = socket(AF_UNIX, SOCK_STREAM, 0);
     const struct timeval patience = {.tv_sec = 10};
     TEST_ASSERT_GREATER_OR_EQUAL(0, line);
     TEST_ASSERT_EQUAL(0, setsockopt(line, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience));
     TEST_ASSERT_EQUAL(0, connect(line, (const struct sockaddr *)&debugger, sizeof debugger));
-    /* The program counter, register 15. Its new value, 0x60000000, is no code. */
+    (void)snprintf(write, sizeof write, "P%x=%08x", number, __builtin_bswap32(value)); /* the lowest byte first */
     tell_debugger(line, "qXfer:features:read:target.xml:0,ffb"); /* single registers are for those who know them */
-    tell_debugger(line, "Pf=00000060");
+    tell_debugger(line, write);
     char answer = '\0';
     while (answer != 'K' && recv(line, &answer, 1, 0) == 1) { /* until the end of OK */
     }
-    TEST_ASSERT_EQUAL_HEX8_MESSAGE('K', answer, "the debugger's stub does not write the program counter");
+    TEST_ASSERT_EQUAL_HEX8_MESSAGE('K', answer, "the debugger's stub does not write a register");
     tell_debugger(line, "D");
     (void)recv(line, &answer, 1, 0);
     (void)close(line);
+}
+
+void h405_crash(void) {
+    set_register(15, 0x60000000);
+}
+
+void h405_overflow_stack(void) {
+    set_register(13, 0x20000080);
 }
 
 void h405_end(void) {

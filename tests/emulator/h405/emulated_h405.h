@@ -28,6 +28,9 @@ void h405_wait(size_t codes);
 /** Through the debugger: the processor goes on where there is no code. */
 void h405_crash(void);
 
+/** Likewise: its stack pointer is in the middle of the guard, the lowest 256 bytes of the memory. */
+void h405_overflow_stack(void);
+
 /** Call outside of any test, so that a failed one leaves no emulator behind. Allowed when nothing was started. */
 void h405_end(void);
 

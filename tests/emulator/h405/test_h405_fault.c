@@ -88,11 +88,26 @@ static void test_the_record_of_a_fault_survives_the_reset(void) {
     TEST_ASSERT_EQUAL_INT64_MESSAGE(0, value_of(INDEX_commits), "the image that was pushed is gone");
 }
 
+/* A stack that has grown into its guard: a fault of the memory protection, and no access to what is there, nor one
+ * below the memory (bits 0 to 7 of the status are that unit's, 8 to 15 the bus's, the others wrong instructions). */
+static void test_a_stack_that_overflows_is_a_fault(void) {
+    bench_start();
+    h405_overflow_stack();
+    TEST_ASSERT_EQUAL_INT64(2, value_of(INDEX_starts));
+    TEST_ASSERT_EQUAL_INT64(RESET_FAULT, value_of(INDEX_reset_cause) & RESET_FAULT);
+    const int64_t status = value_of(INDEX_fault_status);
+    TEST_ASSERT_TRUE_MESSAGE((status & 0xFF) != 0, "not the memory protection's fault");
+    TEST_ASSERT_EQUAL_HEX64(0, status >> 8);
+    TEST_ASSERT_EQUAL_INT64_MESSAGE(0, value_of(INDEX_fault_address), "nothing is taken from such a stack");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_fault_parks_the_output_and_starts_anew);
     h405_end();
     RUN_TEST(test_the_record_of_a_fault_survives_the_reset);
+    h405_end();
+    RUN_TEST(test_a_stack_that_overflows_is_a_fault);
     h405_end();
     return UNITY_END();
 }
