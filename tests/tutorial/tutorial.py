@@ -50,7 +50,7 @@ def blocks(lines):
 def normal(line):
     line = re.sub(r"/dev/pts/\d+", "PORT", line)
     line = re.sub(r"\bat (?:t = )?[\d.]+ s\b", "at TIME", line)
-    line = re.sub(r"\b(?:0x)?(?=[0-9a-fA-F]*\d)[0-9a-fA-F]{8}\b", "IDENTITY", line)
+    line = re.sub(r"(?<!\.)\b(?:0x)?(?=[0-9a-fA-F]*\d)[0-9a-fA-F]{8}\b", "IDENTITY", line) # not the digits of a fraction
     line = line.replace("..", " .. ") # or ..30 would be read as .30
     return re.sub(r"\s+", " ", line).strip()
 

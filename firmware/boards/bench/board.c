@@ -46,9 +46,6 @@ const board_info_t board_info = {
                      .filter_gain_max = 64},
 };
 
-/* Long enough for the host to deliver the next byte, if there is one: some 100 us. */
-#define RECEIVE_LOOKS 400U
-
 /* One code crosses the line as three bytes; only the first has bit 7 set, so a lost byte costs one sample and no more.
  */
 static struct {
@@ -164,38 +161,27 @@ static void receive_supply(uint32_t spare) {
     }
 }
 
-/* Returns whether the byte completed a code; the answer is sent then. */
-static bool receive(uint32_t byte) {
+/* The byte that completes a code is answered. */
+static void receive(uint32_t byte) {
     if ((byte & 0x80U) != 0) {
         arriving.code = 0;
         arriving.bytes = 0;
     }
     arriving.code = arriving.code << 7 | (byte & 0x7FU);
     arriving.bytes++;
-    if (arriving.bytes != 3) {
-        return false;
+    if (arriving.bytes == 3) {
+        receive_supply(arriving.code >> 16 & 0x1FU);
+        const loop_input_t input = {.position_code = (uint16_t)arriving.code};
+        send_code(loop_sample(&input));
     }
-    receive_supply(arriving.code >> 16 & 0x1FU);
-    const loop_input_t input = {.position_code = (uint16_t)arriving.code};
-    send_code(loop_sample(&input));
-    return true;
 }
 
-/*
- * The loop, once without endy three bytes. QEMU hands over one byte at a time, and waking the emulated processor for
- * each costs more than the loop itself; so, after the first, the interrupt looks for the others for a while. A code cut
- * short is finished by later interrupts.
- */
+/* The loop, once every three bytes. QEMU hands over one byte at a time, and a byte is one interrupt: one that looks for
+ * the next byte by itself takes QEMU's lock, again and again, from the thread that is to bring it. */
 void usart2_handler(void) {
-    bool complete = false;
-    for (unsigned look = 0; look < RECEIVE_LOOKS && !complete; look++) {
-        if ((USART2->SR & USART_SR_RXNE) != 0) {
-            complete = receive(USART2->DR);
-        }
+    if ((USART2->SR & USART_SR_RXNE) != 0) {
+        receive(USART2->DR);
     }
-    /* The bytes that were fetched by looking have left the interrupt pending. Without this it would run again at once,
-     * and the main loop never. A byte that is still waiting raises it again. */
-    nvic_forget(IRQ_USART2);
 }
 
 /* Ends the sleep of board_idle; there is nothing else to do. */

@@ -214,7 +214,6 @@ enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_USART2 = 38, IRQ_COUNT = 82 };
 
 /* Core: Armv7-M Architecture Reference Manual, sections B3 and C1 */
 #define NVIC_ISER       ((volatile uint32_t *)0xE000E100UL)
-#define NVIC_ICPR       ((volatile uint32_t *)0xE000E280UL)
 #define NVIC_IPR        ((volatile uint8_t *)0xE000E400UL)
 #define SCB_CPACR       (*(volatile uint32_t *)0xE000ED88UL)
 #define SCB_CPACR_FPU   (0xFUL << 20)
@@ -249,11 +248,6 @@ typedef struct {
 static inline void nvic_enable(unsigned irq, unsigned priority) {
     NVIC_IPR[irq] = (uint8_t)(priority << 4);
     NVIC_ISER[irq / 32U] = BIT(irq % 32U);
-}
-
-/** Takes back a pending interrupt whose cause is gone. */
-static inline void nvic_forget(unsigned irq) {
-    NVIC_ICPR[irq / 32U] = BIT(irq % 32U);
 }
 
 /** What was stored before has arrived. */
