@@ -391,26 +391,41 @@ static bool pull_outliers_in(question_t *q, size_t thin, hysteresis_t *h, failur
     return true;
 }
 
-/* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law is worth anything. So it
- * is sought beside white noise first, and the noise again beside it. */
-static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
-    const pink_t pink = h->noise;
-    const double without = h->evidence.log_evidence;
-    if (pink.rho > 0.0) {
-        pink_create(&h->noise, 0.0, q->longest);
-        if (!find_law_beside(q, thin, h, failure)) {
-            return false;
-        }
-        if (h->operator.has_law) {
-            find_noise(q, thin, h);
-            if (evidence_at(q, thin, h->noise.rho, h) > without + threshold.law_worth) {
-                return true;
-            }
-            operator_drop_law(&h->operator);
-        }
-        h->noise = pink;
+/* Another law than it has, or none; the evidence follows with the next fit. */
+static void take_law(hysteresis_t *h, bool has_law, const duhem_law_t *law) {
+    operator_drop_law(&h->operator);
+    if (has_law) {
+        operator_set_law(&h->operator, law);
     }
-    return find_law_beside(q, thin, h, failure);
+}
+
+/* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law may be worth anything. So
+ * one is sought beside white noise, too, and the noise again beside it; the likelier stands. */
+static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+    if (!find_law_beside(q, thin, h, failure)) {
+        return false;
+    }
+    const pink_t pink = h->noise;
+    if (pink.rho <= 0.0) {
+        return true;
+    }
+    const double evidence = evidence_at(q, thin, pink.rho, h);
+    const bool has_law = h->operator.has_law;
+    const duhem_law_t law = h->operator.law;
+    take_law(h, false, NULL);
+    pink_create(&h->noise, 0.0, q->longest);
+    if (!find_law_beside(q, thin, h, failure)) {
+        return false;
+    }
+    if (h->operator.has_law) {
+        find_noise(q, thin, h);
+        if (evidence_at(q, thin, h->noise.rho, h) > evidence) {
+            return true;
+        }
+    }
+    take_law(h, has_law, &law);
+    h->noise = pink;
+    return true;
 }
 
 /* Turns, law and the spectrum of the noise as another fit has them, the latter improved. */
@@ -418,9 +433,7 @@ static bool fit_like(question_t *q, size_t thin, const hysteresis_t *like, hyste
     const size_t search = q->used / SEARCHED_SAMPLES + 1;
     h->turns = like->turns;
     pink_create(&h->noise, like->noise.rho, q->longest);
-    if (like->operator.has_law) {
-        operator_set_law(&h->operator, & like->operator.law);
-    }
+    take_law(h, like->operator.has_law, &like->operator.law);
     if (!pull_outliers_in(q, search, h, failure)) {
         return false;
     }
