@@ -191,7 +191,7 @@ void diagnosis_print(FILE *file, const answer_t *answer, const account_t *accoun
     print_refitted(file, answer);
     remainder_text(answer, text);
     text_wrapped(file, "remaining", text);
-    if (something_remains(answer) && account->remaining.somewhere) {
+    if (account->remaining.somewhere) {
         location_text(&account->remaining, recordings, count, text);
         text_wrapped(file, "   where", text);
     }

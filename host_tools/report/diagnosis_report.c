@@ -316,7 +316,7 @@ static void write_findings(const page_t *page) {
     fprintf(page->file, "<h%d>What remains</h%d>\n<p>The model leaves ", level, level);
     remainder_text(answer, text);
     write_prose(page->file, text);
-    if (something_remains(answer) && page->account->remaining.somewhere) {
+    if (page->account->remaining.somewhere) {
         location_text(&page->account->remaining, page->recordings, page->count, text);
         fprintf(page->file, "; ");
         write_prose(page->file, text);

@@ -138,7 +138,7 @@ bool account_for(answer_t *answer, const recording_t *recordings, size_t count, 
         account->share[f] = recordings_room(recordings, count);
         good = locate_finding(&job, &answer->finding[f], &account->where[f], account->share[f], failure);
     }
-    if (good && something_remains(answer)) {
+    if (good && (something_remains(answer) || answer->another_shape)) {
         locate_remaining(&job, &account->remaining);
     }
     recordings_room_free(job.difference, count);

@@ -25,7 +25,8 @@ typedef struct {
     taken_out_t *taken_out; /**< of every recording */
     size_t recordings;
     measured_columns_t measured; /**< what was measured beside drive and displacement */
-    location_t remaining;        /**< of the residual above the noise floor; nowhere when it is not structured */
+    location_t remaining;        /**< of the residual above the noise floor; nowhere where it is neither structured nor
+                                    the shape of the hysteresis */
 } account_t;
 
 /** Whether its only doubt is that more than noise remains beside it: isolated, without a rival. */

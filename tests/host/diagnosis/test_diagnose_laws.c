@@ -2,6 +2,7 @@
 /* A hysteresis that no family has, a drive that never rests and repeats nothing: nothing is found where nothing is
  * missing, the noise is reported as it is, and a delay is in the set of the first finding. */
 #include "chain/catalogue.h"
+#include "diagnosis/account/account.h"
 #include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
@@ -78,6 +79,12 @@ static void test_another_law_is_no_physics_and_no_noise(void) {
     printf("noise %g um (%g)\n", diagnosis.question->noise.rms_um, noise_um);
     TEST_ASSERT_TRUE(diagnosis.question->noise.rms_um < 2.0 * noise_um);
     TEST_ASSERT_TRUE(diagnosis.question->noise.rms_um > 0.9 * noise_um);
+    /* Where the loops have another shape is said. */
+    account_t account;
+    TEST_ASSERT_TRUE_MESSAGE(account_for(&diagnosis, &recording, 1, &account, &failure), failure.text);
+    TEST_ASSERT_FALSE(diagnosis.remainder.structured);
+    TEST_ASSERT_TRUE(account.remaining.somewhere);
+    account_free(&account);
 }
 
 static const unseen_t *unseen_of(const block_t *block) {
