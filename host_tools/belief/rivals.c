@@ -49,11 +49,13 @@ static void refine_one(void *context, size_t index) {
     scan_refine(job->scan, &job->suspects->suspect[index]);
 }
 
+/* The scan is made anew: the setting knows the numbers of what was found, and begins there. */
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
-    const suspects_t *scanned = fitted_chain_suspects(fitted, setting);
     const scan_t scan = fitted_chain_scan(fitted, setting);
-    suspects_t suspects;
-    suspects_copy(scanned, scan_promising(scanned, REFINED), &suspects);
+    suspects_t scanned, suspects;
+    scan_blocks(&scan, &scanned);
+    suspects_copy(&scanned, scan_promising(&scanned, REFINED), &suspects);
+    suspects_free(&scanned);
     parallel(suspects.count, refine_one, &(refined_t){.scan = &scan, .suspects = &suspects});
     suspects_sort(&suspects);
     *rivals = (rivals_t){0};

@@ -400,7 +400,8 @@ static void take_law(hysteresis_t *h, bool has_law, const duhem_law_t *law) {
 }
 
 /* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law may be worth anything. So
- * one is sought beside white noise, too, and the noise again beside it; the likelier stands. */
+ * one is sought beside white noise, too, and the noise again beside it. It stands if it is likelier and leaves less 1/f
+ * noise. */
 static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
     if (!find_law_beside(q, thin, h, failure)) {
         return false;
@@ -412,20 +413,25 @@ static bool find_law(const question_t *q, size_t thin, hysteresis_t *h, failure_
     const double evidence = evidence_at(q, thin, pink.rho, h);
     const bool has_law = h->operator.has_law;
     const duhem_law_t law = h->operator.law;
+    group_evidence_t kept = h->evidence; /* where the next fit begins */
+    h->evidence = (group_evidence_t){0};
     take_law(h, false, NULL);
     pink_create(&h->noise, 0.0, q->longest);
-    if (!find_law_beside(q, thin, h, failure)) {
-        return false;
-    }
-    if (h->operator.has_law) {
+    const bool good = find_law_beside(q, thin, h, failure);
+    bool stands = false;
+    if (good && h->operator.has_law) {
         find_noise(q, thin, h);
-        if (evidence_at(q, thin, h->noise.rho, h) > evidence) {
-            return true;
-        }
+        stands = h->noise.rho < pink.rho && evidence_at(q, thin, h->noise.rho, h) > evidence;
     }
-    take_law(h, has_law, &law);
-    h->noise = pink;
-    return true;
+    if (!stands) {
+        group_evidence_t other = h->evidence;
+        h->evidence = kept;
+        kept = other;
+        take_law(h, has_law, &law);
+        h->noise = pink;
+    }
+    group_evidence_free(&kept);
+    return good;
 }
 
 /* Turns, law and the spectrum of the noise as another fit has them, the latter improved. */

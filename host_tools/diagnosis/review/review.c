@@ -131,6 +131,16 @@ static void ask_for_rivals(state_t *state) {
     }
 }
 
+/* Whether physics was found, and not beside the operator. The steps of a converter are in the readings whatever else
+ * is. */
+static bool found_nearly(const answer_t *answer) {
+    bool found = false;
+    for (size_t f = 0; f < answer->findings; f++) {
+        found = found || (!answer->finding[f].in_readings && !answer->finding[f].heard);
+    }
+    return found;
+}
+
 bool review_end(state_t *state) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
@@ -157,7 +167,7 @@ bool review_end(state_t *state) {
     /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
      * drift. That stays unknown. One that was heard was found beside the operator, and explains what that does not.
      * What no finding is left for stays unknown, too, though a block speaks beside the operator. */
-    const bool near_only = answer->verdict == UNKNOWN_PHYSICS && answer->findings > 0 && !answer->finding[0].heard;
+    const bool near_only = answer->verdict == UNKNOWN_PHYSICS && found_nearly(answer);
     if (good && answer->shape_after.whole && !near_only && (is_only_shape(answer) || answer->findings > 0)) {
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {
