@@ -69,10 +69,12 @@ static bool speak_for_less(const rests_t *rests, const hysteresis_t *h, bool alo
     const double by_fit = mean_square(rests, &h->noise, step_um),
                  variance = fmax(by_fit, h->evidence.variance / threshold.most_moving_over_resting);
     double least = by_fit;
-    for (double rho = 0.0; alone && rho < h->noise.rho; rho = fmax(least_rho, rho_step * rho)) {
+    double rho = 0.0;
+    while (alone && rho < h->noise.rho) {
         pink_t pink;
         pink_create(&pink, rho, longest);
         least = fmin(least, mean_square(rests, &pink, step_um));
+        rho = fmax(least_rho, rho_step * rho);
     }
     const double by_sample = 0.5 * (log(variance / least) + by_fit / variance - 1.0);
     return (double)(rests->samples - rests->stretches) * by_sample > threshold.evidence_margin;
