@@ -191,7 +191,7 @@ def stop_while_it_is_behind(page, server):
     """Stop overtakes a backlog. Where the page has worked that off before the press, the next one is larger."""
     middle = page.middle_of_stop()
     page.browser.execute_cdp_cmd("Emulation.setCPUThrottlingRate", {"rate": 20})
-    for seconds in (60, 120, 240):
+    for seconds in (15, 60, 240):
         server.received.clear()
         page.script("sent.length = 0")
         before = server.frames
