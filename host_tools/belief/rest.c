@@ -63,9 +63,11 @@ static double mean_square(const rests_t *rests, const pink_t *pink, double step_
     return sum / (double)(rests->samples - rests->stretches) + step_um * step_um / 12.0;
 }
 
-/* alone: without blocks behind the operator. Beside these its weights are nearly the likeliest only, and what that
- * leaves is slow. */
-static bool speak_for_less(const rests_t *rests, const hysteresis_t *h, bool alone, size_t longest, double step_um) {
+static bool speak_for_less(const fitted_chain_t *fitted, const rests_t *rests, double step_um) {
+    const hysteresis_t *h = &fitted->hysteresis;
+    const size_t longest = fitted->samples->recordings[samples_longest(fitted->samples)].samples;
+    /* Beside blocks behind the operator its weights are nearly the likeliest only, and what that leaves is slow. */
+    const bool alone = fitted->imitation.chain.blocks == 1;
     const double by_fit = mean_square(rests, &h->noise, step_um),
                  variance = fmax(by_fit, h->evidence.variance / threshold.most_moving_over_resting);
     double least = by_fit;
@@ -83,15 +85,10 @@ static bool speak_for_less(const rests_t *rests, const hysteresis_t *h, bool alo
 bool rest_is_quieter(const fitted_chain_t *fitted, double step_um) {
     rests_t rests = {.left_um = samples_column(fitted->samples),
                      .end = allocate(fitted->samples->all / LEAST_STRETCH + 1, sizeof(size_t))};
-    size_t longest = 0;
     for (size_t i = 0; i < fitted->samples->count; i++) {
-        const size_t samples = fitted->samples->recordings[i].samples;
-        longest = samples > longest ? samples : longest;
         take_rests(fitted, i, &rests);
     }
-    const bool quieter =
-        rests.samples >= LEAST_RESTING &&
-        speak_for_less(&rests, &fitted->hysteresis, fitted->imitation.chain.blocks == 1, longest, step_um);
+    const bool quieter = rests.samples >= LEAST_RESTING && speak_for_less(fitted, &rests, step_um);
     free(rests.left_um);
     free(rests.end);
     return quieter;
