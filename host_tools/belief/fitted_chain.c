@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/fitted_chain.h"
 #include "chain/catalogue.h"
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Rows of the final fit: 40 for each of the operator's columns. */
-enum { CHAIN_ROUNDS = 2, MOST_FITTED = 12000 };
+enum { CHAIN_ROUNDS = 4, MOST_FITTED = 12000 };
+/* In parts of the noise. */
+static const double settled = 0.1;
 
 void chain_for_operator(const model_t *from, model_t *chain) {
     imitation_chain(from->sample_rate_hz, chain);
@@ -56,27 +59,56 @@ static void take_samples(fitted_chain_t *f, const samples_t *samples) {
     f->thin = used / MOST_FITTED + 1;
 }
 
-/* What the chain adds behind the operator goes by the operator's position, and that by what the chain adds: in turns.
- * They are few, and behind a mode inside of what the drive excites more would not do. target_um: a column, the position
- * less what the chain adds. */
-static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *target_um) {
+/* What the chain adds to its linear part, column by column: simulated less the operator's position through that. */
+static void added(const fitted_chain_t *f, const state_space_t *behind, double *added_um) {
+    const imitation_t *imitation = &f->imitation;
+    memcpy(added_um, imitation->predicted_um, f->samples->all * sizeof(double));
+    for (size_t i = 0; i < f->samples->count; i++) {
+        state_space_column(behind, added_um + f->samples->begin[i], f->samples->recordings[i].samples);
+    }
+    for (size_t k = 0; k < f->samples->all; k++) {
+        added_um[k] = imitation->simulated_um[k] - added_um[k];
+    }
+}
+
+/* The root mean square by which two columns differ. */
+static double difference(const double *one, const double *other, size_t samples) {
+    double sum = 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        sum += gsl_pow_2(one[k] - other[k]);
+    }
+    return sqrt(sum / (double)samples);
+}
+
+/* The operator's columns pass through the linear part of what is behind it. The rest goes by the operator's position,
+ * and that by the rest: in rounds, until the noise hides what is still to come. target_um, added_um: columns, the
+ * position less that rest, and the rest. */
+static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *target_um, double *added_um) {
     failure_t ignored;
     imitation_t *imitation = &f->imitation;
+    const size_t all = f->samples->all;
+    state_space_t *behind = allocate(1, sizeof *behind);
     hysteresis_bases_t bases = {0};
-    bool good = true;
-    const int rounds = imitation->chain.blocks == 1 ? 1 : CHAIN_ROUNDS;
-    memcpy(target_um, f->position_um, f->samples->all * sizeof(double));
-    for (int round = 0; good && round < rounds; round++) {
+    imitation_behind(imitation, behind);
+    const hysteresis_data_t data = {imitation->paths, imitation->count, target_um, f->use, f->thin, behind};
+    bool good = imitation_rest(imitation, &ignored), goes_on = true;
+    added(f, behind, added_um);
+    for (int round = 0; good && goes_on && round < CHAIN_ROUNDS; round++) {
         hysteresis_t before = f->hysteresis;
-        for (size_t k = 0; round > 0 && k < f->samples->all; k++) {
-            target_um[k] = f->position_um[k] - imitation->simulated_um[k] + imitation->predicted_um[k];
+        for (size_t k = 0; k < all; k++) {
+            target_um[k] = f->position_um[k] - added_um[k];
         }
-        good = hysteresis_fit(imitation->paths, imitation->count, target_um, f->use, f->thin,
-                              round > 0 ? &before : like, &bases, &f->hysteresis, &ignored) &&
+        good = hysteresis_fit(&data, round > 0 ? &before : like, &bases, &f->hysteresis, &ignored) &&
                imitation_run(imitation, &f->hysteresis, &ignored);
+        if (good) {
+            memcpy(target_um, added_um, all * sizeof(double));
+            added(f, behind, added_um);
+            goes_on = difference(target_um, added_um, all) > settled * sqrt(f->hysteresis.evidence.variance);
+        }
         hysteresis_free(&before);
     }
     hysteresis_bases_close(&bases);
+    free(behind);
     return good;
 }
 
@@ -95,8 +127,10 @@ bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_
     }
     take_samples(f, samples);
     double *target_um = samples_column(samples);
-    const bool good = fit_weights(f, like, target_um);
+    double *added_um = samples_column(samples);
+    const bool good = fit_weights(f, like, target_um, added_um);
     free(target_um);
+    free(added_um);
     if (!good) {
         fitted_chain_close(f);
     }

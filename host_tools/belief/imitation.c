@@ -6,6 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Samples of a response that are looked at. */
+enum { RESPONSE = 8192 };
+/* Of a filter's step response: it is exact; it is of no use. In between the rounds of a fit make up for the rest. */
+static const double realised_well = 1e-6, realised_at_all = 0.05;
+
 void imitation_chain(double sample_rate_hz, model_t *chain) {
     const double weight = 1.0;
     model_create(chain, sample_rate_hz);
@@ -115,9 +120,66 @@ static bool all_behind(const imitation_t *imitation, const model_t *chain, const
     return good;
 }
 
+/* A small part of the stroke: what is behind the operator may be curved. */
+static double change_um(const double *position_um, size_t samples) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t k = 0; k < samples; k++) {
+        low = fmin(low, position_um[k]);
+        high = fmax(high, position_um[k]);
+    }
+    return 1e-3 * (high - low);
+}
+
+/* The response of what is behind the operator to one sample that differs, in parts of it. */
+static bool respond(const imitation_t *imitation, const recording_t *recording, double step_um, double *response) {
+    failure_t ignored;
+    double *level_v = allocate(recording->samples, sizeof(double)),
+           *without = allocate(recording->samples, sizeof(double));
+    for (size_t k = 0; k < recording->samples; k++) {
+        level_v[k] = imitation->level_v[0];
+        response[k] = k == STATE_SPACE_AHEAD ? step_um : 0.0;
+    }
+    const bool good = run_behind(&imitation->chain, recording, level_v, without, &ignored) &&
+                      run_behind(&imitation->chain, recording, level_v, response, &ignored);
+    for (size_t k = 0; k < recording->samples; k++) {
+        response[k] = (response[k] - without[k]) / step_um;
+    }
+    free(level_v);
+    free(without);
+    return good;
+}
+
+void imitation_behind(const imitation_t *imitation, state_space_t *behind) {
+    size_t longest = 0;
+    for (size_t i = 0; i < imitation->count; i++) {
+        longest = imitation->recordings[i].samples > imitation->recordings[longest].samples ? i : longest;
+    }
+    recording_t some = imitation->recordings[longest];
+    some.samples = some.samples < RESPONSE ? some.samples : RESPONSE;
+    const double *position_um = some.column[COLUMN_DISPLACEMENT];
+    double *response = allocate(some.samples, sizeof(double));
+    const double step_um = change_um(position_um, some.samples);
+    *behind = state_space_identity();
+    if (imitation->chain.blocks > 1 && some.samples > STATE_SPACE_AHEAD && step_um > 0.0 &&
+        respond(imitation, &some, step_um, response)) {
+        state_space_t filter;
+        if (state_space_realise(response, some.samples, STATE_SPACE_AHEAD, BEHIND_STATES, realised_well, &filter) <
+            realised_at_all) {
+            *behind = filter;
+        }
+    }
+    free(response);
+}
+
 bool imitation_run(imitation_t *imitation, const hysteresis_t *hysteresis, failure_t *failure) {
     hysteresis_predict(hysteresis, imitation->paths, imitation->count, imitation->predicted_um);
     memcpy(imitation->simulated_um, imitation->predicted_um, imitation->all * sizeof(double));
+    return all_behind(imitation, &imitation->chain, imitation->level_v, imitation->simulated_um, failure);
+}
+
+bool imitation_rest(imitation_t *imitation, failure_t *failure) {
+    memset(imitation->predicted_um, 0, imitation->all * sizeof(double));
+    memset(imitation->simulated_um, 0, imitation->all * sizeof(double));
     return all_behind(imitation, &imitation->chain, imitation->level_v, imitation->simulated_um, failure);
 }
 

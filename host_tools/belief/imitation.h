@@ -32,8 +32,18 @@ bool imitation_open(imitation_t *imitation, const model_t *chain, const recordin
                     failure_t *failure);
 void imitation_close(imitation_t *imitation);
 
+/** As imitation_run, with an operator that stays at 0. */
+bool imitation_rest(imitation_t *imitation, failure_t *failure);
+
 /** Runs the operator along the paths, and its position through the blocks behind it. */
 bool imitation_run(imitation_t *imitation, const hysteresis_t *hysteresis, failure_t *failure);
+
+/**
+ * What the blocks behind the operator do to small changes of its position, as a linear filter of few states. What they
+ * do beyond that (curves, sources, changes with time) is left out, and a filter that would come out wrong changes
+ * nothing at all.
+ */
+void imitation_behind(const imitation_t *imitation, state_space_t *behind);
 
 /**
  * The position of another chain, with one block more or with other numbers, with the same operator: a column. `at`: the

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/rivals.h"
 #include "base/parallel.h"
+#include "belief/suspect_fit.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 
@@ -25,6 +26,7 @@ static double gain_of(const suspects_t *suspects, const block_t *block) {
 
 static void choose(const suspects_t *suspects, const block_t *block, rivals_t *rivals) {
     const suspect_t *suspect = suspects->suspect;
+    *rivals = (rivals_t){0};
     rivals->gain = gain_of(suspects, block);
     for (size_t i = 0; i < suspects->count; i++) {
         const block_t *other = suspect[i].block;
@@ -49,8 +51,39 @@ static void refine_one(void *context, size_t index) {
     scan_refine(job->scan, &job->suspects->suspect[index]);
 }
 
+static double fitted_gain(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
+                          const block_t *block) {
+    for (size_t i = 0; i < suspects->count; i++) {
+        if (suspects->suspect[i].block == block) {
+            suspect_fit(fitted, setting, &suspects->suspect[i]);
+        }
+    }
+    return gain_of(suspects, block);
+}
+
+/* Drops rivals of other groups that are worth less than the block once both are fitted together with the weights.
+ * Within a group a block may be worth less only because its form is too narrow. */
+static void drop_what_does_not_fit(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
+                                   const block_t *block, rivals_t *rivals) {
+    size_t kept = 0;
+    double gain = -HUGE_VAL;
+    for (size_t r = 0; r < rivals->count; r++) {
+        const block_t *other = rivals->rival[r];
+        bool stands = block_same_group(block, other);
+        if (!stands) {
+            gain = isfinite(gain) ? gain : fitted_gain(fitted, setting, suspects, block);
+            stands = fitted_gain(fitted, setting, suspects, other) > gain - margin_of(block, other, gain);
+        }
+        if (stands) {
+            rivals->rival[kept++] = other;
+        }
+    }
+    rivals->count = kept;
+}
+
 /* The scan is made anew: the setting knows the numbers of what was found, and begins there. */
-void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals) {
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, bool strong,
+               rivals_t *rivals) {
     const scan_t scan = fitted_chain_scan(fitted, setting);
     suspects_t scanned, suspects;
     scan_blocks(&scan, &scanned);
@@ -58,7 +91,9 @@ void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const blo
     suspects_free(&scanned);
     parallel(suspects.count, refine_one, &(refined_t){.scan = &scan, .suspects = &suspects});
     suspects_sort(&suspects);
-    *rivals = (rivals_t){0};
     choose(&suspects, block, rivals);
+    if (strong) {
+        drop_what_does_not_fit(fitted, setting, &suspects, block, rivals);
+    }
     suspects_free(&suspects);
 }

@@ -19,8 +19,12 @@ typedef struct {
     const block_t *rival[RIVALS_MOST]; /**< the best first */
 } rivals_t;
 
-/** fitted: the chain without the block. A block that is worth no more than evidence_margin has none: the operator says
- * nothing of it. */
-void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, rivals_t *rivals);
+/**
+ * fitted: the chain without the block. strong: it leaves little of what was there. The weights of the fit without it
+ * have then taken up what they could of it: it and its rivals of other groups are fitted together with new ones. A
+ * block that is worth no more than evidence_margin has none: the operator says nothing of it.
+ */
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, bool strong,
+               rivals_t *rivals);
 
 #endif

@@ -4,10 +4,12 @@
 #include "thresholds/thresholds.h"
 #include <math.h>
 
-/* Each turn is a fit of some 300 weights: a second or so. */
-enum { MOST_SUSPECTS = 3, MOST_TURNS = 4 };
-/* Natural units: a turn that is worth less is the last one. */
-static const double settled = 0.5;
+/* Each turn is a fit of some 300 weights: a second or so. A strong mode may need twice as many as the usual ones, and
+ * is then worth much more from turn to turn. */
+enum { MOST_SUSPECTS = 3, USUAL_TURNS = 4, MOST_TURNS = 16 };
+/* Natural units: a turn that is worth less is the last one. In parts of what it is worth by now: one that is worth more
+ * is not the last one. */
+static const double settled = 0.5, growing = 0.1;
 
 /* The numbers that it begins with: as the scan's weights have them, or, where these lead nowhere, the probe's. */
 static void begin(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
@@ -32,7 +34,7 @@ static void move_on(fitted_chain_t *with, const probe_setting_t *setting, suspec
     scan_refine(&scan, suspect);
 }
 
-static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
+void suspect_fit(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
     const double without = fitted->hysteresis.evidence.log_evidence, promised = suspect->gain;
     double gain = -HUGE_VAL;
     begin(fitted, setting, suspect);
@@ -51,7 +53,8 @@ static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, susp
             model_free(&suspect->chain);
             model_copy(&suspect->chain, &now.chain);
         }
-        goes_on = here > before + settled && here > (turn == 0 ? -promised : 0.0);
+        goes_on = here > before + settled && here > (turn == 0 ? -promised : 0.0) &&
+                  (turn + 1 < USUAL_TURNS || here - before > growing * here);
         if (goes_on) {
             move_on(&with, setting, &now);
         }
@@ -69,7 +72,7 @@ const suspects_t *fitted_suspects(fitted_chain_t *fitted, const probe_setting_t 
         const suspects_t *scanned = fitted_chain_suspects(fitted, setting);
         suspects_copy(scanned, scan_promising(scanned, MOST_SUSPECTS), &fitted->searched);
         for (size_t i = 0; i < fitted->searched.count; i++) {
-            fit_one(fitted, setting, &fitted->searched.suspect[i]);
+            suspect_fit(fitted, setting, &fitted->searched.suspect[i]);
         }
         suspects_sort(&fitted->searched);
     }

@@ -11,10 +11,13 @@
 
 #include "belief/fitted_chain.h"
 
+/** Fits one, from the numbers that it has on. fitted: the chain without it. `gain`: by how much the evidence is more
+ * than without it, in natural units; it may be less than 0. */
+void suspect_fit(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect);
+
 /**
- * The few of the scan beside this chain that promise most, with the numbers at which the evidence is largest. `gain`:
- * by how much that is more than without the block, in natural units; it may be less than 0. It is done once: who asks
- * again gets it, whatever the setting.
+ * The few of the scan beside this chain that promise most, with the numbers at which the evidence is largest:
+ * suspect_fit. It is done once: who asks again gets it, whatever the setting.
  */
 const suspects_t *fitted_suspects(fitted_chain_t *fitted, const probe_setting_t *setting);
 

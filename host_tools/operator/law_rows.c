@@ -17,36 +17,59 @@ static void move_to(const law_along_t *along, const duhem_table_t *table, double
     }
 }
 
+/* The law along one path: h at each sample. */
+static void go_along_path(const law_along_t *along, const duhem_table_t *table, const operator_path_t *path, double *h,
+                          double *u) {
+    duhem_state_t state;
+    duhem_begin(table, &state);
+    double now = operator_level(along->operator, path_moved_v(path, 0));
+    for (size_t k = 0; k < path->samples; k++) {
+        if (k > 0 && along->turns && !isnan(path->way_v[k])) {
+            move_to(along, table, path->way_v[k], &state, &now);
+        }
+        move_to(along, table, path_moved_v(path, k), &state, &now);
+        h[k] = duhem_value(table, &state);
+        u[k] = now;
+    }
+}
+
+/* A column of the law, made of h and u. */
+static void make_column(size_t column, const double *h, const double *u, size_t samples, double *value) {
+    for (size_t k = 0; k < samples; k++) {
+        value[k] = column == H        ? h[k]
+                   : column == H_U    ? h[k] * u[k]
+                   : column == H_CUBE ? h[k] * h[k] * h[k]
+                                      : h[k] * h[k];
+    }
+}
+
 /* width 1: h alone. row[i * stride]. */
 static void go_along(const law_along_t *along, const duhem_table_t *table, size_t width, size_t stride, double *row) {
     const kept_rows_t *kept = along->kept;
-    double *memory = pink_memory(along->noise, width), u = 0.0, now[POWERS];
-    for (size_t i = 0, at = 0, r = 0; i < along->count && !progress_cancelled(); i++) {
-        const operator_path_t *path = &along->paths[i];
-        duhem_state_t state;
-        for (size_t k = 0; k < path->samples; k++, at++) {
-            if (k == 0) {
-                duhem_begin(table, &state);
-                u = operator_level(along->operator, path_moved_v(path, 0));
-            } else if (along->turns && !isnan(path->way_v[k])) {
-                move_to(along, table, path->way_v[k], &state, &u);
+    size_t longest = 0, r = 0;
+    for (size_t i = 0; i < along->count; i++) {
+        longest = along->paths[i].samples > longest ? along->paths[i].samples : longest;
+    }
+    double *h = allocate(longest, sizeof(double)), *u = allocate(longest, sizeof(double)),
+           *value = allocate(longest, sizeof(double)), *memory = pink_memory(along->noise, 1);
+    for (size_t i = 0, at = 0; i < along->count && !progress_cancelled(); at += along->paths[i++].samples) {
+        const size_t samples = along->paths[i].samples, begin = r;
+        go_along_path(along, table, &along->paths[i], h, u);
+        for (size_t j = 0; j < width; j++) {
+            make_column(j, h, u, samples, value);
+            state_space_column(along->behind, value, samples);
+            r = begin;
+            for (size_t k = 0; k < samples; k++) {
+                pink_row(along->noise, memory, 1, &value[k], k == 0);
+                if (r < kept->rows && kept->sample[r] == at + k) {
+                    row[r++ * stride + j] = value[k];
+                }
             }
-            move_to(along, table, path_moved_v(path, k), &state, &u);
-            const bool taken = r < kept->rows && kept->sample[r] == at;
-            if (!taken && memory == NULL) {
-                continue;
-            }
-            now[H] = duhem_value(table, &state);
-            now[H_U] = now[H] * u;
-            now[H_SQUARE] = now[H] * now[H];
-            now[H_CUBE] = now[H_SQUARE] * now[H];
-            pink_row(along->noise, memory, width, now, k == 0);
-            for (size_t j = 0; taken && j < width; j++) {
-                row[r * stride + j] = now[j];
-            }
-            r += taken ? 1 : 0;
         }
     }
+    free(h);
+    free(u);
+    free(value);
     free(memory);
 }
 

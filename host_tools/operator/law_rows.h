@@ -10,6 +10,7 @@ typedef struct {
     const operator_path_t *paths;
     size_t count;
     bool turns;
+    const state_space_t *behind; /**< of rows_wanted_t */
     const pink_t *noise;
     const kept_rows_t *kept; /**< where: the samples of these rows */
 } law_along_t;

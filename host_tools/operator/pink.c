@@ -1,24 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/pink.h"
 #include "base/failure.h"
-#include <gsl/gsl_cblas.h>
 #include <gsl/gsl_math.h>
 #include <math.h>
-#include <string.h>
 
 /* Sections a decade of frequency: the slope ripples by 3 %. */
 static const double per_decade = 2.0;
-
-/* Partial fractions of the product of all sections. */
-static void take_shares(pink_t *pink) {
-    for (size_t i = 0; i < pink->sections; i++) {
-        double share = pink->pole[i] - pink->zero[i];
-        for (size_t j = 0; j < pink->sections; j++) {
-            share *= j != i ? (pink->pole[i] - pink->zero[j]) / (pink->pole[i] - pink->pole[j]) : 1.0;
-        }
-        pink->share[i] = share;
-    }
-}
 
 void pink_create(pink_t *pink, double rho, size_t samples) {
     *pink = (pink_t){.rho = rho};
@@ -29,7 +16,6 @@ void pink_create(pink_t *pink, double rho, size_t samples) {
         pink->zero[pink->sections++] = exp(-2.0 * M_PI * f / sqrt(step));
         f /= step;
     }
-    take_shares(pink);
 }
 
 double *pink_memory(const pink_t *pink, size_t columns) {
@@ -55,54 +41,22 @@ void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, i
     }
 }
 
-/* What the memory holds of the rows before. */
-static void begin_memory(const pink_t *pink, double *memory, size_t columns, const double *row) {
-    for (size_t i = 0; i < pink->sections; i++) {
-        for (size_t j = 0; j < columns; j++) {
-            memory[i * columns + j] = row[j] / (1.0 - pink->pole[i]);
-        }
+/* Partial fractions of the product of all sections: 1 + sum share z^-1 / (1 - pole z^-1). */
+static double share_of(const pink_t *pink, size_t i) {
+    double share = pink->pole[i] - pink->zero[i];
+    for (size_t j = 0; j < pink->sections; j++) {
+        share *= j != i ? (pink->pole[i] - pink->zero[j]) / (pink->pole[i] - pink->pole[j]) : 1.0;
     }
+    return share;
 }
 
-void pink_rows(const pink_t *pink, double *memory, size_t columns, const double *row, size_t rows, int first,
-               const size_t *taken, size_t count, double *white) {
-    double by_row[PINK_ROWS * PINK_ROWS], by_memory[PINK_ROWS * PINK_SECTIONS], fed[PINK_SECTIONS * PINK_ROWS],
-        response[PINK_ROWS + 1] = {1.0}, power[PINK_SECTIONS][PINK_ROWS + 1];
-    const size_t m = pink->sections;
-    if (m == 0) {
-        for (size_t t = 0; t < count; t++) {
-            memcpy(white + t * columns, row + taken[t] * columns, columns * sizeof(double));
-        }
-        return;
+state_space_t pink_states(const pink_t *pink) {
+    state_space_t filter = state_space_identity();
+    filter.states = pink->sections;
+    for (size_t i = 0; i < pink->sections; i++) {
+        filter.a[i][i] = pink->pole[i];
+        filter.b[i] = 1.0;
+        filter.c[i] = share_of(pink, i);
     }
-    if (first != 0) {
-        begin_memory(pink, memory, columns, row);
-    }
-    for (size_t i = 0; i < m; i++) {
-        power[i][0] = 1.0;
-        for (size_t k = 1; k <= rows; k++) {
-            response[k] += pink->share[i] * power[i][k - 1];
-            power[i][k] = pink->pole[i] * power[i][k - 1];
-        }
-    }
-    for (size_t t = 0; t < count; t++) {
-        for (size_t k = 0; k < rows; k++) {
-            by_row[t * rows + k] = k <= taken[t] ? response[taken[t] - k] : 0.0;
-        }
-        for (size_t i = 0; i < m; i++) {
-            by_memory[t * m + i] = pink->share[i] * power[i][taken[t]];
-        }
-    }
-    const int n = (int)columns, r = (int)rows, s = (int)m, c = (int)count;
-    if (count > 0) {
-        cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, c, n, r, 1.0, by_row, r, row, n, 0.0, white, n);
-        cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, c, n, s, 1.0, by_memory, s, memory, n, 1.0, white, n);
-    }
-    for (size_t i = 0; i < m; i++) {
-        for (size_t k = 0; k < rows; k++) {
-            fed[i * rows + k] = power[i][rows - 1 - k];
-        }
-        cblas_dscal(n, power[i][rows], memory + i * columns, 1);
-    }
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, s, n, r, 1.0, fed, r, row, n, 1.0, memory, n);
+    return filter;
 }

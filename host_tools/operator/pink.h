@@ -10,7 +10,7 @@
 #ifndef OPERATOR_PINK_H
 #define OPERATOR_PINK_H
 
-#include <stddef.h>
+#include "numerics/state_space.h"
 
 enum { PINK_SECTIONS = 12 };
 
@@ -18,7 +18,6 @@ typedef struct {
     double rho; /**< where both are equally strong, in cycles a sample; 0: white */
     size_t sections;
     double zero[PINK_SECTIONS], pole[PINK_SECTIONS];
-    double share[PINK_SECTIONS]; /**< the same filter as a sum: 1 + sum share z^-1 / (1 - pole z^-1) */
 } pink_t;
 
 /** For recordings of up to `samples` samples: what is slower than they are long is left alone. */
@@ -28,14 +27,7 @@ double *pink_memory(const pink_t *pink, size_t columns);
 /** Whitens the next row in place. first: of a recording; as if it were in the steady state. */
 void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, int first);
 
-/** Rows of a recording that are whitened at once, at most. */
-enum { PINK_ROWS = 32 };
-/**
- * Whitens rows that follow each other, and gives some of them: white[i * columns] is row taken[i] (rising). The same
- * numbers as by pink_row, to rounding, and less work where few are taken. memory: sections * columns values; first: the
- * rows begin a recording. White noise: needs none, and gives the rows as they are.
- */
-void pink_rows(const pink_t *pink, double *memory, size_t columns, const double *row, size_t rows, int first,
-               const size_t *taken, size_t count, double *white);
+/** The same filter as states, for rows of many columns at once. */
+state_space_t pink_states(const pink_t *pink);
 
 #endif

@@ -4,15 +4,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rows of one recording that wait: all of them where the noise remembers, otherwise those that are wanted. */
+/* Rows of one recording that wait: all of them where the filter remembers, otherwise those that are wanted. */
 typedef struct {
     const rows_wanted_t *wanted;
     rows_taker_t *take;
     void *context;
-    size_t columns, waiting, count; /* count: of these, wanted */
-    bool first;                     /* they begin a recording */
-    double *row, *white, *memory;
-    size_t taken[PINK_ROWS], sample[PINK_ROWS];
+    state_space_rows_t filter;
+    size_t columns, ahead, waiting, count; /* count: of these, wanted */
+    bool first, remembers;                 /* first: they begin a recording */
+    double *row, *filtered, *last;         /* last: row of this recording */
+    size_t taken[STATE_SPACE_ROWS], sample[STATE_SPACE_ROWS];
+    struct {
+        bool taken;
+        size_t sample;
+    } due[STATE_SPACE_AHEAD]; /* what comes out next, oldest first */
+    size_t dues;
 } waiting_t;
 
 static void hand_on(waiting_t *w) {
@@ -20,54 +26,100 @@ static void hand_on(waiting_t *w) {
         return;
     }
     operator_bends(w->wanted->operator, w->row, w->waiting);
-    if (w->memory == NULL) {
+    if (!w->remembers) {
         w->take(w->context, w->row, w->sample, w->count);
     } else {
-        pink_rows(w->wanted->noise, w->memory, w->columns, w->row, w->waiting, w->first, w->taken, w->count, w->white);
+        state_space_rows(&w->filter, w->row, w->waiting, w->first, w->taken, w->count, w->filtered);
         if (w->count > 0) {
-            w->take(w->context, w->white, w->sample, w->count);
+            w->take(w->context, w->filtered, w->sample, w->count);
         }
     }
     w->waiting = w->count = 0;
     w->first = false;
 }
 
+/* The row at w->row + w->waiting * w->columns is there; what comes out with it belongs to the sample `ahead` before. */
+static void row_is_there(waiting_t *w, bool taken, size_t sample) {
+    bool taken_now = taken;
+    size_t sample_now = sample;
+    if (w->ahead > 0) {
+        const bool full = w->dues == w->ahead;
+        taken_now = full && w->due[0].taken;
+        sample_now = w->due[0].sample;
+        if (full) {
+            memmove(&w->due[0], &w->due[1], (w->ahead - 1) * sizeof w->due[0]);
+        } else {
+            w->dues++;
+        }
+        w->due[w->dues - 1].taken = taken;
+        w->due[w->dues - 1].sample = sample;
+    }
+    if (taken_now) {
+        w->taken[w->count] = w->waiting;
+        w->sample[w->count++] = sample_now;
+    }
+    if (++w->waiting == STATE_SPACE_ROWS) {
+        hand_on(w);
+    }
+}
+
+/* Where the filter looks ahead, beyond the end of a recording: its last row again. */
+static void end_recording(waiting_t *w) {
+    for (size_t i = 0; i < w->ahead && w->dues > 0; i++) {
+        memcpy(w->row + w->waiting * w->columns, w->last, w->columns * sizeof(double));
+        row_is_there(w, false, 0);
+    }
+    hand_on(w);
+    w->dues = 0;
+    w->first = true;
+}
+
 static inline bool is_wanted(const rows_wanted_t *wanted, size_t at) {
     return (wanted->use[at] == 0) == wanted->unused;
 }
 
+/* The columns pass through what is behind the operator, and are whitened. */
+static void open_filter(waiting_t *w) {
+    const state_space_t noise = pink_states(w->wanted->noise);
+    state_space_t *all = allocate(1, sizeof *all);
+    (void)state_space_cascade(w->wanted->behind, &noise, all); /* it has room for the noise: BEHIND_STATES */
+    state_space_rows_open(&w->filter, all, w->columns);
+    w->ahead = all->ahead;
+    w->remembers = !state_space_is_identity(all);
+    free(all);
+}
+
 void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context) {
-    const size_t n = wanted->operator->columns, sections = wanted->noise->sections;
+    const size_t n = wanted->operator->columns;
     waiting_t w = {.wanted = wanted,
                    .take = take,
                    .context = context,
                    .columns = n,
-                   .row = allocate(PINK_ROWS * n, sizeof(double)),
-                   .white = sections > 0 ? allocate(PINK_ROWS * n, sizeof(double)) : NULL,
-                   .memory = sections > 0 ? allocate(sections * n, sizeof(double)) : NULL};
+                   .row = allocate(STATE_SPACE_ROWS * n, sizeof(double)),
+                   .filtered = allocate(STATE_SPACE_ROWS * n, sizeof(double)),
+                   .last = allocate(n, sizeof(double))};
     size_t used = 0;
+    open_filter(&w);
     for (hike_t hike = hike_begin(wanted->paths, wanted->count, wanted->turns); hike_on(&hike, wanted->operator);) {
         const bool taken = is_wanted(wanted, hike.at) && used++ % wanted->thin == 0;
         if (hike.k == 0) {
-            hand_on(&w);
-            w.first = true;
+            end_recording(&w);
         }
-        if (!taken && w.memory == NULL) {
+        if (!taken && !w.remembers) {
             continue;
         }
-        operator_row_but_bends(&hike.walk, hike_level(&hike), w.row + w.waiting * n);
-        if (taken) {
-            w.taken[w.count] = w.waiting;
-            w.sample[w.count++] = hike.at;
+        double *row = w.row + w.waiting * n;
+        operator_row_but_bends(&hike.walk, hike_level(&hike), row);
+        if (w.ahead > 0) {
+            memcpy(w.last, row, n * sizeof(double));
         }
-        if (++w.waiting == PINK_ROWS) {
-            hand_on(&w);
-        }
+        row_is_there(&w, taken, hike.at);
     }
-    hand_on(&w);
+    end_recording(&w);
+    state_space_rows_close(&w.filter);
     free(w.row);
-    free(w.white);
-    free(w.memory);
+    free(w.filtered);
+    free(w.last);
 }
 
 static void keep(void *context, double *row, const size_t *sample, size_t rows) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/** Whitened rows of the operator's columns, along paths. */
+/** Rows of the operator's columns along paths, behind a filter and whitened. */
 #ifndef OPERATOR_ROWS_H
 #define OPERATOR_ROWS_H
 
@@ -11,14 +11,15 @@ typedef struct {
     const operator_t *operator;
     const operator_path_t *paths;
     size_t count;
-    bool turns; /**< of hike_begin */
+    bool turns;                  /**< of hike_begin */
+    const state_space_t *behind; /**< what the columns pass through before they are whitened */
     const pink_t *noise;
     const unsigned char *use;
     bool unused; /**< of the samples with use[k] == 0, not of the others */
     size_t thin;
 } rows_wanted_t;
 
-/** Rows that stand one after the other, at most PINK_ROWS; may be changed. sample: of each, of all paths. */
+/** Rows that stand one after the other, at most STATE_SPACE_ROWS; may be changed. sample: of each, of all paths. */
 typedef void rows_taker_t(void *context, double *row, const size_t *sample, size_t rows);
 
 /** Hands all that are wanted on, in order and some at a time. */

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "operator/equations.h"
+#include "base/progress.h"
+#include <gsl/gsl_cblas.h>
+#include <stdlib.h>
+#include <string.h>
+
+const hysteresis_base_t *equations_base(const operator_question_t *q, const hysteresis_t *h, size_t thin) {
+    for (size_t i = 0; i < HYSTERESIS_BASES; i++) {
+        const hysteresis_base_t *there = &q->bases->base[i];
+        if (there->gram != NULL && there->turns == h->turns && there->rho == h->noise.rho && there->thin == thin) {
+            return there;
+        }
+    }
+    hysteresis_base_t *base = &q->bases->base[q->bases->made++ % HYSTERESIS_BASES];
+    operator_t without_law = h->operator;
+    operator_drop_law(&without_law);
+    const size_t n = without_law.columns;
+    const rows_wanted_t wanted = {.operator= & without_law,
+                                  .paths = q->data->paths,
+                                  .count = q->data->count,
+                                  .turns = h->turns,
+                                  .behind = &q->behind,
+                                  .noise = &h->noise,
+                                  .use = q->data->use,
+                                  .thin = thin};
+    hysteresis_base_close(base);
+    *base = (hysteresis_base_t){
+        .turns = h->turns, .rho = h->noise.rho, .thin = thin, .gram = allocate(n * n, sizeof(double))};
+    kept_rows_open(&base->rows, &wanted);
+    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, (int)n, (int)base->rows.rows, 1.0, base->rows.row, (int)n, 0.0,
+                base->gram, (int)n);
+    return base;
+}
+
+double *equations_values(const operator_question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {
+    double *value = allocate(base->rows.rows + 1, sizeof(double));
+    kept_rows_whiten(&base->rows, q->data->paths, q->data->count, &h->noise, q->position_um, value, 1);
+    return value;
+}
+
+law_along_t equations_along(const operator_question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {
+    return (law_along_t){.operator= & h->operator,
+                         .paths = q->data->paths,
+                         .count = q->data->count,
+                         .turns = h->turns,
+                         .behind = &q->behind,
+                         .noise = &h->noise,
+                         .kept = &base->rows};
+}
+
+/* The columns of the law, behind the others: what they have in common with these, with themselves and the values. */
+static void add_law(const operator_question_t *q, const hysteresis_t *h, const hysteresis_base_t *base,
+                    const double *value, normal_equations_t *equations) {
+    const size_t n = equations->unknowns, before = base->rows.columns;
+    const int all = (int)n, rows = (int)base->rows.rows, others = (int)before, law = OPERATOR_LAW;
+    double *row = allocate(base->rows.rows * OPERATOR_LAW + 1, sizeof(double)), *last = equations->gram + before * n;
+    const law_along_t along = equations_along(q, h, base);
+    law_rows(&along, row);
+    cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, law, others, rows, 1.0, row, law, base->rows.row, others, 0.0,
+                last, all);
+    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, law, rows, 1.0, row, law, 0.0, last + before, all);
+    cblas_dgemv(CblasRowMajor, CblasTrans, rows, law, 1.0, row, law, value, 1, 0.0, equations->moment + before, 1);
+    free(row);
+}
+
+/* The whitened equations of every `thin`-th used sample. */
+static void equations_of(const operator_question_t *q, const hysteresis_t *h, size_t thin,
+                         normal_equations_t *equations) {
+    const size_t n = h->operator.columns;
+    const hysteresis_base_t *base = equations_base(q, h, thin);
+    const size_t before = base->rows.columns;
+    const int rows = (int)base->rows.rows, others = (int)before;
+    double *value = equations_values(q, h, base);
+    normal_equations_create(equations, n);
+    for (size_t i = 0; i < before; i++) {
+        memcpy(equations->gram + i * n, base->gram + i * before, (i + 1) * sizeof(double));
+    }
+    cblas_dgemv(CblasRowMajor, CblasTrans, rows, others, 1.0, base->rows.row, others, value, 1, 0.0, equations->moment,
+                1);
+    if (n > before) {
+        add_law(q, h, base, value, equations);
+    }
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < i; j++) {
+            equations->gram[j * n + i] = equations->gram[i * n + j];
+        }
+    }
+    equations->power = cblas_ddot(rows, value, 1, value, 1);
+    equations->rows = base->rows.rows;
+    free(value);
+}
+
+/* Whether a law takes a group's place: the search for one goes without it, for a leak is a law, and many of them are
+ * nearly any. */
+static bool is_like_a_law(operator_group_t group) {
+    return group == GROUP_LEAKS || group == GROUP_PRODUCTS;
+}
+
+static void set_groups(hysteresis_t *h, bool leaks) {
+    h->group = reallocate(h->group, h->operator.columns, sizeof(size_t));
+    for (size_t j = 0; j < h->operator.columns; j++) {
+        const operator_group_t group = operator_group(&h->operator, j);
+        h->group[j] = leaks || !is_like_a_law(group) ? (size_t)group : EVIDENCE_LEFT_OUT;
+    }
+}
+
+bool equations_fit(const operator_question_t *q, size_t thin, bool leaks, hysteresis_t *h, failure_t *failure) {
+    normal_equations_t equations;
+    group_evidence_t evidence;
+    set_groups(h, leaks);
+    equations_of(q, h, thin, &equations);
+    const bool good = progress_go_on(failure) &&
+                      group_evidence_fit(&equations, h->group, GROUP_COUNT, 0.0, &h->evidence, &evidence, failure);
+    normal_equations_free(&equations);
+    if (good) {
+        group_evidence_free(&h->evidence);
+        h->evidence = evidence;
+    }
+    return good;
+}

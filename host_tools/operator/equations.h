@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/** The weights of the universal operator by least squares and evidence, at given turns, law and noise. */
+#ifndef OPERATOR_EQUATIONS_H
+#define OPERATOR_EQUATIONS_H
+
+#include "operator/fitted.h"
+#include "operator/law_rows.h"
+
+/** What a fit is made of. */
+typedef struct {
+    const hysteresis_data_t *data;
+    hysteresis_bases_t *bases;
+    state_space_t behind;
+    size_t longest, used; /**< samples: of the longest path; that are fitted */
+    double *position_um;  /**< less its middle; outliers are pulled in */
+} operator_question_t;
+
+/** Replaces the weights and the evidence, which says where they begin. leaks: false: without the columns that are
+ * nearly laws. Of every `thin`-th used sample. */
+bool equations_fit(const operator_question_t *question, size_t thin, bool leaks, hysteresis_t *hysteresis,
+                   failure_t *failure);
+
+/** Rows of the operator without a law: those that are kept, or new ones in the place of the oldest. */
+const hysteresis_base_t *equations_base(const operator_question_t *question, const hysteresis_t *hysteresis,
+                                        size_t thin);
+/** The position, whitened, in these rows; to be freed. */
+double *equations_values(const operator_question_t *question, const hysteresis_t *hysteresis,
+                         const hysteresis_base_t *base);
+/** Where a law's columns are wanted: at these rows. */
+law_along_t equations_along(const operator_question_t *question, const hysteresis_t *hysteresis,
+                            const hysteresis_base_t *base);
+
+#endif
