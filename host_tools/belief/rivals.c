@@ -7,6 +7,8 @@
 
 /* So many of a scan: those that promise most. */
 enum { REFINED = 6 };
+/* Fits of each that is in question: all begin with numbers that were searched. */
+enum { TURNS = 2 };
 
 /* By how much less evidence another block may have. */
 static double margin_of(const block_t *block, const block_t *other, double gain) {
@@ -51,34 +53,39 @@ static void refine_one(void *context, size_t index) {
     scan_refine(job->scan, &job->suspects->suspect[index]);
 }
 
-static double fitted_gain(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
-                          const block_t *block) {
-    for (size_t i = 0; i < suspects->count; i++) {
-        if (suspects->suspect[i].block == block) {
-            suspect_fit(fitted, setting, &suspects->suspect[i]);
-        }
+/* Whether a suspect is the block, or a rival of it that is of another group. */
+static bool is_in_question(const block_t *suspect, const block_t *block, const rivals_t *rivals) {
+    bool rival = false;
+    for (size_t r = 0; r < rivals->count; r++) {
+        rival = rival || rivals->rival[r] == suspect;
     }
-    return gain_of(suspects, block);
+    return suspect == block || (rival && !block_same_group(block, suspect));
 }
 
 /* Drops rivals of other groups that are worth less than the block once both are fitted together with the weights.
  * Within a group a block may be worth less only because its form is too narrow. */
 static void drop_what_does_not_fit(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
                                    const block_t *block, rivals_t *rivals) {
+    suspects_t fits = {.suspect = allocate(suspects->count + 1, sizeof *fits.suspect)};
     size_t kept = 0;
-    double gain = -HUGE_VAL;
+    for (size_t i = 0; i < suspects->count; i++) {
+        if (is_in_question(suspects->suspect[i].block, block, rivals)) {
+            fits.suspect[fits.count] = suspects->suspect[i];
+            model_copy(&fits.suspect[fits.count++].chain, &suspects->suspect[i].chain);
+        }
+    }
+    if (fits.count > 1) {
+        suspects_fit(fitted, setting, TURNS, &fits);
+    }
+    const double gain = gain_of(&fits, block);
     for (size_t r = 0; r < rivals->count; r++) {
         const block_t *other = rivals->rival[r];
-        bool stands = block_same_group(block, other);
-        if (!stands) {
-            gain = isfinite(gain) ? gain : fitted_gain(fitted, setting, suspects, block);
-            stands = fitted_gain(fitted, setting, suspects, other) > gain - margin_of(block, other, gain);
-        }
-        if (stands) {
+        if (block_same_group(block, other) || gain_of(&fits, other) > gain - margin_of(block, other, gain)) {
             rivals->rival[kept++] = other;
         }
     }
     rivals->count = kept;
+    suspects_free(&fits);
 }
 
 /* The scan is made anew: the setting knows the numbers of what was found, and begins there. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/suspect_fit.h"
+#include "base/parallel.h"
 #include "diagnosis/evidence/candidate.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -34,14 +35,14 @@ static void move_on(fitted_chain_t *with, const probe_setting_t *setting, suspec
     scan_refine(&scan, suspect);
 }
 
-void suspect_fit(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
+static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, int turns, suspect_t *suspect) {
     const double without = fitted->hysteresis.evidence.log_evidence, promised = suspect->gain;
     double gain = -HUGE_VAL;
     begin(fitted, setting, suspect);
     suspect_t now = *suspect;
     model_copy(&now.chain, &suspect->chain);
     bool goes_on = true;
-    for (int turn = 0; goes_on && turn < MOST_TURNS; turn++) {
+    for (int turn = 0; goes_on && turn < turns; turn++) {
         fitted_chain_t with;
         goes_on = fitted_chain_open(&with, fitted->samples, &now.chain, &fitted->hysteresis);
         if (!goes_on) {
@@ -67,14 +68,29 @@ void suspect_fit(fitted_chain_t *fitted, const probe_setting_t *setting, suspect
     suspect->sigma = gain > 0.0 ? 1.0 / sqrt(2.0 * gain) : HUGE_VAL;
 }
 
+typedef struct {
+    fitted_chain_t *fitted;
+    const probe_setting_t *setting;
+    int turns;
+    suspects_t *suspects;
+} suspects_fit_t;
+
+static void fit_this(void *context, size_t index) {
+    const suspects_fit_t *job = context;
+    fit_one(job->fitted, job->setting, job->turns, &job->suspects->suspect[index]);
+}
+
+void suspects_fit(fitted_chain_t *fitted, const probe_setting_t *setting, int turns, suspects_t *suspects) {
+    (void)fitted_chain_rows(fitted); /* made once, before they share it */
+    parallel(suspects->count, fit_this, &(suspects_fit_t){fitted, setting, turns, suspects});
+    suspects_sort(suspects);
+}
+
 const suspects_t *fitted_suspects(fitted_chain_t *fitted, const probe_setting_t *setting) {
     if (fitted->searched.suspect == NULL) {
         const suspects_t *scanned = fitted_chain_suspects(fitted, setting);
         suspects_copy(scanned, scan_promising(scanned, MOST_SUSPECTS), &fitted->searched);
-        for (size_t i = 0; i < fitted->searched.count; i++) {
-            suspect_fit(fitted, setting, &fitted->searched.suspect[i]);
-        }
-        suspects_sort(&fitted->searched);
+        suspects_fit(fitted, setting, MOST_TURNS, &fitted->searched);
     }
     return &fitted->searched;
 }

@@ -11,9 +11,10 @@
 
 #include "belief/fitted_chain.h"
 
-/** Fits one, from the numbers that it has on. fitted: the chain without it. `gain`: by how much the evidence is more
- * than without it, in natural units; it may be less than 0. */
-void suspect_fit(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect);
+/** Fits all of these, from the numbers that they have on; the best comes first. fitted: the chain without them. turns:
+ * at most so many fits of each. `gain`: by how much the evidence is more than without the block, in natural units; it
+ * may be less than 0. */
+void suspects_fit(fitted_chain_t *fitted, const probe_setting_t *setting, int turns, suspects_t *suspects);
 
 /**
  * The few of the scan beside this chain that promise most, with the numbers at which the evidence is largest:
