@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/changes_problem.h"
 #include "numerics/autocorrelation.h"
+#include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,14 +9,8 @@
 void problem_factorise(problem_t *p) {
     static const double least_pivot = 1e-9, no_column = 1e150;
     const size_t m = p->columns;
+    look_products(p->column, m, NULL, p->n, p->factor);
     for (size_t i = 0; i < m; i++) {
-        for (size_t j = 0; j <= i; j++) {
-            double sum = 0.0;
-            for (size_t k = 0; k < p->n; k++) {
-                sum += p->column[i][k] * p->column[j][k];
-            }
-            p->factor[i * m + j] = sum;
-        }
         p->scale[i] = p->factor[i * m + i] > 0.0 ? 1.0 / sqrt(p->factor[i * m + i]) : 0.0;
     }
     for (size_t j = 0; j < m; j++) {
@@ -47,11 +42,7 @@ void problem_whiten(const problem_t *p, const double *products, double *white) {
 }
 
 double problem_dot(const double *a, const double *b, size_t n) {
-    double sum = 0.0;
-    for (size_t k = 0; k < n; k++) {
-        sum += a[k] * b[k];
-    }
-    return sum;
+    return cblas_ddot((int)n, a, 1, b, 1);
 }
 
 /* Products of a signal with the columns in each window: windows rows of columns + 1, the last its square. */

@@ -16,6 +16,7 @@ typedef struct {
     size_t *from; /* first row of each window; windows + 1 */
     size_t first; /* sample of row 0 */
     const prediction_t *prediction;
+    double noise_um; /* of the readings */
 } problem_t;
 
 /** Factorises the Gram matrix of the columns; once for all readings. A column that the others make up gets 0. */

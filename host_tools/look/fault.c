@@ -8,11 +8,29 @@ const fault_kind_t *const fault_kinds[] = {FAULT_KIND_LIST(FAULT_ADDRESS)};
 #undef FAULT_ADDRESS
 const size_t fault_kind_count = sizeof fault_kinds / sizeof fault_kinds[0];
 
+/* Of a recording that has a fault which stands alone, the others. */
+static void leave_others_out(fault_list_t *faults) {
+    size_t kept = 0;
+    for (size_t i = 0; i < faults->count; i++) {
+        bool other = false;
+        for (size_t j = 0; j < kept; j++) { /* such kinds are the first in the order */
+            other = other || (faults->fault[j].kind->alone && faults->fault[j].recording == faults->fault[i].recording);
+        }
+        if (other) {
+            free(faults->fault[i].span);
+        } else {
+            faults->fault[kept++] = faults->fault[i];
+        }
+    }
+    faults->count = kept;
+}
+
 void faults_find(const look_t *looks, size_t count, fault_list_t *faults) {
     memset(faults, 0, sizeof *faults);
     for (size_t i = 0; i < fault_kind_count; i++) {
         fault_kinds[i]->find(looks, count, fault_kinds[i], faults);
     }
+    leave_others_out(faults);
 }
 
 void faults_free(fault_list_t *faults) {

@@ -54,6 +54,7 @@ struct fault_kind {
     const char *statistic; /**< what `evidence` is, and why the chance follows from it */
     const char *change;    /**< what to change in the set-up */
     fault_handling_t handling;
+    bool alone; /**< with it, what the others say of the same recording is about something else: it is left out */
     void (*find)(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults);
     /** Sets the readings of this look's recording right, as well as its numbers say; what is lost stays masked. Returns
      * the sum of log(gain) over all readings that were divided by one. NULL: it cannot be undone. */

@@ -44,10 +44,11 @@ static void look_again(look_t *look) {
     const recording_t *recording = look->recording;
     wrong_find(recording, &look->drive, &look->map, &look->noise, &look->prediction, look_log_chance_limit(),
                &look->wrong);
-    reference_make(recording, &look->drive, &look->repetition, look->prediction.noise_um, &look->reference);
+    reference_make(recording, &look->drive, &look->repetition, &look->reference);
     lags_make(recording, &look->drive, &look->reference, &look->lags);
-    changes_find(recording, &look->drive, &look->reference, &look->prediction, &look->wrong, look_log_chance_limit(),
-                 &look->changes);
+    const double noise_um = fmax(look->prediction.noise_um, noise_known_um(&look->noise));
+    changes_find(recording, &look->drive, &look->reference, &look->prediction, noise_um, &look->wrong,
+                 look_log_chance_limit(), &look->changes);
 }
 
 bool look_at(const recording_t *recording, look_t *look, failure_t *failure) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/numbers.h"
 #include "base/failure.h"
+#include "numerics/least_squares.h"
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_fft_complex.h>
 #include <gsl/gsl_sf_erf.h>
@@ -88,25 +89,38 @@ static void backward(const double *factor, size_t n, double *x) {
     }
 }
 
+/* In blocks of rows, so that a copy of the weighted columns is small. */
+void look_products(const double *const *column, size_t columns, const double *weight, size_t rows, double *gram) {
+    enum { BLOCK = 4096 };
+    const size_t most = rows < BLOCK ? rows : BLOCK;
+    double *block = allocate(columns * most, sizeof *block), *part = allocate(columns * columns, sizeof *part);
+    memset(gram, 0, columns * columns * sizeof *gram);
+    for (size_t from = 0; from < rows; from += most) {
+        const size_t count = rows - from < most ? rows - from : most;
+        for (size_t i = 0; i < columns; i++) {
+            for (size_t k = 0; k < count; k++) {
+                block[i * count + k] = column[i][from + k] * (weight == NULL ? 1.0 : sqrt(weight[from + k]));
+            }
+        }
+        products_of_columns(block, count, columns, 0, part);
+        for (size_t i = 0; i < columns * columns; i++) {
+            gram[i] += part[i];
+        }
+    }
+    free(block);
+    free(part);
+}
+
 bool look_regress(const double *const *column, size_t columns, const double *value, const double *weight, size_t rows,
                   look_regression_t *result) {
     double *gram = allocate(columns * columns, sizeof *gram), scale[LOOK_MOST_COLUMNS];
     size_t used = 0;
     bool good;
-    memset(gram, 0, columns * columns * sizeof *gram);
     memset(result, 0, sizeof *result);
     for (size_t k = 0; k < rows; k++) {
         used += weight == NULL || weight[k] > 0.0 ? 1 : 0;
     }
-    for (size_t i = 0; i < columns; i++) {
-        for (size_t j = 0; j <= i; j++) {
-            double sum = 0.0;
-            for (size_t k = 0; k < rows; k++) {
-                sum += (weight == NULL ? 1.0 : weight[k]) * column[i][k] * column[j][k];
-            }
-            gram[i * columns + j] = sum;
-        }
-    }
+    look_products(column, columns, weight, rows, gram);
     for (size_t i = 0; i < columns; i++) {
         scale[i] = gram[i * columns + i] > 0.0 ? 1.0 / sqrt(gram[i * columns + i]) : 0.0;
     }

@@ -24,13 +24,16 @@ double look_mean(const double *value, size_t count);
 double look_deviation(const double *value, size_t count);
 
 /** Most columns of a regression. */
-enum { LOOK_MOST_COLUMNS = 96 };
+enum { LOOK_MOST_COLUMNS = 112 };
 
 typedef struct {
     double coefficient[LOOK_MOST_COLUMNS];
     double sigma[LOOK_MOST_COLUMNS]; /**< standard errors as if what is left were white */
     double rms;                      /**< of what is left, with the degrees of freedom taken off */
 } look_regression_t;
+
+/** Products of columns with each other, columns^2 of them. weight: one a row, 0 or more, or NULL. */
+void look_products(const double *const *column, size_t columns, const double *weight, size_t rows, double *gram);
 
 /**
  * Least squares of value on columns: column[i][k]. weight: one a row, 0 or more, or NULL. A column that

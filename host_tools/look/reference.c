@@ -1,26 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/reference.h"
 #include "look/period.h"
+#include "look/reference_columns.h"
 #include "numerics/autocorrelation.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLAYS = 24, FINER = 4, POWERS = 3, TRENDS = 2, SHIFTINGS = 5, MOST_SHIFT = 64 };
-enum { FIXED = 1 + POWERS + PLAYS + TRENDS, BY_CURVATURE = FIXED, BY_LAG, COLUMNS };
-
-/* One play of threshold r over the drive. */
-static void run_play(const double *u, size_t samples, double r, size_t finer, double *column) {
-    double z = u[0];
-    for (size_t k = 0; k < samples; k++) {
-        for (size_t i = finer; k > 0 && i-- > 0;) {
-            const double x = value_between(u, samples, (double)k - (double)i / (double)finer);
-            z = fmax(x - r, fmin(x + r, z));
-        }
-        column[k] = z;
-    }
-}
+enum { SHIFTINGS = 5, MOST_SHIFT = 64 };
 
 static void slope_of(const double *value, size_t samples, double *slope) {
     for (size_t k = 1; k + 1 < samples; k++) {
@@ -30,77 +18,101 @@ static void slope_of(const double *value, size_t samples, double *slope) {
     slope[samples - 1] = slope[samples - 2];
 }
 
-/* Samples until the drive has been near both ends, as far as that does not cost too much. */
-static size_t skipped(const double *u, size_t samples, const drive_look_t *drive) {
-    const double near = threshold.been_at_the_end * (drive->range_v[1] - drive->range_v[0]);
-    const size_t least = (size_t)(threshold.least_skipped * (double)samples);
-    bool low = false, high = false;
-    for (size_t k = 0; (double)k < threshold.most_skipped * (double)samples; k++) {
-        low = low || u[k] < drive->range_v[0] + near;
-        high = high || u[k] > drive->range_v[1] - near;
-        if (low && high) {
-            return k > least ? k : least;
+/* Which part of the motion a sample belongs to: rising or falling, third of the speed, third of the range. */
+static size_t part_of_motion(double slope, double slow, double fast, double level) {
+    const size_t speed = fabs(slope) < slow ? 0 : fabs(slope) < fast ? 1 : 2;
+    const size_t third = level < -1.0 / 3.0 ? 0 : level < 1.0 / 3.0 ? 1 : 2;
+    return (slope > 0.0 ? 0 : 9) + 3 * speed + third;
+}
+
+/* Variance of a coefficient whose column, beside the others, is `alone`: what errors that stay together within a part
+ * do to it. */
+static double variance_by_parts(const double *moment, size_t parts, double square) {
+    double sum = 0.0;
+    size_t used = 0;
+    for (size_t i = 0; i < parts; i++) {
+        sum += moment[i] * moment[i];
+        used += moment[i] != 0.0 ? 1 : 0;
+    }
+    return used > 1 ? sum * (double)used / (double)(used - 1) / (square * square) : HUGE_VAL;
+}
+
+/* Standard error of the lag: the largest of that of correlated noise, and of what the errors of whole parts of the
+ * motion and of the time say. A lag is the same in all of them; what the reference cannot follow is not. */
+static double error_of_lag(const double *const *column, size_t by_lag, const double *error, const double *weight,
+                           size_t samples, double sigma, double tau, double *alone_um) {
+    enum { TIMES = 24, MOTIONS = 18 };
+    const double *slope = column[by_lag], *x = column[REFERENCE_BY_POWER - 1];
+    double *alone = allocate(samples, sizeof *alone), *speed = allocate(samples, sizeof *speed);
+    double of_time[TIMES] = {0.0}, of_motion[MOTIONS] = {0.0}, square = 0.0;
+    look_regression_t by_others = {0};
+    look_regress(column, by_lag, slope, weight, samples, &by_others);
+    memcpy(alone, slope, samples * sizeof *alone);
+    for (size_t c = 0; c < by_lag; c++) {
+        for (size_t k = 0; k < samples && by_others.coefficient[c] != 0.0; k++) {
+            alone[k] -= by_others.coefficient[c] * column[c][k];
         }
     }
-    return least;
-}
-
-static void make_columns(const double *u, size_t samples, const drive_look_t *drive, long shift, double *columns) {
-    const double middle = 0.5 * (drive->range_v[0] + drive->range_v[1]);
-    const double half = 0.5 * (drive->range_v[1] - drive->range_v[0]);
-    const size_t finer = drive->between == BETWEEN_HELD || drive->held_samples > 1 ? 1 : FINER;
-    double *scaled = allocate(samples, sizeof *scaled);
     for (size_t k = 0; k < samples; k++) {
-        const long from = (long)k - shift, last = (long)samples - 1;
-        const double x = (u[from < 0 ? 0 : from > last ? last : from] - middle) / half;
-        scaled[k] = x;
-        columns[k] = 1.0;
-        columns[samples + k] = x;
-        columns[2 * samples + k] = x * x;
-        columns[3 * samples + k] = x * x * x;
-        columns[(FIXED - 2) * samples + k] = (double)k / (double)samples;
-        columns[(FIXED - 1) * samples + k] = log1p(100.0 * (double)k / (double)samples);
+        speed[k] = fabs(slope[k]);
     }
-    for (size_t i = 0; i < PLAYS; i++) {
-        run_play(scaled, samples, pow((double)(i + 1) / (PLAYS + 1), 1.5), finer, columns + (1 + POWERS + i) * samples);
+    const double slow = look_quantile(speed, samples, 1.0 / 3.0), fast = look_quantile(speed, samples, 2.0 / 3.0);
+    for (size_t k = 0; k < samples; k++) {
+        const double moment = weight[k] * alone[k] * error[k];
+        square += weight[k] * alone[k] * alone[k];
+        of_time[k * TIMES / samples] += moment;
+        of_motion[part_of_motion(slope[k], slow, fast, x[k])] += moment;
     }
-    for (size_t k = 1; k + 1 < samples; k++) {
-        columns[BY_CURVATURE * samples + k] = scaled[k - 1] - 2.0 * scaled[k] + scaled[k + 1];
-    }
-    free(scaled);
-}
-
-/* Standard error of the lag: of the noise, and of the reference's own error. */
-static double error_of_lag(const look_regression_t *fit, double tau, double noise_um, size_t rows) {
-    const double sigma = fit->sigma[BY_LAG];
-    if (!(sigma > 0.0)) {
+    free(alone);
+    free(speed);
+    if (!(square > 0.0) || !(sigma > 0.0)) {
         return HUGE_VAL;
     }
-    const double slope = fit->rms / sigma / sqrt((double)rows); /* root mean square beside all other columns */
-    /* What may hide in the scatter of the noise's own square counts, too. */
-    const double chance = 1.0 - threshold.edge_of_noise * sqrt(2.0 * tau / (double)rows);
-    const double misfit = sqrt(fmax(0.0, fit->rms * fit->rms - noise_um * noise_um * chance));
-    return hypot(sigma * sqrt(tau), misfit / slope);
+    *alone_um = sqrt(square / (double)samples);
+    return sqrt(fmax(sigma * sigma * tau,
+                     fmax(variance_by_parts(of_time, TIMES, square), variance_by_parts(of_motion, MOTIONS, square))));
 }
 
-static void by_plays(const recording_t *recording, const drive_look_t *drive, double noise_um, reference_t *r) {
-    const double *y = recording->column[COLUMN_DISPLACEMENT], *u = recording->column[COLUMN_DRIVE];
-    const size_t samples = recording->samples, from = skipped(u, samples, drive);
-    double *columns = allocate(COLUMNS * samples, sizeof *columns), *weight = allocate(samples, sizeof *weight);
-    const double *column[COLUMNS], middle = look_mean(y, samples);
-    double *centred = allocate(samples, sizeof *centred);
-    look_regression_t fit = {0};
-    make_columns(u, samples, drive, r->shift, columns);
-    for (size_t c = 0; c < COLUMNS; c++) {
-        column[c] = columns + c * samples;
+/* One path over and over: all of its parts have the same misfit each time, and what disagrees says little. All that
+ * the fit leaves beside the noise, which the passes tell, may then be in the direction of a lag. */
+static double error_of_one_path(const repetition_t *repetition, double left_um, double tau, double rows,
+                                double alone_um) {
+    const double chance = 1.0 - threshold.edge_of_noise * sqrt(2.0 * tau / rows);
+    const double noise_um = repetition->left_um;
+    return sqrt(fmax(0.0, left_um * left_um - noise_um * noise_um * chance)) / alone_um;
+}
+
+/* The columns with the lag last: `all` of them, and the place of the lag's. */
+static size_t order_columns(const double *columns, size_t samples, const double *column[REFERENCE_COLUMNS]) {
+    const size_t all = reference_columns_of(samples);
+    size_t count = 0;
+    for (size_t c = 0; c < all; c++) {
+        if (c != REFERENCE_BY_LAG) {
+            column[count++] = columns + c * samples;
+        }
     }
+    column[count] = columns + REFERENCE_BY_LAG * samples;
+    return count;
+}
+
+static void by_plays(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
+                     reference_t *r) {
+    const double *y = recording->column[COLUMN_DISPLACEMENT], *u = recording->column[COLUMN_DRIVE];
+    const size_t samples = recording->samples, from = (size_t)(threshold.least_skipped * (double)samples);
+    double *columns = allocate(REFERENCE_COLUMNS * samples, sizeof *columns),
+           *weight = allocate(samples, sizeof *weight);
+    const double *column[REFERENCE_COLUMNS], middle = look_mean(y, samples);
+    double *centred = allocate(samples, sizeof *centred), *slope = columns + REFERENCE_BY_LAG * samples;
+    look_regression_t fit = {0};
+    reference_columns_fill(u, samples, drive, r->shift, columns);
+    const size_t by_lag = order_columns(columns, samples, column);
     for (size_t k = 0; k < samples; k++) {
         weight[k] = k >= from ? 1.0 : 0.0;
         centred[k] = y[k] - middle;
     }
     /* First without a lag, for its slope; then with; and once more without the readings that are far outside. */
     for (size_t pass = 0; pass < 3; pass++) {
-        const size_t used = pass == 0 ? BY_CURVATURE : COLUMNS;
+        const size_t used = pass == 0 ? by_lag : by_lag + 1;
         look_regress(column, used, centred, weight, samples, &fit);
         for (size_t k = 0; k < samples; k++) {
             r->expected[k] = 0.0;
@@ -110,7 +122,7 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, do
             r->error[k] = centred[k] - r->expected[k];
         }
         if (pass == 0) {
-            slope_of(r->expected, samples, columns + BY_LAG * samples);
+            slope_of(r->expected, samples, slope);
         } else if (pass == 1) {
             const double limit = threshold.beyond_chance * look_robust_deviation(r->error + from, samples - from);
             for (size_t k = from; k < samples; k++) {
@@ -120,11 +132,17 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, do
     }
     const residual_run_t run = {r->error + from, samples - from};
     r->span = (look_span_t){from, samples};
-    r->lag = (double)r->shift - fit.coefficient[BY_LAG];
-    r->lag_sigma = error_of_lag(&fit, autocorrelation_time(&run, 1), noise_um, samples - from);
+    r->lag = (double)r->shift - fit.coefficient[by_lag];
+    const double tau = autocorrelation_time(&run, 1);
+    double alone_um = 0.0;
+    r->lag_sigma = error_of_lag(column, by_lag, r->error, weight, samples, fit.sigma[by_lag], tau, &alone_um);
+    if (repetition->passes > 0 && alone_um > 0.0) {
+        const double rows = (double)(samples - from);
+        r->lag_sigma = hypot(r->lag_sigma, error_of_one_path(repetition, fit.rms, tau, rows, alone_um));
+    }
     r->left_um = r->plays_left_um = fit.rms;
     r->plays_from = from;
-    memcpy(r->lag_column, columns + BY_LAG * samples, samples * sizeof *r->lag_column);
+    memcpy(r->lag_column, slope, samples * sizeof *r->lag_column);
     for (size_t k = 0; k < samples; k++) {
         r->expected[k] += middle;
     }
@@ -155,8 +173,38 @@ static void by_mean_path(const recording_t *recording, const drive_look_t *drive
     free(wrapped);
 }
 
+/* A fit that follows part of a lag makes it too small. So the lag is where none beside the whole samples is left:
+ * between two of them, by the straight line through what is left at either. */
+static void settle_lag(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
+                       reference_t *r) {
+    enum { ROUNDS = 4 };
+    static const double least_followed = 0.1;
+    for (size_t round = 0; round < ROUNDS; round++) {
+        const double beyond = r->lag - (double)r->shift, sigma = r->lag_sigma;
+        const long here = r->shift, next = here + (beyond < 0.0 ? -1 : 1);
+        if (!(fabs(beyond) > threshold.lag_settled * sigma) || labs(next) > MOST_SHIFT) {
+            return;
+        }
+        r->shift = next;
+        by_plays(recording, drive, repetition, r);
+        const double falls = (beyond - (r->lag - (double)next)) / (double)(next - here);
+        const double root = (double)here + beyond / fmax(falls, least_followed);
+        const double root_sigma = fmax(sigma, r->lag_sigma) / fmax(falls, least_followed);
+        if (fabs(root - (double)next) <= 0.5 || fabs(root - (double)here) <= 0.5) {
+            if (fabs(root - (double)next) > 0.5) {
+                r->shift = here;
+                by_plays(recording, drive, repetition, r);
+            }
+            r->lag = root;
+            r->lag_sigma = root_sigma;
+            return;
+        }
+        r->lag_sigma = root_sigma;
+    }
+}
+
 void reference_make(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
-                    double noise_um, reference_t *reference) {
+                    reference_t *reference) {
     memset(reference, 0, sizeof *reference);
     reference->lag_sigma = HUGE_VAL;
     reference->expected = allocate(recording->samples, sizeof *reference->expected);
@@ -164,7 +212,7 @@ void reference_make(const recording_t *recording, const drive_look_t *drive, con
     reference->error = allocate(recording->samples, sizeof *reference->error);
     reference->lag_column = allocate(recording->samples, sizeof *reference->lag_column);
     for (size_t i = 0; drive->kind != DRIVE_RESTS && i < SHIFTINGS; i++) {
-        by_plays(recording, drive, noise_um, reference);
+        by_plays(recording, drive, repetition, reference);
         const double beyond = reference->lag - (double)reference->shift;
         const long next = (long)fmax(-MOST_SHIFT, fmin(MOST_SHIFT, round(reference->lag)));
         if (fabs(beyond) < threshold.lag_needs_shift || fabs(beyond) < reference->lag_sigma ||
@@ -172,6 +220,9 @@ void reference_make(const recording_t *recording, const drive_look_t *drive, con
             break;
         }
         reference->shift = i + 1 < SHIFTINGS ? next : reference->shift;
+    }
+    if (drive->kind != DRIVE_RESTS) {
+        settle_lag(recording, drive, repetition, reference);
     }
     /* The lag against the drive is that of the plays in any case. */
     if (repetition->passes > 0 &&
@@ -192,17 +243,17 @@ void reference_free(reference_t *reference) {
     memset(reference, 0, sizeof *reference);
 }
 
-size_t reference_columns_count(const reference_t *reference) {
-    return COLUMNS + (reference->repeated ? 2 : 0);
+size_t reference_columns_count(const reference_t *reference, size_t samples) {
+    return reference_columns_of(samples) + (reference->repeated ? 2 : 0);
 }
 
 void reference_columns(const recording_t *recording, const drive_look_t *drive, const reference_t *reference,
                        double *columns) {
-    const size_t samples = recording->samples;
-    make_columns(recording->column[COLUMN_DRIVE], samples, drive, reference->shift, columns);
-    memcpy(columns + BY_LAG * samples, reference->lag_column, samples * sizeof *columns);
+    const size_t samples = recording->samples, all = reference_columns_of(samples);
+    reference_columns_fill(recording->column[COLUMN_DRIVE], samples, drive, reference->shift, columns);
+    memcpy(columns + REFERENCE_BY_LAG * samples, reference->lag_column, samples * sizeof *columns);
     if (reference->repeated) {
-        memcpy(columns + COLUMNS * samples, reference->expected, samples * sizeof *columns);
-        memcpy(columns + (COLUMNS + 1) * samples, reference->slope, samples * sizeof *columns);
+        memcpy(columns + all * samples, reference->expected, samples * sizeof *columns);
+        memcpy(columns + (all + 1) * samples, reference->slope, samples * sizeof *columns);
     }
 }

@@ -86,11 +86,10 @@ static void expect_number(const fault_t *fault, const char *name, double value) 
     TEST_ASSERT_TRUE_MESSAGE(fabs(n->value - value) <= errors * n->sigma + 1e-9 * fabs(value), text);
 }
 
-/* Where the reference misses the slow triangles by a sample's way, the instant is only known to a tenth of a second. */
-static void expect_near(const fault_t *fault, size_t which, size_t sample) {
-    const size_t beside = which == 1 ? 100 : 1;
+/* A sample beside: the span is three deviations of the noise wide, and its ends are whole samples. */
+static void expect_near(const fault_t *fault, size_t sample) {
     TEST_ASSERT_TRUE(fault->spans >= 1);
-    TEST_ASSERT_TRUE(fault->span[0].from <= sample + beside && sample <= fault->span[0].to + beside);
+    TEST_ASSERT_TRUE(fault->span[0].from <= sample + 1 && sample <= fault->span[0].to + 1);
 }
 
 static void test_clean_recordings_are_silent(void) {
@@ -268,43 +267,32 @@ static void shift_from(size_t at, double samples) {
 }
 
 static void test_dropped_samples(void) {
-    size_t seen = 0;
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         memset(late, 0, sizeof late);
         shift_from(4231, -3.0);
         record(which);
         look_at_them(1);
-        const fault_t *fault = only_or_none(which, &fault_dropped_samples);
-        if (fault != NULL) {
-            expect_number(fault, "samples", 3.0);
-            expect_near(fault, which, 4231);
-            seen++;
-        }
+        const fault_t *fault = only(which, &fault_dropped_samples);
+        expect_number(fault, "samples", 3.0);
+        expect_near(fault, 4231);
         close_all(1);
     }
-    TEST_ASSERT_TRUE(seen >= 2);
 }
 
 static void test_repeated_samples(void) {
-    size_t seen = 0;
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         memset(late, 0, sizeof late);
         shift_from(6120, 4.0);
         record(which);
         look_at_them(1);
-        const fault_t *fault = only_or_none(which, &fault_repeated_samples);
-        if (fault != NULL) {
-            expect_number(fault, "samples", 4.0);
-            expect_near(fault, which, 6120);
-            seen++;
-        }
+        const fault_t *fault = only(which, &fault_repeated_samples);
+        expect_number(fault, "samples", 4.0);
+        expect_near(fault, 6120);
         close_all(1);
     }
-    TEST_ASSERT_TRUE(seen >= 2);
 }
 
 static void test_two_clocks(void) {
-    size_t seen = 0;
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         for (size_t k = 0; k < SCENE_SAMPLES; k++) { /* 300 parts in a million: 3.6 samples */
             const double x = 300e-6 * (double)k;
@@ -312,24 +300,20 @@ static void test_two_clocks(void) {
         }
         record(which);
         look_at_them(1);
-        const fault_t *fault = only_or_none(which, &fault_clock_mismatch);
-        if (fault != NULL) {
-            expect_number(fault, "jump_samples", -1.0);
-            expect_number(fault, "parts_per_million", 300.0);
-            seen++;
-        }
+        const fault_t *fault = only(which, &fault_clock_mismatch);
+        expect_number(fault, "jump_samples", -1.0);
+        expect_number(fault, "parts_per_million", 300.0);
         close_all(1);
     }
-    TEST_ASSERT_TRUE(seen >= 2);
 }
 
-/* The lag of Dahl's hysteresis behind plays is not known to a sample where there are few frequencies; where there are
- * many it may be. */
+/* On one path over and over (drive 0) lag and hysteresis are one: nothing is said. Half a sample is seen where the
+ * drive is smooth and has many frequencies. */
 static void test_early_readings(void) {
     size_t seen = 0;
-    static const double early[] = {6.5, 11.0};
+    static const double early[] = {0.5, 6.5, 11.0};
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
-        for (size_t i = 0; i < 2; i++) {
+        for (size_t i = 0; i < 3; i++) {
             memset(late, 0, sizeof late);
             shift_from(0, -early[i]);
             record(which);
@@ -342,7 +326,7 @@ static void test_early_readings(void) {
             close_all(1);
         }
     }
-    TEST_ASSERT_TRUE(seen >= 1);
+    TEST_ASSERT_TRUE(seen >= 3);
 }
 
 /* A delay is physics. */

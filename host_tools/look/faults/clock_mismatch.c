@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Two clocks: the lag of the position grows steadily and jumps back, over and over (look/lags.h). What the actuator
+/* Two clocks: the lag of the position grows steadily and jumps back, over and over. A saw tooth of one sample beside
+ * the columns of the reference (look/clocks.h) is that. Of one against the path alone (look/lags.h): what the actuator
  * does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's slowest
  * motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does. */
 #include "look/drive_before.h"
@@ -19,26 +20,41 @@ static double changes_of_lag(const lags_t *lags) {
     return b > 0.0 ? squares - a * a / b : 0.0;
 }
 
-static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
+static bool is_one(const lag_course_t *saw) {
+    return fabs(fabs(saw->size) - 1.0) < threshold.one_sample + threshold.deviations * saw->sigma;
+}
+
+/* Against the path alone, where the columns of the reference do not show it. */
+static bool saw_against_path(const look_t *look, lag_course_t *saw) {
     const double rate_hz = look->recording->sample_rate_hz, changes = changes_of_lag(&look->lags);
-    lag_course_t saw;
-    lags_saw(&look->lags, &saw);
-    if (!(saw.sigma > 0.0) || look->changes.shifts > 0 || !(changes > 0.0)) {
-        return;
+    lags_saw(&look->lags, saw);
+    if (!(saw->sigma > 0.0) || look->changes.shifts > 0 || !(changes > 0.0)) {
+        return false;
     }
     const double slowest_hz = look->drive.period > 0.0 ? rate_hz / look->drive.period : look->drive.frequency_hz[0];
-    const bool slow = threshold.slower_than_drive * saw.teeth_per_s < slowest_hz &&
-                      saw.left < (1.0 - threshold.change_explains) * changes;
-    const bool one = fabs(fabs(saw.size) - 1.0) < threshold.one_sample + threshold.deviations * saw.sigma;
-    const bool whole = saw.left < (1.0 - threshold.saw_explains) * changes && one;
+    const bool slow = threshold.slower_than_drive * saw->teeth_per_s < slowest_hz &&
+                      saw->left < (1.0 - threshold.change_explains) * changes;
+    const bool whole = saw->left < (1.0 - threshold.saw_explains) * changes && is_one(saw);
     /* One or two samples that were lost for good make a step, not a saw tooth. */
     lag_steps_t steps;
     lags_steps(&look->lags, look_log_chance_limit(), &steps);
-    const bool stepped = steps.steps > 0 && steps.steps <= 2 && steps.left < saw.left;
-    const double teeth = saw.teeth_per_s * (double)look->recording->samples / rate_hz;
-    if ((!slow && !whole) || stepped || teeth < threshold.least_teeth) {
+    const bool stepped = steps.steps > 0 && steps.steps <= 2 && steps.left < saw->left;
+    const double teeth = saw->teeth_per_s * (double)look->recording->samples / rate_hz;
+    return (slow || whole) && !stepped && teeth >= threshold.least_teeth;
+}
+
+static bool find_saw(const look_t *look, lag_course_t *saw) {
+    *saw = look->changes.clocks;
+    return saw->size != 0.0 || saw_against_path(look, saw);
+}
+
+static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
+    const double rate_hz = look->recording->sample_rate_hz;
+    lag_course_t saw;
+    if (!find_saw(look, &saw)) {
         return;
     }
+    const bool one = is_one(&saw);
     fault_t *fault = fault_add(faults, kind, index, saw.size / saw.sigma, saw.log_chance);
     if (fault != NULL) {
         /* Between two jumps the lag grows by what the jump takes back. */
@@ -71,7 +87,7 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
  * noise away, and so would look like a gain. */
 static double undo(const fault_t *fault, const look_t *look, recording_t *recording) {
     lag_course_t saw;
-    lags_saw(&look->lags, &saw);
+    find_saw(look, &saw);
     (void)fault;
     const size_t n = recording->samples;
     double *u = recording->column[COLUMN_DRIVE], *old = allocate(n, sizeof *old);

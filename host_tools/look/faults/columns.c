@@ -102,6 +102,7 @@ const fault_kind_t fault_swapped_columns = {
     .statistic = "levels of the drive at which the loop turns the wrong way",
     .change = "Swap the names of the two columns in the file.",
     .handling = FAULT_FATAL,
+    .alone = true,
     .find = find_swapped};
 
 const fault_kind_t fault_inverted_column = {

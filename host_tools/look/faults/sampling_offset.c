@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The position ahead of the drive. A position that lags may be physics (a delay, a low pass, hysteresis itself), so
- * only a lead is a fault. Its size is the lead against the reference's plays. The reference has to follow the
- * readings to a few times the noise, and the lead has to be a part of a sample and several standard errors. The drive
+ * only a lead is a fault. Its size is the lead against the reference's columns. The reference has to follow the
+ * readings nearly to the noise, and the lead has to be a part of a sample and several standard errors. The drive
  * needs more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the lag is not known
  * to half a sample. */
 #include "look/drive_before.h"
@@ -28,7 +28,8 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
         const reference_t *r = &look->reference;
         const bool held = look->drive.between == BETWEEN_HELD || look->drive.between == BETWEEN_UNKNOWN;
         const double noise = fmax(look->prediction.noise_um, noise_known_um(&look->noise));
-        if (is_tone(look) || look->changes.shifts > 0 || !(r->lag < -(held ? threshold.lead_held : threshold.lead)) ||
+        if (is_tone(look) || look->changes.shifts > 0 || look->changes.clocks.size != 0.0 ||
+            !(r->lag < -(held ? threshold.lead_held : threshold.lead)) ||
             !(r->lag < -threshold.lead_errors * r->lag_sigma) ||
             !(r->plays_left_um < threshold.lead_near_noise * noise)) {
             continue;
