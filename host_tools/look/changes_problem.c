@@ -32,13 +32,11 @@ void problem_factorise(problem_t *p) {
 
 /* L^-1 of scaled products of a signal with the columns: the square of it is what the columns explain. */
 void problem_whiten(const problem_t *p, const double *products, double *white) {
+    const int m = (int)p->columns;
     for (size_t i = 0; i < p->columns; i++) {
-        double sum = products[i] * p->scale[i];
-        for (size_t k = 0; k < i; k++) {
-            sum -= p->factor[i * p->columns + k] * white[k];
-        }
-        white[i] = sum / p->factor[i * p->columns + i];
+        white[i] = products[i] * p->scale[i];
     }
+    cblas_dtrsv(CblasRowMajor, CblasLower, CblasNoTrans, CblasNonUnit, m, p->factor, m, white, 1);
 }
 
 double problem_dot(const double *a, const double *b, size_t n) {
@@ -64,17 +62,10 @@ double problem_residual(const problem_t *p, double *residual) {
         products[c] = problem_dot(p->column[c], p->y, p->n);
     }
     problem_whiten(p, products, x);
-    for (size_t i = m; i-- > 0;) {
-        for (size_t k = i + 1; k < m; k++) {
-            x[i] -= p->factor[k * m + i] * x[k];
-        }
-        x[i] /= p->factor[i * m + i];
-    }
+    cblas_dtrsv(CblasRowMajor, CblasLower, CblasTrans, CblasNonUnit, (int)m, p->factor, (int)m, x, 1);
     memcpy(residual, p->y, p->n * sizeof *residual);
     for (size_t c = 0; c < m; c++) {
-        for (size_t k = 0; k < p->n; k++) {
-            residual[k] -= x[c] * p->scale[c] * p->column[c][k];
-        }
+        cblas_daxpy((int)p->n, -x[c] * p->scale[c], p->column[c], 1, residual, 1);
     }
     squares = problem_dot(residual, residual, p->n);
     free(products);

@@ -2,6 +2,7 @@
 #include "look/numbers.h"
 #include "base/failure.h"
 #include "numerics/least_squares.h"
+#include <gsl/gsl_cblas.h>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_fft_complex.h>
 #include <gsl/gsl_sf_erf.h>
@@ -132,25 +133,24 @@ bool look_regress(const double *const *column, size_t columns, const double *val
     good = used > columns;
     if (good) {
         factorise(gram, columns);
-        double squares = 0.0;
+        double squares = 0.0, *left = allocate(rows, sizeof *left);
+        for (size_t k = 0; k < rows; k++) {
+            left[k] = (weight == NULL ? 1.0 : weight[k]) * value[k];
+        }
         for (size_t i = 0; i < columns; i++) {
-            double sum = 0.0;
-            for (size_t k = 0; k < rows; k++) {
-                sum += (weight == NULL ? 1.0 : weight[k]) * column[i][k] * value[k];
-            }
-            result->coefficient[i] = sum * scale[i];
+            result->coefficient[i] = cblas_ddot((int)rows, column[i], 1, left, 1) * scale[i];
         }
         forward(gram, columns, result->coefficient);
         backward(gram, columns, result->coefficient);
         for (size_t i = 0; i < columns; i++) {
             result->coefficient[i] *= scale[i];
         }
+        memcpy(left, value, rows * sizeof *left);
+        for (size_t i = 0; i < columns; i++) {
+            cblas_daxpy((int)rows, -result->coefficient[i], column[i], 1, left, 1);
+        }
         for (size_t k = 0; k < rows; k++) {
-            double left = value[k];
-            for (size_t i = 0; i < columns; i++) {
-                left -= result->coefficient[i] * column[i][k];
-            }
-            squares += (weight == NULL ? 1.0 : weight[k]) * left * left;
+            squares += (weight == NULL ? 1.0 : weight[k]) * left[k] * left[k];
         }
         result->rms = sqrt(squares / (double)(used - columns));
         for (size_t i = 0; i < columns; i++) {
@@ -162,6 +162,7 @@ bool look_regress(const double *const *column, size_t columns, const double *val
             }
             result->sigma[i] = result->rms * scale[i] * sqrt(norm);
         }
+        free(left);
     }
     free(gram);
     return good;

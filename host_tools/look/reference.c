@@ -4,6 +4,7 @@
 #include "look/reference_columns.h"
 #include "numerics/autocorrelation.h"
 #include "thresholds/thresholds.h"
+#include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,9 +50,7 @@ static double error_of_lag(const double *const *column, size_t by_lag, const dou
     look_regress(column, by_lag, slope, weight, samples, &by_others);
     memcpy(alone, slope, samples * sizeof *alone);
     for (size_t c = 0; c < by_lag; c++) {
-        for (size_t k = 0; k < samples && by_others.coefficient[c] != 0.0; k++) {
-            alone[k] -= by_others.coefficient[c] * column[c][k];
-        }
+        cblas_daxpy((int)samples, -by_others.coefficient[c], column[c], 1, alone, 1);
     }
     for (size_t k = 0; k < samples; k++) {
         speed[k] = fabs(slope[k]);
@@ -114,11 +113,11 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, co
     for (size_t pass = 0; pass < 3; pass++) {
         const size_t used = pass == 0 ? by_lag : by_lag + 1;
         look_regress(column, used, centred, weight, samples, &fit);
+        memset(r->expected, 0, samples * sizeof *r->expected);
+        for (size_t c = 0; c < used; c++) {
+            cblas_daxpy((int)samples, fit.coefficient[c], column[c], 1, r->expected, 1);
+        }
         for (size_t k = 0; k < samples; k++) {
-            r->expected[k] = 0.0;
-            for (size_t c = 0; c < used; c++) {
-                r->expected[k] += fit.coefficient[c] * column[c][k];
-            }
             r->error[k] = centred[k] - r->expected[k];
         }
         if (pass == 0) {
