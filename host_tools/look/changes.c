@@ -735,7 +735,7 @@ void changes_find(const recording_t *recording, const drive_look_t *drive, const
     const double *column[LOOK_MOST_COLUMNS];
     reference_columns(recording, drive, reference, columns);
     fill_readings(recording, wrong, middle_um, y);
-    for (size_t c = 0; c < p.columns + DRIFTS; c++) {
+    for (size_t c = 0; c < p.columns; c++) {
         column[c] = columns + c * samples + start;
     }
     p.column = column;
@@ -748,6 +748,9 @@ void changes_find(const recording_t *recording, const drive_look_t *drive, const
     p.scale = allocate(p.columns + DRIFTS, sizeof *p.scale);
     p.factor = allocate((p.columns + DRIFTS) * (p.columns + DRIFTS), sizeof *p.factor);
     problem_factorise(&p);
+    double *const drift[DRIFTS] = {columns + p.columns * samples + start, columns + (p.columns + 1) * samples + start};
+    p.columns = problem_independent(&p, column); /* of a drive between few levels nearly none is */
+    problem_factorise(&p);
     find_in_time(&p, recording->sample_rate_hz, log_chance_limit, changes);
     /* Gain and offset that drift are no switch. The path is what the columns make of the readings that are set right.
      */
@@ -756,10 +759,12 @@ void changes_find(const recording_t *recording, const drive_look_t *drive, const
     for (size_t k = 0; k < p.n; k++) {
         const double x = (double)k / (double)p.n;
         path[k] = p.y[k] - residual[k];
-        columns[p.columns * samples + start + k] = x * x;
-        columns[(p.columns + 1) * samples + start + k] = x * path[k];
+        drift[0][k] = x * x;
+        drift[1][k] = x * path[k];
     }
-    p.columns += DRIFTS;
+    for (size_t i = 0; i < DRIFTS; i++) {
+        column[p.columns++] = drift[i];
+    }
     problem_factorise(&p);
     if (changes->clocks.size == 0.0) {
         find_switches(&p, drive, path, middle_um, log_chance_limit, changes);

@@ -6,8 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double least_pivot = 1e-9, no_column = 1e150;
+
 void problem_factorise(problem_t *p) {
-    static const double least_pivot = 1e-9, no_column = 1e150;
     const size_t m = p->columns;
     look_products(p->column, m, NULL, p->n, p->factor);
     for (size_t i = 0; i < m; i++) {
@@ -28,6 +29,16 @@ void problem_factorise(problem_t *p) {
             p->factor[i * m + j] = sum / pivot;
         }
     }
+}
+
+size_t problem_independent(const problem_t *p, const double **column) {
+    size_t kept = 0;
+    for (size_t c = 0; c < p->columns; c++) {
+        if (p->factor[c * p->columns + c] < no_column) {
+            column[kept++] = p->column[c];
+        }
+    }
+    return kept;
 }
 
 /* L^-1 of scaled products of a signal with the columns: the square of it is what the columns explain. */

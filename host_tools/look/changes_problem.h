@@ -21,6 +21,8 @@ typedef struct {
 
 /** Factorises the Gram matrix of the columns; once for all readings. A column that the others make up gets 0. */
 void problem_factorise(problem_t *p);
+/** Factorised: those that the others do not make up, into column, which may be the problem's own. Returns how many. */
+size_t problem_independent(const problem_t *p, const double **column);
 /** L^-1 of scaled products of a signal with the columns: the square of it is what the columns explain. */
 void problem_whiten(const problem_t *p, const double *products, double *white);
 /** Products of a signal with the columns in each window: windows rows of columns + 1, the last its square. */
