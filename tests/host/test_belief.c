@@ -292,7 +292,7 @@ int main(void) {
     RUN_TEST(test_a_weak_effect_has_rivals);
     RUN_TEST(test_what_acts_in_motion_alone_is_no_noise);
     RUN_TEST(test_what_is_small_is_heard_once_its_numbers_are_searched);
-    if (!INSTRUMENTED) { /* six recordings, of which all is asked that the mode's and the small effect's are asked */
+    if (!INSTRUMENTED) { /* six recordings more, with the code that the mode and the small effect run */
         RUN_TEST(test_an_effect_is_heard_whatever_the_law);
     }
     return UNITY_END();
