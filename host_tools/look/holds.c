@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/holds.h"
-#include "look/reversals.h"
+#include "look/signal/reversals.h"
 #include "numerics/autocorrelation.h"
 #include "thresholds/thresholds.h"
 #include <math.h>

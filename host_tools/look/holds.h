@@ -9,7 +9,7 @@
 #ifndef LOOK_HOLDS_H
 #define LOOK_HOLDS_H
 
-#include "look/drive.h"
+#include "look/signal/drive.h"
 
 typedef struct {
     look_span_t span;

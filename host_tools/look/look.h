@@ -9,14 +9,14 @@
 #ifndef LOOK_H
 #define LOOK_H
 
-#include "look/changes.h"
-#include "look/drive.h"
 #include "look/holds.h"
-#include "look/lags.h"
-#include "look/noise.h"
-#include "look/repetition.h"
+#include "look/path/changes.h"
+#include "look/path/lags.h"
+#include "look/path/static_map.h"
 #include "look/response.h"
-#include "look/static_map.h"
+#include "look/signal/drive.h"
+#include "look/signal/noise.h"
+#include "look/signal/repetition.h"
 #include "look/steps.h"
 
 enum { LOOK_LEAST_SAMPLES = 64 };

@@ -17,7 +17,7 @@
 #ifndef LOOK_RESPONSE_H
 #define LOOK_RESPONSE_H
 
-#include "look/drive.h"
+#include "look/signal/drive.h"
 
 typedef struct {
     double frequency_hz;

@@ -11,7 +11,7 @@
 #ifndef LOOK_STEPS_H
 #define LOOK_STEPS_H
 
-#include "look/drive.h"
+#include "look/signal/drive.h"
 
 enum { RING_MOST_STEPS = 64 };
 

@@ -8,7 +8,7 @@
 #ifndef LOOK_SUMMARY_H
 #define LOOK_SUMMARY_H
 
-#include "look/drive.h"
+#include "look/signal/drive.h"
 #include <jansson.h>
 #include <stdio.h>
 

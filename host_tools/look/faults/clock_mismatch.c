@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Two clocks: the lag of the position grows steadily and jumps back, over and over. A saw tooth of one sample beside
- * the columns of the reference (look/clocks.h) is that. Of one against the path alone (look/lags.h): what the actuator
- * does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's slowest
- * motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does. */
-#include "look/drive_before.h"
+ * the columns of the reference (look/path/clocks.h) is that. Of one against the path alone (look/path/lags.h): what the
+ * actuator does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's
+ * slowest motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does.
+ */
 #include "look/fault.h"
+#include "look/signal/drive_before.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Single wrong readings: look/wrong.h. */
+/* Single wrong readings: look/path/wrong.h. */
 #include "look/fault.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>

@@ -4,8 +4,8 @@
  * readings nearly to the noise, and the lead has to be a part of a sample and several standard errors. The drive
  * needs more than one tone: with one, lag and hysteresis are one number. Of a drive that is held the lag is not known
  * to half a sample. */
-#include "look/drive_before.h"
 #include "look/fault.h"
+#include "look/signal/drive_before.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>

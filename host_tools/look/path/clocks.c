@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "look/path/clocks.h"
+#include "numerics/autocorrelation.h"
+#include <gsl/gsl_cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PHASES = 16, WINDOWS_PER_TOOTH = 8, MOST_TEETH = 48, STEPS_PER_TOOTH = 4, REFINEMENTS = 24 };
+static const double least_teeth = 1.5;
+
+typedef struct {
+    size_t windows, columns;
+    double *product, *square; /* A and B of each window */
+    double *white;            /* W C of each, columns of them */
+    double *course, *sum;     /* room: PHASES courses, and what they sum up to */
+} moments_t;
+
+static double saw_at(double teeth, double phase, double part) {
+    const double x = teeth * part + phase;
+    return x - round(x);
+}
+
+static double *slope_of_fit(const problem_t *p, const double *residual) {
+    double *slope = allocate(p->n, sizeof *slope);
+    for (size_t k = 1; k + 1 < p->n; k++) {
+        slope[k] = 0.5 * (p->y[k + 1] - residual[k + 1] - p->y[k - 1] + residual[k - 1]);
+    }
+    return slope;
+}
+
+static void make_moments(const problem_t *p, const double *residual, const double *slope, moments_t *m) {
+    const size_t width = p->columns + 1;
+    double *sums = allocate(p->windows * width, sizeof *sums);
+    *m = (moments_t){.windows = p->windows, .columns = p->columns};
+    m->product = allocate(p->windows, sizeof *m->product);
+    m->square = allocate(p->windows, sizeof *m->square);
+    m->white = allocate(p->windows * p->columns, sizeof *m->white);
+    m->course = allocate(PHASES * p->windows, sizeof *m->course);
+    m->sum = allocate(PHASES * p->columns, sizeof *m->sum);
+    problem_window_products(p, slope, sums);
+    for (size_t w = 0; w < p->windows; w++) {
+        const size_t from = p->from[w];
+        m->product[w] = problem_dot(residual + from, slope + from, p->from[w + 1] - from);
+        m->square[w] = sums[w * width + p->columns];
+        problem_whiten(p, sums + w * width, m->white + w * p->columns);
+    }
+    free(sums);
+}
+
+static void free_moments(moments_t *m) {
+    free(m->product);
+    free(m->square);
+    free(m->white);
+    free(m->course);
+    free(m->sum);
+}
+
+/* Sizes of so many phases of a saw tooth, 1 / PHASES apart; returns the one that takes most away. */
+static double best_phase(moments_t *m, double teeth, double phase, size_t phases, double *best, double *size) {
+    double most = 0.0;
+    for (size_t i = 0; i < phases; i++) {
+        for (size_t w = 0; w < m->windows; w++) {
+            m->course[i * m->windows + w] =
+                saw_at(teeth, phase + (double)i / PHASES, ((double)w + 0.5) / (double)m->windows);
+        }
+    }
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)phases, (int)m->columns, (int)m->windows, 1.0,
+                m->course, (int)m->windows, m->white, (int)m->columns, 0.0, m->sum, (int)m->columns);
+    for (size_t i = 0; i < phases; i++) {
+        const double *course = m->course + i * m->windows, *sum = m->sum + i * m->columns;
+        double moment = 0.0, square = 0.0;
+        for (size_t w = 0; w < m->windows; w++) {
+            moment -= course[w] * m->product[w];
+            square += course[w] * course[w] * m->square[w];
+        }
+        const double alone = square - problem_dot(sum, sum, m->columns);
+        if (alone > 1e-9 * square && moment * moment / alone > most) {
+            most = moment * moment / alone;
+            *best = phase + (double)i / PHASES;
+            *size = moment / alone;
+        }
+    }
+    return most;
+}
+
+/* Rate and phase in turn, the rate about the middle. Returns what the best takes away. */
+static double refine(moments_t *m, double *teeth, double *phase, double *size, double most) {
+    double step_teeth = 0.5 / STEPS_PER_TOOTH, step_phase = 0.5 / PHASES;
+    for (size_t i = 0; i < REFINEMENTS; i++) {
+        for (int direction = 0; direction < 4; direction++) {
+            const double more = direction == 0 ? step_teeth : direction == 1 ? -step_teeth : 0.0;
+            const double later = direction == 2 ? step_phase : direction == 3 ? -step_phase : -0.5 * more;
+            const double rate = *teeth + more;
+            double best = 0.0, tried = 0.0;
+            const double taken = best_phase(m, rate, *phase + later, 1, &best, &tried);
+            if (taken > most) {
+                most = taken;
+                *teeth = rate;
+                *phase = best;
+                *size = tried;
+            }
+        }
+        if (i % 3 == 2) {
+            step_teeth *= 0.5;
+            step_phase *= 0.5;
+        }
+    }
+    return most;
+}
+
+void clocks_find(problem_t *p, double rate_hz, double *residual, lag_course_t *saw) {
+    const double without = problem_residual(p, residual);
+    double *slope = slope_of_fit(p, residual), *as_read = allocate(p->n, sizeof *as_read);
+    const double most_teeth = fmin(MOST_TEETH, (double)p->windows / WINDOWS_PER_TOOTH);
+    double most = 0.0, teeth = 0.0, phase = 0.0, size = 0.0;
+    moments_t m;
+    memset(saw, 0, sizeof *saw);
+    make_moments(p, residual, slope, &m);
+    for (size_t step = 0; least_teeth + (double)step / STEPS_PER_TOOTH < most_teeth; step++) {
+        const double rate = least_teeth + (double)step / STEPS_PER_TOOTH;
+        double best = 0.0, tried = 0.0;
+        const double taken = best_phase(&m, rate, 0.0, PHASES, &best, &tried);
+        if (taken > most) {
+            most = taken;
+            teeth = rate;
+            phase = best;
+            size = tried;
+        }
+    }
+    if (most > 0.0) {
+        most = refine(&m, &teeth, &phase, &size, most);
+        memcpy(as_read, p->y, p->n * sizeof *as_read);
+        for (size_t k = 0; k < p->n; k++) {
+            p->y[k] += size * saw_at(teeth, phase, ((double)k + 0.5) / (double)p->n) * slope[k];
+        }
+        const residual_run_t run = {residual, p->n};
+        saw->left = problem_residual(p, residual);
+        saw->teeth_per_s = teeth * rate_hz / (double)p->n;
+        saw->phase = phase + (0.5 - (double)p->first) * teeth / (double)p->n;
+        saw->size = size;
+        saw->sigma = fabs(size) * sqrt(saw->left / (double)p->n * autocorrelation_time(&run, 1) / most);
+        saw->log_chance = problem_chance(without, saw->left, residual, p->n, 3.0, STEPS_PER_TOOTH * most_teeth);
+        memcpy(p->y, as_read, p->n * sizeof *as_read);
+    }
+    free_moments(&m);
+    free(slope);
+    free(as_read);
+}

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "look/path/wrong.h"
+#include "thresholds/thresholds.h"
+#include <gsl/gsl_sort.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { WINDOW = 7, HALF = WINDOW / 2, LEAST_SAMPLES = 64 };
+/* Of normal noise, the scale of an exponential through its 90 and 98 % quantiles, in deviations; rounding makes 0.29 of
+ * a step. */
+static const double normal_scale = 0.423, rounding = 0.29;
+
+/* Distance of value[k] from the median of seven, less what a corner of the motion there makes of it: 0 or more. */
+static double beyond_motion(const double *value, size_t k) {
+    double seven[WINDOW], ways[WINDOW - 1];
+    for (size_t i = 0; i < WINDOW; i++) {
+        seven[i] = value[k + i - HALF];
+    }
+    for (size_t i = 0; i + 1 < WINDOW; i++) {
+        ways[i] = fabs(seven[i + 1] - seven[i]);
+    }
+    gsl_sort(seven, 1, WINDOW);
+    gsl_sort(ways, 1, WINDOW - 1);
+    return fmax(0.0, fabs(value[k] - seven[HALF]) - threshold.corner * 0.5 * (ways[2] + ways[3]));
+}
+
+/* Tail of the prediction's errors: the chance of an error above x is (1 - tail_to) exp(-(x - at) / scale). */
+static bool tail_of(const prediction_t *p, double step_um, double *at, double *scale) {
+    double *size = allocate(p->samples, sizeof *size);
+    size_t count = 0;
+    for (size_t k = 0; k < p->samples; k++) {
+        if (p->quiet[k] != 0) {
+            size[count++] = fabs(p->error[k]);
+        }
+    }
+    if (count >= LEAST_SAMPLES) {
+        const double inner = look_quantile(size, count, threshold.tail_from);
+        *at = look_quantile(size, count, threshold.tail_to);
+        *scale = (*at - inner) / log((1.0 - threshold.tail_from) / (1.0 - threshold.tail_to));
+        *scale = fmax(*scale, normal_scale * fmax(p->sigma_um, rounding * step_um));
+    }
+    free(size);
+    return count >= LEAST_SAMPLES && *scale > 0.0;
+}
+
+void wrong_find(const recording_t *recording, const drive_look_t *drive, const static_map_t *map,
+                const noise_look_t *noise, const prediction_t *p, double log_chance_limit, wrong_t *wrong) {
+    const double *y = recording->column[COLUMN_DISPLACEMENT], *u = recording->column[COLUMN_DRIVE];
+    const double gain = fabs(map->gain_um_per_v);
+    double at = 0.0, scale = 0.0;
+    memset(wrong, 0, sizeof *wrong);
+    if (!tail_of(p, fmax(noise->step_um, noise->digit_um), &at, &scale)) {
+        return;
+    }
+    const double places = log10((double)p->samples * (1.0 - threshold.tail_to));
+    for (size_t k = HALF; k + HALF < p->samples; k++) {
+        const double beyond =
+            beyond_motion(y, k) -
+            threshold.drive_makes * gain * (beyond_motion(u, k) + threshold.edge_of_noise * drive->noise_v);
+        /* Neither the prediction's error, which wrong readings nearby spoil, nor the distance alone. */
+        const double size = fmin(fabs(p->error[k]), beyond);
+        const double log_chance = places - (size - at) / scale / log(10.0);
+        if (p->quiet[k] != 0 && log_chance < log_chance_limit) {
+            wrong->at = reallocate(wrong->at, wrong->count + 1, sizeof *wrong->at);
+            wrong->at[wrong->count++] = k;
+            wrong->largest_um = fmax(wrong->largest_um, size);
+            wrong->log_chance = fmin(wrong->log_chance, log_chance);
+        }
+    }
+    wrong->scales = wrong->largest_um / scale;
+}
+
+void wrong_free(wrong_t *wrong) {
+    free(wrong->at);
+    memset(wrong, 0, sizeof *wrong);
+}

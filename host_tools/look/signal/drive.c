@@ -1,0 +1,341 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "look/signal/drive.h"
+#include "look/signal/period.h"
+#include "look/signal/resolution.h"
+#include "look/signal/reversals.h"
+#include "thresholds/thresholds.h"
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
+/* The median of chi square with some 9 independent squares is 7 % below its mean. */
+static const double median_of_block = 0.93;
+
+const char *drive_kind_text(drive_kind_t kind) {
+    static const char *const texts[] = {"never moves",
+                                        "jumps and rests",
+                                        "is one sine over and over",
+                                        "is a sine whose amplitude changes",
+                                        "is a triangle over and over",
+                                        "goes in straight lines",
+                                        "repeats itself, with several frequencies",
+                                        "sweeps through frequencies",
+                                        "has many frequencies and repeats nothing"};
+    return texts[kind];
+}
+
+const char *drive_kind_name(drive_kind_t kind) {
+    static const char *const names[] = {"rest",  "steps",    "sine",  "swelling sine", "triangle",
+                                        "lines", "periodic", "sweep", "random"};
+    return names[kind];
+}
+
+const char *drive_between_name(drive_between_t between) {
+    static const char *const names[] = {"unknown", "held", "line", "smooth"};
+    return names[between];
+}
+
+size_t drive_periods(const drive_look_t *drive) {
+    return drive->period > 0.0 ? (size_t)((double)span_length(drive->repeat) / drive->period + 1e-6) : 0;
+}
+
+/* Variances of second and third differences in a block, as they would be of white noise. */
+static void block_variances(const double *u, size_t count, double *second, double *third) {
+    *second = *third = 0.0;
+    for (size_t k = 0; k + 3 < count; k++) {
+        const double a = u[k] - 2.0 * u[k + 1] + u[k + 2], b = u[k + 1] - 2.0 * u[k + 2] + u[k + 3];
+        *second += a * a / 6.0;
+        *third += (b - a) * (b - a) / 20.0;
+    }
+}
+
+/* Noise in the blocks in which the drive's differences are those of a white series, if enough of them are. */
+static double noise_of_drive(const double *u, size_t samples, double range_v, double step_v) {
+    const size_t blocks = samples / NOISE_BLOCK;
+    double *white = allocate(blocks + 1, sizeof *white), noise_v = 0.0;
+    size_t used = 0;
+    for (size_t b = 0; b < blocks; b++) {
+        double second, third;
+        block_variances(u + b * NOISE_BLOCK, NOISE_BLOCK, &second, &third);
+        if (third > threshold.white_ratio_low * second && third < threshold.white_ratio_high * second) {
+            white[used++] = third;
+        }
+    }
+    if (blocks >= 8 && range_v > 0.0 && (double)used >= threshold.white_blocks * (double)blocks) {
+        noise_v = sqrt(look_quantile(white, used, 0.5) / (NOISE_BLOCK - 3) / median_of_block);
+        if (noise_v < threshold.noise_beyond_step * step_v || noise_v < threshold.noise_least * range_v ||
+            noise_v > threshold.most_noise_of_drive * range_v) {
+            noise_v = 0.0;
+        }
+    }
+    free(white);
+    return noise_v;
+}
+
+/* Fewer equal values than these are no rest. */
+static size_t least_rest(double rate_hz) {
+    return (size_t)fmax(threshold.rest_of_equal_samples, threshold.rest_of_equal_s * rate_hz);
+}
+
+/* How long values stay as they are, most often: 1, or the samples for which a slow converter holds. */
+static size_t held_for(const double *u, size_t samples, double rate_hz) {
+    const size_t longest = least_rest(rate_hz), most = longest < samples ? longest : samples; /* of a run */
+    size_t *count = allocate(most, sizeof *count), run = 1, all = 0, best = 1;
+    for (size_t k = 1; k < samples; k++) {
+        if (u[k] == u[k - 1]) {
+            run++;
+        } else {
+            if (run < most) {
+                count[run]++;
+                all++;
+            }
+            run = 1;
+        }
+    }
+    for (size_t r = 2; r < most; r++) {
+        best = count[r] > count[best] ? r : best;
+    }
+    const size_t times = count[best];
+    free(count);
+    return all >= 8 && (double)times > threshold.held_part * (double)all ? best : 1;
+}
+
+static void find_rests(const double *u, size_t samples, double rate_hz, drive_look_t *drive) {
+    const double within = 2.0 * threshold.edge_of_noise * drive->noise_v;
+    const size_t least =
+        (size_t)fmax((double)least_rest(rate_hz), threshold.held_in_a_rest * (double)drive->held_samples);
+    size_t from = 0;
+    double low = u[0], high = u[0];
+    for (size_t k = 1; k <= samples; k++) {
+        if (k < samples && fmax(high, u[k]) - fmin(low, u[k]) <= within) {
+            low = fmin(low, u[k]);
+            high = fmax(high, u[k]);
+            continue;
+        }
+        if (k - from >= least) {
+            drive->rest = reallocate(drive->rest, drive->rests + 1, sizeof *drive->rest);
+            drive->rest[drive->rests++] = (look_span_t){from, k};
+            drive->rest_s += (double)(k - from) / rate_hz;
+        }
+        if (k < samples) {
+            from = k;
+            low = high = u[k];
+        }
+    }
+}
+
+/* held: samples for which the converter holds each value. Its next change is so far away. */
+static double largest_around(const double *u, size_t samples, size_t k, size_t held) {
+    const size_t surrounding = STEP_SURROUNDING * held;
+    const size_t from = k > surrounding ? k - surrounding : 1;
+    const size_t to = k + surrounding < samples ? k + surrounding + 1 : samples;
+    double largest = 0.0;
+    for (size_t i = from; i < to; i++) {
+        largest = i != k ? fmax(largest, fabs(u[i] - u[i - 1])) : largest;
+    }
+    return largest;
+}
+
+static void find_steps(const double *u, size_t samples, drive_look_t *drive) {
+    const double range_v = drive->range_v[1] - drive->range_v[0];
+    for (size_t k = 1; k < samples; k++) {
+        const double change = fabs(u[k] - u[k - 1]);
+        if (change >= threshold.step_part * range_v && change > 4.0 * threshold.edge_of_noise * drive->noise_v &&
+            change >= threshold.step_stands_out * largest_around(u, samples, k, drive->held_samples)) {
+            drive->step = reallocate(drive->step, drive->steps + 1, sizeof *drive->step);
+            drive->step[drive->steps++] = k;
+        }
+    }
+    if (drive->held_samples > 1 && drive->rests == 0) { /* each new value is one */
+        drive->steps = 0;
+    }
+}
+
+static size_t count_levels(const double *u, const drive_look_t *drive) {
+    const double same = 1e-6 * (drive->range_v[1] - drive->range_v[0]) + threshold.edge_of_noise * drive->noise_v;
+    size_t levels = 0;
+    for (size_t r = 0; r < drive->rests; r++) {
+        size_t before = 0;
+        while (before < r && fabs(u[drive->rest[before].from] - u[drive->rest[r].from]) > same) {
+            before++;
+        }
+        levels += before == r ? 1 : 0;
+    }
+    return levels;
+}
+
+/* Where all of the power but a part at either end lies. */
+static void find_frequencies(const double *u, size_t samples, double rate_hz, double frequency_hz[2]) {
+    const size_t length = look_smooth_length(samples);
+    double *value = allocate(length, sizeof *value), *spectrum = allocate(length + 2, sizeof *spectrum);
+    const double mean = look_mean(u, length);
+    double all = 0.0, sum = 0.0;
+    for (size_t k = 0; k < length; k++) { /* Hann's window: a drive that does not end where it began has no edge */
+        value[k] = (u[k] - mean) * (1.0 - cos(2.0 * M_PI * ((double)k + 0.5) / (double)length));
+    }
+    look_transform(value, length, spectrum);
+    for (size_t h = 1; h <= length / 2; h++) {
+        all += spectrum[2 * h] * spectrum[2 * h] + spectrum[2 * h + 1] * spectrum[2 * h + 1];
+    }
+    frequency_hz[0] = frequency_hz[1] = 0.0;
+    for (size_t h = 1; h <= length / 2 && all > 0.0; h++) {
+        const double f = (double)h * rate_hz / (double)length;
+        sum += spectrum[2 * h] * spectrum[2 * h] + spectrum[2 * h + 1] * spectrum[2 * h + 1];
+        frequency_hz[0] = sum <= threshold.edge_of_power * all ? f : frequency_hz[0];
+        frequency_hz[1] = sum <= (1.0 - threshold.edge_of_power) * all ? f : frequency_hz[1];
+    }
+    frequency_hz[0] = fmax(frequency_hz[0], rate_hz / (double)length);
+    frequency_hz[1] = fmax(frequency_hz[1], frequency_hz[0]);
+    free(value);
+    free(spectrum);
+}
+
+/* Whether the drive is a straight line between most of its turning points; rests and steps are lines, too. */
+static bool goes_in_lines(const double *u, const reversals_t *turns) {
+    size_t straight = 0, ways = 0;
+    for (size_t i = 1; i < turns->count; i++) {
+        const size_t from = turns->at[i - 1], to = turns->at[i];
+        const double height = u[to] - u[from];
+        double worst = 0.0;
+        for (size_t k = from; k < to; k++) {
+            const double chord = u[from] + height * (double)(k - from) / (double)(to - from);
+            worst = fmax(worst, fabs(u[k] - chord));
+        }
+        straight += worst <= fabs(height) * (threshold.bent_way + threshold.cut_corner / (double)(to - from)) ? 1 : 0;
+        ways++;
+    }
+    return ways >= 2 && (double)straight >= threshold.straight_ways * (double)ways;
+}
+
+/* Rank correlation of the ways' durations with time. */
+static double trend_of(const double *value, size_t count) {
+    double concordant = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        for (size_t j = i + 1; j < count; j++) {
+            concordant += value[j] > value[i] ? 1.0 : value[j] < value[i] ? -1.0 : 0.0;
+        }
+    }
+    return concordant / (0.5 * (double)count * ((double)count - 1.0));
+}
+
+static drive_kind_t kind_without_period(const double *u, const drive_look_t *drive, size_t samples, double rate_hz,
+                                        const reversals_t *turns) {
+    enum { MOST_WAYS = 400 };
+    const size_t ways = turns->count > 0 ? turns->count - 1 : 0;
+    drive_kind_t kind = DRIVE_RANDOM;
+    if (drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples) {
+        return DRIVE_STEPS;
+    }
+    if (goes_in_lines(u, turns)) {
+        return DRIVE_LINES;
+    }
+    if ((double)ways >= threshold.fewest_ways) {
+        const size_t used = ways < MOST_WAYS ? ways : MOST_WAYS;
+        double *duration = allocate(used, sizeof *duration);
+        for (size_t i = 0; i < used; i++) {
+            const size_t at = i * ways / used;
+            duration[i] = (double)(turns->at[at + 1] - turns->at[at]);
+        }
+        const double middle = look_quantile(duration, used, 0.5), spread = look_robust_deviation(duration, used);
+        if (fabs(trend_of(duration, used)) > threshold.sweeps) {
+            kind = DRIVE_SWEEP;
+        } else if (spread < threshold.same_duration * middle + 1.0) {
+            kind = DRIVE_SWELLING;
+        }
+        free(duration);
+    }
+    return kind;
+}
+
+static drive_kind_t kind_of(const double *u, const drive_look_t *drive, size_t samples, double rate_hz) {
+    reversals_t turns;
+    drive_kind_t kind;
+    if (!(drive->range_v[1] - drive->range_v[0] > 4.0 * threshold.edge_of_noise * drive->noise_v)) {
+        return DRIVE_RESTS;
+    }
+    const double least_v = threshold.reversal * (drive->range_v[1] - drive->range_v[0]);
+    reversals_find(u, samples, least_v, &turns);
+    if (drive->period > 0.0 && (double)span_length(drive->repeat) > threshold.most_of_recording * (double)samples) {
+        reversals_t repeated;
+        reversals_find(u + drive->repeat.from, span_length(drive->repeat), least_v, &repeated);
+        kind = drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples ? DRIVE_STEPS
+               : goes_in_lines(u + drive->repeat.from, &repeated) ? DRIVE_TRIANGLE
+               : drive->harmonics < threshold.one_line            ? DRIVE_SINE
+                                                                  : DRIVE_PERIODIC;
+        reversals_free(&repeated);
+    } else {
+        kind = kind_without_period(u, drive, samples, rate_hz, &turns);
+    }
+    reversals_free(&turns);
+    return kind;
+}
+
+/* Error of the value halfway between two samples from a cubic through four, seen on every second sample, in parts of
+ * the range: where it is small, what the drive does between samples makes less difference than that. */
+static double curve_error(const double *u, size_t samples, double range_v) {
+    double *error = allocate(samples, sizeof *error);
+    double worst = HUGE_VAL;
+    if (samples > 16 && range_v > 0.0) {
+        for (size_t k = 3; k + 3 < samples; k++) {
+            error[k] = fabs(u[k] - (9.0 * (u[k - 1] + u[k + 1]) - u[k - 3] - u[k + 3]) / 16.0) / range_v;
+        }
+        worst = look_quantile(error + 3, samples - 6, 0.999);
+    }
+    free(error);
+    return worst;
+}
+
+static bool find_between(const recording_t *recording, drive_look_t *drive, failure_t *failure) {
+    const char *key = recording_key(recording, "drive_between_samples");
+    const double *u = recording->column[COLUMN_DRIVE];
+    if (key != NULL) {
+        for (drive_between_t b = BETWEEN_HELD; b <= BETWEEN_SMOOTH; b++) {
+            if (strcmp(key, drive_between_name(b)) == 0) {
+                drive->between = b;
+                drive->between_given = true;
+                return true;
+            }
+        }
+        return fail(failure, "%s: header key drive_between_samples is '%s', not held, line or smooth", recording->name,
+                    key);
+    }
+    if (drive->held_samples > 1 || drive->kind == DRIVE_STEPS) {
+        drive->between = BETWEEN_HELD;
+    } else if (curve_error(u, recording->samples, drive->range_v[1] - drive->range_v[0]) < threshold.smooth_drive) {
+        drive->between = BETWEEN_SMOOTH;
+    } else if (drive->kind == DRIVE_TRIANGLE || drive->kind == DRIVE_LINES) {
+        drive->between = BETWEEN_LINE;
+    }
+    return true;
+}
+
+bool drive_look(const recording_t *recording, drive_look_t *drive, failure_t *failure) {
+    const double *u = recording->column[COLUMN_DRIVE];
+    const size_t samples = recording->samples;
+    const double rate_hz = recording->sample_rate_hz;
+    memset(drive, 0, sizeof *drive);
+    values_range(u, samples, drive->range_v);
+    const double range_v = drive->range_v[1] - drive->range_v[0], digit = resolution_digit(u, samples);
+    drive->step_v = fmax(resolution_step(u, samples), digit);
+    drive->held_samples = held_for(u, samples, rate_hz);
+    /* Noise would let no value come again, and a staircase looks like noise. */
+    drive->noise_v = drive->held_samples > 1 ? 0.0 : noise_of_drive(u, samples, range_v, drive->step_v);
+    find_rests(u, samples, rate_hz, drive);
+    find_steps(u, samples, drive);
+    drive->levels = count_levels(u, drive);
+    period_find(u, samples, drive);
+    find_frequencies(u, samples, rate_hz, drive->frequency_hz);
+    drive->kind = kind_of(u, drive, samples, rate_hz);
+    if (!find_between(recording, drive, failure)) {
+        drive_look_free(drive);
+        return false;
+    }
+    return true;
+}
+
+void drive_look_free(drive_look_t *drive) {
+    free(drive->rest);
+    free(drive->step);
+    memset(drive, 0, sizeof *drive);
+}

@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "look/signal/noise.h"
+#include "look/signal/resolution.h"
+#include "thresholds/thresholds.h"
+#include <gsl/gsl_math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LEAST_SAMPLES = 64, MOST_SEGMENT = 4096, TREND = 3, LOWEST_LINES = 3, WHITTLE_STEPS = 30 };
+
+/* Several stretches of noise in time order: stretch i is value[begin[i] .. begin[i + 1]). */
+typedef struct {
+    double *value;
+    size_t count, stretches;
+    size_t *begin;
+} stretches_t;
+
+static void stretches_free(stretches_t *s) {
+    free(s->value);
+    free(s->begin);
+}
+
+static void add_stretch(stretches_t *s, const double *value, size_t count) {
+    s->value = reallocate(s->value, s->count + count, sizeof *s->value);
+    s->begin = reallocate(s->begin, s->stretches + 2, sizeof *s->begin);
+    memcpy(s->value + s->count, value, count * sizeof *value);
+    s->begin[s->stretches++] = s->count;
+    s->count += count;
+    s->begin[s->stretches] = s->count;
+}
+
+/* Takes a parabola out. */
+static void take_trend_out(double *value, size_t count) {
+    double *columns = allocate(TREND * count, sizeof *columns);
+    const double *const column[TREND] = {columns, columns + count, columns + 2 * count};
+    look_regression_t fit;
+    for (size_t k = 0; k < count; k++) {
+        const double x = 2.0 * (double)k / (double)count - 1.0;
+        columns[k] = 1.0;
+        columns[count + k] = x;
+        columns[2 * count + k] = x * x;
+    }
+    if (look_regress(column, TREND, value, NULL, count, &fit)) {
+        for (size_t k = 0; k < count; k++) {
+            value[k] -= fit.coefficient[0] + fit.coefficient[1] * column[1][k] + fit.coefficient[2] * column[2][k];
+        }
+    }
+    free(columns);
+}
+
+/* Averaged periodogram under Hann's window, half overlapping, one-sided density. Returns how many were averaged. */
+static size_t density_of(const stretches_t *s, size_t length, double rate_hz, double *density) {
+    double *piece = allocate(length, sizeof *piece), *spectrum = allocate(length + 2, sizeof *spectrum);
+    size_t averaged = 0;
+    memset(density, 0, (length / 2 + 1) * sizeof *density);
+    for (size_t i = 0; i < s->stretches; i++) {
+        for (size_t from = s->begin[i]; from + length <= s->begin[i + 1]; from += length / 2) {
+            for (size_t k = 0; k < length; k++) {
+                piece[k] = s->value[from + k] * (1.0 - cos(2.0 * M_PI * ((double)k + 0.5) / (double)length));
+            }
+            look_transform(piece, length, spectrum);
+            for (size_t h = 0; h <= length / 2; h++) { /* the window's square sums to 3/2 length */
+                density[h] += (spectrum[2 * h] * spectrum[2 * h] + spectrum[2 * h + 1] * spectrum[2 * h + 1]) * 2.0 /
+                              (1.5 * (double)length * rate_hz);
+            }
+            averaged++;
+        }
+    }
+    for (size_t h = 0; averaged > 0 && h <= length / 2; h++) {
+        density[h] /= (double)averaged;
+    }
+    free(piece);
+    free(spectrum);
+    return averaged;
+}
+
+/* w + a / f by Whittle's likelihood: least squares weighted with what was found before, neither below 0. */
+static void fit_shares(const double *density, size_t length, double rate_hz, double *w, double *a) {
+    const double step_hz = rate_hz / (double)length;
+    *w = look_quantile(density + LOWEST_LINES, length / 2 - LOWEST_LINES, 0.5) / 0.7;
+    *a = 1e-3 * *w * step_hz;
+    for (size_t i = 0; i < WHITTLE_STEPS; i++) {
+        double s11 = 0.0, s12 = 0.0, s22 = 0.0, b1 = 0.0, b2 = 0.0;
+        for (size_t h = LOWEST_LINES; h < length / 2; h++) {
+            const double x = 1.0 / ((double)h * step_hz), model = *w + *a * x;
+            const double weight = model > 0.0 ? 1.0 / (model * model) : 0.0;
+            s11 += weight;
+            s12 += weight * x;
+            s22 += weight * x * x;
+            b1 += weight * density[h];
+            b2 += weight * x * density[h];
+        }
+        const double determinant = s11 * s22 - s12 * s12;
+        double white = determinant > 0.0 ? (b1 * s22 - b2 * s12) / determinant : b1 / s11;
+        double slow = determinant > 0.0 ? (b2 * s11 - b1 * s12) / determinant : 0.0;
+        if (slow < 0.0) {
+            slow = 0.0;
+            white = b1 / s11;
+        } else if (white < 0.0) {
+            white = 0.0;
+            slow = b2 / s22;
+        }
+        *w = 0.5 * (*w + white);
+        *a = 0.5 * (*a + slow);
+    }
+}
+
+static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share) {
+    size_t longest = 0, length = 16, inner = 0;
+    double squares = 0.0, fourth = 0.0;
+    memset(share, 0, sizeof *share);
+    if (s->count < LEAST_SAMPLES) {
+        return;
+    }
+    for (size_t i = 0; i < s->stretches; i++) {
+        const size_t count = s->begin[i + 1] - s->begin[i];
+        longest = count > longest ? count : longest;
+    }
+    while (2 * length <= longest && 2 * length <= MOST_SEGMENT) {
+        length *= 2;
+    }
+    double *density = allocate(length / 2 + 1, sizeof *density), *apart = allocate(s->count, sizeof *apart);
+    double white = 0.0, slow = 0.0;
+    for (size_t k = 0; k < s->count; k++) {
+        squares += s->value[k] * s->value[k];
+        fourth += pow(s->value[k], 4.0);
+    }
+    share->samples = s->count;
+    share->rms_um = sqrt(squares / (double)s->count);
+    share->kurtosis = squares > 0.0 ? fourth * (double)s->count / (squares * squares) : 3.0;
+    for (size_t i = 0; i < s->stretches; i++) {
+        for (size_t k = s->begin[i] + 1; k + 1 < s->begin[i + 1]; k++) {
+            apart[inner++] = s->value[k] - 0.5 * (s->value[k - 1] + s->value[k + 1]);
+        }
+    }
+    const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
+    for (size_t k = 0; k < inner; k++) {
+        /* A sample far outside leaves half of itself with either neighbour. */
+        share->outliers += usual > 0.0 && fabs(apart[k]) > threshold.beyond_chance * usual &&
+                                   (k == 0 || fabs(apart[k]) >= fabs(apart[k - 1])) &&
+                                   (k + 1 == inner || fabs(apart[k]) > fabs(apart[k + 1]))
+                               ? 1
+                               : 0;
+    }
+    if (density_of(s, length, rate_hz, density) > 0) {
+        fit_shares(density, length, rate_hz, &white, &slow);
+        share->lowest_hz = LOWEST_LINES * rate_hz / (double)length;
+        share->white_um = sqrt(white * 0.5 * rate_hz);
+        share->slow_um = sqrt(slow * log(0.5 * rate_hz / share->lowest_hz));
+    }
+    free(density);
+    free(apart);
+}
+
+static void rests_of(const recording_t *recording, const drive_look_t *drive, stretches_t *s) {
+    for (size_t i = 0; i < drive->rests; i++) {
+        look_span_t span = drive->rest[i];
+        const double third = threshold.settling_part * (double)span_length(span);
+        span.from += span.from == 0 ? 0 : (size_t)fmin(third, threshold.settling_s * recording->sample_rate_hz + 1.0);
+        if (span_length(span) >= LEAST_SAMPLES) {
+            double *piece = allocate(span_length(span), sizeof *piece);
+            memcpy(piece, recording->column[COLUMN_DISPLACEMENT] + span.from, span_length(span) * sizeof *piece);
+            take_trend_out(piece, span_length(span));
+            add_stretch(s, piece, span_length(span));
+            free(piece);
+        }
+    }
+}
+
+void noise_look(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
+                noise_look_t *noise) {
+    const double *y = recording->column[COLUMN_DISPLACEMENT];
+    stretches_t rests = {0}, repeats = {0};
+    memset(noise, 0, sizeof *noise);
+    noise->digit_um = resolution_digit(y, recording->samples);
+    noise->step_um = resolution_step(y, recording->samples);
+    rests_of(recording, drive, &rests);
+    share_of(&rests, recording->sample_rate_hz, &noise->rest);
+    if (repetition->count > 0) {
+        add_stretch(&repeats, repetition->difference, repetition->count);
+        share_of(&repeats, recording->sample_rate_hz, &noise->repeat);
+    }
+    stretches_free(&rests);
+    stretches_free(&repeats);
+}
+
+double noise_known_um(const noise_look_t *noise) {
+    return noise->rest.samples > 0 ? noise->rest.rms_um : noise->repeat.rms_um;
+}

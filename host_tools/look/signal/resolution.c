@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "look/signal/resolution.h"
+#include "base/failure.h"
+#include "look/signal/numbers.h"
+#include "thresholds/thresholds.h"
+#include <gsl/gsl_sort.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Values of the same level that a file or rounding of binary numbers keeps apart: this part of the range. */
+static const double same = 1e-9;
+
+/* Distinct levels of sorted values in place. */
+static size_t distinct(double *sorted, size_t count) {
+    const double least = same * (sorted[count - 1] - sorted[0]);
+    size_t levels = 1;
+    for (size_t k = 1; k < count; k++) {
+        if (sorted[k] - sorted[levels - 1] > least) {
+            sorted[levels++] = sorted[k];
+        }
+    }
+    return levels;
+}
+
+/* Walks up the levels with a step that is refined on the way, so that its error never grows to half a step. */
+static double refined(const double *level, size_t levels, double step) {
+    double multiple = 0.0, good = 0.0;
+    for (size_t i = 1; i < levels; i++) {
+        const double jump = round((level[i] - level[i - 1]) / step);
+        multiple += jump;
+        good += fabs((level[i] - level[i - 1]) / step - jump) < threshold.lattice_tolerance * fmax(1.0, sqrt(jump))
+                    ? 1.0
+                    : 0.0;
+        if (jump < 1.0) {
+            return 0.0;
+        }
+        step = multiple >= threshold.fewest_distances ? (level[i] - level[0]) / multiple : step;
+    }
+    return good > threshold.on_the_lattice * (double)(levels - 1) ? (level[levels - 1] - level[0]) / multiple : 0.0;
+}
+
+double resolution_step(const double *value, size_t count) {
+    double *sorted = allocate(count, sizeof *sorted), step = 0.0;
+    size_t levels;
+    memcpy(sorted, value, count * sizeof *sorted);
+    gsl_sort(sorted, 1, count);
+    levels = distinct(sorted, count);
+    const double again = (double)(count - levels);
+    if ((double)levels > threshold.fewest_distances &&
+        (again >= threshold.read_again || again >= threshold.read_again_part * (double)count)) {
+        double *gap = allocate(levels - 1, sizeof *gap);
+        for (size_t i = 0; i + 1 < levels; i++) {
+            gap[i] = sorted[i + 1] - sorted[i];
+        }
+        /* The smallest distance of many is one step; a few odd ones (of a file that was put together) do not count. */
+        step = refined(sorted, levels, look_quantile(gap, levels - 1, threshold.odd_distances));
+        free(gap);
+    }
+    free(sorted);
+    return step;
+}
+
+double resolution_digit(const double *value, size_t count) {
+    enum { MOST_DIGITS = 9 };
+    double unit = 1.0;
+    size_t k = 0;
+    for (int digits = 0; digits <= MOST_DIGITS; digits++) {
+        /* What failed with fewer digits is behind; a value that is one still is with more. Binary numbers of this size
+         * keep 2^-53 of it. */
+        while (k < count && fabs(value[k] * unit - round(value[k] * unit)) <= 1e-15 * fabs(value[k] * unit) + 1e-9) {
+            k++;
+        }
+        if (k == count) {
+            return 1.0 / unit;
+        }
+        unit *= 10.0;
+    }
+    return 0.0;
+}
