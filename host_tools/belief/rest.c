@@ -66,11 +66,13 @@ static double mean_square(const rests_t *rests, const pink_t *pink, double step_
 static bool speak_for_less(const fitted_chain_t *fitted, const rests_t *rests, double step_um) {
     const hysteresis_t *h = &fitted->hysteresis;
     const size_t longest = fitted->samples->recordings[samples_longest(fitted->samples)].samples;
+    /* Beside blocks behind the operator its weights are nearly the likeliest only, and what that leaves is slow. */
+    const bool alone = fitted->imitation.chain.blocks == 1;
     const double by_fit = mean_square(rests, &h->noise, step_um),
                  variance = fmax(by_fit, h->evidence.variance / threshold.most_moving_over_resting);
     double least = by_fit;
     double rho = 0.0;
-    while (rho < h->noise.rho) {
+    while (alone && rho < h->noise.rho) {
         pink_t pink;
         pink_create(&pink, rho, longest);
         least = fmin(least, mean_square(rests, &pink, step_um));

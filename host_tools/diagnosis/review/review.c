@@ -8,6 +8,7 @@
 #include "diagnosis/nuisance/past_choice.h"
 #include "diagnosis/review/delivered.h"
 #include "diagnosis/review/taken_out.h"
+#include "diagnosis/search/contest.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 
@@ -74,6 +75,17 @@ static bool rivals_are_of_its_group(const finding_t *finding) {
     return true;
 }
 
+/* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
+ * little. Only a strong finding can tell, and only where the model has the hysteresis' shape. Within a group a block
+ * may fail only because its form is too narrow: creep that is free below 10 ms is nearer to a dielectric loss than to
+ * the catalogue's creep. */
+static bool can_be(const state_t *state, bool strong, const finding_t *finding, const model_t *left_out,
+                   const block_t *block) {
+    const answer_t *answer = &state->answer;
+    return !strong || block_same_group(block, finding->block) || model_find(left_out, block->name) != NULL ||
+           contest_stands(&answer->question->samples, &state->setting, &answer->model, left_out, block);
+}
+
 /* Blocks that are worth as much in the finding's place, beside a hysteresis of any shape, are what it can be confused
  * with. Those that the chain has already are not. */
 static void add_rivals(state_t *state, finding_t *finding) {
@@ -84,16 +96,18 @@ static void add_rivals(state_t *state, finding_t *finding) {
     const size_t before = finding->rivals;
     const bool strong =
         finding->held_out_after_percent < sqrt(threshold.contest_worth) * finding->held_out_before_percent;
+    const bool other_shape = leaves_a_shape(answer, &answer->shape_after);
     finding_left_out(answer, finding, &left_out);
     chain_for_operator(&left_out, &without);
     if (without.blocks == state->beside->imitation.chain.blocks) { /* the same: the search only adds blocks */
-        rivals_of(state->beside, &state->setting, finding->block, strong, &rivals);
+        rivals_of(state->beside, &state->setting, finding->block, strong && other_shape, &rivals);
     } else if (fitted_chain_open(&fitted, &answer->question->samples, &without, NULL)) {
-        rivals_of(&fitted, &state->setting, finding->block, strong, &rivals);
+        rivals_of(&fitted, &state->setting, finding->block, strong && other_shape, &rivals);
         fitted_chain_close(&fitted);
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
-        if (!finding_has_rival(finding, rivals.rival[r])) {
+        if (!finding_has_rival(finding, rivals.rival[r]) &&
+            can_be(state, strong && !other_shape, finding, &left_out, rivals.rival[r])) {
             finding_add_rival(finding, rivals.rival[r]);
         }
     }

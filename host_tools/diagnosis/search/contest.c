@@ -130,3 +130,16 @@ bool contest_fit(const samples_t *samples, const probe_setting_t *setting, const
     free_starts(&starts, good ? 1 : 0);
     return good;
 }
+
+bool contest_stands(const samples_t *samples, const probe_setting_t *setting, const model_t *standing,
+                    const model_t *chain, const block_t *block) {
+    joint_power_t power;
+    failure_t refusal;
+    starts_t starts = {0};
+    add_starts(setting, chain, block, &starts);
+    fit_starts(samples, &starts);
+    const bool stands = starts.count > 0 && joint_power(samples, &white, standing, &power, &refusal) &&
+                        threshold.contest_worth * starts.start[0].left < power.fitted;
+    free_starts(&starts, 0);
+    return stands;
+}

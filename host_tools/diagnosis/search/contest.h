@@ -30,4 +30,8 @@ bool contest(const samples_t *samples, const probe_setting_t *setting, const mod
 bool contest_fit(const samples_t *samples, const probe_setting_t *setting, const model_t *chain, const block_t *block,
                  contest_winner_t *fitted);
 
+/** Whether this block in the chain leaves no more than the standing model's power over contest_worth. */
+bool contest_stands(const samples_t *samples, const probe_setting_t *setting, const model_t *standing,
+                    const model_t *chain, const block_t *block);
+
 #endif
