@@ -2,6 +2,8 @@
 /* Candidates are the maxima of the drive's autocovariance; each is refined to the least difference of two passes, and
  * counts where passes follow each other. */
 #include "look/signal/period.h"
+#include "base/failure.h"
+#include "recording/recording.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
