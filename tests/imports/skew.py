@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""skew.py HYST FOLDER: a position sampled before or after the drive of its row, as header key displacement_sampled_after_s.
+"""skew.py HYST FOLDER [--no-diagnosis]: a position sampled before or after the drive of its row, as header key displacement_sampled_after_s.
 
 A simulated actuator without a delay. Its position is sampled 0.4 samples before the drive. Without the key that is a
 delay of 0.4 samples, for `hyst diagnose`, too; with it the model that made the recording is right, and nothing is missing.
-The key goes through CSV, HDF5 and `hyst import`.
+The key goes through CSV, HDF5 and `hyst import`. --no-diagnosis: without the two diagnoses at the end, which take long
+where the command is instrumented.
 """
 import json
 import os
@@ -90,5 +91,6 @@ def lags(path):
     return {one["block"] for one in found} & {"transport_delay", "amplifier_bandwidth", "sensor_bandwidth"}
 
 
-assert lags("silent.csv"), "a skew that nobody says looks like a delay"
-assert not lags("said.csv"), "a known skew is no delay"
+if "--no-diagnosis" not in sys.argv[3:]:
+    assert lags("silent.csv"), "a skew that nobody says looks like a delay"
+    assert not lags("said.csv"), "a known skew is no delay"
