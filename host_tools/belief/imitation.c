@@ -122,12 +122,9 @@ static bool all_behind(const imitation_t *imitation, const model_t *chain, const
 
 /* A small part of the stroke: what is behind the operator may be curved. */
 static double change_um(const double *position_um, size_t samples) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (size_t k = 0; k < samples; k++) {
-        low = fmin(low, position_um[k]);
-        high = fmax(high, position_um[k]);
-    }
-    return 1e-3 * (high - low);
+    double range_um[2];
+    values_range(position_um, samples, range_um);
+    return 1e-3 * (range_um[1] - range_um[0]);
 }
 
 /* The response of what is behind the operator to one sample that differs, in parts of it. */

@@ -49,13 +49,13 @@ static void take_rests(const fitted_chain_t *fitted, size_t recording, rests_t *
 
 /* Mean square, made white. What came before a stretch is taken for its mean, which costs it a sample. */
 static double mean_square(const rests_t *rests, const pink_t *pink, double step_um) {
-    double *memory = pink_memory(pink, 1), sum = 0.0;
+    double *memory = pink_memory(pink), sum = 0.0;
     for (size_t i = 0, k = 0; i < rests->stretches; i++) {
         double value = 0.0;
-        pink_row(pink, memory, 1, &value, 1);
+        pink_value(pink, memory, &value, 1);
         for (; k < rests->end[i]; k++) {
             value = rests->left_um[k];
-            pink_row(pink, memory, 1, &value, 0);
+            pink_value(pink, memory, &value, 0);
             sum += value * value;
         }
     }

@@ -263,13 +263,13 @@ static rows_wanted_t rows_of(const hysteresis_t *h, const operator_path_t *paths
 
 void hysteresis_left(const hysteresis_t *h, const operator_path_t *paths, size_t count, const double *position_um,
                      const unsigned char *use, double *left, double *open) {
-    double *memory = pink_memory(&h->noise, 1);
+    double *memory = pink_memory(&h->noise);
     hysteresis_predict(h, paths, count, left);
     for (size_t i = 0, at = 0; i < count; i++) {
         state_space_column(&h->behind, left + at, paths[i].samples);
         for (size_t k = 0; k < paths[i].samples; k++, at++) {
             left[at] = position_um[at] - left[at];
-            pink_row(&h->noise, memory, 1, &left[at], k == 0);
+            pink_value(&h->noise, memory, &left[at], k == 0);
             if (open != NULL) {
                 open[at] = 0.0;
             }

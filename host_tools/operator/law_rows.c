@@ -51,7 +51,7 @@ static void go_along(const law_along_t *along, const duhem_table_t *table, size_
         longest = along->paths[i].samples > longest ? along->paths[i].samples : longest;
     }
     double *h = allocate(longest, sizeof(double)), *u = allocate(longest, sizeof(double)),
-           *value = allocate(longest, sizeof(double)), *memory = pink_memory(along->noise, 1);
+           *value = allocate(longest, sizeof(double)), *memory = pink_memory(along->noise);
     for (size_t i = 0, at = 0; i < along->count && !progress_cancelled(); at += along->paths[i++].samples) {
         const size_t samples = along->paths[i].samples, begin = r;
         go_along_path(along, table, &along->paths[i], h, u);
@@ -60,7 +60,7 @@ static void go_along(const law_along_t *along, const duhem_table_t *table, size_
             state_space_column(along->behind, value, samples);
             r = begin;
             for (size_t k = 0; k < samples; k++) {
-                pink_row(along->noise, memory, 1, &value[k], k == 0);
+                pink_value(along->noise, memory, &value[k], k == 0);
                 if (r < kept->rows && kept->sample[r] == at + k) {
                     row[r++ * stride + j] = value[k];
                 }

@@ -18,26 +18,17 @@ void pink_create(pink_t *pink, double rho, size_t samples) {
     }
 }
 
-double *pink_memory(const pink_t *pink, size_t columns) {
-    return pink->sections > 0 ? allocate(2 * pink->sections * columns, sizeof(double)) : NULL;
+double *pink_memory(const pink_t *pink) {
+    return pink->sections > 0 ? allocate(2 * pink->sections, sizeof(double)) : NULL;
 }
 
-void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, int first) {
+void pink_value(const pink_t *pink, double *memory, double *value, int first) {
     for (size_t i = 0; i < pink->sections; i++) {
-        const double zero = pink->zero[i], pole = pink->pole[i], steady = (1.0 - zero) / (1.0 - pole);
-        double *restrict in = memory + 2 * i * columns, *restrict out = in + columns;
-        if (first != 0) {
-            for (size_t j = 0; j < columns; j++) {
-                in[j] = row[j];
-                out[j] = row[j] *= steady;
-            }
-            continue;
-        }
-        for (size_t j = 0; j < columns; j++) {
-            const double now = row[j];
-            out[j] = row[j] = now - zero * in[j] + pole * out[j];
-            in[j] = now;
-        }
+        const double zero = pink->zero[i], pole = pink->pole[i], now = *value;
+        double *in = memory + 2 * i, *out = in + 1;
+        *value = first != 0 ? now * ((1.0 - zero) / (1.0 - pole)) : now - zero * *in + pole * *out;
+        *in = now;
+        *out = *value;
     }
 }
 

@@ -22,10 +22,10 @@ typedef struct {
 
 /** For recordings of up to `samples` samples: what is slower than they are long is left alone. */
 void pink_create(pink_t *pink, double rho, size_t samples);
-/** Memory of the filter for rows of `columns` values; NULL for white noise. To be freed. */
-double *pink_memory(const pink_t *pink, size_t columns);
-/** Whitens the next row in place. first: of a recording; as if it were in the steady state. */
-void pink_row(const pink_t *pink, double *memory, size_t columns, double *row, int first);
+/** Memory of the filter; NULL for white noise. To be freed. */
+double *pink_memory(const pink_t *pink);
+/** Whitens the next value in place. first: of a recording; as if it were in the steady state. */
+void pink_value(const pink_t *pink, double *memory, double *value, int first);
 
 /** The same filter as states, for rows of many columns at once. */
 state_space_t pink_states(const pink_t *pink);

@@ -150,14 +150,14 @@ void kept_rows_close(kept_rows_t *kept) {
 
 void kept_rows_whiten(const kept_rows_t *kept, const operator_path_t *paths, size_t count, const pink_t *noise,
                       const double *column, double *value, size_t stride) {
-    double *memory = pink_memory(noise, 1);
+    double *memory = pink_memory(noise);
     for (size_t r = 0; memory == NULL && r < kept->rows; r++) {
         value[r * stride] = column[kept->sample[r]];
     }
     for (size_t i = 0, at = 0, r = 0; memory != NULL && i < count; i++) {
         for (size_t k = 0; k < paths[i].samples; k++, at++) {
             double now = column[at];
-            pink_row(noise, memory, 1, &now, k == 0);
+            pink_value(noise, memory, &now, k == 0);
             if (r < kept->rows && kept->sample[r] == at) {
                 value[r++ * stride] = now;
             }

@@ -310,10 +310,10 @@ static void test_the_ladder_as_states(void) {
     static double value[MANY];
     pink_t pink;
     pink_create(&pink, 0.02, 100000);
-    double *ladder = pink_memory(&pink, 1), wanted[MANY];
+    double *ladder = pink_memory(&pink), wanted[MANY];
     for (size_t k = 0; k < MANY; k++) {
         value[k] = wanted[k] = random_normal(&rng) + 2.0;
-        pink_row(&pink, ladder, 1, &wanted[k], k == 0);
+        pink_value(&pink, ladder, &wanted[k], k == 0);
     }
     const state_space_t states = pink_states(&pink);
     state_space_column(&states, value, MANY);
