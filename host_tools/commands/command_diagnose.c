@@ -5,12 +5,10 @@
 #include "commands/command.h"
 #include "commands/diagnose_script.h"
 #include "interface/sure.h"
+#include "numerics/blas.h"
 #include <malloc.h>
 #include <math.h>
 #include <stdlib.h>
-
-/* OpenBLAS: its columns are short, and threads would spend their time waiting for each other. */
-extern void openblas_set_num_threads(int threads);
 
 /* Columns come and go all the time: memory that went back to the system each time would be zeroed by it each time. */
 static void keep_memory(void) {
@@ -133,7 +131,7 @@ static int run(int argc, char **argv) {
         {"--emit-python", NULL, OPTION_OUTPUT, "F.py", "write the Python script that repeats this", &outputs.script}};
     size_t count;
     failure_t failure;
-    openblas_set_num_threads(1);
+    (void)blas_threads(1);
     keep_memory();
     diagnosis_run_t answer;
     const int status = options_parse(&command_diagnose, options, sizeof options / sizeof options[0], argc, argv, 1,

@@ -7,6 +7,7 @@
 #include "commands/command.h"
 #include "compile/compile.h"
 #include "interface/diagnosis_run.h"
+#include "numerics/blas.h"
 #include "report/event_page.h"
 #include <errno.h>
 #include <math.h>
@@ -16,9 +17,6 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-/* OpenBLAS: its columns are short, and threads would spend their time waiting for each other. */
-extern void openblas_set_num_threads(int threads);
 
 /* Between two looks at the amplifier: a tenth of its communication timeout, and of the block it judges by. */
 #define POLL_S 0.1
@@ -294,7 +292,7 @@ static int work(device_t *device, void *settings) {
     watch_t watch = {.settings = settings, .stop = stop_on_signal()};
     hyst_parameters_t image;
     failure_t failure, ignored;
-    openblas_set_num_threads(1);
+    (void)blas_threads(1);
     if (!amplifier_image_read(device, &image, &failure)) {
         return failure_print(&failure);
     }

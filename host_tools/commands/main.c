@@ -2,9 +2,12 @@
 #include "base/provenance.h"
 #include "command_line/progress_bar.h"
 #include "commands/command.h"
+#include "numerics/blas.h"
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static void print_help(void) {
     puts("hyst COMMAND ...\n\n" HYST_PURPOSE "\n");
@@ -55,6 +58,15 @@ static int finish(int status) {
     return status;
 }
 
+/* OpenBLAS reads its environment when it is loaded: the process begins again, at once, with the code that its processor can
+ * run. Where it cannot begin again it goes on, slower. */
+static void begin_with_fast_code(char **argv) {
+    const char *code = blas_better_code();
+    if (code != NULL && setenv("OPENBLAS_CORETYPE", code, 1) == 0) {
+        (void)execv("/proc/self/exe", argv);
+    }
+}
+
 int main(int argc, char **argv) {
     (void)signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of writing, with its line */
     on_out_of_memory(out_of_memory_print);
@@ -70,6 +82,7 @@ int main(int argc, char **argv) {
         puts("hyst " HYST_VERSION);
         return finish(STATUS_DONE);
     }
+    begin_with_fast_code(argv);
     const command_t *command = find_command(argv[1]);
     static provenance_note_t *note; /* of the process: a command is one run */
     note = provenance_note();

@@ -2,11 +2,8 @@
 #include "interface/interface_work.h"
 #include "base/progress.h"
 #include "interface/hyst_interface.h"
+#include "numerics/blas.h"
 #include <pthread.h>
-
-/* OpenBLAS: the columns are short, and its threads would spend their time waiting for each other. */
-extern void openblas_set_num_threads(int threads);
-extern int openblas_get_num_threads(void);
 
 static int threads_before;
 static pthread_mutex_t one_at_a_time = PTHREAD_MUTEX_INITIALIZER;
@@ -59,12 +56,11 @@ void interface_work_begin(void) {
     pthread_mutex_lock(&one_at_a_time);
     interface_listen(NULL);
     long_work = true;
-    threads_before = openblas_get_num_threads();
-    openblas_set_num_threads(1);
+    threads_before = blas_threads(1);
 }
 
 void interface_work_end(void) {
-    openblas_set_num_threads(threads_before);
+    (void)blas_threads(threads_before);
     long_work = false;
     pthread_mutex_unlock(&one_at_a_time);
 }

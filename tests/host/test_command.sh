@@ -260,6 +260,16 @@ has stdout '"confused_with": null'
 has stdout '"revealed_by": "the same drive under three preloads'
 expect 2 'too many arguments' blocks model.json
 
+# OpenBLAS has its slowest code for a processor that it does not know; the command does not stay with it.
+if grep -qw avx2 /proc/cpuinfo && grep -qw fma /proc/cpuinfo; then
+    env -u OPENBLAS_CORETYPE OPENBLAS_VERBOSE=2 "$hyst" blocks >stdout 2>stderr ||
+        complain 'the command did not begin again'
+    code=$(sed -n 's/^.*Core: //p' stderr | tail -1)
+    case $code in
+    '' | Prescott) complain "OpenBLAS' code is '$code'" ;;
+    esac
+fi
+
 if [ -w /dev/full ]; then
     "$hyst" fit good.csv --operators 2 >/dev/full 2>stderr
     [ $? -eq 1 ] || complain 'a full disk must not look like success'
