@@ -58,8 +58,8 @@ static int finish(int status) {
     return status;
 }
 
-/* OpenBLAS reads its environment when it is loaded: the process begins again, at once, with the code that its processor can
- * run. Where it cannot begin again it goes on, slower. */
+/* OpenBLAS reads its environment when it is loaded: the process begins again, at once, with the code that its processor
+ * can run. Where it cannot begin again it goes on, slower. */
 static void begin_with_fast_code(char **argv) {
     const char *code = blas_better_code();
     if (code != NULL && setenv("OPENBLAS_CORETYPE", code, 1) == 0) {
