@@ -100,9 +100,9 @@ static void add_rivals(state_t *state, finding_t *finding) {
     finding_left_out(answer, finding, &left_out);
     chain_for_operator(&left_out, &without);
     if (without.blocks == state->beside->imitation.chain.blocks) { /* the same: the search only adds blocks */
-        rivals_of(state->beside, &state->setting, finding->block, strong && other_shape, &rivals);
+        rivals_of(state->beside, &state->setting, finding->block, strong, &rivals);
     } else if (fitted_chain_open(&fitted, &answer->question->samples, &without, NULL)) {
-        rivals_of(&fitted, &state->setting, finding->block, strong && other_shape, &rivals);
+        rivals_of(&fitted, &state->setting, finding->block, strong, &rivals);
         fitted_chain_close(&fitted);
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
