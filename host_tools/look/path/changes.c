@@ -11,7 +11,6 @@
 
 enum {
     MOST_WINDOWS = 768,
-    LEAST_SAMPLES = 512,
     LEAST_WINDOW = 8,
     EDGE = 4 * CHANGES_MOST_SHIFT,
     ADDED = 2,
@@ -722,7 +721,7 @@ void changes_find(const recording_t *recording, const drive_look_t *drive, const
     const size_t start = from > span_from ? (from > EDGE ? from : EDGE) : (span_from > EDGE ? span_from : EDGE);
     const size_t end = reference->span.to + EDGE < samples ? reference->span.to : samples - EDGE;
     memset(changes, 0, sizeof *changes);
-    if (drive->kind == DRIVE_RESTS || end < start + LEAST_SAMPLES) {
+    if (drive->kind == DRIVE_RESTS || (double)end < (double)start + threshold.least_for_changes) {
         return;
     }
     problem_t p = {.n = end - start,

@@ -53,7 +53,7 @@ static double *without_slow(const reference_t *r) {
 
 /* Which pass each window belongs to, or quarter of a pass where passes are few; without passes each window is one. */
 static void make_batches(const drive_look_t *drive, const reference_t *r, lags_t *lags) {
-    const double parts = drive_periods(drive) < 24 ? 4.0 : 1.0;
+    const double parts = (double)drive_periods(drive) < threshold.few_passes ? 4.0 : 1.0;
     lags->batch = allocate(lags->count, sizeof *lags->batch);
     for (size_t j = 0; j < lags->count; j++) {
         const double middle = 0.5 * (double)(lags->from[j] + lags->from[j + 1]) - (double)r->span.from;

@@ -177,7 +177,6 @@ static void by_mean_path(const recording_t *recording, const drive_look_t *drive
 static void settle_lag(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
                        reference_t *r) {
     enum { ROUNDS = 4 };
-    static const double least_followed = 0.1;
     for (size_t round = 0; round < ROUNDS; round++) {
         const double beyond = r->lag - (double)r->shift, sigma = r->lag_sigma;
         const long here = r->shift, next = here + (beyond < 0.0 ? -1 : 1);
@@ -187,8 +186,8 @@ static void settle_lag(const recording_t *recording, const drive_look_t *drive, 
         r->shift = next;
         by_plays(recording, drive, repetition, r);
         const double falls = (beyond - (r->lag - (double)next)) / (double)(next - here);
-        const double root = (double)here + beyond / fmax(falls, least_followed);
-        const double root_sigma = fmax(sigma, r->lag_sigma) / fmax(falls, least_followed);
+        const double root = (double)here + beyond / fmax(falls, threshold.lag_falls);
+        const double root_sigma = fmax(sigma, r->lag_sigma) / fmax(falls, threshold.lag_falls);
         if (fabs(root - (double)next) <= 0.5 || fabs(root - (double)here) <= 0.5) {
             if (fabs(root - (double)next) > 0.5) {
                 r->shift = here;
