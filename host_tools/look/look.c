@@ -2,6 +2,7 @@
 #include "look/look.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "look/path/changes_find.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -49,6 +50,7 @@ static void look_again(look_t *look) {
     const double noise_um = fmax(look->prediction.noise_um, noise_known_um(&look->noise));
     changes_find(recording, &look->drive, &look->reference, &look->prediction, noise_um, &look->wrong,
                  look_log_chance_limit(), &look->changes);
+    reference_columns_free(&look->reference);
 }
 
 bool look_at(const recording_t *recording, look_t *look, failure_t *failure) {

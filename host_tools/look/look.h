@@ -13,6 +13,7 @@
 #include "look/path/changes.h"
 #include "look/path/lags.h"
 #include "look/path/static_map.h"
+#include "look/path/wrong.h"
 #include "look/response.h"
 #include "look/signal/drive.h"
 #include "look/signal/noise.h"

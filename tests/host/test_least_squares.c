@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Bounded least squares against its optimality conditions, computed here from the rows themselves. */
 #include "base/parallel.h"
+#include "numerics/column_factor.h"
 #include "numerics/least_squares.h"
 #include "support.h"
 #include "unity.h"
@@ -186,6 +187,59 @@ static void test_a_column_of_zeros_is_harmless(void) {
     normal_equations_free(&equations);
 }
 
+/* What is left of a signal is orthogonal to the columns under the weights, its square is what their white products
+ * leave, and a column that others make up, or of zeros, has no part in it. The columns' lengths are 10 powers of ten
+ * apart. */
+static void test_a_factor_of_columns_that_make_each_other_up(void) {
+    enum { COLUMNS = 6, MADE_UP = 3, ZEROS = 4 };
+    static double values[COLUMNS][ROWS], y[ROWS], left[ROWS], weight[ROWS];
+    const double *column[COLUMNS];
+    double x[COLUMNS] = {0.0}, square = 0.0, square_left = 0.0, explained = 0.0;
+    random_t random = {seed};
+    printf("seed %u\n", (unsigned)seed);
+    for (size_t r = 0; r < ROWS; r++) {
+        weight[r] = r % 7 == 0 ? 0.0 : random_unit(&random);
+        y[r] = random_normal(&random);
+        for (size_t c = 0; c < COLUMNS; c++) {
+            values[c][r] = pow(10.0, 2.0 * (double)c - 5.0) * random_normal(&random);
+        }
+        values[MADE_UP][r] = values[0][r] - 0.3 * values[2][r];
+        values[ZEROS][r] = 0.0;
+        left[r] = y[r];
+        square += weight[r] * y[r] * y[r];
+    }
+    for (size_t c = 0; c < COLUMNS; c++) {
+        column[c] = values[c];
+        for (size_t r = 0; r < ROWS; r++) {
+            x[c] += weight[r] * values[c][r] * y[r];
+        }
+    }
+    column_factor_t factor;
+    column_factor_make(&factor, column, COLUMNS, weight, ROWS);
+    column_factor_whiten(&factor, x);
+    for (size_t c = 0; c < COLUMNS; c++) {
+        explained += x[c] * x[c];
+        TEST_ASSERT_EQUAL(c != MADE_UP && c != ZEROS, column_factor_has(&factor, c));
+    }
+    column_factor_solve(&factor, x);
+    columns_add(column, COLUMNS, x, -1.0, ROWS, left);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-100, 0.0, x[MADE_UP]); /* 1 over the pivot that stands for no column, squared */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-100, 0.0, x[ZEROS]);
+    for (size_t c = 0; c < COLUMNS; c++) {
+        double product = 0.0, length = 0.0;
+        for (size_t r = 0; r < ROWS; r++) {
+            product += weight[r] * values[c][r] * left[r];
+            length += weight[r] * values[c][r] * values[c][r];
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, product / sqrt(fmax(length, 1e-300) * square)); /* rounding of 300 sums */
+    }
+    for (size_t r = 0; r < ROWS; r++) {
+        square_left += weight[r] * left[r] * left[r];
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12 * square, square - explained, square_left);
+    column_factor_free(&factor);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_random_problems_meet_the_optimality_conditions);
@@ -193,5 +247,6 @@ int main(void) {
     RUN_TEST(test_columns_make_the_same_equations_as_rows);
     RUN_TEST(test_parts_of_the_rows);
     RUN_TEST(test_a_column_of_zeros_is_harmless);
+    RUN_TEST(test_a_factor_of_columns_that_make_each_other_up);
     return UNITY_END();
 }

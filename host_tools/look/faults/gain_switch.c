@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* An instant from which on the readings have another gain or offset: look/path/changes.h. One whose gain did not change
- * is a sensor that was set to zero again (sensor_rezero). */
+/* An instant from which on the readings have another gain or offset: look/path/switches.h. One whose gain did not
+ * change is a sensor that was set to zero again (sensor_rezero). */
 #include "look/fault.h"
 #include <math.h>
 

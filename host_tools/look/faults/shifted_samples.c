@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Instants from which on the position is early or late by whole samples: look/path/changes.h. */
+/* Instants from which on the position is early or late by whole samples: look/path/shifts.h. */
 #include "look/fault.h"
 #include <math.h>
 #include <string.h>

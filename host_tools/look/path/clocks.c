@@ -30,7 +30,8 @@ static double *slope_of_fit(const problem_t *p, const double *residual) {
 }
 
 static void make_moments(const problem_t *p, const double *residual, const double *slope, moments_t *m) {
-    const size_t width = p->columns + 1;
+    const size_t width = p->columns + 2;
+    const double *const other[] = {residual, slope};
     double *sums = allocate(p->windows * width, sizeof *sums);
     *m = (moments_t){.windows = p->windows, .columns = p->columns};
     m->product = allocate(p->windows, sizeof *m->product);
@@ -38,12 +39,14 @@ static void make_moments(const problem_t *p, const double *residual, const doubl
     m->white = allocate(p->windows * p->columns, sizeof *m->white);
     m->course = allocate(PHASES * p->windows, sizeof *m->course);
     m->sum = allocate(PHASES * p->columns, sizeof *m->sum);
-    problem_window_products(p, slope, sums);
+    problem_window_products(p, slope, other, 2, sums);
     for (size_t w = 0; w < p->windows; w++) {
-        const size_t from = p->from[w];
-        m->product[w] = problem_dot(residual + from, slope + from, p->from[w + 1] - from);
-        m->square[w] = sums[w * width + p->columns];
-        problem_whiten(p, sums + w * width, m->white + w * p->columns);
+        const double *of_columns = sums + w * width, *of_other = of_columns + p->columns;
+        double *white = m->white + w * p->columns;
+        m->product[w] = of_other[0];
+        m->square[w] = of_other[1];
+        memcpy(white, of_columns, p->columns * sizeof *white);
+        column_factor_whiten(&p->factor, white);
     }
     free(sums);
 }
@@ -109,9 +112,8 @@ static double refine(moments_t *m, double *teeth, double *phase, double *size, d
     return most;
 }
 
-void clocks_find(problem_t *p, double rate_hz, double *residual, lag_course_t *saw) {
-    const double without = problem_residual(p, residual);
-    double *slope = slope_of_fit(p, residual), *as_read = allocate(p->n, sizeof *as_read);
+void clocks_find(problem_t *p, double rate_hz, double without, double *residual, lag_course_t *saw) {
+    double *slope = slope_of_fit(p, residual), *as_read = problem_copy(p);
     const double most_teeth = fmin(MOST_TEETH, (double)p->windows / WINDOWS_PER_TOOTH);
     double most = 0.0, teeth = 0.0, phase = 0.0, size = 0.0;
     moments_t m;
@@ -130,7 +132,6 @@ void clocks_find(problem_t *p, double rate_hz, double *residual, lag_course_t *s
     }
     if (most > 0.0) {
         most = refine(&m, &teeth, &phase, &size, most);
-        memcpy(as_read, p->y, p->n * sizeof *as_read);
         for (size_t k = 0; k < p->n; k++) {
             p->y[k] += size * saw_at(teeth, phase, ((double)k + 0.5) / (double)p->n) * slope[k];
         }
@@ -140,8 +141,8 @@ void clocks_find(problem_t *p, double rate_hz, double *residual, lag_course_t *s
         saw->phase = phase + (0.5 - (double)p->first) * teeth / (double)p->n;
         saw->size = size;
         saw->sigma = fabs(size) * sqrt(saw->left / (double)p->n * autocorrelation_time(&run, 1) / most);
-        saw->log_chance = problem_chance(without, saw->left, residual, p->n, 3.0, STEPS_PER_TOOTH * most_teeth);
-        memcpy(p->y, as_read, p->n * sizeof *as_read);
+        saw->log_chance = problem_chance(p, without, saw->left, residual, 3.0, STEPS_PER_TOOTH * most_teeth);
+        problem_restore(p, as_read);
     }
     free_moments(&m);
     free(slope);

@@ -17,7 +17,8 @@
 #include "look/path/lags.h"
 
 /** The saw tooth that explains most, of 1.5 teeth to 48 over the rows and 16 phases, then finer. teeth_per_s and phase
- * are those of the recording's time; left: sum of squares that the columns leave beside it. residual: room for n. */
-void clocks_find(problem_t *p, double rate_hz, double *residual, lag_course_t *saw);
+ * are those of the recording's time; left: sum of squares that the columns leave beside it. without, residual: what
+ * they leave without it; residual becomes that beside it. */
+void clocks_find(problem_t *p, double rate_hz, double without, double *residual, lag_course_t *saw);
 
 #endif

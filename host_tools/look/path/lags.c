@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/lags.h"
 #include "numerics/autocorrelation.h"
+#include "numerics/column_factor.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +16,8 @@ enum {
     WINDOWS_PER_TOOTH = 8,
     NUISANCES = 2
 };
-static const double rates_per_tooth = 4.0; /* steps of the rate in a duration: a quarter of a tooth more or less */
+static const double first_teeth = 1.5;     /* in the duration; */
+static const double rates_per_tooth = 4.0; /* steps of the rate in it: a quarter of a tooth more or less */
 
 /* Offset, gain and lag of the error in pieces; offset and gain are taken out, along straight lines between the pieces'
  * middles, so that no course of the lag loses its edges. */
@@ -53,7 +55,7 @@ static double *without_slow(const reference_t *r) {
 
 /* Which pass each window belongs to, or quarter of a pass where passes are few; without passes each window is one. */
 static void make_batches(const drive_look_t *drive, const reference_t *r, lags_t *lags) {
-    const double parts = drive_periods(drive) < 24 ? 4.0 : 1.0;
+    const double parts = (double)drive_periods(drive) < threshold.few_passes ? 4.0 : 1.0;
     lags->batch = allocate(lags->count, sizeof *lags->batch);
     for (size_t j = 0; j < lags->count; j++) {
         const double middle = 0.5 * (double)(lags->from[j] + lags->from[j + 1]) - (double)r->span.from;
@@ -174,10 +176,8 @@ static double fit_courses(const lags_t *lags, size_t slow, const double *const *
         column[c] = columns + c * n;
     }
     look_regress(column, courses + 1, value, NULL, n, &fit);
+    columns_add(column, courses + 1, fit.coefficient, -1.0, n, value);
     for (size_t j = 0; j < n; j++) {
-        for (size_t c = 0; c <= courses; c++) {
-            value[j] -= fit.coefficient[c] * column[c][j];
-        }
         chi += value[j] * value[j];
     }
     for (size_t c = 0; c < wanted; c++) {
@@ -191,12 +191,8 @@ static double fit_courses(const lags_t *lags, size_t slow, const double *const *
             }
         }
         look_regress(other, others, column[c + 1], NULL, n, &by_others);
-        for (size_t j = 0; j < n; j++) {
-            alone[j] = column[c + 1][j];
-            for (size_t i = 0; i < others; i++) {
-                alone[j] -= by_others.coefficient[i] * other[i][j];
-            }
-        }
+        memcpy(alone, column[c + 1], n * sizeof *alone);
+        columns_add(other, others, by_others.coefficient, -1.0, n, alone);
         size[c] = fit.coefficient[c + 1];
         sigma[c] = error_of_course(lags, alone, value, courses + 1);
         free(alone);
@@ -316,8 +312,8 @@ void lags_saw(const lags_t *lags, lag_course_t *saw) {
     const double duration = lags->at_s[lags->count - 1] - lags->at_s[0];
     const double most = (double)lags->count / WINDOWS_PER_TOOTH, teeth_step = 1.0 / rates_per_tooth;
     double *course = allocate(lags->count, sizeof *course), best = 0.0;
-    for (size_t step = 0; 1.5 + (double)step * teeth_step < most; step++) {
-        const double teeth = 1.5 + (double)step * teeth_step;
+    for (size_t step = 0; first_teeth + (double)step * teeth_step < most; step++) {
+        const double teeth = first_teeth + (double)step * teeth_step;
         for (size_t i = 0; i < PHASES; i++) {
             fill_saw(lags, teeth / duration, (double)i / PHASES, course);
             const double taken = taken_by(lags, lags->product, course);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/prediction.h"
 #include "look/signal/resolution.h"
+#include "numerics/column_factor.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -85,13 +86,8 @@ void prediction_make(const recording_t *recording, const drive_look_t *drive, pr
     }
     for (size_t pass = 0; pass < PASSES; pass++) {
         look_regress(column, COLUMNS, centred + REACH, weight, inner, &fit);
-        for (size_t k = 0; k < inner; k++) {
-            double predicted = 0.0;
-            for (size_t c = 0; c < COLUMNS; c++) {
-                predicted += fit.coefficient[c] * column[c][k];
-            }
-            p->error[k + REACH] = centred[k + REACH] - predicted;
-        }
+        memcpy(p->error + REACH, centred + REACH, inner * sizeof *p->error);
+        columns_add(column, COLUMNS, fit.coefficient, -1.0, inner, p->error + REACH);
         p->sigma_um = fmax(scale_of(p), rounding * digit);
         for (size_t k = 0; k < inner; k++) {
             /* A bad reading spoils the rows that lean on it, too: they are as far out, or next to one that is. */

@@ -3,13 +3,13 @@
 #include "look/path/reference_columns.h"
 #include "look/signal/period.h"
 #include "numerics/autocorrelation.h"
+#include "numerics/column_factor.h"
 #include "thresholds/thresholds.h"
-#include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SHIFTINGS = 5, MOST_SHIFT = 64 };
+enum { SHIFTINGS = 5, MOST_SHIFT = 64, MEAN_PATHS = 2 };
 
 static void slope_of(const double *value, size_t samples, double *slope) {
     for (size_t k = 1; k + 1 < samples; k++) {
@@ -49,9 +49,7 @@ static double error_of_lag(const double *const *column, size_t by_lag, const dou
     look_regression_t by_others = {0};
     look_regress(column, by_lag, slope, weight, samples, &by_others);
     memcpy(alone, slope, samples * sizeof *alone);
-    for (size_t c = 0; c < by_lag; c++) {
-        cblas_daxpy((int)samples, -by_others.coefficient[c], column[c], 1, alone, 1);
-    }
+    columns_add(column, by_lag, by_others.coefficient, -1.0, samples, alone);
     for (size_t k = 0; k < samples; k++) {
         speed[k] = fabs(slope[k]);
     }
@@ -98,13 +96,13 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, co
                      reference_t *r) {
     const double *y = recording->column[COLUMN_DISPLACEMENT], *u = recording->column[COLUMN_DRIVE];
     const size_t samples = recording->samples, from = (size_t)(threshold.least_skipped * (double)samples);
-    double *columns = allocate(REFERENCE_COLUMNS * samples, sizeof *columns),
-           *weight = allocate(samples, sizeof *weight);
     const double *column[REFERENCE_COLUMNS], middle = look_mean(y, samples);
-    double *centred = allocate(samples, sizeof *centred), *slope = columns + REFERENCE_BY_LAG * samples;
+    double *weight = allocate(samples, sizeof *weight), *centred = allocate(samples, sizeof *centred);
+    double *slope = r->columns + REFERENCE_BY_LAG * samples;
     look_regression_t fit = {0};
-    reference_columns_fill(u, samples, drive, r->shift, columns);
-    const size_t by_lag = order_columns(columns, samples, column);
+    memset(r->columns, 0, r->column_count * samples * sizeof *r->columns);
+    reference_columns_fill(u, samples, drive, r->shift, r->columns);
+    const size_t by_lag = order_columns(r->columns, samples, column);
     for (size_t k = 0; k < samples; k++) {
         weight[k] = k >= from ? 1.0 : 0.0;
         centred[k] = y[k] - middle;
@@ -114,9 +112,7 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, co
         const size_t used = pass == 0 ? by_lag : by_lag + 1;
         look_regress(column, used, centred, weight, samples, &fit);
         memset(r->expected, 0, samples * sizeof *r->expected);
-        for (size_t c = 0; c < used; c++) {
-            cblas_daxpy((int)samples, fit.coefficient[c], column[c], 1, r->expected, 1);
-        }
+        columns_add(column, used, fit.coefficient, 1.0, samples, r->expected);
         for (size_t k = 0; k < samples; k++) {
             r->error[k] = centred[k] - r->expected[k];
         }
@@ -141,12 +137,10 @@ static void by_plays(const recording_t *recording, const drive_look_t *drive, co
     }
     r->left_um = r->plays_left_um = fit.rms;
     r->plays_from = from;
-    memcpy(r->lag_column, slope, samples * sizeof *r->lag_column);
     for (size_t k = 0; k < samples; k++) {
         r->expected[k] += middle;
     }
     slope_of(r->expected, samples, r->slope);
-    free(columns);
     free(weight);
     free(centred);
 }
@@ -169,6 +163,10 @@ static void by_mean_path(const recording_t *recording, const drive_look_t *drive
         r->error[k] = y[k] - r->expected[k];
     }
     r->left_um = repetition->left_um;
+    const double *const more[MEAN_PATHS] = {r->expected, r->slope};
+    for (size_t i = 0; i < MEAN_PATHS; i++) {
+        memcpy(r->columns + r->column_count++ * recording->samples, more[i], recording->samples * sizeof *r->columns);
+    }
     free(wrapped);
 }
 
@@ -177,7 +175,6 @@ static void by_mean_path(const recording_t *recording, const drive_look_t *drive
 static void settle_lag(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
                        reference_t *r) {
     enum { ROUNDS = 4 };
-    static const double least_followed = 0.1;
     for (size_t round = 0; round < ROUNDS; round++) {
         const double beyond = r->lag - (double)r->shift, sigma = r->lag_sigma;
         const long here = r->shift, next = here + (beyond < 0.0 ? -1 : 1);
@@ -187,8 +184,8 @@ static void settle_lag(const recording_t *recording, const drive_look_t *drive, 
         r->shift = next;
         by_plays(recording, drive, repetition, r);
         const double falls = (beyond - (r->lag - (double)next)) / (double)(next - here);
-        const double root = (double)here + beyond / fmax(falls, least_followed);
-        const double root_sigma = fmax(sigma, r->lag_sigma) / fmax(falls, least_followed);
+        const double root = (double)here + beyond / fmax(falls, threshold.lag_falls);
+        const double root_sigma = fmax(sigma, r->lag_sigma) / fmax(falls, threshold.lag_falls);
         if (fabs(root - (double)next) <= 0.5 || fabs(root - (double)here) <= 0.5) {
             if (fabs(root - (double)next) > 0.5) {
                 r->shift = here;
@@ -209,7 +206,9 @@ void reference_make(const recording_t *recording, const drive_look_t *drive, con
     reference->expected = allocate(recording->samples, sizeof *reference->expected);
     reference->slope = allocate(recording->samples, sizeof *reference->slope);
     reference->error = allocate(recording->samples, sizeof *reference->error);
-    reference->lag_column = allocate(recording->samples, sizeof *reference->lag_column);
+    reference->column_count = reference_columns_of(recording->samples);
+    reference->columns =
+        allocate((reference->column_count + MEAN_PATHS) * recording->samples, sizeof *reference->columns);
     for (size_t i = 0; drive->kind != DRIVE_RESTS && i < SHIFTINGS; i++) {
         by_plays(recording, drive, repetition, reference);
         const double beyond = reference->lag - (double)reference->shift;
@@ -234,25 +233,16 @@ void reference_make(const recording_t *recording, const drive_look_t *drive, con
     }
 }
 
+void reference_columns_free(reference_t *reference) {
+    free(reference->columns);
+    reference->columns = NULL;
+    reference->column_count = 0;
+}
+
 void reference_free(reference_t *reference) {
     free(reference->expected);
     free(reference->slope);
     free(reference->error);
-    free(reference->lag_column);
+    reference_columns_free(reference);
     memset(reference, 0, sizeof *reference);
-}
-
-size_t reference_columns_count(const reference_t *reference, size_t samples) {
-    return reference_columns_of(samples) + (reference->repeated ? 2 : 0);
-}
-
-void reference_columns(const recording_t *recording, const drive_look_t *drive, const reference_t *reference,
-                       double *columns) {
-    const size_t samples = recording->samples, all = reference_columns_of(samples);
-    reference_columns_fill(recording->column[COLUMN_DRIVE], samples, drive, reference->shift, columns);
-    memcpy(columns + REFERENCE_BY_LAG * samples, reference->lag_column, samples * sizeof *columns);
-    if (reference->repeated) {
-        memcpy(columns + all * samples, reference->expected, samples * sizeof *columns);
-        memcpy(columns + (all + 1) * samples, reference->slope, samples * sizeof *columns);
-    }
 }

@@ -29,18 +29,18 @@ typedef struct {
     double lag, lag_sigma;
     long shift;           /**< whole samples by which the drive was moved under the plays: lag has them in it */
     size_t plays_from;    /**< first sample that the fit has seen */
-    double *lag_column;   /**< slope of the plays' fit without a lag, one a sample */
     double plays_left_um; /**< root mean square that the plays leave */
+    /** Columns of the least squares, samples of the recording each, one after the other: those of the plays, and the
+     * mean path and its slope where that is known. That of the lag is the slope of the plays' fit without one. */
+    size_t column_count;
+    double *columns;
 } reference_t;
 
 void reference_make(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
                     reference_t *reference);
 void reference_free(reference_t *reference);
 
-/** The columns of the least squares, samples of the recording each, one after the other; two more where the mean path
- * is known: that and its slope. */
-size_t reference_columns_count(const reference_t *reference, size_t samples);
-void reference_columns(const recording_t *recording, const drive_look_t *drive, const reference_t *reference,
-                       double *columns);
+/** As soon as they are needed no more: they are 100 times as large as the recording. */
+void reference_columns_free(reference_t *reference);
 
 #endif

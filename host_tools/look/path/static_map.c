@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_IN_LEVEL = 4 };
-
 /* Median of the samples of one level that are on the rising (way 1) or falling (-1) branch. HUGE_VAL: too few. */
 static double level_median(const double *u, const double *y, size_t samples, double from, double to, double way,
                            double still, double *picked) {
@@ -19,7 +17,7 @@ static double level_median(const double *u, const double *y, size_t samples, dou
             picked[count++] = y[k];
         }
     }
-    return count >= LEAST_IN_LEVEL ? look_quantile(picked, count, 0.5) : HUGE_VAL;
+    return (double)count >= threshold.least_in_level ? look_quantile(picked, count, 0.5) : HUGE_VAL;
 }
 
 static void find_line(const double *u, const double *y, size_t samples, double middle_v, double half_v,

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WINDOW = 7, HALF = WINDOW / 2, LEAST_SAMPLES = 64 };
+enum { WINDOW = 7, HALF = WINDOW / 2 };
 /* Of normal noise, the scale of an exponential through its 90 and 98 % quantiles, in deviations; rounding makes 0.29 of
  * a step. */
 static const double normal_scale = 0.423, rounding = 0.29;
@@ -34,14 +34,14 @@ static bool tail_of(const prediction_t *p, double step_um, double *at, double *s
             size[count++] = fabs(p->error[k]);
         }
     }
-    if (count >= LEAST_SAMPLES) {
+    if ((double)count >= threshold.least_for_tail) {
         const double inner = look_quantile(size, count, threshold.tail_from);
         *at = look_quantile(size, count, threshold.tail_to);
         *scale = (*at - inner) / log((1.0 - threshold.tail_from) / (1.0 - threshold.tail_to));
         *scale = fmax(*scale, normal_scale * fmax(p->sigma_um, rounding * step_um));
     }
     free(size);
-    return count >= LEAST_SAMPLES && *scale > 0.0;
+    return (double)count >= threshold.least_for_tail && *scale > 0.0;
 }
 
 void wrong_find(const recording_t *recording, const drive_look_t *drive, const static_map_t *map,

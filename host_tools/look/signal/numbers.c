@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/signal/numbers.h"
 #include "base/failure.h"
-#include "numerics/least_squares.h"
+#include "numerics/column_factor.h"
 #include <gsl/gsl_cblas.h>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_fft_complex.h>
@@ -51,121 +51,42 @@ double look_deviation(const double *value, size_t count) {
     return sqrt(squares / (double)count);
 }
 
-/* Cholesky's factor of a scaled Gram matrix in place, lower triangle. A column of which those before it leave nearly
- * nothing gets a pivot so large that its coefficient is 0. */
-static void factorise(double *gram, size_t n) {
-    static const double least_pivot = 1e-10, no_column = 1e150;
-    for (size_t j = 0; j < n; j++) {
-        double pivot = gram[j * n + j];
-        for (size_t k = 0; k < j; k++) {
-            pivot -= gram[j * n + k] * gram[j * n + k];
-        }
-        pivot = pivot > least_pivot ? sqrt(pivot) : no_column;
-        gram[j * n + j] = pivot;
-        for (size_t i = j + 1; i < n; i++) {
-            double sum = gram[i * n + j];
-            for (size_t k = 0; k < j; k++) {
-                sum -= gram[i * n + k] * gram[j * n + k];
-            }
-            gram[i * n + j] = sum / pivot;
-        }
-    }
-}
-
-static void forward(const double *factor, size_t n, double *x) {
-    for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < i; k++) {
-            x[i] -= factor[i * n + k] * x[k];
-        }
-        x[i] /= factor[i * n + i];
-    }
-}
-
-static void backward(const double *factor, size_t n, double *x) {
-    for (size_t i = n; i-- > 0;) {
-        for (size_t k = i + 1; k < n; k++) {
-            x[i] -= factor[k * n + i] * x[k];
-        }
-        x[i] /= factor[i * n + i];
-    }
-}
-
-/* In blocks of rows, so that a copy of the weighted columns is small. */
-void look_products(const double *const *column, size_t columns, const double *weight, size_t rows, double *gram) {
-    enum { BLOCK = 4096 };
-    const size_t most = rows < BLOCK ? rows : BLOCK;
-    double *block = allocate(columns * most, sizeof *block), *part = allocate(columns * columns, sizeof *part);
-    memset(gram, 0, columns * columns * sizeof *gram);
-    for (size_t from = 0; from < rows; from += most) {
-        const size_t count = rows - from < most ? rows - from : most;
-        for (size_t i = 0; i < columns; i++) {
-            for (size_t k = 0; k < count; k++) {
-                block[i * count + k] = column[i][from + k] * (weight == NULL ? 1.0 : sqrt(weight[from + k]));
-            }
-        }
-        products_of_columns(block, count, columns, 0, part);
-        for (size_t i = 0; i < columns * columns; i++) {
-            gram[i] += part[i];
-        }
-    }
-    free(block);
-    free(part);
-}
-
 bool look_regress(const double *const *column, size_t columns, const double *value, const double *weight, size_t rows,
                   look_regression_t *result) {
-    double *gram = allocate(columns * columns, sizeof *gram), scale[LOOK_MOST_COLUMNS];
     size_t used = 0;
-    bool good;
     memset(result, 0, sizeof *result);
     for (size_t k = 0; k < rows; k++) {
         used += weight == NULL || weight[k] > 0.0 ? 1 : 0;
     }
-    look_products(column, columns, weight, rows, gram);
-    for (size_t i = 0; i < columns; i++) {
-        scale[i] = gram[i * columns + i] > 0.0 ? 1.0 / sqrt(gram[i * columns + i]) : 0.0;
+    if (used <= columns) {
+        return false;
+    }
+    column_factor_t factor;
+    double squares = 0.0, *left = allocate(rows, sizeof *left);
+    column_factor_make(&factor, column, columns, weight, rows);
+    for (size_t k = 0; k < rows; k++) {
+        left[k] = (weight == NULL ? 1.0 : weight[k]) * value[k];
     }
     for (size_t i = 0; i < columns; i++) {
-        for (size_t j = 0; j <= i; j++) {
-            gram[i * columns + j] *= scale[i] * scale[j];
-        }
+        result->coefficient[i] = cblas_ddot((int)rows, column[i], 1, left, 1);
     }
-    good = used > columns;
-    if (good) {
-        factorise(gram, columns);
-        double squares = 0.0, *left = allocate(rows, sizeof *left);
-        for (size_t k = 0; k < rows; k++) {
-            left[k] = (weight == NULL ? 1.0 : weight[k]) * value[k];
-        }
-        for (size_t i = 0; i < columns; i++) {
-            result->coefficient[i] = cblas_ddot((int)rows, column[i], 1, left, 1) * scale[i];
-        }
-        forward(gram, columns, result->coefficient);
-        backward(gram, columns, result->coefficient);
-        for (size_t i = 0; i < columns; i++) {
-            result->coefficient[i] *= scale[i];
-        }
-        memcpy(left, value, rows * sizeof *left);
-        for (size_t i = 0; i < columns; i++) {
-            cblas_daxpy((int)rows, -result->coefficient[i], column[i], 1, left, 1);
-        }
-        for (size_t k = 0; k < rows; k++) {
-            squares += (weight == NULL ? 1.0 : weight[k]) * left[k] * left[k];
-        }
-        result->rms = sqrt(squares / (double)(used - columns));
-        for (size_t i = 0; i < columns; i++) {
-            double unit[LOOK_MOST_COLUMNS] = {0}, norm = 0.0;
-            unit[i] = 1.0;
-            forward(gram, columns, unit);
-            for (size_t k = i; k < columns; k++) {
-                norm += unit[k] * unit[k];
-            }
-            result->sigma[i] = result->rms * scale[i] * sqrt(norm);
-        }
-        free(left);
+    column_factor_whiten(&factor, result->coefficient);
+    column_factor_solve(&factor, result->coefficient);
+    memcpy(left, value, rows * sizeof *left);
+    columns_add(column, columns, result->coefficient, -1.0, rows, left);
+    for (size_t k = 0; k < rows; k++) {
+        squares += (weight == NULL ? 1.0 : weight[k]) * left[k] * left[k];
     }
-    free(gram);
-    return good;
+    result->rms = sqrt(squares / (double)(used - columns));
+    for (size_t i = 0; i < columns; i++) {
+        double unit[LOOK_MOST_COLUMNS] = {0};
+        unit[i] = 1.0;
+        column_factor_whiten(&factor, unit);
+        result->sigma[i] = result->rms * cblas_dnrm2((int)columns, unit, 1);
+    }
+    column_factor_free(&factor);
+    free(left);
+    return true;
 }
 
 size_t look_smooth_length(size_t n) {

@@ -32,9 +32,6 @@ typedef struct {
     double rms;                      /**< of what is left, with the degrees of freedom taken off */
 } look_regression_t;
 
-/** Products of columns with each other, columns^2 of them. weight: one a row, 0 or more, or NULL. */
-void look_products(const double *const *column, size_t columns, const double *weight, size_t rows, double *gram);
-
 /**
  * Least squares of value on columns: column[i][k]. weight: one a row, 0 or more, or NULL. A column that
  * those before it make up to 1e-10 of its square gets 0. false: fewer rows with a weight than columns + 1.
