@@ -66,6 +66,7 @@ static void added(const fitted_chain_t *f, const state_space_t *behind, double *
     for (size_t i = 0; i < f->samples->count; i++) {
         state_space_column(behind, added_um + f->samples->begin[i], f->samples->recordings[i].samples);
     }
+    hysteresis_add_offsets(&f->hysteresis, imitation->paths, imitation->count, added_um);
     for (size_t k = 0; k < f->samples->all; k++) {
         added_um[k] = imitation->simulated_um[k] - added_um[k];
     }

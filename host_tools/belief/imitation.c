@@ -110,12 +110,15 @@ void imitation_close(imitation_t *imitation) {
     *imitation = (imitation_t){0};
 }
 
-/* The operator's position through what is behind it, all recordings. */
-static bool all_behind(const imitation_t *imitation, const model_t *chain, const double *level_v, double *position_um,
-                       failure_t *failure) {
+/* The operator's position through what is behind it, all recordings. hysteresis: its offsets; NULL: none. */
+static bool all_behind(const imitation_t *imitation, const hysteresis_t *hysteresis, const model_t *chain,
+                       double *position_um, failure_t *failure) {
     bool good = true;
     for (size_t i = 0, at = 0; good && i < imitation->count; at += imitation->recordings[i++].samples) {
-        good = run_behind(chain, &imitation->recordings[i], level_v + at, position_um + at, failure);
+        good = run_behind(chain, &imitation->recordings[i], imitation->level_v + at, position_um + at, failure);
+    }
+    if (hysteresis != NULL) {
+        hysteresis_add_offsets(hysteresis, imitation->paths, imitation->count, position_um);
     }
     return good;
 }
@@ -171,13 +174,13 @@ void imitation_behind(const imitation_t *imitation, state_space_t *behind) {
 bool imitation_run(imitation_t *imitation, const hysteresis_t *hysteresis, failure_t *failure) {
     hysteresis_predict(hysteresis, imitation->paths, imitation->count, imitation->predicted_um);
     memcpy(imitation->simulated_um, imitation->predicted_um, imitation->all * sizeof(double));
-    return all_behind(imitation, &imitation->chain, imitation->level_v, imitation->simulated_um, failure);
+    return all_behind(imitation, hysteresis, &imitation->chain, imitation->simulated_um, failure);
 }
 
 bool imitation_rest(imitation_t *imitation, failure_t *failure) {
     memset(imitation->predicted_um, 0, imitation->all * sizeof(double));
     memset(imitation->simulated_um, 0, imitation->all * sizeof(double));
-    return all_behind(imitation, &imitation->chain, imitation->level_v, imitation->simulated_um, failure);
+    return all_behind(imitation, NULL, &imitation->chain, imitation->simulated_um, failure);
 }
 
 bool imitation_altered(const imitation_t *imitation, const hysteresis_t *hysteresis, const model_t *chain, size_t at,
@@ -185,7 +188,7 @@ bool imitation_altered(const imitation_t *imitation, const hysteresis_t *hystere
     failure_t ignored;
     if (!is_before(chain->block[at].block)) {
         memcpy(position_um, imitation->predicted_um, imitation->all * sizeof(double));
-        return all_behind(imitation, chain, imitation->level_v, position_um, &ignored);
+        return all_behind(imitation, hysteresis, chain, position_um, &ignored);
     }
     imitation_t other;
     if (!imitation_open(&other, chain, imitation->recordings, imitation->count, &ignored)) {

@@ -96,11 +96,13 @@ void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const blo
     scan_blocks(&scan, &scanned);
     suspects_copy(&scanned, scan_promising(&scanned, REFINED), &suspects);
     suspects_free(&scanned);
-    parallel(suspects.count, refine_one, &(refined_t){.scan = &scan, .suspects = &suspects});
-    suspects_sort(&suspects);
-    choose(&suspects, block, rivals);
-    if (strong) {
+    if (strong) { /* numbers that are refined beside weights without the block say no more than its probes */
+        choose(&suspects, block, rivals);
         drop_what_does_not_fit(fitted, setting, &suspects, block, rivals);
+    } else {
+        parallel(suspects.count, refine_one, &(refined_t){.scan = &scan, .suspects = &suspects});
+        suspects_sort(&suspects);
+        choose(&suspects, block, rivals);
     }
     suspects_free(&suspects);
 }

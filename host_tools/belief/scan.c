@@ -235,6 +235,9 @@ static bool linearise(void *context, double *cost) {
         for (size_t j = 0; j < n; j++) {
             job->gram[i * n + j] = row[2 + j];
         }
+        if (row[2 + i] < least_beyond * square_of(job->scan, column[2 + i])) {
+            job->gram[i * n + i] = 0.0; /* the operator imitates what this number does: it stays */
+        }
     }
     return true;
 }

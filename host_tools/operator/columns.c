@@ -75,6 +75,10 @@ void operator_set_law(operator_t *operator, const duhem_law_t * law) {
     }
 }
 
+size_t operator_offset_column(size_t recording) {
+    return recording * PER_RECORDING;
+}
+
 size_t operator_law_column(const operator_t *operator) {
     return operator->recordings * PER_RECORDING + SHARED;
 }

@@ -77,6 +77,8 @@ void operator_create(operator_t *operator, const double range_v[2], size_t recor
 void operator_free(operator_t *operator);
 /** Gives it a Duhem law, or another one in its place. Walks that are under way are void. */
 void operator_set_law(operator_t *operator, const duhem_law_t * law);
+/** Of a recording: its offset, 1 in its rows and 0 in the others'. */
+size_t operator_offset_column(size_t recording);
 /** Without a law. */
 void operator_drop_law(operator_t *operator);
 /** The first of the law's columns, which are the last ones: h, h u, h^2, h^3, and by each of its numbers. */

@@ -21,6 +21,7 @@ const hysteresis_base_t *equations_base(const operator_question_t *q, const hyst
                                   .count = q->data->count,
                                   .turns = h->turns,
                                   .behind = &q->behind,
+                                  .offsets_behind = h->offsets_behind,
                                   .noise = &h->noise,
                                   .use = q->data->use,
                                   .thin = thin};

@@ -11,6 +11,7 @@ typedef struct {
     operator_t operator;
     bool turns; /**< the drive turned between samples, as its turns say; otherwise it never went beyond them */
     state_space_t behind; /**< what its position passes through */
+    bool offsets_behind;  /**< that lets no constant through: the recordings' offsets are added behind it */
     pink_t noise;
     size_t *group;
     group_evidence_t evidence; /**< of the whitened columns; evidence.variance: of the whitened noise, in um^2 */

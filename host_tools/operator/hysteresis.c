@@ -165,6 +165,10 @@ static bool fit_all(operator_question_t *q, size_t thin, hysteresis_t *h, failur
            equations_fit(q, thin, true, h, failure);
 }
 
+static bool lets_constants_through(const state_space_t *behind) {
+    return fabs(state_space_gain_at_rest(behind)) >= least_gain;
+}
+
 /* Range of the drive along all paths, samples, and the middle that is taken out of the position before. */
 static void count_samples(operator_question_t *q, double range_v[2], double *middle_um) {
     const hysteresis_data_t *data = q->data;
@@ -181,7 +185,7 @@ static void count_samples(operator_question_t *q, double range_v[2], double *mid
             sum += data->use[at] != 0 ? data->position_um[at] : 0.0;
         }
     }
-    *middle_um = q->used > 0 && fabs(gain) >= least_gain ? sum / (double)q->used / gain : 0.0;
+    *middle_um = q->used > 0 && lets_constants_through(&q->behind) ? sum / (double)q->used / gain : 0.0;
     q->position_um = allocate(at, sizeof(double));
     for (size_t k = 0; k < at; k++) {
         q->position_um[k] = data->position_um[k] - gain * *middle_um;
@@ -198,6 +202,7 @@ bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hys
     q->behind = h->behind = data->behind != NULL ? *data->behind : state_space_identity();
     count_samples(q, range, &h->middle_um);
     h->position_um = q->position_um;
+    h->offsets_behind = !lets_constants_through(&q->behind);
     bool good = q->used > 0 && range[1] > range[0];
     if (!good) {
         (void)fail(failure, "a drive that never moves, or no samples: no hysteresis shows");
@@ -227,11 +232,20 @@ void hysteresis_predict(const hysteresis_t *h, const operator_path_t *paths, siz
         if (moved) {
             u = hike.walk.u;
             level_v = hike_level(&hike);
-            value = h->middle_um + operator_value(&folded, &hike.walk, level_v, row);
+            value = h->middle_um + operator_value(&folded, &hike.walk, level_v, row) -
+                    (h->offsets_behind ? h->evidence.weight[operator_offset_column(hike.walk.recording)] : 0.0);
         }
         position_um[hike.at] = value;
     }
     free(row);
+}
+
+void hysteresis_add_offsets(const hysteresis_t *h, const operator_path_t *paths, size_t count, double *position_um) {
+    for (size_t i = 0, at = 0; h->offsets_behind && i < count; i++) {
+        for (size_t k = 0; k < paths[i].samples; k++) {
+            position_um[at++] += h->evidence.weight[operator_offset_column(i)];
+        }
+    }
 }
 
 typedef struct {
@@ -256,6 +270,7 @@ static rows_wanted_t rows_of(const hysteresis_t *h, const operator_path_t *paths
                            .count = count,
                            .turns = h->turns,
                            .behind = &h->behind,
+                           .offsets_behind = h->offsets_behind,
                            .noise = &h->noise,
                            .use = use,
                            .thin = 1};
@@ -265,8 +280,11 @@ void hysteresis_left(const hysteresis_t *h, const operator_path_t *paths, size_t
                      const unsigned char *use, double *left, double *open) {
     double *memory = pink_memory(&h->noise);
     hysteresis_predict(h, paths, count, left);
-    for (size_t i = 0, at = 0; i < count; i++) {
+    for (size_t i = 0, at = 0; i < count; at += paths[i++].samples) {
         state_space_column(&h->behind, left + at, paths[i].samples);
+    }
+    hysteresis_add_offsets(h, paths, count, left);
+    for (size_t i = 0, at = 0; i < count; i++) {
         for (size_t k = 0; k < paths[i].samples; k++, at++) {
             left[at] = position_um[at] - left[at];
             pink_value(&h->noise, memory, &left[at], k == 0);

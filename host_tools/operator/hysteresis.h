@@ -17,9 +17,14 @@
 bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases,
                     hysteresis_t *hysteresis, failure_t *failure);
 
-/** Its own position by its weights along paths, which need not be those it was fitted to. */
+/** Its own position by its weights along paths, which need not be those it was fitted to; with offsets_behind, without
+ * offsets. */
 void hysteresis_predict(const hysteresis_t *hysteresis, const operator_path_t *paths, size_t count,
                         double *position_um);
+
+/** With offsets_behind: adds those to what has passed through all that is behind it. */
+void hysteresis_add_offsets(const hysteresis_t *hysteresis, const operator_path_t *paths, size_t count,
+                            double *position_um);
 
 /**
  * What it leaves of a position, whitened: left. open, of samples with use[k] == 0 (the others: 0): variance of that by

@@ -11,6 +11,8 @@ typedef struct {
     void *context;
     state_space_rows_t filter;
     size_t columns, ahead, waiting, count; /* count: of these, wanted */
+    double offset;                         /* of a constant behind it, whitened */
+    size_t recording;                      /* of the rows that wait */
     bool first, remembers;                 /* first: they begin a recording */
     double *row, *filtered, *last;         /* last: row of this recording */
     size_t taken[STATE_SPACE_ROWS], sample[STATE_SPACE_ROWS];
@@ -30,6 +32,9 @@ static void hand_on(waiting_t *w) {
         w->take(w->context, w->row, w->sample, w->count);
     } else {
         state_space_rows(&w->filter, w->row, w->waiting, w->first, w->taken, w->count, w->filtered);
+        for (size_t i = 0; w->wanted->offsets_behind && i < w->count; i++) {
+            w->filtered[i * w->columns + operator_offset_column(w->recording)] = w->offset;
+        }
         if (w->count > 0) {
             w->take(w->context, w->filtered, w->sample, w->count);
         }
@@ -85,6 +90,7 @@ static void open_filter(waiting_t *w) {
     (void)state_space_cascade(w->wanted->behind, &noise, all); /* it has room for the noise: BEHIND_STATES */
     state_space_rows_open(&w->filter, all, w->columns);
     w->ahead = all->ahead;
+    w->offset = state_space_gain_at_rest(&noise);
     w->remembers = !state_space_is_identity(all);
     free(all);
 }
@@ -104,6 +110,7 @@ void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context)
         const bool taken = is_wanted(wanted, hike.at) && used++ % wanted->thin == 0;
         if (hike.k == 0) {
             end_recording(&w);
+            w.recording = hike.walk.recording;
         }
         if (!taken && !w.remembers) {
             continue;

@@ -13,6 +13,7 @@ typedef struct {
     size_t count;
     bool turns;                  /**< of hike_begin */
     const state_space_t *behind; /**< what the columns pass through before they are whitened */
+    bool offsets_behind;         /**< but for the offsets, which are added behind it */
     const pink_t *noise;
     const unsigned char *use;
     bool unused; /**< of the samples with use[k] == 0, not of the others */

@@ -16,6 +16,7 @@ static const double rate_hz = 1000.0, noise_um = 0.005; /* 0.05 % of the stroke 
 static const double weak = 0.012;                       /* 3.6 us late: 17 to 44 natural units with six seeds */
 static double part_of_delay = 1.0;
 static const double mode_hz = 20.0, mode_damping = 0.067;
+static const double leaks_in_s = 8.0, rest_um = 40.0; /* where it has leaked to when the recording begins */
 static random_t rng;
 
 void setUp(void) {
@@ -31,11 +32,11 @@ static double drive_at(double t) {
 }
 
 typedef enum { PLAYS, BOUC_WEN, CURVED_PLAYS, LAWS } law_t;
-typedef enum { NOTHING, LATE, CREEPS, SHAKES, RINGS } effect_t;
+typedef enum { NOTHING, LATE, CREEPS, SHAKES, RINGS, LEAKS } effect_t;
 
 /* The drive between the samples is known here and nowhere else. size_um: of the effect, root mean square. */
 static void make_recording(law_t law, effect_t effect, recording_t *recording) {
-    double play[BANK] = {0.0}, z = 0.0, before = 0.0, slow[4] = {0.0}, shake[3] = {0.0}, mode[2] = {0.0};
+    double play[BANK] = {0.0}, z = 0.0, before = 0.0, slow[4] = {0.0}, shake[3] = {0.0}, mode[2] = {0.0}, leaked = 0.0;
     recording_create(recording, "made", rate_hz, SAMPLES);
     for (size_t k = 0; k < SAMPLES * FINER; k++) {
         const double t = (double)k / FINER / rate_hz;
@@ -63,6 +64,10 @@ static void make_recording(law_t law, effect_t effect, recording_t *recording) {
             mode[1] += step * (position - mode[0] - 2.0 * mode_damping * mode[1]);
             mode[0] += step * mode[1];
             position = mode[0];
+        }
+        if (effect == LEAKS) {
+            leaked = k == 0 ? position : leaked + (position - leaked) / (rate_hz * FINER * leaks_in_s);
+            position += rest_um - leaked;
         }
         if (effect == SHAKES && k % FINER == 0) { /* 1/f from 0.5 Hz on, and only while the drive moves */
             for (size_t i = 0; i < 3; i++) {
@@ -170,6 +175,24 @@ static void test_a_mode_within_what_the_drive_excites(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * mode_damping, mode_damping, parameter[1].value[0]);
     model_free(&loudest.chain);
     recording_free(&recording);
+}
+
+/* A leakage lets no constant through, and the position that it goes to is far from where the drive alone would have it.
+ * A drift follows it nearly. */
+static void test_a_leakage_far_from_zero(void) {
+    for (law_t law = PLAYS; law < LAWS; law++) {
+        recording_t recording;
+        shape_t shape;
+        suspect_t loudest;
+        make_recording(law, LEAKS, &recording);
+        ask(&recording, &shape, &loudest);
+        TEST_ASSERT_FALSE(shape.silent);
+        TEST_ASSERT_EQUAL_STRING("charge_leakage", loudest.block->name);
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * leaks_in_s, leaks_in_s,
+                                  loudest.chain.block[loudest.at].parameter[0].value[0]);
+        model_free(&loudest.chain);
+        recording_free(&recording);
+    }
 }
 
 /* A delay that is worth less than the scan's limit: other lags are worth as much. Weaker is not surer. */
@@ -289,6 +312,7 @@ int main(void) {
     RUN_TEST(test_what_is_beyond_agrees_with_a_direct_computation);
     RUN_TEST(test_nothing_is_said_where_nothing_is_missing);
     RUN_TEST(test_a_mode_within_what_the_drive_excites);
+    RUN_TEST(test_a_leakage_far_from_zero);
     RUN_TEST(test_a_weak_effect_has_rivals);
     RUN_TEST(test_what_acts_in_motion_alone_is_no_noise);
     RUN_TEST(test_what_is_small_is_heard_once_its_numbers_are_searched);

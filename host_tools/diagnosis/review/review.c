@@ -48,8 +48,8 @@ static bool is_worth_it(const state_t *state, size_t finding) {
            (!without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin);
 }
 
-/* Takes out what is not, the latest first. So goes all that only comes near, beside one shape, where no block says
- * anything beside any. The model's error is not measured again. */
+/* Takes out what is not, the latest first; what was worth it beside that has to be so without. So goes all that only
+ * comes near, beside one shape, where no block says anything beside any. The model's error is not measured again. */
 static bool take_out_imitated(state_t *state, bool *dropped) {
     const answer_t *answer = &state->answer;
     const bool nothing_speaks = is_only_shape(answer) && answer->verdict == UNKNOWN_PHYSICS;
@@ -61,6 +61,7 @@ static bool take_out_imitated(state_t *state, bool *dropped) {
             *dropped = true;
             shape_ask(&answer->question->samples, &answer->model, &state->setting, state->answer.question->step_um,
                       false, &state->answer.shape_after);
+            f = answer->findings;
         }
     }
     return true;
@@ -100,9 +101,9 @@ static void add_rivals(state_t *state, finding_t *finding) {
     finding_left_out(answer, finding, &left_out);
     chain_for_operator(&left_out, &without);
     if (without.blocks == state->beside->imitation.chain.blocks) { /* the same: the search only adds blocks */
-        rivals_of(state->beside, &state->setting, finding->block, strong && other_shape, &rivals);
+        rivals_of(state->beside, &state->setting, finding->block, strong, &rivals);
     } else if (fitted_chain_open(&fitted, &answer->question->samples, &without, NULL)) {
-        rivals_of(&fitted, &state->setting, finding->block, strong && other_shape, &rivals);
+        rivals_of(&fitted, &state->setting, finding->block, strong, &rivals);
         fitted_chain_close(&fitted);
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
