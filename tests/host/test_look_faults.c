@@ -292,6 +292,26 @@ static void test_repeated_samples(void) {
     }
 }
 
+/* The one that explains most lies between them, and is none of them. The other drives do not tell them apart. */
+static void test_several_near_each_other(void) {
+    static const size_t at[] = {5170, 7105, 7240};
+    enum { COUNT = sizeof at / sizeof at[0] };
+    for (size_t which = 0; which < SCENE_DRIVES; which++) {
+        memset(late, 0, sizeof late);
+        for (size_t i = 0; i < COUNT; i++) {
+            shift_from(at[i], 2.0);
+        }
+        record(which);
+        look_at_them(1);
+        const fault_t *fault = only(which, &fault_repeated_samples);
+        expect_number(fault, "samples", 2.0 * COUNT);
+        if (which == 0) {
+            expect_number(fault, "instants", COUNT);
+        }
+        close_all(1);
+    }
+}
+
 static void test_two_clocks(void) {
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         for (size_t k = 0; k < SCENE_SAMPLES; k++) { /* 300 parts in a million: 3.6 samples */
@@ -485,6 +505,7 @@ int main(void) {
     RUN_TEST(test_missing_codes);
     RUN_TEST(test_dropped_samples);
     RUN_TEST(test_repeated_samples);
+    RUN_TEST(test_several_near_each_other);
     RUN_TEST(test_two_clocks);
     RUN_TEST(test_early_readings);
     RUN_TEST(test_late_readings_are_no_fault);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/shifts.h"
 #include "look/path/jump.h"
+#include "look/path/lag_steps.h"
 #include "numerics/autocorrelation.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
@@ -275,6 +276,14 @@ static double prune_shifts(search_t *s) {
     return with;
 }
 
+/* All readings are late by so much, beside what was taken out before. */
+static void take_whole_lag(search_t *s, int samples) {
+    problem_restore(s->p, s->original);
+    apply_shift(s->p, 0, samples);
+    problem_keep(s->p, s->original);
+    s->lag += samples;
+}
+
 /* With a shift set right the readings as a whole may stand better elsewhere. Returns what is left then. */
 static double take_rest_out(search_t *s, double without) {
     problem_t *p = s->p;
@@ -283,21 +292,97 @@ static double take_rest_out(search_t *s, double without) {
     if (more == 0) {
         return left;
     }
-    problem_restore(p, s->original);
-    apply_shift(p, 0, (int)more);
-    problem_keep(p, s->original);
+    take_whole_lag(s, (int)more);
     for (size_t i = 0; i < s->changes->shifts; i++) {
         shift_t *shift = &s->changes->shift[i];
         shift->at = (size_t)fmax(0.0, (double)((long)shift->at + more));
     }
-    s->lag += more;
     return set_right(s, s->changes->shifts, s->residual);
 }
 
-/* As long as one more explains something. more: it did not end. Returns what is left. */
-static double add_shifts(search_t *s, bool *more) {
+/* Shifts at the beginning of windows, from the lag of each. false: they are too many, or not in their order. */
+static bool take_steps(search_t *s, const int *lag) {
     const problem_t *p = s->p;
-    double without = s->first;
+    changes_t *changes = s->changes;
+    changes->shifts = 0;
+    for (size_t w = 1; w < p->windows; w++) {
+        const long at = (long)p->from[w] - (lag[w - 1] - lag[0]);
+        if (lag[w] == lag[w - 1]) {
+            continue;
+        }
+        if (changes->shifts == CHANGES_MOST ||
+            at <= (changes->shifts > 0 ? (long)changes->shift[changes->shifts - 1].at : 0)) {
+            return false;
+        }
+        changes->shift[changes->shifts++] = (shift_t){.at = (size_t)at, .samples = lag[w] - lag[w - 1]};
+    }
+    if (lag[0] != 0) {
+        take_whole_lag(s, lag[0]);
+    }
+    return true;
+}
+
+/* What a shift has to be worth: as much as its chance may be. */
+static double price_of(const search_t *s, double left) {
+    const problem_t *p = s->p;
+    const residual_run_t run = {s->residual, p->n};
+    const double unit = left / (double)p->n * autocorrelation_time(&run, 1);
+    return 2.0 * log(10.0) * unit * (log10((double)p->n * SHIFTS) - p->log_chance_limit);
+}
+
+/* Each shift once more beside the others, for its instant; one that does not hold goes. */
+static double place_again(search_t *s, double left) {
+    changes_t *changes = s->changes;
+    for (size_t i = changes->shifts; i-- > 0;) {
+        const size_t row = row_of(changes, i);
+        trial_t trial = {.samples = changes->shift[i].samples};
+        while (trial.window + 1 < s->p->windows && s->p->from[trial.window + 1] <= row) {
+            trial.window++;
+        }
+        changes->shift[i] = changes->shift[--changes->shifts];
+        const double without = set_right(s, changes->shifts, s->residual);
+        if (!problem_has_sides(s->p, trial.window) || !try_shift(s, &trial, without, &left)) {
+            left = without;
+        }
+    }
+    return left;
+}
+
+/* All shifts at once: lags of windows beside what the columns make of the readings, then the columns anew. Returns what
+ * is left. */
+static double find_at_once(search_t *s) {
+    enum { MOST_ROUNDS = 8 };
+    problem_t *p = s->p;
+    double *expected = allocate(p->n, sizeof *expected), left = problem_residual(p, s->residual);
+    int *lag = allocate(p->windows, sizeof *lag);
+    bool good = true;
+    for (size_t round = 0; good && round < MOST_ROUNDS; round++) {
+        const double before = left;
+        for (size_t k = 0; k < p->n; k++) {
+            expected[k] = p->y[k] - s->residual[k];
+        }
+        const double price = price_of(s, left);
+        problem_restore(p, s->original);
+        lag_steps(p, expected, price, lag);
+        good = take_steps(s, lag);
+        left = good ? set_right(s, s->changes->shifts, s->residual) : s->first;
+        if (!(left < threshold.shift_leaves * before)) {
+            break;
+        }
+    }
+    free(expected);
+    free(lag);
+    if (!good) {
+        s->changes->shifts = 0;
+        problem_restore(p, s->original);
+        return s->first;
+    }
+    return place_again(s, left);
+}
+
+/* As long as one more explains something. more: it did not end. Returns what is left. */
+static double add_shifts(search_t *s, double without, bool *more) {
+    const problem_t *p = s->p;
     *more = true;
     while (*more && s->changes->shifts < CHANGES_MOST) {
         trial_t trial[SHIFTS];
@@ -314,21 +399,62 @@ static double add_shifts(search_t *s, bool *more) {
     return without;
 }
 
+/* From the readings as they are: steps of all windows, or none, then shifts one after the other; what does not hold
+ * goes. A search that does not end explains nothing. Returns what is left. */
+static double search_from(search_t *s, bool at_once) {
+    changes_t *changes = s->changes;
+    bool more;
+    changes->shifts = 0;
+    problem_keep(s->p, s->original);
+    double left = at_once ? find_at_once(s) : s->first;
+    if (at_once && changes->shifts == 0) {
+        return s->first;
+    }
+    left = add_shifts(s, left, &more);
+    if (more) {
+        changes->shifts = 0;
+        left = s->first;
+    } else if (changes->shifts > 0) {
+        left = prune_shifts(s);
+    }
+    return left;
+}
+
+/* Of several shifts the first one that is taken may stand for all, and stays; steps that are taken at once may be of
+ * what the columns cannot follow. What leaves less stands, and the readings are set right for it. */
+static double search_both(search_t *s) {
+    problem_t *p = s->p;
+    double *begin = problem_copy(p);
+    const long whole_lag = s->lag;
+    double left = search_from(s, true);
+    double *right = problem_copy(p);
+    const changes_t at_once = *s->changes;
+    const long lag_at_once = s->lag;
+    problem_restore(p, begin);
+    s->lag = whole_lag;
+    const double one_by_one = search_from(s, false);
+    if (at_once.shifts > 0 && left <= one_by_one) {
+        problem_restore(p, right);
+        *s->changes = at_once;
+        s->lag = lag_at_once;
+    } else {
+        left = one_by_one;
+    }
+    free(begin);
+    free(right);
+    return left;
+}
+
 void shifts_find(problem_t *p, double all, changes_t *changes) {
     search_t s = {.p = p, .changes = changes};
     double *as_read = problem_copy(p);
-    bool more;
     s.first = take_lag_out(p, all, &s.lag);
     s.original = problem_copy(p);
     s.kept = problem_copy(p);
     s.residual = allocate(p->n, sizeof *s.residual);
     changes->before_um = problem_rms(p, s.first);
-    double left = add_shifts(&s, &more);
-    if (changes->shifts > 0 && !more) {
-        left = prune_shifts(&s);
-    }
-    /* A search that does not end explains nothing. */
-    if (more || !(left < (1.0 - threshold.change_explains) * s.first)) { /* the lag was another change's doing, too */
+    double left = search_both(&s);
+    if (!(left < (1.0 - threshold.change_explains) * s.first)) { /* the lag was another change's doing, too */
         problem_restore(p, as_read);
         changes->shifts = 0;
         changes->before_um = problem_rms(p, all);
