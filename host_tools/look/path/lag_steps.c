@@ -30,7 +30,7 @@ static double cheapest(const double *before, int lag, double price, int *from) {
 }
 
 void lag_steps(const problem_t *p, const double *expected, double price, int *lag) {
-    double before[LAGS], now[LAGS];
+    double before[LAGS] = {0.0}, now[LAGS];
     int *from = allocate(p->windows * LAGS, sizeof *from);
     for (size_t w = 0; w < p->windows; w++) {
         for (int i = 0; i < LAGS; i++) {
