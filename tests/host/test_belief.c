@@ -188,8 +188,7 @@ static void test_a_leakage_far_from_zero(void) {
         ask(&recording, &shape, &loudest);
         TEST_ASSERT_FALSE(shape.silent);
         TEST_ASSERT_EQUAL_STRING("charge_leakage", loudest.block->name);
-        TEST_ASSERT_DOUBLE_WITHIN(0.05 * leaks_in_s, leaks_in_s,
-                                  loudest.chain.block[loudest.at].parameter[0].value[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * leaks_in_s, leaks_in_s, loudest.chain.block[loudest.at].parameter[0].value[0]);
         model_free(&loudest.chain);
         recording_free(&recording);
     }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/lag_steps.h"
-#include "base/failure.h"
 #include <stdlib.h>
 #include <string.h>
 
