@@ -4,6 +4,7 @@
 #include "belief/suspect_fit.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
+#include <stdlib.h>
 
 /* So many of a scan: those that promise most. */
 enum { REFINED = 6 };
@@ -53,6 +54,21 @@ static void refine_one(void *context, size_t index) {
     scan_refine(job->scan, &job->suspects->suspect[index]);
 }
 
+/* strong: what a block's best probe was worth, if that is more than its refined numbers are. These go with weights that
+ * did without the block. */
+static void refine_all(const scan_t *scan, bool strong, suspects_t *suspects) {
+    double *probed = allocate(suspects->count + 1, sizeof *probed);
+    for (size_t i = 0; i < suspects->count; i++) {
+        probed[i] = suspects->suspect[i].gain;
+    }
+    parallel(suspects->count, refine_one, &(refined_t){.scan = scan, .suspects = suspects});
+    for (size_t i = 0; strong && i < suspects->count; i++) {
+        suspects->suspect[i].gain = fmax(suspects->suspect[i].gain, probed[i]);
+    }
+    free(probed);
+    suspects_sort(suspects);
+}
+
 /* Whether a suspect is the block, or a rival of it that is of another group. */
 static bool is_in_question(const block_t *suspect, const block_t *block, const rivals_t *rivals) {
     bool rival = false;
@@ -96,13 +112,10 @@ void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const blo
     scan_blocks(&scan, &scanned);
     suspects_copy(&scanned, scan_promising(&scanned, REFINED), &suspects);
     suspects_free(&scanned);
-    if (strong) { /* numbers that are refined beside weights without the block say no more than its probes */
-        choose(&suspects, block, rivals);
+    refine_all(&scan, strong, &suspects);
+    choose(&suspects, block, rivals);
+    if (strong) {
         drop_what_does_not_fit(fitted, setting, &suspects, block, rivals);
-    } else {
-        parallel(suspects.count, refine_one, &(refined_t){.scan = &scan, .suspects = &suspects});
-        suspects_sort(&suspects);
-        choose(&suspects, block, rivals);
     }
     suspects_free(&suspects);
 }

@@ -21,9 +21,9 @@ typedef struct {
 
 /**
  * fitted: the chain without the block. strong: it leaves little of what was there. The weights of the fit without it
- * have then taken up what they could of it: the probes choose its rivals, whose numbers are not refined, and it and
- * those of other groups are fitted together with new weights. A block that is worth no more than evidence_margin has
- * none: the operator says nothing of it.
+ * have then taken up what they could of it. So a rival may be worth as much by its best probe alone, and those of other
+ * groups are fitted together with new weights, as it is. A block that is worth no more than evidence_margin has none:
+ * the operator says nothing of it.
  */
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, bool strong,
                rivals_t *rivals);
