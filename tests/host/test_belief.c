@@ -126,17 +126,22 @@ static void ask(const recording_t *recording, shape_t *shape, suspect_t *loudest
     model_free(&chain);
 }
 
+/* Of a recording that is made for it. */
+static void ask_of(law_t law, effect_t effect, shape_t *shape, suspect_t *loudest) {
+    recording_t recording;
+    make_recording(law, effect, &recording);
+    ask(&recording, shape, loudest);
+    recording_free(&recording);
+}
+
 static void test_nothing_is_said_where_nothing_is_missing(void) {
     for (law_t law = PLAYS; law < LAWS; law++) {
-        recording_t recording;
         shape_t shape;
         suspect_t loudest;
-        make_recording(law, NOTHING, &recording);
-        ask(&recording, &shape, &loudest);
+        ask_of(law, NOTHING, &shape, &loudest);
         TEST_ASSERT_TRUE_MESSAGE(shape.silent, shape.loudest->name);
         TEST_ASSERT_TRUE(shape.whole);
         TEST_ASSERT_TRUE(shape.deviations > 0.9);
-        recording_free(&recording);
     }
 }
 
@@ -144,29 +149,24 @@ static void test_an_effect_is_heard_whatever_the_law(void) {
     static const char *const group[] = {[LATE] = "lag", [CREEPS] = "slow"};
     for (effect_t effect = LATE; effect <= CREEPS; effect++) {
         for (law_t law = PLAYS; law < LAWS; law++) {
-            recording_t recording;
             shape_t shape;
             suspect_t loudest;
-            make_recording(law, effect, &recording);
-            ask(&recording, &shape, &loudest);
+            ask_of(law, effect, &shape, &loudest);
             TEST_ASSERT_FALSE(shape.silent);
             TEST_ASSERT_EQUAL_STRING(group[effect], shape.loudest->probe->group);
             TEST_ASSERT_EQUAL_STRING(group[effect], loudest.block->probe->group);
             TEST_ASSERT_TRUE(loudest.refined);
             TEST_ASSERT_TRUE(loudest.gain >= threshold.least_gain);
             model_free(&loudest.chain);
-            recording_free(&recording);
         }
     }
 }
 
 /* The drive passes through the mode, and the operator without it leaves a good part of the stroke. */
 static void test_a_mode_within_what_the_drive_excites(void) {
-    recording_t recording;
     shape_t shape;
     suspect_t loudest;
-    make_recording(BOUC_WEN, RINGS, &recording);
-    ask(&recording, &shape, &loudest);
+    ask_of(BOUC_WEN, RINGS, &shape, &loudest);
     TEST_ASSERT_FALSE(shape.silent);
     TEST_ASSERT_EQUAL_STRING("resonance", loudest.block->name);
     const parameter_t *parameter = loudest.chain.block[loudest.at].parameter;
@@ -174,23 +174,19 @@ static void test_a_mode_within_what_the_drive_excites(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * mode_hz, mode_hz, parameter[0].value[0]);
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * mode_damping, mode_damping, parameter[1].value[0]);
     model_free(&loudest.chain);
-    recording_free(&recording);
 }
 
 /* A leakage lets no constant through, and the position that it goes to is far from where the drive alone would have it.
  * A drift follows it nearly. */
 static void test_a_leakage_far_from_zero(void) {
     for (law_t law = PLAYS; law < LAWS; law++) {
-        recording_t recording;
         shape_t shape;
         suspect_t loudest;
-        make_recording(law, LEAKS, &recording);
-        ask(&recording, &shape, &loudest);
+        ask_of(law, LEAKS, &shape, &loudest);
         TEST_ASSERT_FALSE(shape.silent);
         TEST_ASSERT_EQUAL_STRING("charge_leakage", loudest.block->name);
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * leaks_in_s, leaks_in_s, loudest.chain.block[loudest.at].parameter[0].value[0]);
         model_free(&loudest.chain);
-        recording_free(&recording);
     }
 }
 
@@ -225,12 +221,9 @@ static void test_a_weak_effect_has_rivals(void) {
 static void test_what_is_small_is_heard_once_its_numbers_are_searched(void) {
     suspect_t loudest = {0};
     for (int twelfths = 12; twelfths < 1000 && loudest.block == NULL; twelfths++) {
-        recording_t recording;
         shape_t shape;
         part_of_delay = weak * twelfths / 12.0;
-        make_recording(PLAYS, LATE, &recording);
-        ask(&recording, &shape, &loudest);
-        recording_free(&recording);
+        ask_of(PLAYS, LATE, &shape, &loudest);
     }
     part_of_delay = 1.0;
     TEST_ASSERT_NOT_NULL(loudest.block);
@@ -242,14 +235,11 @@ static void test_what_is_small_is_heard_once_its_numbers_are_searched(void) {
 /* Like 1/f noise, beside which the operator leaves nothing: but it is not there while the drive rests. */
 static void test_what_acts_in_motion_alone_is_no_noise(void) {
     for (law_t law = PLAYS; law < LAWS; law++) {
-        recording_t recording;
         shape_t shape;
         suspect_t loudest;
-        make_recording(law, SHAKES, &recording);
-        ask(&recording, &shape, &loudest);
+        ask_of(law, SHAKES, &shape, &loudest);
         TEST_ASSERT_FALSE(shape.whole);
         TEST_ASSERT_TRUE_MESSAGE(shape.silent, "no block of the catalogue does that");
-        recording_free(&recording);
     }
 }
 

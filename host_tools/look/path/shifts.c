@@ -85,6 +85,13 @@ static void apply_shift(problem_t *p, size_t row, int samples) {
     free(moved);
 }
 
+/* What an independent sample of the residual has. What the reference cannot follow stays for a while: so many samples
+ * count as one. */
+static double unit_of(const search_t *s) {
+    const residual_run_t run = {s->residual, s->p->n};
+    return problem_dot(s->residual, s->residual, s->p->n) / (double)s->p->n * autocorrelation_time(&run, 1);
+}
+
 /* The sample, from what readings of either kind leave beside the fit around the instant. */
 static size_t refine_shift(const search_t *s, const trial_t *trial, size_t *within) {
     enum { AROUND = 4 }; /* windows: where the motion turns, noise decides which of them is best */
@@ -92,9 +99,6 @@ static size_t refine_shift(const search_t *s, const trial_t *trial, size_t *with
     const double *y_before = s->kept + EDGE;
     const size_t first = p->from[trial->window > AROUND ? trial->window - AROUND : 1],
                  last = trial->window + AROUND < p->windows ? p->from[trial->window + AROUND] : p->n - EDGE;
-    const residual_run_t run = {s->residual, p->n};
-    /* What the reference cannot follow stays for a while: so many samples count as one. */
-    const double unit = problem_dot(s->residual, s->residual, p->n) / (double)p->n * autocorrelation_time(&run, 1);
     double *gains = allocate(p->n, sizeof *gains);
     /* residual is that of readings which are shifted from the window on; fit = right reading - residual. */
     for (size_t k = first; k < last; k++) {
@@ -102,7 +106,7 @@ static size_t refine_shift(const search_t *s, const trial_t *trial, size_t *with
         const double unshifted = y_before[k] - fit, shifted = y_before[(long)k - trial->samples] - fit;
         gains[k] = unshifted * unshifted - shifted * shifted;
     }
-    const double slack = threshold.deviations * threshold.deviations * unit;
+    const double slack = threshold.deviations * threshold.deviations * unit_of(s);
     const size_t best = problem_instant(gains, first, last, slack, within);
     free(gains);
     return best;
@@ -323,11 +327,8 @@ static bool take_steps(search_t *s, const int *lag) {
 }
 
 /* What a shift has to be worth: as much as its chance may be. */
-static double price_of(const search_t *s, double left) {
-    const problem_t *p = s->p;
-    const residual_run_t run = {s->residual, p->n};
-    const double unit = left / (double)p->n * autocorrelation_time(&run, 1);
-    return 2.0 * log(10.0) * unit * (log10((double)p->n * SHIFTS) - p->log_chance_limit);
+static double price_of(const search_t *s) {
+    return 2.0 * log(10.0) * unit_of(s) * (log10((double)s->p->n * SHIFTS) - s->p->log_chance_limit);
 }
 
 /* Each shift once more beside the others, for its instant; one that does not hold goes. */
@@ -361,7 +362,7 @@ static double find_at_once(search_t *s) {
         for (size_t k = 0; k < p->n; k++) {
             expected[k] = p->y[k] - s->residual[k];
         }
-        const double price = price_of(s, left);
+        const double price = price_of(s);
         problem_restore(p, s->original);
         lag_steps(p, expected, price, lag);
         good = take_steps(s, lag);

@@ -5,7 +5,9 @@
  *
  * On the grid of windows each shift at each instant is tried; the best is refined to the sample, the readings are set
  * right, and the search goes on as long as one more explains something. Only then each of them is judged, beside all
- * others. Shifts at one place are one. A lag that was there all the time is no shift, and is taken out first.
+ * others. Of several shifts the first one may stand for all, and stays: so the search is also begun with steps of all
+ * windows at once (look/path/lag_steps.h), and what leaves less stands. Shifts at one place are one. A lag that was
+ * there all the time is no shift, and is taken out first.
  */
 #ifndef LOOK_SHIFTS_H
 #define LOOK_SHIFTS_H
