@@ -63,32 +63,43 @@ static double mean_square(const rests_t *rests, const pink_t *pink, double step_
     return sum / (double)(rests->samples - rests->stretches) + step_um * step_um / 12.0;
 }
 
-static bool speak_for_less(const fitted_chain_t *fitted, const rests_t *rests, double step_um) {
+/* Power of a noise at the frequencies that a stretch of so many samples shows: variance (1 + rho / f). */
+static double power_within(double variance, double rho, double samples) {
+    return variance * (1.0 + 2.0 * rho * log(0.5 * samples));
+}
+
+static bool speak_for_less(const fitted_chain_t *fitted, const rests_t *rests, double step_um, double floor_um) {
     const hysteresis_t *h = &fitted->hysteresis;
     const size_t longest = fitted->samples->recordings[samples_longest(fitted->samples)].samples;
     /* Beside blocks behind the operator its weights are nearly the likeliest only, and what that leaves is slow. */
     const bool alone = fitted->imitation.chain.blocks == 1;
     const double by_fit = mean_square(rests, &h->noise, step_um),
                  variance = fmax(by_fit, h->evidence.variance / threshold.most_moving_over_resting);
-    double least = by_fit;
+    double least = by_fit, least_at = h->noise.rho;
     double rho = 0.0;
     while (alone && rho < h->noise.rho) {
         pink_t pink;
         pink_create(&pink, rho, longest);
-        least = fmin(least, mean_square(rests, &pink, step_um));
+        const double here = mean_square(rests, &pink, step_um);
+        least_at = here < least ? rho : least_at;
+        least = fmin(least, here);
         rho = fmax(least_rho, rho_step * rho);
     }
     const double by_sample = 0.5 * (log(variance / least) + by_fit / variance - 1.0);
-    return (double)(rests->samples - rests->stretches) * by_sample > threshold.evidence_margin;
+    const double length = (double)rests->samples / (double)rests->stretches,
+                 resting = power_within(least, least_at, length),
+                 excess = power_within(variance, h->noise.rho, length) - resting;
+    return (double)(rests->samples - rests->stretches) * by_sample > threshold.evidence_margin &&
+           excess > gsl_pow_2(threshold.worth_mentioning) * resting + gsl_pow_2(floor_um);
 }
 
-bool rest_is_quieter(const fitted_chain_t *fitted, double step_um) {
+bool rest_is_quieter(const fitted_chain_t *fitted, double step_um, double floor_um) {
     rests_t rests = {.left_um = samples_column(fitted->samples),
                      .end = allocate(fitted->samples->all / LEAST_STRETCH + 1, sizeof(size_t))};
     for (size_t i = 0; i < fitted->samples->count; i++) {
         take_rests(fitted, i, &rests);
     }
-    const bool quieter = rests.samples >= LEAST_RESTING && speak_for_less(fitted, &rests, step_um);
+    const bool quieter = rests.samples >= LEAST_RESTING && speak_for_less(fitted, &rests, step_um, floor_um);
     free(rests.left_um);
     free(rests.end);
     return quieter;

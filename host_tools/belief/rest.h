@@ -11,8 +11,9 @@
 #include "belief/fitted_chain.h"
 
 /** Whether the samples at rest speak, by evidence_margin, for less noise than the fit has: for less than its variance
- * over most_moving_over_resting or, of the operator alone, for less 1/f. false where the drive rests for too few
- * samples to tell. step_um: of the position converter, whose error is there at rest, too; 0: none to be seen. */
-bool rest_is_quieter(const fitted_chain_t *fitted, double step_um);
+ * over most_moving_over_resting or, of the operator alone, for less 1/f. The difference has to be more than
+ * worth_mentioning of the noise there, and floor_um. false where the drive rests for too few samples to tell. step_um:
+ * of the position converter, whose error is there at rest, too; 0: none to be seen. */
+bool rest_is_quieter(const fitted_chain_t *fitted, double step_um, double floor_um);
 
 #endif

@@ -7,6 +7,7 @@
 #include "diagnosis/noise/remainder.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,7 +17,8 @@ typedef struct {
     double *left, *open;
 } held_out_t;
 
-/* Held-out samples that the fitted ones determine; the others' left is 0 from here on. */
+/* Held-out samples that the fitted ones determine; the others' left is 0 from here on. Outliers count as on the edge of
+ * the noise, as the fitted ones do. */
 static void judge_held_out(const held_out_t *room, shape_t *shape) {
     const hysteresis_t *h = &room->fitted->hysteresis;
     const double variance = h->evidence.variance;
@@ -36,7 +38,12 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
                 continue;
             }
             count++;
-            normal += room->left[k] * room->left[k] / (variance * (1.0 + room->open[k]));
+            const double expected = sqrt(variance * (1.0 + room->open[k])), most = threshold.edge_of_noise * expected;
+            if (fabs(room->left[k]) > most) {
+                room->left[k] = copysign(most, room->left[k]);
+                shape->outliers++;
+            }
+            normal += gsl_pow_2(room->left[k] / expected);
             square += gsl_pow_2(room->fitted->position_um[k] - room->fitted->imitation.simulated_um[k]);
         }
         values_range(room->fitted->position_um + room->fitted->samples->begin[i], end - room->fitted->samples->begin[i],
@@ -49,31 +56,42 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
     shape->deviations = determined > 0 ? sqrt(normal / (double)determined) : HUGE_VAL;
 }
 
+/* What counts as noise besides: steps of the converter, and what the operator leaves of a hysteresis that it was not
+ * made for. */
+static double floor_of(const samples_t *samples, double step_um) {
+    const double one_percent_um = 1.0 / samples_percent(samples, 1.0);
+    return hypot(step_um / sqrt(12.0), threshold.operator_accuracy * one_percent_um);
+}
+
 /* Whether only noise is left: by the tests of any remainder, on what is white already. */
 static bool is_noise(const held_out_t *room, double step_um, const shape_t *shape) {
     const samples_t *samples = room->fitted->samples;
-    const double sigma_um = sqrt(room->fitted->hysteresis.evidence.variance);
+    const double sigma_um = sqrt(room->fitted->hysteresis.evidence.variance), floor_um = floor_of(samples, step_um);
     const noise_t white = {.sigma_um = sigma_um, .rms_um = sigma_um};
     double *simulated = samples_column(samples), *nothing = samples_column(samples);
     for (size_t k = 0; k < samples->all; k++) {
         simulated[k] = room->fitted->position_um[k] - room->left[k];
     }
-    const remainder_t remainder = remainder_of(samples, &white, simulated, nothing, step_um / sqrt(12.0));
+    const remainder_t remainder = remainder_of(samples, &white, simulated, nothing, floor_um);
     free(simulated);
     free(nothing);
-    return !remainder.structured && shape->deviations < threshold.most_deviations &&
+    return !remainder.structured && shape->deviations < hypot(threshold.most_deviations, floor_um / sigma_um) &&
            shape->not_determined < threshold.most_not_determined &&
            (double)shape->outliers < threshold.most_outliers * (double)samples->all &&
-           !rest_is_quieter(room->fitted, step_um);
+           !rest_is_quieter(room->fitted, step_um, floor_um);
 }
 
-/* least: natural units that speak. */
+/* least: natural units that speak; of a curve, which is shape: as many as in a scan. */
 static void note_loudest(const suspects_t *suspects, double least, shape_t *shape) {
     if (suspects->count > 0) {
         shape->loudest = suspects->suspect[0].block;
-        shape->gain = suspects->suspect[0].gain;
+        shape->gain = fmax(0.0, suspects->suspect[0].gain); /* without amplitude it is worth nothing */
     }
-    shape->silent = shape->gain < least;
+    shape->silent = true;
+    for (size_t i = 0; i < suspects->count; i++) {
+        const suspect_t *suspect = &suspects->suspect[i];
+        shape->silent = shape->silent && suspect->gain < (suspect->block->probe->shape ? threshold.least_gain : least);
+    }
 }
 
 /* With its numbers searched a block is worth what it is worth; a probe, whose amplitude is free, may be worth as much

@@ -23,7 +23,7 @@ enum {
     LEAKS = BENDS + OPERATOR_NODES * OPERATOR_DEGREES,
     PRODUCTS = LEAKS + OPERATOR_LEAKS,
     DRAWN = PRODUCTS + OPERATOR_MULTIPLIED * OPERATOR_PRODUCTS,
-    SHARED = DRAWN + 2 * OPERATOR_DRAWN /* the law's are behind */
+    SHARED = DRAWN + OPERATOR_POWERS * OPERATOR_DRAWN /* the law's are behind */
 };
 
 /* Every second leak, from the second on, has products. */
@@ -122,6 +122,21 @@ void operator_begin(operator_walk_t *walk, const operator_t *operator, size_t re
     }
 }
 
+/* Times 1 / L: the exact solution for a straight way. kept: of the leaks. */
+static void move_drawn(operator_walk_t *walk, double u, double sign, const double *kept) {
+    for (size_t i = 0; i < OPERATOR_DRAWN; i++) {
+        const double length = sign / walk->operator->rate[2 * i + 1];
+        double from = 1.0, to = 1.0, from_power = 1.0, to_power = 1.0; /* what it would be after a long way */
+        for (size_t k = 0; k < OPERATOR_POWERS; k++) {
+            from_power *= walk->u;
+            to_power *= u;
+            from = from_power - (double)(k + 1) * length * from;
+            to = to_power - (double)(k + 1) * length * to;
+            walk->drawn[k][i] = to + (walk->drawn[k][i] - from) * kept[2 * i + 1];
+        }
+    }
+}
+
 void operator_move(operator_walk_t *walk, double drive_v) {
     const operator_t *operator= walk->operator;
     const double u = operator_level(operator, drive_v), du = u - walk->u, way = fabs(du);
@@ -142,15 +157,7 @@ void operator_move(operator_walk_t *walk, double drive_v) {
         walk->leak[i] = end + (walk->leak[i] - end) * kept[i];
         walk->faded[i] *= kept[i];
     }
-    for (size_t i = 0; i < OPERATOR_DRAWN; i++) { /* times 1 / L; the exact solution for a straight way */
-        const double length = 1.0 / operator->rate[2 * i + 1];
-        const double from[2] = {walk->u - length * sign,
-                                walk->u * walk->u - 2.0 * length * sign * walk->u + 2.0 * length * length};
-        const double to[2] = {u - length * sign, u * u - 2.0 * length * sign * u + 2.0 * length * length};
-        for (size_t k = 0; k < 2; k++) {
-            walk->drawn[k][i] = to[k] + (walk->drawn[k][i] - from[k]) * kept[2 * i + 1];
-        }
-    }
+    move_drawn(walk, u, sign, kept);
     for (size_t i = 0; operator->has_law && i <= DUHEM_NUMBERS; i++) {
         duhem_move(&operator->table[i], &walk->law[i], du);
     }

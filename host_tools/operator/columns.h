@@ -16,8 +16,8 @@
  *                Systems with Hysteresis, 1989, section 38)
  *     leaks      z' = du - |du| z / L for 14 lengths L, 0.02 to 4; with products: what remembers its path and forgets
  *                it by the way it goes (Duhem's laws: Bouc-Wen, Dahl, LuGre ..)
- *     drawn      e' = |du| (u^k - e / L), k = 1, 2, for 7 of these lengths: what the path draws towards a curve of the
- *                drive (Coleman and Hodgdon)
+ *     drawn      e' = |du| (u^k - e / L), k = 1 to 5, for 7 of these lengths: what the path draws towards a curve of
+ *                the drive (Coleman and Hodgdon)
  *     law        one scalar Duhem law (duhem.h), if one was fitted: h, h u, h^2, h^3 and what its numbers change of h
  *     past       functions of the highest and lowest drive so far, and exp(-path / L): what the drive did before the
  *                recording began, and the recording has not undone yet
@@ -40,6 +40,7 @@ enum {
     OPERATOR_MULTIPLIED = 5, /**< leaks that have products */
     OPERATOR_PRODUCTS = 4,   /**< z^2, z^3, z u, z^2 u */
     OPERATOR_DRAWN = 7,      /**< lengths: every second one of the leaks' */
+    OPERATOR_POWERS = 5,     /**< of the drive that they are drawn towards */
     OPERATOR_LAW = 4 + DUHEM_NUMBERS,
     OPERATOR_EXTREMES = 10 /**< nodes over the highest drive, and over the lowest */
 };
@@ -98,7 +99,7 @@ typedef struct {
     size_t recording;
     double u, highest, lowest; /**< so far */
     double range[2];           /**< that the recording will reach */
-    double play[OPERATOR_PLAYS], leak[OPERATOR_LEAKS], drawn[2][OPERATOR_DRAWN];
+    double play[OPERATOR_PLAYS], leak[OPERATOR_LEAKS], drawn[OPERATOR_POWERS][OPERATOR_DRAWN];
     double faded[OPERATOR_LEAKS]; /**< exp(-path / L) */
     duhem_state_t law[1 + DUHEM_NUMBERS];
 } operator_walk_t;

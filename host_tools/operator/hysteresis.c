@@ -71,7 +71,8 @@ static bool find_turns(const operator_question_t *q, size_t thin, hysteresis_t *
     return true;
 }
 
-/* Samples far outside the noise count as on its edge. */
+/* Samples far outside the noise count as on its edge. Those that are not used may be far off because the used ones say
+ * too little of them: they stay. */
 static bool pull_outliers_in(operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
     if (!equations_fit(q, thin, true, h, failure)) {
         return false;
@@ -86,7 +87,7 @@ static bool pull_outliers_in(operator_question_t *q, size_t thin, hysteresis_t *
     h->outliers = 0;
     for (size_t i = 0; i < q->data->count; i++) {
         for (size_t k = 0; k < q->data->paths[i].samples; k++, at++) {
-            if (fabs(left[at]) > most) {
+            if (q->data->use[at] != 0 && fabs(left[at]) > most) {
                 q->position_um[at] -= left[at] - copysign(most, left[at]);
                 h->outliers++;
             }
