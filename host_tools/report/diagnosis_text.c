@@ -47,7 +47,8 @@ const char *outcome_text(const answer_t *answer, size_t index) {
                                         "the held-out samples do not support it",
                                         "could be chance, or an error of the model",
                                         "superfluous beside the others, or none of its numbers determined",
-                                        "what was measured beside the position contradicts it"};
+                                        "what was measured beside the position contradicts it",
+                                        "only comes near, and so do bends of the hysteresis"};
     const considered_t *considered = &answer->consideration[index], *taken = taken_in(answer, considered->round);
     if (considered->outcome == LESS_LIKELY && is_rival(answer, considered)) {
         return "cannot be distinguished from the best";

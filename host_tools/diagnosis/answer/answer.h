@@ -36,7 +36,8 @@ typedef enum {
     NOT_SUPPORTED, /**< by the held-out samples */
     NOT_SIGNIFICANT,
     SUPERFLUOUS,
-    CONTRADICTED /**< by measured voltage, current or temperature */
+    CONTRADICTED, /**< by measured voltage, current or temperature */
+    A_BEND        /**< a curve that only comes near, as the hysteresis' own bends do */
 } outcome_t;
 
 enum { DIAGNOSIS_MOST_CONSIDERED = 64, DIAGNOSIS_MOST_UNSEEN = 32 };

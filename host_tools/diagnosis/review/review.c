@@ -5,6 +5,7 @@
 #include "diagnosis/columns/measured_columns.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/judgement/reconsider.h"
+#include "diagnosis/judgement/verdict.h"
 #include "diagnosis/nuisance/past_choice.h"
 #include "diagnosis/review/delivered.h"
 #include "diagnosis/review/taken_out.h"
@@ -65,6 +66,27 @@ static bool take_out_imitated(state_t *state, bool *dropped) {
         }
     }
     return true;
+}
+
+/* A curve that only comes near, beside an error that nothing explains, is no finding: the hysteresis has bends, too.
+ * The latest first. */
+static bool take_out_curves(state_t *state, bool *dropped) {
+    const answer_t *answer = &state->answer;
+    for (size_t f = answer->findings; answer->verdict == UNKNOWN_PHYSICS && f-- > 0;) {
+        if (answer->finding[f].shape) {
+            if (!reconsider_take_out(state, f, A_BEND)) {
+                return false;
+            }
+            *dropped = true;
+        }
+    }
+    return true;
+}
+
+static bool measure_again(state_t *state) {
+    answer_t *answer = &state->answer;
+    return findings_errors(answer, state->failure) &&
+           state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
 }
 
 static bool rivals_are_of_its_group(const finding_t *finding) {
@@ -164,10 +186,7 @@ bool review_end(state_t *state) {
     if (is_only_shape(answer) || answer->shape_after.whole) {
         good = take_out_imitated(state, &dropped);
     }
-    if (good && dropped) {
-        good = findings_errors(answer, state->failure) &&
-               state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
-    }
+    good = good && (!dropped || measure_again(state));
     /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
      * drift. That stays unknown. One that was heard was found beside the operator, and explains what that does not.
      * What no finding is left for stays unknown, too, though a block speaks beside the operator. */
@@ -184,6 +203,8 @@ bool review_end(state_t *state) {
     } else if (good && dropped && answer->findings == 0) {
         answer->verdict = UNKNOWN_PHYSICS;
     }
+    bool curves = false;
+    good = good && take_out_curves(state, &curves) && (!curves || (measure_again(state) && verdict_look(state)));
     if (good) {
         ask_for_rivals(state);
     }
