@@ -155,6 +155,9 @@ static void test_errors_of_the_operator_are_no_structure(void) {
     noise_um /= 100.0;
     ask_of(BOUC_WEN, NOTHING, &shape, &loudest);
     noise_um = usual;
+    if (!shape.silent) {
+        model_free(&loudest.chain);
+    }
     TEST_ASSERT_TRUE(shape.deviations > threshold.most_deviations); /* else the test says nothing */
     TEST_ASSERT_TRUE(shape.whole);
 }
