@@ -16,7 +16,7 @@ typedef struct {
     size_t *group;
     group_evidence_t evidence; /**< of the whitened columns; evidence.variance: of the whitened noise, in um^2 */
     double middle_um;          /**< of its position, taken out before */
-    double *position_um;       /**< what it was fitted to: used samples that are outliers, pulled in to the edge of the noise */
+    double *position_um;       /**< what it was fitted to: used outliers are pulled in to the edge of the noise */
     size_t outliers;           /**< how many */
 } hysteresis_t;
 
