@@ -295,6 +295,30 @@ void scan_refine(const scan_t *scan, suspect_t *suspect) {
     free(job.column);
 }
 
+void scan_errors(const scan_t *scan, model_t *chain, size_t at) {
+    suspect_t suspect = {.chain = *chain, .at = at};
+    refinement_t job = {.scan = scan,
+                        .suspect = &suspect,
+                        .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
+    double ignored;
+    searched_open(&job.searched, &suspect.chain, at);
+    (void)linearise(&job, &ignored); /* the signature is 0: the chain has the block */
+    for (size_t i = 0; i < job.searched.count; i++) {
+        double unit[BLOCK_MAX_PARAMETERS] = {0.0}, variance[BLOCK_MAX_PARAMETERS];
+        parameter_t *parameter = job.searched.parameter[i];
+        unit[i] = 1.0;
+        searched_solve(job.searched.count, job.gram, unit, variance);
+        free(parameter->sigma);
+        parameter->sigma = NULL;
+        if (variance[i] > 0.0) {
+            parameter->sigma = allocate(1, sizeof(double));
+            *parameter->sigma = sqrt(variance[i]) * searched_unit(&job.searched, i);
+        }
+    }
+    *chain = suspect.chain;
+    free(job.column);
+}
+
 void suspects_copy(const suspects_t *suspects, size_t count, suspects_t *copy) {
     *copy = (suspects_t){.suspect = allocate(count + 1, sizeof *copy->suspect), .count = count};
     for (size_t i = 0; i < count; i++) {

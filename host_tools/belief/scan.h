@@ -48,6 +48,10 @@ size_t scan_promising(const suspects_t *suspects, size_t most);
  * the block already, with the same index: then `gain` is what other numbers are worth. */
 void scan_refine(const scan_t *scan, suspect_t *suspect);
 
+/** The standard errors of the numbers of the block at `at`, which the scan's chain has: beside the operator, its
+ * weights integrated out, each number with the others free. A number that the operator imitates gets none. */
+void scan_errors(const scan_t *scan, model_t *chain, size_t at);
+
 void suspects_copy(const suspects_t *suspects, size_t count, suspects_t *copy);
 void suspects_sort(suspects_t *suspects);
 void suspects_free(suspects_t *suspects);

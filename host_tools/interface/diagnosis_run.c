@@ -28,10 +28,10 @@ static bool evidence_undone(const recording_t *recording, const look_t *look, co
     return good;
 }
 
-/* Undone, if it is likelier so; *as_they_are is then that. */
-static bool undo_if_likelier(recording_t *recording, const look_t *look, fault_t *fault, double undone,
+/* Undone, if it is likelier so by a margin; *as_they_are is then that. */
+static bool undo_if_likelier(recording_t *recording, const look_t *look, fault_t *fault, double margin, double undone,
                              double *as_they_are) {
-    if (!(undone > *as_they_are + threshold.evidence_margin)) {
+    if (!(undone > *as_they_are + margin)) {
         return false;
     }
     fault->kind->undo(fault, look, recording);
@@ -41,7 +41,9 @@ static bool undo_if_likelier(recording_t *recording, const look_t *look, fault_t
 }
 
 /* A fault that can be undone is, before physics is looked for, if a hysteresis of any shape then makes the readings
- * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. */
+ * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. The look
+ * has chosen its instant among all, so it has to be worth what the best of many probes has to be: what physics adds is
+ * not the same everywhere, either. */
 static void undo_faults_of(recording_t *recording, size_t index, diagnosis_run_t *run) {
     const look_t *look = &run->looks[index];
     bool asked = false, possible = false;
@@ -54,7 +56,7 @@ static void undo_faults_of(recording_t *recording, size_t index, diagnosis_run_t
         possible = asked ? possible : operator_evidence(recording, 1, &as_they_are);
         asked = true;
         if (possible && evidence_undone(recording, look, fault, &undone) &&
-            !undo_if_likelier(recording, look, fault, undone, &as_they_are)) {
+            !undo_if_likelier(recording, look, fault, threshold.least_gain, undone, &as_they_are)) {
             fault_withdraw(&run->faults, f);
         }
     }
@@ -127,7 +129,7 @@ static void undo_suspected(const fault_kind_t *kind, recording_t *recording, siz
     if (added != NULL) {
         memcpy(added->number, fault.number, sizeof fault.number);
         added->numbers = fault.numbers;
-        (void)undo_if_likelier(recording, look, added, undone, &as_they_are);
+        (void)undo_if_likelier(recording, look, added, threshold.evidence_margin, undone, &as_they_are);
     }
 }
 

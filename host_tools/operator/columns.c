@@ -83,6 +83,11 @@ size_t operator_law_column(const operator_t *operator) {
     return operator->recordings * PER_RECORDING + SHARED;
 }
 
+/* An even group stands before its odd one. */
+static operator_group_t group_of(operator_group_t even, bool is_odd) {
+    return (operator_group_t)((int)even + (is_odd ? 1 : 0));
+}
+
 operator_group_t operator_group(const operator_t *operator, size_t column) {
     if (column < operator->recordings * PER_RECORDING) {
         const size_t at = column % PER_RECORDING;
@@ -90,14 +95,14 @@ operator_group_t operator_group(const operator_t *operator, size_t column) {
     }
     const size_t at = column - operator->recordings * PER_RECORDING;
     return at < CURVE                          ? GROUP_FREE
-           : at < PLAYS                        ? GROUP_CURVE
+           : at < PLAYS                        ? group_of(GROUP_CURVE, (at - CURVE) % 2 == 1)
            : at < PLAYS + OPERATOR_SMALL_PLAYS ? GROUP_SMALL_PLAYS
            : at < BENDS                        ? GROUP_PLAYS
            : at < LEAKS                        ? (operator_group_t)(GROUP_BENDS + (at - BENDS) / OPERATOR_NODES)
            : at < PRODUCTS                     ? GROUP_LEAKS
-           : at < DRAWN                        ? GROUP_PRODUCTS
-           : at < SHARED                       ? GROUP_DRAWN
-           : at < SHARED + 4                   ? GROUP_LAW
+           : at < DRAWN                        ? group_of(GROUP_PRODUCTS, (at - PRODUCTS) % 2 == 1)
+           : at < SHARED                       ? group_of(GROUP_DRAWN, (at - DRAWN) / OPERATOR_DRAWN % 2 == 0)
+           : at < SHARED + OPERATOR_LAW_CURVES ? group_of(GROUP_LAW, (at - SHARED) % 2 == 0)
                                                : GROUP_LAW_NUMBERS;
 }
 
@@ -246,12 +251,12 @@ void operator_bends(const operator_t *operator, double * row, size_t rows) {
 static void law_of(const operator_walk_t *walk, double *row) {
     const duhem_table_t *table = walk->operator->table;
     const double h = duhem_value(&table[0], &walk->law[0]);
-    row[0] = h;
-    row[1] = h * walk->u;
-    row[2] = h * h;
-    row[3] = h * h * h;
+    row[LAW_H] = h;
+    row[LAW_H_SQUARE] = h * h;
+    row[LAW_H_CUBE] = h * h * h;
+    row[LAW_H_U] = h * walk->u;
     for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
-        row[4 + i] = (duhem_value(&table[1 + i], &walk->law[1 + i]) - h) / operator_law_step;
+        row[OPERATOR_LAW_CURVES + i] = (duhem_value(&table[1 + i], &walk->law[1 + i]) - h) / operator_law_step;
     }
 }
 

@@ -18,17 +18,22 @@
  *                it by the way it goes (Duhem's laws: Bouc-Wen, Dahl, LuGre ..)
  *     drawn      e' = |du| (u^k - e / L), k = 1 to 5, for 7 of these lengths: what the path draws towards a curve of
  *                the drive (Coleman and Hodgdon)
- *     law        one scalar Duhem law (duhem.h), if one was fitted: h, h u, h^2, h^3 and what its numbers change of h
+ *     law        one scalar Duhem law (duhem.h), if one was fitted: h, h^2, h^3, h u and what its numbers change of h
  *     past       functions of the highest and lowest drive so far, and exp(-path / L): what the drive did before the
  *                recording began, and the recording has not undone yet
  *
- * Each group has one prior variance (evidence.h); offset and line are free.
+ * Each group has one prior variance (evidence.h); offset and line are free. A column is odd if it changes its sign with
+ * the drive, or even if it does not; no group has both. So a hysteresis whose branches mirror each other needs no even
+ * column, and one that is bent behind or before it is not the same as one of another shape.
  */
 #ifndef OPERATOR_COLUMNS_H
 #define OPERATOR_COLUMNS_H
 
 #include "operator/duhem.h"
 #include <stdbool.h>
+
+/** The columns of a law, without those of its numbers: odd and even in turn. */
+enum { LAW_H, LAW_H_SQUARE, LAW_H_CUBE, LAW_H_U, OPERATOR_LAW_CURVES };
 
 enum {
     OPERATOR_CURVES = 7,
@@ -41,21 +46,26 @@ enum {
     OPERATOR_PRODUCTS = 4,   /**< z^2, z^3, z u, z^2 u */
     OPERATOR_DRAWN = 7,      /**< lengths: every second one of the leaks' */
     OPERATOR_POWERS = 5,     /**< of the drive that they are drawn towards */
-    OPERATOR_LAW = 4 + DUHEM_NUMBERS,
+    OPERATOR_LAW = OPERATOR_LAW_CURVES + DUHEM_NUMBERS,
     OPERATOR_EXTREMES = 10 /**< nodes over the highest drive, and over the lowest */
 };
 
-/** Which variance a column's weight has. The bends have one a degree. */
+/** Which variance a column's weight has. The bends have one a degree; where a kind has even and odd columns, the even
+ * ones' stands before the odd ones'. */
 typedef enum {
     GROUP_FREE, /**< offset, line: no prior */
     GROUP_CURVE,
+    GROUP_CURVE_ODD,
     GROUP_SMALL_PLAYS,
     GROUP_PLAYS,
     GROUP_BENDS,
     GROUP_LEAKS = GROUP_BENDS + OPERATOR_DEGREES,
     GROUP_PRODUCTS,
+    GROUP_PRODUCTS_ODD,
     GROUP_DRAWN,
+    GROUP_DRAWN_ODD,
     GROUP_LAW,
+    GROUP_LAW_ODD,
     GROUP_LAW_NUMBERS,
     GROUP_PAST_EXTREMES,
     GROUP_PAST_PATH,
@@ -82,7 +92,7 @@ void operator_set_law(operator_t *operator, const duhem_law_t * law);
 size_t operator_offset_column(size_t recording);
 /** Without a law. */
 void operator_drop_law(operator_t *operator);
-/** The first of the law's columns, which are the last ones: h, h u, h^2, h^3, and by each of its numbers. */
+/** The first of the law's columns, which are the last ones: h, h^2, h^3, h u, and by each of its numbers. */
 size_t operator_law_column(const operator_t *operator);
 /** By how much a law's numbers differ in the tables next to it. */
 static const double operator_law_step = 1e-4;

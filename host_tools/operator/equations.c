@@ -95,7 +95,7 @@ static void equations_of(const operator_question_t *q, const hysteresis_t *h, si
 /* Whether a law takes a group's place: the search for one goes without it, for a leak is a law, and many of them are
  * nearly any. */
 static bool is_like_a_law(operator_group_t group) {
-    return group == GROUP_LEAKS || group == GROUP_PRODUCTS;
+    return group == GROUP_LEAKS || group == GROUP_PRODUCTS || group == GROUP_PRODUCTS_ODD;
 }
 
 static void set_groups(hysteresis_t *h, bool leaks) {

@@ -5,9 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What one law gives: its first columns are powers of h, and h u. */
-enum { POWERS = 4, H = 0, H_U, H_SQUARE, H_CUBE };
-
 static void move_to(const law_along_t *along, const duhem_table_t *table, double drive_v, duhem_state_t *state,
                     double *u) {
     const double now = operator_level(along->operator, drive_v);
@@ -36,10 +33,10 @@ static void go_along_path(const law_along_t *along, const duhem_table_t *table, 
 /* A column of the law, made of h and u. */
 static void make_column(size_t column, const double *h, const double *u, size_t samples, double *value) {
     for (size_t k = 0; k < samples; k++) {
-        value[k] = column == H        ? h[k]
-                   : column == H_U    ? h[k] * u[k]
-                   : column == H_CUBE ? h[k] * h[k] * h[k]
-                                      : h[k] * h[k];
+        value[k] = column == LAW_H        ? h[k]
+                   : column == LAW_H_U    ? h[k] * u[k]
+                   : column == LAW_H_CUBE ? h[k] * h[k] * h[k]
+                                          : h[k] * h[k];
     }
 }
 
@@ -84,8 +81,8 @@ typedef struct {
 
 static void go_along_one(void *context, size_t index) {
     const law_task_t *task = context;
-    go_along(task->along, &task->along->operator->table[index], index == 0 ? POWERS : 1, OPERATOR_LAW,
-             task->row + (index == 0 ? 0 : POWERS + index - 1));
+    go_along(task->along, &task->along->operator->table[index], index == 0 ? OPERATOR_LAW_CURVES : 1, OPERATOR_LAW,
+             task->row + (index == 0 ? 0 : OPERATOR_LAW_CURVES + index - 1));
 }
 
 void law_rows(const law_along_t *along, double *row) {
@@ -93,7 +90,7 @@ void law_rows(const law_along_t *along, double *row) {
     for (size_t r = 0; r < along->kept->rows; r++) {
         double *one = row + r * OPERATOR_LAW;
         for (size_t i = 0; i < DUHEM_NUMBERS; i++) {
-            one[POWERS + i] = (one[POWERS + i] - one[H]) / operator_law_step;
+            one[OPERATOR_LAW_CURVES + i] = (one[OPERATOR_LAW_CURVES + i] - one[LAW_H]) / operator_law_step;
         }
     }
 }

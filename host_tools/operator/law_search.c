@@ -98,12 +98,12 @@ static bool step_of_law(void *context, double damping, double *step) {
     const law_search_t *search = context;
     const double *weight = search->h->evidence.weight + operator_law_column(&search->h->operator);
     (void)damping;
-    for (size_t i = 0; i < DUHEM_NUMBERS && weight[0] != 0.0; i++) {
-        step[i] = fmax(-longest_step, fmin(longest_step, weight[4 + i] / weight[0]));
+    for (size_t i = 0; i < DUHEM_NUMBERS && weight[LAW_H] != 0.0; i++) {
+        step[i] = fmax(-longest_step, fmin(longest_step, weight[OPERATOR_LAW_CURVES + i] / weight[LAW_H]));
     }
     keep_within(search->law.number[0], log(shortest_law / 2.0), log(2.0 * longest_law), &step[0]);
     keep_within(search->law.number[1], least_power, most_power, &step[1]);
-    return weight[0] != 0.0;
+    return weight[LAW_H] != 0.0;
 }
 
 static double move_law(void *context, const double *step, double part) {

@@ -17,6 +17,10 @@ const char *advice_on_verdict(const answer_t *answer) {
         return "Use the model. Before you rely on it elsewhere, see below which effects these recordings would have "
                "shown, and which not.";
     case EXPLAINED:
+        if (answer_has_heard(answer) && answer->held_out_percent >= answer->baseline_held_out_percent) {
+            return "Trust the numbers of what was found, and not the model's error: its hysteresis has another shape, "
+                   "and is no better beside it.";
+        }
         return "Use the better model, which hyst diagnose writes with -o BETTER.json.";
     case PARTLY_EXPLAINED:
         return "Use the better model, which hyst diagnose writes with -o BETTER.json. Something else is there, too.";

@@ -77,6 +77,9 @@ static json_t *finding_to_json(const answer_t *answer, const account_t *account,
     if (finding_is_empirical(finding)) {
         json_object_set_new(json, "empirical", json_true());
     }
+    if (finding->heard) {
+        json_object_set_new(json, "beside_operator", json_true());
+    }
     json_t *measured = finding_columns_to_json(&account->measured.finding[index]);
     if (measured != NULL) {
         json_object_set_new(json, "measured", measured);

@@ -39,8 +39,8 @@ static void print_finding(FILE *file, const answer_t *answer, const account_t *a
     text_wrapped(file, "   where", text);
     if (!finding->in_readings) {
         text[0] = '\0';
-        text_append(text, "%.4f %% -> %.4f %% held out", finding->held_out_before_percent,
-                    finding->held_out_after_percent);
+        text_append(text, "%.4f %% -> %.4f %% held out%s", finding->held_out_before_percent,
+                    finding->held_out_after_percent, finding->heard ? ", beside the operator" : "");
         text_wrapped(file, "   error", text);
     }
     if (finding_columns_text(finding, &account->measured.finding[index], text)) {

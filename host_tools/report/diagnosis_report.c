@@ -123,7 +123,7 @@ static void write_errors(const page_t *page) {
     most = was_given ? fmax(most, answer->given_held_out_percent) : most;
     most = another != NULL ? fmax(most, answer->own_shape_held_out_percent) : most;
     for (size_t f = 0; f < answer->findings; f++) {
-        most = fmax(most, answer->finding[f].held_out_after_percent);
+        most = fmax(most, answer->finding[f].heard ? 0.0 : answer->finding[f].held_out_after_percent);
     }
     fprintf(page->file,
             "<div class=\"wide\"><table>\n<thead><tr><th>Model</th><th>Held-out error, %%</th><th></th></tr>"
@@ -142,6 +142,9 @@ static void write_errors(const page_t *page) {
               answer->baseline_held_out_percent, most, answer->findings > 0 ? "" : " last");
     for (size_t f = 0; f < answer->findings; f++) {
         char what[100];
+        if (answer->finding[f].heard) { /* its error is the operator's, no step of the model's */
+            continue;
+        }
         snprintf(what, sizeof what, "+&nbsp;%s", answer->finding[f].block->name);
         write_bar(page->file, what, answer->finding[f].held_out_after_percent, most,
                   f + 1 < answer->findings || fitted_again(answer) ? "" : " last");
@@ -269,6 +272,12 @@ static void write_finding(const page_t *page, size_t index) {
         fprintf(page->file, "<dt>Held-out error</dt><dd>%.4f %% without it, %.4f %% with it</dd>\n",
                 finding->held_out_before_percent, finding->held_out_after_percent);
     } else {
+        if (finding->heard) {
+            fprintf(page->file,
+                    "<dt>Held-out error</dt><dd>%.4f %% without it, %.4f %% with it, beside an operator that imitates "
+                    "a hysteresis of any shape</dd>\n",
+                    finding->held_out_before_percent, finding->held_out_after_percent);
+        }
         fprintf(page->file,
                 "<dt>How sure</dt><dd>confidence %.2f; its size is %.3g standard errors, %.3g by the scatter between "
                 "blocks of time</dd>\n",

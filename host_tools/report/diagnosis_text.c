@@ -111,6 +111,14 @@ static const finding_t *finding_of_steps(const answer_t *answer) {
     return NULL;
 }
 
+/* Beside the operator, where what was found was found there. */
+static void append_beside_operator(const answer_t *answer, char *text) {
+    if (answer_has_heard(answer)) {
+        text_append(text, "beside an operator that imitates a hysteresis of any shape from %.3g %% to %.3g %%, ",
+                    answer->question->shape.operator_percent, answer->shape_after.operator_percent);
+    }
+}
+
 /* ": the held-out error falls from 0.9 % to 0.1 %, the noise is 0.1 %." Steps of a converter are found in the readings,
  * and remain in the error. */
 static void append_gain(const answer_t *answer, char *text) {
@@ -121,6 +129,7 @@ static void append_gain(const answer_t *answer, char *text) {
     if (steps == NULL || more) {
         text_append(text, ": the held-out error %s from %.3g %% to %.3g %%, ", after < before ? "falls" : "goes",
                     before, after);
+        append_beside_operator(answer, text);
         append_noise(answer, text);
     }
     if (steps != NULL) {
@@ -280,7 +289,10 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
                     finding->certainty == DETECTED ? ", and they are not alike" : "", finding->block->name);
     }
     text_append(text, "%s", block_search(finding->block)->explanation);
-    if (finding_has_reservation(finding)) {
+    if (finding->heard) {
+        text_append(text, " It was found beside an operator that imitates a hysteresis of any shape, and so were its "
+                          "numbers; the model's own hysteresis has another shape.");
+    } else if (finding_has_reservation(finding)) {
         text_append(text, " More than noise remains, which may be the reason in its place.");
     }
 }

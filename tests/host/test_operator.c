@@ -55,6 +55,47 @@ static void test_columns_do_not_depend_on_the_rate(void) {
     operator_free(&operator);
 }
 
+/* Of the columns of a mirrored drive those of an odd group are the others' with their sign changed, and those of an
+ * even group are the same; but for those of the past. Tolerance: rounding, of up to 4000 steps of columns that grow
+ * to 10. */
+static void test_a_group_is_odd_or_even(void) {
+    enum { STEPS = 4000 };
+    static const bool is_odd[GROUP_COUNT] = {
+        [GROUP_CURVE_ODD] = true, [GROUP_SMALL_PLAYS] = true, [GROUP_PLAYS] = true,      [GROUP_BENDS + 1] = true,
+        [GROUP_BENDS + 3] = true, [GROUP_BENDS + 5] = true,   [GROUP_LEAKS] = true,      [GROUP_PRODUCTS_ODD] = true,
+        [GROUP_DRAWN_ODD] = true, [GROUP_LAW_ODD] = true,     [GROUP_LAW_NUMBERS] = true};
+    const double range_v[2] = {0.0, 100.0};
+    const duhem_law_t law = {.number = {log(0.3), 1.5, 0.1, 0.2}};
+    operator_t operator= {0};
+    operator_walk_t walk[2];
+    operator_create(&operator, range_v, 1);
+    operator_set_law(&operator, & law);
+    double *row[2] = {allocate(operator.columns, sizeof(double)), allocate(operator.columns, sizeof(double))};
+    size_t compared[2] = {0};
+    for (int mirrored = 0; mirrored < 2; mirrored++) {
+        double drive_v = 0.0;
+        for (size_t k = 0; k <= STEPS; k++) {
+            drive_v = mirrored != 0 ? 100.0 - drive_at((double)k / 1000.0) : drive_at((double)k / 1000.0);
+            if (k == 0) {
+                operator_begin(&walk[mirrored], &operator, 0, drive_v, range_v);
+            }
+            operator_move(&walk[mirrored], drive_v);
+        }
+        operator_row(&walk[mirrored], drive_v, row[mirrored]);
+    }
+    for (size_t j = 0; j < operator.columns; j++) {
+        const operator_group_t group = operator_group(&operator, j);
+        if (group != GROUP_FREE && group != GROUP_PAST_EXTREMES && group != GROUP_PAST_PATH) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, is_odd[group] ? -row[0][j] : row[0][j], row[1][j]);
+            compared[is_odd[group]] += fabs(row[0][j]) > 1e-3 ? 1 : 0;
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(compared[0] > 50 && compared[1] > 100, "most columns are 0, and this test says nothing");
+    free(row[0]);
+    free(row[1]);
+    operator_free(&operator);
+}
+
 /* Sampled 17 times a period, a sine's extremes are up to 1.7 % of its amplitude beyond the samples. */
 static void test_turns_of_a_sine(void) {
     enum { SAMPLES = 400 };
@@ -447,6 +488,7 @@ int main(void) {
     rng = random_start("operator", 20261123);
     UNITY_BEGIN();
     RUN_TEST(test_columns_do_not_depend_on_the_rate);
+    RUN_TEST(test_a_group_is_odd_or_even);
     RUN_TEST(test_turns_of_a_sine);
     RUN_TEST(test_turns_of_corners);
     RUN_TEST(test_a_duhem_law_is_exact_for_any_step);

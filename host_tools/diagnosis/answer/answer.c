@@ -21,6 +21,15 @@ bool answer_rests_on_past(const answer_t *answer) {
     return answer->past_percent > fmax(answer->nrmse_percent, answer->held_out_percent);
 }
 
+bool answer_has_heard(const answer_t *answer) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (answer->finding[f].heard) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool finding_is_empirical(const finding_t *finding) {
     return finding->block->empirical != NULL;
 }

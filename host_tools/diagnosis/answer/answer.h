@@ -101,6 +101,9 @@ bool answer_has_too_little(const answer_t *answer);
  * time tells their past from nothing that is slow. */
 bool answer_rests_on_past(const answer_t *answer);
 
+/** Whether anything was found beside the universal operator alone (finding_t.heard). */
+bool answer_has_heard(const answer_t *answer);
+
 /** Whether it only describes what no physical effect explains (empirical.h). */
 bool finding_is_empirical(const finding_t *finding);
 /** How many findings name a physical effect: these come first. */

@@ -49,7 +49,12 @@ unsigned blocks_found(const answer_t *answer, const model_t *model) {
 }
 
 unsigned blocks_fitted(const answer_t *answer, const model_t *model) {
-    return blocks_found(answer, model) | refitted_blocks(answer, model);
+    unsigned heard = 0;
+    for (size_t b = 0; b < model->blocks; b++) {
+        const finding_t *finding = finding_of(answer, model->block[b].block);
+        heard |= finding != NULL && finding->heard ? 1U << b : 0U;
+    }
+    return (blocks_found(answer, model) & ~heard) | refitted_blocks(answer, model);
 }
 
 double excess(const answer_t *answer, double held) {
@@ -133,31 +138,37 @@ static double accuracy_of(const probe_t *probe, size_t parameter) {
     return probe->accuracy[own ? parameter : 0];
 }
 
-/* A block is an approximation: its numbers are not better than it is. */
-static void widen(answer_t *answer) {
-    for (size_t f = 0; f < answer->findings; f++) {
-        const model_block_t *block = &answer->model.block[finding_index(answer, &answer->finding[f])];
-        for (size_t p = 0; p < block->block->parameters; p++) {
-            const parameter_t *parameter = &block->parameter[p];
-            if (finding_searched(&answer->finding[f], p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
-                parameter->sigma[0] =
-                    hypot(parameter->sigma[0], accuracy_of(block_search(block->block), p) * parameter->value[0]);
-            }
+void finding_widen(answer_t *answer, size_t finding) {
+    const model_block_t *block = &answer->model.block[finding_index(answer, &answer->finding[finding])];
+    for (size_t p = 0; p < block->block->parameters; p++) {
+        const parameter_t *parameter = &block->parameter[p];
+        if (finding_searched(&answer->finding[finding], p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
+            parameter->sigma[0] =
+                hypot(parameter->sigma[0], accuracy_of(block_search(block->block), p) * parameter->value[0]);
         }
     }
+}
+
+/* Whether its numbers and their errors are no fit's: they come from the readings, or from beside the operator. */
+static bool is_settled(const finding_t *finding) {
+    return finding->in_readings || finding->heard;
 }
 
 bool findings_errors(answer_t *answer, failure_t *failure) {
     const question_t *question = answer->question;
     unsigned blocks = refitted_blocks(answer, &answer->model);
     for (size_t f = 0; f < answer->findings; f++) {
-        blocks |= answer->finding[f].in_readings ? 0U : 1U << finding_index(answer, &answer->finding[f]);
+        blocks |= is_settled(&answer->finding[f]) ? 0U : 1U << finding_index(answer, &answer->finding[f]);
     }
     forget_errors(&answer->model, blocks);
     if (!joint_errors(&question->samples, &question->noise, &answer->model, blocks, failure)) {
         return false;
     }
-    widen(answer);
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (!is_settled(&answer->finding[f])) {
+            finding_widen(answer, f);
+        }
+    }
     return true;
 }
 

@@ -37,7 +37,7 @@ bool state_measure(const state_t *state, const model_t *model, double *percent, 
 double excess(const answer_t *answer, double held);
 
 /** Blocks of a model, as bits: those that the baseline does not have; those of a given chain that are fitted again; all
- * that a fit moves beside the hysteresis. */
+ * that a fit moves beside the hysteresis, which are both but for what was heard. */
 unsigned blocks_found(const answer_t *answer, const model_t *model);
 unsigned refitted_blocks(const answer_t *answer, const model_t *model);
 unsigned blocks_fitted(const answer_t *answer, const model_t *model);
@@ -65,9 +65,11 @@ void finding_considered_taken(answer_t *answer, const block_t *block);
 /**
  * Writes the standard errors of the hysteresis and of the findings into answer->model (refine.h, no iterations):
  * jointly, with as many samples as count by the residuals' autocorrelation. Widened by sqrt(3/2), because refine counts
- * all samples and a third was held out of the fit.
+ * all samples and a third was held out of the fit. Those of what was heard stay (attempt.h).
  */
 bool findings_errors(answer_t *answer, failure_t *failure);
+/** A block is an approximation: the numbers of a finding are not better than it is. Adds that to their errors. */
+void finding_widen(answer_t *answer, size_t finding);
 /** Whether any number of a block that was searched, with its standard errors, is three of these away from nothing.
  * Where its effect is proportional to some numbers, one of these is: a frequency of something without a size is none.
  * And, of a richer form (probe_t.extends), the one by which it is more. */

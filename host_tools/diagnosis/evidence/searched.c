@@ -45,6 +45,10 @@ double searched_nudge(const searched_t *searched, size_t i, const model_t *model
     return by;
 }
 
+double searched_unit(const searched_t *searched, size_t i) {
+    return searched->logarithmic[i] ? *searched->number[i] : searched->scale[i];
+}
+
 void searched_move(searched_t *searched, const double *step, double part) {
     for (size_t i = 0; i < searched->count; i++) {
         const double most = searched->logarithmic[i] ? 1.0 : HUGE_VAL;

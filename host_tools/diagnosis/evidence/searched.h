@@ -28,6 +28,8 @@ void searched_open(searched_t *searched, model_t *model, size_t at);
 /** A copy of the model (to be freed) in which one of them is changed a little, for a difference. Returns by how much,
  * in its unknown's unit. `model` and `at` are those of searched_open. */
 double searched_nudge(const searched_t *searched, size_t i, const model_t *model, size_t at, model_t *nudged);
+/** What the number changes by for a small change of its unknown, in parts of that. */
+double searched_unit(const searched_t *searched, size_t i);
 /** Takes a part of a step, not further than a factor of e and within the block's bounds. */
 void searched_move(searched_t *searched, const double *step, double part);
 /** Back to before the last move. */

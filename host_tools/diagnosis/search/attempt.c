@@ -142,31 +142,83 @@ bool attempt_from(state_t *state, const model_t *given, const model_t *begin) {
     return good && reach_end(state, missing);
 }
 
-bool attempt_with(state_t *state, const model_t *given, const suspect_t *heard) {
-    answer_t *answer = &state->answer;
-    const question_t *question = answer->question;
-    double missing, value[BLOCK_MAX_PARAMETERS];
+/* With its numbers and their standard errors, which no fit changes. */
+static void put_heard(answer_t *answer, const heard_t *heard, size_t index) {
+    const suspect_t *suspect = &heard->suspect[index];
+    const model_block_t *block = &suspect->chain.block[suspect->at];
+    double value[BLOCK_MAX_PARAMETERS];
     model_t with;
-    if (!fit_baseline(state, given, &missing)) {
-        return false;
+    candidate_value(block, value);
+    const size_t at = candidate_insert(&with, &answer->model, suspect->block, value);
+    for (size_t p = 0; p < suspect->block->parameters; p++) {
+        if (block->parameter[p].sigma != NULL) {
+            with.block[at].parameter[p].sigma = allocate(1, sizeof(double));
+            *with.block[at].parameter[p].sigma = *block->parameter[p].sigma;
+        }
     }
-    candidate_value(&heard->chain.block[heard->at], value);
-    candidate_insert(&with, &answer->model, heard->block, value);
     model_free(&answer->model);
     answer->model = with;
-    findings_add(answer, &(finding_t){.block = heard->block,
-                                      .t = heard->amplitude / heard->sigma,
-                                      .t_blocks = heard->amplitude / heard->sigma,
+    findings_add(answer, &(finding_t){.block = suspect->block,
+                                      .t = suspect->amplitude / suspect->sigma,
+                                      .t_blocks = suspect->amplitude / suspect->sigma,
                                       .certainty = ISOLATED,
                                       .heard = true,
                                       .margin = HUGE_VAL,
-                                      .support = 2.0 * heard->gain,
-                                      .held_out_before_percent = answer->baseline_held_out_percent});
-    const bool good =
-        joint_fit(&question->samples, &question->noise, &answer->model, refitted_blocks(answer, &answer->model),
-                  FIT_ITERATIONS, &state->power, state->failure) &&
-        findings_errors(answer, state->failure) &&
-        state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent);
-    answer->finding[0].held_out_after_percent = answer->held_out_percent;
-    return good && reach_end(state, missing);
+                                      .support = 2.0 * suspect->gain,
+                                      .held_out_before_percent = heard->before_percent[index],
+                                      .held_out_after_percent = heard->after_percent[index]});
+    finding_widen(answer, answer->findings - 1);
+}
+
+/* Numbers that the operator imitates, as an offset is of what leaks away, are those at which the hysteresis of few
+ * numbers comes nearest. All others stay. */
+static bool fit_open_numbers(state_t *state) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    model_t free;
+    joint_power_t power;
+    model_copy(&free, &answer->model);
+    bool good = joint_fit(&question->samples, &question->noise, &free, blocks_found(answer, &free), FIT_ITERATIONS,
+                          &power, state->failure);
+    for (size_t f = 0; good && f < answer->findings; f++) {
+        const size_t at = finding_index(answer, &answer->finding[f]);
+        model_block_t *block = &answer->model.block[at];
+        for (size_t p = 0; p < block->block->parameters; p++) {
+            if (finding_searched(&answer->finding[f], p) && block->parameter[p].sigma == NULL) {
+                block->parameter[p].value[0] = free.block[at].parameter[p].value[0];
+            }
+        }
+    }
+    model_free(&free);
+    return good;
+}
+
+static bool has_open_numbers(const answer_t *answer) {
+    for (size_t f = 0; f < answer->findings; f++) {
+        const model_block_t *block = &answer->model.block[finding_index(answer, &answer->finding[f])];
+        for (size_t p = 0; p < block->block->parameters; p++) {
+            if (finding_searched(&answer->finding[f], p) && block->parameter[p].sigma == NULL) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+bool attempt_with(state_t *state, const model_t *given, const heard_t *heard) {
+    answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    double missing;
+    if (!fit_baseline(state, given, &missing)) {
+        return false;
+    }
+    for (size_t i = 0; i < heard->count; i++) {
+        put_heard(answer, heard, i);
+    }
+    return (!has_open_numbers(answer) || fit_open_numbers(state)) &&
+           joint_fit(&question->samples, &question->noise, &answer->model, refitted_blocks(answer, &answer->model),
+                     FIT_ITERATIONS, &state->power, state->failure) &&
+           findings_errors(answer, state->failure) &&
+           state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent) &&
+           reach_end(state, missing);
 }

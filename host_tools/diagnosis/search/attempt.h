@@ -4,6 +4,7 @@
 #define ATTEMPT_H
 
 #include "diagnosis/answer/state.h"
+#include "diagnosis/search/heard.h"
 
 /**
  * 1. Fits the chain's hysteresis, and what else of it the recordings determine (refitted.h).
@@ -15,8 +16,8 @@
  */
 bool attempt_from(state_t *state, const model_t *given, const model_t *begin);
 
-/** The same with one finding, which is not looked for: a block with the numbers that it has beside the universal
- * operator. Only the hysteresis is fitted to it. */
-bool attempt_with(state_t *state, const model_t *given, const suspect_t *heard);
+/** The same with findings that are not looked for: what was heard, with the numbers that it has beside the universal
+ * operator. Only the hysteresis is fitted to them. */
+bool attempt_with(state_t *state, const model_t *given, const heard_t *heard);
 
 #endif

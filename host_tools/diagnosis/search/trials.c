@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/search/trials.h"
 #include "base/parallel.h"
-#include "belief/suspect_fit.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/search/attempt.h"
 #include "diagnosis/search/contest.h"
+#include "diagnosis/search/heard.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -97,15 +97,6 @@ void trial_without_the_first(state_t *state) {
     try_another(state, &again, NULL);
 }
 
-static bool found_like(const answer_t *answer, const block_t *block) {
-    for (size_t f = 0; f < answer->findings; f++) {
-        if (block_same_group(answer->finding[f].block, block)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Natural units, beside the universal operator. */
 static double log_evidence_of(const state_t *state, const answer_t *answer) {
     shape_t shape;
@@ -114,38 +105,45 @@ static double log_evidence_of(const state_t *state, const answer_t *answer) {
     return shape.fitted ? shape.log_evidence : -HUGE_VAL;
 }
 
-/* A curve is shape: the operator has it. NULL: none says enough. */
-static const suspect_t *loudest_new(const answer_t *answer, const suspects_t *suspects) {
-    for (size_t i = 0; i < suspects->count; i++) {
-        const suspect_t *suspect = &suspects->suspect[i];
-        if (suspect->gain >= threshold.least_searched_gain && !suspect->block->probe->shape &&
-            !found_like(answer, suspect->block)) {
-            return suspect;
+/* Whether the search has found just these. */
+static bool are_found(const answer_t *answer, const heard_t *heard) {
+    size_t found = 0;
+    for (size_t f = 0; f < answer->findings; f++) {
+        found += answer->finding[f].in_readings || answer->finding[f].shape ? 0 : 1;
+    }
+    for (size_t i = 0; i < heard->count; i++) {
+        if (finding_of(answer, heard->suspect[i].block) == NULL) {
+            return false;
         }
     }
-    return NULL;
+    return found == heard->count;
+}
+
+/* Whether the operator leaves only noise beside it, or a hysteresis of few numbers less than without. */
+static bool is_supported(const answer_t *with, const heard_t *heard) {
+    return heard->shape.whole || with->held_out_percent < with->baseline_held_out_percent;
 }
 
 void trial_of_heard(state_t *state) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     trial_t trial;
+    heard_t heard;
     if (!answer->remainder.structured || !question->shape.fitted || question->shape.silent) {
         return;
     }
-    const suspect_t *heard = loudest_new(answer, fitted_suspects(state->beside, &state->setting));
-    if (heard == NULL) {
-        return;
+    heard_listen(state, &heard);
+    if (heard.count > 0 && !are_found(answer, &heard)) {
+        prepare(&trial, state, question, &answer->given, answer->family);
+        if (attempt_with(&trial.state, trial.from, &heard)) {
+            keep_one(state, &trial,
+                     is_supported(&trial.state.answer, &heard) &&
+                         2.0 * (heard.shape.log_evidence - log_evidence_of(state, answer)) > threshold.naming_margin);
+        } else {
+            answer_free_models(&trial.state.answer);
+        }
     }
-    prepare(&trial, state, question, &answer->given, answer->family);
-    if (attempt_with(&trial.state, trial.from, heard)) {
-        const answer_t *other = &trial.state.answer;
-        keep_one(state, &trial,
-                 other->held_out_percent < other->baseline_held_out_percent &&
-                     2.0 * (log_evidence_of(state, other) - log_evidence_of(state, answer)) > threshold.naming_margin);
-    } else {
-        answer_free_models(&trial.state.answer);
-    }
+    heard_free(&heard);
 }
 
 /* What a shape can be expected to leave of the held-out samples, by two measures of which the smaller one counts. */

@@ -56,7 +56,7 @@ class Finding:
     confidence: float
     parameters: dict[str, Parameter]
     confusable_with: list[str]
-    error_before_percent: float  # held out
+    error_before_percent: float  # held out; beside the operator alone where it was found there
     error_after_percent: float
     where: Where
     explanation: str

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "diagnosis/search/heard.h"
+#include "belief/suspect_fit.h"
+#include "thresholds/thresholds.h"
+
+/* A curve is shape: the operator has it. NULL: none says enough. */
+static const suspect_t *loudest(fitted_chain_t *beside, const probe_setting_t *setting) {
+    const suspects_t *scanned = fitted_chain_suspects(beside, setting);
+    if (scanned->count == 0 || scanned->suspect[0].gain < threshold.evidence_margin) {
+        return NULL;
+    }
+    const suspects_t *searched = fitted_suspects(beside, setting);
+    for (size_t i = 0; i < searched->count; i++) {
+        const suspect_t *suspect = &searched->suspect[i];
+        if (suspect->gain >= threshold.least_searched_gain && !suspect->block->probe->shape) {
+            return suspect;
+        }
+    }
+    return NULL;
+}
+
+/* The standard errors of its numbers, beside the operator that was fitted with it. */
+static void take(heard_t *heard, const suspect_t *suspect, fitted_chain_t *with, const probe_setting_t *setting) {
+    suspect_t *kept = &heard->suspect[heard->count];
+    *kept = *suspect;
+    model_copy(&kept->chain, &suspect->chain);
+    const scan_t scan = fitted_chain_scan(with, setting);
+    scan_errors(&scan, &kept->chain, kept->at);
+}
+
+void heard_listen(const state_t *state, heard_t *heard) {
+    const question_t *question = state->answer.question;
+    fitted_chain_t chain[HEARD_MOST], *beside = state->beside;
+    *heard = (heard_t){.shape = question->shape};
+    const suspect_t *suspect = loudest(beside, &state->setting);
+    while (suspect != NULL && heard->count < HEARD_MOST) {
+        fitted_chain_t *with = &chain[heard->count];
+        if (!fitted_chain_open(with, &question->samples, &suspect->chain, &beside->hysteresis)) {
+            break;
+        }
+        take(heard, suspect, with, &state->setting);
+        heard->before_percent[heard->count] = heard->shape.operator_percent;
+        shape_of(with, &state->setting, question->step_um, false, &heard->shape);
+        heard->after_percent[heard->count++] = heard->shape.operator_percent;
+        beside = with;
+        suspect = heard->count < HEARD_MOST ? loudest(beside, &state->setting) : NULL;
+    }
+    for (size_t i = 0; i < heard->count; i++) {
+        fitted_chain_close(&chain[i]);
+    }
+}
+
+void heard_free(heard_t *heard) {
+    for (size_t i = 0; i < heard->count; i++) {
+        model_free(&heard->suspect[i].chain);
+    }
+    *heard = (heard_t){0};
+}
