@@ -101,11 +101,12 @@ static bool rivals_are_of_its_group(const finding_t *finding) {
 /* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
  * little. Only a strong finding can tell, and only where the model has the hysteresis' shape. Within a group a block
  * may fail only because its form is too narrow: creep that is free below 10 ms is nearer to a dielectric loss than to
- * the catalogue's creep. */
+ * the catalogue's creep. Lags have nothing but their forms to tell them by. */
 static bool can_be(const state_t *state, bool strong, const finding_t *finding, const model_t *left_out,
                    const block_t *block) {
     const answer_t *answer = &state->answer;
-    return !strong || block_same_group(block, finding->block) || model_find(left_out, block->name) != NULL ||
+    const bool lags = block->lag != LAG_NONE && finding->block->lag != LAG_NONE;
+    return !strong || (block_same_group(block, finding->block) && !lags) || model_find(left_out, block->name) != NULL ||
            contest_stands(&answer->question->samples, &state->setting, &answer->model, left_out, block);
 }
 

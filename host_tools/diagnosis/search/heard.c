@@ -19,13 +19,18 @@ static const suspect_t *loudest(fitted_chain_t *beside, const probe_setting_t *s
     return NULL;
 }
 
-/* The standard errors of its numbers, beside the operator that was fitted with it. */
-static void take(heard_t *heard, const suspect_t *suspect, fitted_chain_t *with, const probe_setting_t *setting) {
+/* With the standard errors of its numbers, beside the operator that was fitted with it. false: they determine none. */
+static bool take(heard_t *heard, const suspect_t *suspect, fitted_chain_t *with, const probe_setting_t *setting) {
     suspect_t *kept = &heard->suspect[heard->count];
     *kept = *suspect;
     model_copy(&kept->chain, &suspect->chain);
     const scan_t scan = fitted_chain_scan(with, setting);
     scan_errors(&scan, &kept->chain, kept->at);
+    if (!block_determined(&kept->chain.block[kept->at])) {
+        model_free(&kept->chain);
+        return false;
+    }
+    return true;
 }
 
 void heard_listen(const state_t *state, heard_t *heard) {
@@ -38,7 +43,10 @@ void heard_listen(const state_t *state, heard_t *heard) {
         if (!fitted_chain_open(with, &question->samples, &suspect->chain, &beside->hysteresis)) {
             break;
         }
-        take(heard, suspect, with, &state->setting);
+        if (!take(heard, suspect, with, &state->setting)) {
+            fitted_chain_close(with);
+            break;
+        }
         heard->before_percent[heard->count] = heard->shape.operator_percent;
         shape_of(with, &state->setting, question->step_um, false, &heard->shape);
         heard->after_percent[heard->count++] = heard->shape.operator_percent;

@@ -3,7 +3,7 @@
  * What speaks beside the universal operator, block after block.
  *
  * The loudest block is put into the chain with the numbers at which the position is likeliest; weights and noise are
- * fitted again, and all others are asked anew. No hysteresis of few numbers has a part in it, so a wrong one spoils
+ * fitted again, and all others are weighed anew. No hysteresis of few numbers has a part in it, so a wrong one spoils
  * nothing.
  */
 #ifndef HEARD_H

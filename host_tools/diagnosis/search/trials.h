@@ -26,9 +26,9 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
 void trial_without_the_first(state_t *state);
 
 /**
- * Where more than noise is left, and blocks speak beside the universal operator (heard.h), these may be the answer. They
- * have to make the position more likely, beside the operator, than what was found does. And the operator has to leave
- * only noise with them, or a hysteresis of few numbers less of the held-out samples than without.
+ * Where more than noise is left, and blocks speak beside the universal operator (heard.h), these may be the answer.
+ * They have to make the position more likely, beside the operator, than what was found does. And the operator has to
+ * leave only noise with them, or a hysteresis of few numbers less of the held-out samples than without.
  */
 void trial_of_heard(state_t *state);
 
