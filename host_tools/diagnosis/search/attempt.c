@@ -5,6 +5,7 @@
 #include "diagnosis/columns/measured_columns.h"
 #include "diagnosis/columns/sides.h"
 #include "diagnosis/evidence/candidate.h"
+#include "diagnosis/evidence/searched.h"
 #include "diagnosis/judgement/names.h"
 #include "diagnosis/judgement/reconsider.h"
 #include "diagnosis/judgement/refitted.h"
@@ -142,11 +143,13 @@ bool attempt_from(state_t *state, const model_t *given, const model_t *begin) {
     return good && reach_end(state, missing);
 }
 
-/* With its numbers and their standard errors, which no fit changes. */
-static void put_heard(answer_t *answer, const heard_t *heard, size_t index) {
+/* With its numbers and their standard errors, which no fit changes. Returns whether all of its searched numbers have
+ * one. */
+static bool put_heard(answer_t *answer, const heard_t *heard, size_t index) {
     const suspect_t *suspect = &heard->suspect[index];
     const model_block_t *block = &suspect->chain.block[suspect->at];
     double value[BLOCK_MAX_PARAMETERS];
+    bool all = true;
     model_t with;
     candidate_value(block, value);
     const size_t at = candidate_insert(&with, &answer->model, suspect->block, value);
@@ -154,6 +157,8 @@ static void put_heard(answer_t *answer, const heard_t *heard, size_t index) {
         if (block->parameter[p].sigma != NULL) {
             with.block[at].parameter[p].sigma = allocate(1, sizeof(double));
             *with.block[at].parameter[p].sigma = *block->parameter[p].sigma;
+        } else if (is_searched(suspect->block, p)) {
+            all = false;
         }
     }
     model_free(&answer->model);
@@ -168,6 +173,7 @@ static void put_heard(answer_t *answer, const heard_t *heard, size_t index) {
                                       .held_out_before_percent = heard->before_percent[index],
                                       .held_out_after_percent = heard->after_percent[index]});
     finding_widen(answer, answer->findings - 1);
+    return all;
 }
 
 /* Numbers that the operator imitates, as an offset is of what leaks away, are those at which the hysteresis of few
@@ -193,29 +199,18 @@ static bool fit_open_numbers(state_t *state) {
     return good;
 }
 
-static bool has_open_numbers(const answer_t *answer) {
-    for (size_t f = 0; f < answer->findings; f++) {
-        const model_block_t *block = &answer->model.block[finding_index(answer, &answer->finding[f])];
-        for (size_t p = 0; p < block->block->parameters; p++) {
-            if (finding_searched(&answer->finding[f], p) && block->parameter[p].sigma == NULL) {
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
 bool attempt_with(state_t *state, const model_t *given, const heard_t *heard) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     double missing;
+    bool determined = true;
     if (!fit_baseline(state, given, &missing)) {
         return false;
     }
     for (size_t i = 0; i < heard->count; i++) {
-        put_heard(answer, heard, i);
+        determined = put_heard(answer, heard, i) && determined;
     }
-    return (!has_open_numbers(answer) || fit_open_numbers(state)) &&
+    return (determined || fit_open_numbers(state)) &&
            joint_fit(&question->samples, &question->noise, &answer->model, refitted_blocks(answer, &answer->model),
                      FIT_ITERATIONS, &state->power, state->failure) &&
            findings_errors(answer, state->failure) &&
