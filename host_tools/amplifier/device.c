@@ -1,23 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/device.h"
+#include "amplifier/line_search.h"
 #include "amplifier/mode_names.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
-#include "base/stop_signal.h"
 #include "loop/capture.h"
 #include "loop/telemetry.h"
-#include <ctype.h>
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
-#include <modbus/modbus.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
-#include <time.h>
-#include <unistd.h>
 
 #define TRIES 3
 /* A loop without a sample for this long counts as stopped. */
@@ -29,273 +22,55 @@
 #define WRITE_LEAST 8
 
 struct device {
-    modbus_t *modbus;
-    char *port;
-    unsigned long baud, slave;
-    double timeout_s;
-    unsigned long repetitions;
-    const volatile sig_atomic_t *stop; /* or NULL */
-    device_turn_t *turn;               /* or NULL; also while it runs */
-    void *turn_context;
+    serial_line_t line;
     int64_t identity[REGISTER_COUNT]; /* magic to serial_low are filled */
     unsigned unlocked;                /* by device_unlock */
 };
 
-/* One request, so that every kind of it is repeated and reported by the same code. Reads fill `read`. */
-typedef struct {
-    const char *what; /* register or block, for messages */
-    int address;
-    int count;
-    uint16_t *read;
-    const uint16_t *write;
-    int first_address, first_count; /* with `read` as well as `write`: what is written before it is read, else unused */
-} request_t;
-
-/* Only after NO_ANSWER another way may be tried. */
-typedef enum { OUTCOME_DONE, OUTCOME_NO_ANSWER, OUTCOME_REFUSED, OUTCOME_INTERRUPTED } outcome_t;
-
-/* Reads and drops what arrives until nothing has arrived for one timeout; gives up on a line that never falls silent.
- */
-static void wait_for_silence(device_t *device) {
-    const int silence_ms = (int)(device->timeout_s * 1000.0);
-    struct pollfd line = {.fd = modbus_get_socket(device->modbus), .events = POLLIN};
-    uint8_t dropped[256];
-    for (int bursts = 0; bursts < 20 && poll(&line, 1, silence_ms) > 0; bursts++) {
-        if ((line.revents & POLLIN) == 0 || read(line.fd, dropped, sizeof dropped) <= 0) {
-            break;
-        }
-    }
-    (void)modbus_flush(device->modbus);
-}
-
-/* An RS-485 adapter with a local echo returns every request before the answer. A real answer to this probe differs from
- * it in the third byte. */
-static bool line_echoes(device_t *device) {
-    const uint8_t probe[] = {(uint8_t)device->slave, MODBUS_FC_READ_HOLDING_REGISTERS, 0, 0, 0, 1};
-    if (modbus_send_raw_request(device->modbus, probe, sizeof probe) < 0) {
-        return false;
-    }
-    struct pollfd line = {.fd = modbus_get_socket(device->modbus), .events = POLLIN};
-    uint8_t heard[sizeof probe];
-    size_t count = 0;
-    while (count < sizeof heard && poll(&line, 1, (int)(device->timeout_s * 1000.0)) > 0) {
-        const ssize_t got = read(line.fd, heard + count, sizeof heard - count);
-        if (got <= 0) {
-            break;
-        }
-        count += (size_t)got;
-    }
-    wait_for_silence(device);
-    return count == sizeof heard && memcmp(heard, probe, sizeof probe) == 0;
-}
-
-/* The answer may yet come, or come undamaged, when the request is sent again. */
-static bool worth_repeating(int error) {
-    switch (error) {
-    case ETIMEDOUT:
-    case ECONNRESET: /* libmodbus: end of file while waiting */
-    case EINTR:
-    case EMBBADCRC:
-    case EMBBADDATA:
-    case EMBBADEXC:
-    case EMBMDATA:
-    case EMBBADSLAVE:
-    case EMBXACK:
-    case EMBXSBUSY:
-        return true;
-    default:
-        return false;
-    }
-}
-
-static bool is_exception(int error) {
-    return error >= EMBXILFUN && error < EMBBADCRC;
-}
-
-/* What the amplifier says of a write that it has just refused, where that is a lock. */
-static const char *lock_text(device_t *device, const request_t *request, int error) {
-    uint16_t why = 0;
-    if (request->write == NULL || error != EMBXSFAIL ||
-        modbus_read_registers(device->modbus, register_table[INDEX_write_refused].address, 1, &why) != 1) {
-        return "";
-    }
-    return why == WRITE_PARAMETERS_LOCKED ? "; its parameters are locked"
-           : why == WRITE_OUTPUT_LOCKED   ? "; its output is locked"
-                                          : "";
-}
-
-static bool report(device_t *device, const request_t *request, int error, int tries, failure_t *failure) {
-    const char *verb = request->read == NULL ? "writing" : "reading";
-    if (is_exception(error)) {
-        return fail(failure, "%s: the amplifier refuses %s %s: %s (exception %d)%s", device->port, verb, request->what,
-                    modbus_strerror(error), error - MODBUS_ENOBASE, lock_text(device, request, error));
-    }
-    if (error == ETIMEDOUT) {
-        return fail(failure, "no answer from %s (slave %lu) after %d tries, %s %s", device->port, device->slave, tries,
-                    verb, request->what);
-    }
-    if (!worth_repeating(error) || error == ECONNRESET) {
-        return fail(failure, "%s: the line is gone, %s %s: %s", device->port, verb, request->what, strerror(error));
-    }
-    if (line_echoes(device)) {
-        return fail(failure, "%s: the line returns what is sent: switch off the local echo of the RS-485 adapter",
-                    device->port);
-    }
-    return fail(failure, "%s: damaged answers in %d tries, %s %s (last: %s)", device->port, tries, verb, request->what,
-                modbus_strerror(error));
-}
-
-/* Whether this request may be made. */
-static bool may_go_on(device_t *device, failure_t *failure) {
-    if (device->stop != NULL && *device->stop != 0) {
-        return fail(failure, "interrupted (%s)", stop_signal_name(*device->stop));
-    }
-    device_turn_t *const turn = device->turn;
-    device->turn = NULL;
-    const bool ok = turn == NULL || turn(device->turn_context, failure);
-    device->turn = turn;
-    return ok;
-}
-
-static int exchange(device_t *device, const request_t *request) {
-    if (request->write == NULL) {
-        return modbus_read_registers(device->modbus, request->address, request->count, request->read);
-    }
-    if (request->read == NULL) {
-        return modbus_write_registers(device->modbus, request->address, request->count, request->write);
-    }
-    return modbus_write_and_read_registers(device->modbus, request->first_address, request->first_count, request->write,
-                                           request->address, request->count, request->read);
-}
-
 static outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
-    int error = 0;
-    for (int attempt = 1; attempt <= tries; attempt++) {
-        if (!may_go_on(device, failure)) {
-            return OUTCOME_INTERRUPTED;
-        }
-        errno = 0;
-        const int result = exchange(device, request);
-        error = errno;
-        if (result == request->count) {
-            if (attempt > 1) {
-                wait_for_silence(device);
-            }
-            return OUTCOME_DONE;
-        }
-        if (!worth_repeating(error)) {
-            break;
-        }
-        wait_for_silence(device);
-        if (attempt < tries) {
-            device->repetitions++;
-        }
-    }
-    (void)report(device, request, error, tries, failure);
-    return worth_repeating(error) && !is_exception(error) ? OUTCOME_NO_ANSWER : OUTCOME_REFUSED;
-}
-
-static bool connect_port(device_t *device, const device_options_t *options, failure_t *failure) {
-    const char parity = (char)toupper((unsigned char)options->parity[0]); /* as libmodbus has it: N, E or O */
-    device->modbus = modbus_new_rtu(options->port, (int)options->baud, parity, 8, 1);
-    if (device->modbus == NULL) {
-        return fail(failure, "%s: %s", options->port, modbus_strerror(errno));
-    }
-    if (modbus_set_slave(device->modbus, (int)options->slave) != 0 || modbus_connect(device->modbus) != 0) {
-        return fail(failure, "cannot open %s: %s", options->port,
-                    errno == ENOTTY ? "not a serial port" : strerror(errno));
-    }
-    /* Two clients on one line would read each other's answers. */
-    if (flock(modbus_get_socket(device->modbus), LOCK_EX | LOCK_NB) != 0) {
-        return fail(failure, "%s is in use by another hyst: end that one first", options->port);
-    }
-    const double whole_s = (double)(long)options->timeout_s;
-    (void)modbus_set_response_timeout(device->modbus, (uint32_t)whole_s,
-                                      (uint32_t)((options->timeout_s - whole_s) * 1e6));
-    (void)modbus_set_error_recovery(device->modbus, MODBUS_ERROR_RECOVERY_NONE);
-    (void)modbus_flush(device->modbus);
-    return true;
+    return serial_line_request(&device->line, request, tries, NULL, failure);
 }
 
 /* An earlier client may have ended while it waited, and its late answer could be read here. An unexpected value is
  * therefore read again once the line is silent. */
-static outcome_t read_expected(device_t *device, int which, uint16_t expected, uint16_t *value, failure_t *failure) {
+static outcome_t read_expected(device_t *device, int which, uint16_t expected, uint16_t *value, bool *silent,
+                               failure_t *failure) {
     char what[100];
     (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
     const request_t request = {what, register_table[which].address, 1, value, NULL, 0, 0};
-    const outcome_t outcome = transfer(device, &request, TRIES, failure);
+    const outcome_t outcome = serial_line_request(&device->line, &request, TRIES, silent, failure);
     if (outcome != OUTCOME_DONE || *value == expected) {
         return outcome;
     }
-    wait_for_silence(device);
-    return transfer(device, &request, TRIES, failure);
+    serial_line_settle(&device->line);
+    return serial_line_request(&device->line, &request, TRIES, silent, failure);
 }
 
-static bool check_identity(device_t *device, failure_t *failure) {
+/* silent: set when the first request had no answer at all. */
+static bool check_identity(device_t *device, bool *silent, failure_t *failure) {
     uint16_t magic = 0;
     uint16_t abi = 0;
-    switch (read_expected(device, INDEX_magic, REGISTERS_MAGIC, &magic, failure)) {
+    switch (read_expected(device, INDEX_magic, REGISTERS_MAGIC, &magic, silent, failure)) {
     case OUTCOME_DONE:
         break;
     case OUTCOME_REFUSED:
-        return fail_in(failure, "%s is not a hyst amplifier", device->port);
+        return fail_in(failure, "%s is not a hyst amplifier", device->line.port);
     default:
         return false;
     }
     if (magic != REGISTERS_MAGIC) {
-        return fail(failure, "%s is not a hyst amplifier: register magic is 0x%04X, not 0x%04X", device->port,
+        return fail(failure, "%s is not a hyst amplifier: register magic is 0x%04X, not 0x%04X", device->line.port,
                     (unsigned)magic, (unsigned)REGISTERS_MAGIC);
     }
     /* The place of these two is the same in every version; that of the others is not. */
-    if (read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, failure) != OUTCOME_DONE) {
+    if (read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, NULL, failure) != OUTCOME_DONE) {
         return false;
     }
     if (abi != REGISTERS_ABI) {
-        return fail(failure, "%s: register map version %u is unknown here (known: %d): upgrade %s", device->port,
+        return fail(failure, "%s: register map version %u is unknown here (known: %d): upgrade %s", device->line.port,
                     (unsigned)abi, REGISTERS_ABI, abi > REGISTERS_ABI ? "hyst" : "the amplifier's firmware");
     }
     return device_read_span(device, INDEX_magic, INDEX_serial_low, device->identity, failure);
-}
-
-static const char *const parities[] = {
-    [LINE_PARITY_NONE] = "none", [LINE_PARITY_EVEN] = "even", [LINE_PARITY_ODD] = "odd"};
-#define PARITIES ((int)(sizeof parities / sizeof parities[0]))
-
-int parity_number(const char *name) {
-    int number = PARITIES - 1;
-    while (number >= 0 && strcmp(name, parities[number]) != 0) {
-        number--;
-    }
-    return number;
-}
-
-const char *parity_name(int64_t number) {
-    return number >= 0 && number < PARITIES ? parities[number] : "unknown";
-}
-
-bool device_options_check(const device_options_t *options, failure_t *failure) {
-    static const unsigned long rates[] = {1200,  2400,   4800,   9600,   19200,  38400,
-                                          57600, 115200, 230400, 460800, 500000, 921600};
-    if (options->port == NULL) {
-        return fail(failure, "--port DEV is missing");
-    }
-    bool known = false;
-    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
-        known = known || options->baud == rates[i];
-    }
-    if (!known) {
-        return fail(failure, "--baud %lu: not a rate of a serial port", options->baud);
-    }
-    if (options->slave < 1 || options->slave > 247) {
-        return fail(failure, "--slave %lu: outside 1..247", options->slave);
-    }
-    if (parity_number(options->parity) < 0) {
-        return fail(failure, "--parity %s: not none, even or odd", options->parity);
-    }
-    if (options->timeout_s < 0.01 || options->timeout_s > 60.0) {
-        return fail(failure, "--timeout %g: outside 0.01..60 s", options->timeout_s);
-    }
-    return true;
 }
 
 void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]) {
@@ -317,18 +92,33 @@ static void note_device(const device_t *device) {
     device_serial(device, serial);
     (void)snprintf(text, sizeof text, "board %s%s%s, firmware %d.%d.%d, at %s, address %lu",
                    board != NULL ? board : "unknown", serial[0] != '\0' ? ", serial number " : "", serial,
-                   (int)(version >> 12), (int)(version >> 6 & 63), (int)(version & 63), device->port, device->slave);
+                   (int)(version >> 12), (int)(version >> 6 & 63), (int)(version & 63), device->line.port,
+                   device->line.slave);
     provenance_set_device(text);
+}
+
+/* Adds to the line that there was no answer where there is one. */
+static void say_where(const device_options_t *options, failure_t *failure) {
+    const failure_t silence = *failure;
+    device_options_t found;
+    if (line_search(options, &found)) {
+        (void)fail(failure,
+                   "%.400s, at %lu baud, parity %s. An amplifier answers with --baud %lu --parity %s --slave %lu",
+                   silence.text, options->baud, options->parity, found.baud, found.parity, found.slave);
+    } else {
+        (void)fail(failure, "%.400s, at %lu baud, parity %s, nor at another rate or parity", silence.text,
+                   options->baud, options->parity);
+    }
 }
 
 device_t *device_open(const device_options_t *options, failure_t *failure) {
     device_t *device = allocate(1, sizeof *device);
-    *device = (device_t){.port = copy_text(options->port),
-                         .baud = options->baud,
-                         .slave = options->slave,
-                         .timeout_s = options->timeout_s};
-    if (!connect_port(device, options, failure) || !check_identity(device, failure)) {
+    bool silent = false;
+    if (!serial_line_open(&device->line, options, failure) || !check_identity(device, &silent, failure)) {
         device_close(device);
+        if (silent && options->look_elsewhere) {
+            say_where(options, failure);
+        }
         return NULL;
     }
     note_device(device);
@@ -339,11 +129,11 @@ static outcome_t write_register(device_t *device, int which, int64_t value, int 
 
 void device_lock(device_t *device) {
     failure_t ignored;
-    const volatile sig_atomic_t *const stop = device->stop;
+    const volatile sig_atomic_t *const stop = device->line.stop;
     if (device->unlocked != 0) {
-        device->stop = NULL;
+        device->line.stop = NULL;
         (void)write_register(device, INDEX_unlock, 0, 1, &ignored);
-        device->stop = stop;
+        device->line.stop = stop;
         device->unlocked = 0;
     }
 }
@@ -356,22 +146,18 @@ void device_close(device_t *device) {
     if (device == NULL) {
         return;
     }
-    if (device->modbus != NULL) {
-        device_lock(device);
-        modbus_close(device->modbus);
-        modbus_free(device->modbus);
-    }
-    free(device->port);
+    device_lock(device);
+    serial_line_close(&device->line);
     free(device);
 }
 
 void device_stop_when(device_t *device, const volatile sig_atomic_t *stop) {
-    device->stop = stop;
+    device->line.stop = stop;
 }
 
 void device_take_turns(device_t *device, device_turn_t *turn, void *context) {
-    device->turn = turn;
-    device->turn_context = context;
+    device->line.turn = turn;
+    device->line.turn_context = context;
 }
 
 int64_t device_identity(const device_t *device, int which) {
@@ -384,7 +170,7 @@ double device_sample_rate_hz(const device_t *device) {
 
 double device_registers_per_s(const device_t *device) {
     const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
-    return 0.4 * MODBUS_MAX_READ_REGISTERS * (double)device->baud / (10.0 * bytes);
+    return 0.4 * MODBUS_MAX_READ_REGISTERS * (double)device->line.baud / (10.0 * bytes);
 }
 
 #define LEAST_TIMEOUT_MS 1000.0
@@ -393,12 +179,12 @@ double device_registers_per_s(const device_t *device) {
 
 /* Each lost try is a timeout and as long a silence; one more silence follows a try that succeeded after all. */
 int64_t device_communication_timeout_ms(const device_t *device) {
-    const double longest_gap_s = (2.0 * (TRIES - 1) + 1.0) * device->timeout_s;
+    const double longest_gap_s = (2.0 * (TRIES - 1) + 1.0) * device->line.timeout_s;
     return (int64_t)fmin(UINT16_MAX, fmax(LEAST_TIMEOUT_MS, 1000.0 * TIMEOUT_RESERVE * longest_gap_s));
 }
 
 unsigned long device_repetitions(const device_t *device) {
-    return device->repetitions;
+    return device->line.repetitions;
 }
 
 static int64_t decode(register_type_t type, const uint16_t *words) {
@@ -505,7 +291,7 @@ bool device_arm(device_t *device, failure_t *failure) {
         }
         if (now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
             char faults[FAULTS_TEXT];
-            return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->port,
+            return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->line.port,
                         faults_text(now[INDEX_faults_live], faults));
         }
         if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
@@ -519,7 +305,7 @@ bool device_arm(device_t *device, failure_t *failure) {
     }
     return fail(failure,
                 "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
-                device->port, samples);
+                device->line.port, samples);
 }
 
 bool device_start(device_t *device, failure_t *failure) {
@@ -538,7 +324,7 @@ bool device_start(device_t *device, failure_t *failure) {
         if (capture == CAPTURE_RUNNING || capture == CAPTURE_DONE) {
             return true;
         }
-        device->repetitions++;
+        device->line.repetitions++;
     }
 }
 
@@ -596,7 +382,7 @@ bool device_write_block(device_t *device, int block, size_t offset, size_t count
             return false;
         } else {
             most = part / 8 * 4 < WRITE_LEAST ? WRITE_LEAST : part / 8 * 4;
-            device->repetitions++;
+            device->line.repetitions++;
         }
     }
     return true;

@@ -6,39 +6,21 @@
  * `mode` is INDEX_mode. A value is the register's integer: an unsigned count, an enumeration or a signed fraction
  * (Q31). The caller converts units (compile.h).
  *
- * Requests that get no answer or a damaged one are repeated. Before a repetition the line must have been silent for one
- * timeout, and once more after one that succeeded: a late answer would otherwise count as that to the next request,
- * because Modbus RTU has no sequence numbers. All other errors fail at once with one line.
+ * Requests that get no answer or a damaged one are repeated (serial_line.h). All other errors fail at once with one
+ * line.
  */
 #ifndef DEVICE_H
 #define DEVICE_H
 
-#include "base/failure.h"
+#include "amplifier/serial_line.h"
 #include "registers/control.h"
 #include "registers/register_table.h"
-#include <signal.h>
 #include <stdint.h>
-
-typedef struct {
-    const char *port;
-    unsigned long baud;
-    unsigned long slave;
-    const char *parity; /**< "none", "even" or "odd" */
-    double timeout_s;   /**< to wait for an answer */
-} device_options_t;
-
-#define DEVICE_OPTIONS_DEFAULT                                                                                         \
-    { .port = NULL, .baud = 115200, .slave = 1, .parity = "none", .timeout_s = 0.5 }
 
 typedef struct device device_t;
 
-/** The number of a parity (line_parity_t), or -1; and the name of a number, which may be unknown. */
-int parity_number(const char *name);
-const char *parity_name(int64_t number);
-
-/** Whether they can be right. The messages call them by their names on the command line. */
-bool device_options_check(const device_options_t *options, failure_t *failure);
-/** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. */
+/** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. Where
+ * nobody answers and the options say so, the line tells at which other settings somebody does. */
 device_t *device_open(const device_options_t *options, failure_t *failure);
 /** NULL is allowed. */
 void device_close(device_t *device);
@@ -47,9 +29,6 @@ void device_close(device_t *device);
  * request in progress is completed first. NULL ends this. */
 void device_stop_when(device_t *device, const volatile sig_atomic_t *stop);
 
-/** Called before each try of a request, in the thread that makes it. False, with a line in *failure, makes the request
- * fail at once. Requests that it makes itself do not call it again. */
-typedef bool device_turn_t(void *context, failure_t *failure);
 /** For a program that must get a word in while an experiment has the line. turn NULL ends this. */
 void device_take_turns(device_t *device, device_turn_t *turn, void *context);
 

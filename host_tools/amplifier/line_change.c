@@ -72,7 +72,9 @@ static bool same(const device_options_t *now, const device_options_t *next) {
 }
 
 bool line_change(const device_options_t *now, const line_settings_t *line, failure_t *failure) {
-    device_options_t next = *now;
+    device_options_t here = *now;
+    here.look_elsewhere = false; /* it is here or there */
+    device_options_t next = here;
     next.baud = line->baud;
     next.slave = line->address;
     next.parity = parity_name(line->parity);
@@ -92,5 +94,5 @@ bool line_change(const device_options_t *now, const line_settings_t *line, failu
     if (is_there) {
         return known && same(now, &next) && since != before;
     }
-    return has(&next, line, failure) || (!same(now, &next) && whereabouts(now, line, failure));
+    return has(&next, line, failure) || (!same(now, &next) && whereabouts(&here, line, failure));
 }

@@ -11,8 +11,9 @@ static int check_line(const command_t *command, const device_options_t *options)
 }
 
 int device_options_parse(const command_t *command, const option_t *options, size_t count, int argc, char **argv,
-                         size_t arguments, const device_options_t *line) {
+                         size_t arguments, device_options_t *line) {
     size_t positionals = 0;
+    line->look_elsewhere = true;
     const int status = options_parse(command, options, count, argc, argv, arguments, arguments, &positionals);
     return status == OPTIONS_RUN ? check_line(command, line) : status;
 }

@@ -17,15 +17,15 @@
 
 /**
  * options_parse for a command with exactly `arguments` positional arguments, whose option table fills *line; checks the
- * line's options too.
+ * line's options too. Where nobody answers, the user wants to know who does elsewhere.
  */
 int device_options_parse(const command_t *command, const option_t *options, size_t count, int argc, char **argv,
-                         size_t arguments, const device_options_t *line);
+                         size_t arguments, device_options_t *line);
 
 /** A command without positional arguments that uses the amplifier. Its options fill `settings`. */
 typedef struct {
     void *settings;
-    const device_options_t *line; /**< in the settings */
+    device_options_t *line;       /**< in the settings */
     int (*check)(void *settings); /**< OPTIONS_RUN, or the usage error's status after printing it; or NULL */
     bool (*prepare)(void *settings, failure_t *failure); /**< before the port is opened; or NULL */
     /** After SIGINT, SIGTERM or SIGHUP and an orderly end, the process ends by that signal, so that a shell also ends a

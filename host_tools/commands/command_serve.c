@@ -87,6 +87,7 @@ static bool serve(settings_t *s, failure_t *failure) {
     if (s->bench && !bench_open(&bench, s, failure)) {
         return false;
     }
+    s->line.look_elsewhere = false; /* asked again and again while the line is cut */
     session_options_t options = {.line = s->line, .folder = s->folder, .port = (int)s->listen, .simulated = s->bench};
     if (s->bench) {
         options.line.port = bench.emulator.port;

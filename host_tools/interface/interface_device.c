@@ -27,6 +27,7 @@ struct hyst_host_device {
 
 hyst_host_device_t *hyst_host_device_open(const char *options) {
     device_options_t line = DEVICE_OPTIONS_DEFAULT;
+    line.look_elsewhere = true;
     json_int_t baud = (json_int_t)line.baud, slave = (json_int_t)line.slave;
     hyst_host_device_t *handle = NULL;
     json_t *json = interface_options(options, "{s:s, s?I, s?s, s?I, s?F}", "port", &line.port, "baud", &baud, "parity",

@@ -150,7 +150,8 @@ static void write_errors(const page_t *page) {
                   f + 1 < answer->findings || fitted_again(answer) ? "" : " last");
     }
     if (fitted_again(answer)) {
-        write_bar(page->file, "all, fitted together", answer->held_out_percent, most, " last");
+        write_bar(page->file, answer_has_heard(answer) ? "with all that was found" : "all, fitted together",
+                  answer->held_out_percent, most, " last");
     }
     if (noise_known) {
         write_bar(page->file, "noise", answer->noise_percent, most, " noise");

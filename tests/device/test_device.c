@@ -288,6 +288,22 @@ static bool changes_line(line_fault_t fault, unsigned after, unsigned times) {
     return stores_line(&new_line, fault, after, times);
 }
 
+/* At another rate than it was asked at, at address 1 while another was asked for, and at an address that is not looked
+ * at. */
+static void test_where_an_amplifier_answers_that_did_not(void) {
+    static const line_settings_t slow = {.address = 1, .baud = 38400, .parity = LINE_PARITY_NONE};
+    TEST_ASSERT_TRUE_MESSAGE(stores_line(&slow, LINE_GOOD, 0, 0), failure.text);
+    refuses_to_open("reading register magic");
+    TEST_ASSERT_NULL(strstr(failure.text, "--baud"));
+    options.look_elsewhere = true;
+    refuses_to_open("An amplifier answers with --baud 38400 --parity none --slave 1");
+    options.slave = 7;
+    refuses_to_open("An amplifier answers with --baud 38400 --parity none --slave 1");
+    TEST_ASSERT_TRUE_MESSAGE(changes_line(LINE_GOOD, 0, 0), failure.text);
+    options.look_elsewhere = true;
+    refuses_to_open("at 115200 baud, parity none, nor at another rate or parity");
+}
+
 /* Requests of a change on a good line, at most; the last ones write and command. */
 enum { FIRST_WRITE = 6, REQUESTS_OF_A_CHANGE = 11 };
 
@@ -469,6 +485,7 @@ int main(void) {
     RUN_TEST(test_something_else_is_not_taken_for_an_amplifier);
     RUN_TEST(test_refusals_name_register_value_and_exception);
     RUN_TEST(test_the_line_is_not_changed_while_the_amplifier_is_on);
+    RUN_TEST(test_where_an_amplifier_answers_that_did_not);
     RUN_TEST(test_a_lost_answer_does_not_lose_the_amplifier);
     RUN_TEST(test_where_the_amplifier_is_after_a_change_that_failed);
     RUN_TEST(test_a_lost_answer_to_settings_that_it_has);
