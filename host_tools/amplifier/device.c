@@ -27,19 +27,19 @@ struct device {
     unsigned unlocked;                /* by device_unlock */
 };
 
-static outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
+static line_outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
     return serial_line_request(&device->line, request, tries, NULL, failure);
 }
 
 /* An earlier client may have ended while it waited, and its late answer could be read here. An unexpected value is
  * therefore read again once the line is silent. */
-static outcome_t read_expected(device_t *device, int which, uint16_t expected, uint16_t *value, bool *silent,
-                               failure_t *failure) {
+static line_outcome_t read_expected(device_t *device, int which, uint16_t expected, uint16_t *value, bool *silent,
+                                    failure_t *failure) {
     char what[100];
     (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
     const request_t request = {what, register_table[which].address, 1, value, NULL, 0, 0};
-    const outcome_t outcome = serial_line_request(&device->line, &request, TRIES, silent, failure);
-    if (outcome != OUTCOME_DONE || *value == expected) {
+    const line_outcome_t outcome = serial_line_request(&device->line, &request, TRIES, silent, failure);
+    if (outcome != LINE_DONE || *value == expected) {
         return outcome;
     }
     serial_line_settle(&device->line);
@@ -51,9 +51,9 @@ static bool check_identity(device_t *device, bool *silent, failure_t *failure) {
     uint16_t magic = 0;
     uint16_t abi = 0;
     switch (read_expected(device, INDEX_magic, REGISTERS_MAGIC, &magic, silent, failure)) {
-    case OUTCOME_DONE:
+    case LINE_DONE:
         break;
-    case OUTCOME_REFUSED:
+    case LINE_REFUSED:
         return fail_in(failure, "%s is not a hyst amplifier", device->line.port);
     default:
         return false;
@@ -63,7 +63,7 @@ static bool check_identity(device_t *device, bool *silent, failure_t *failure) {
                     (unsigned)magic, (unsigned)REGISTERS_MAGIC);
     }
     /* The place of these two is the same in every version; that of the others is not. */
-    if (read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, NULL, failure) != OUTCOME_DONE) {
+    if (read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, NULL, failure) != LINE_DONE) {
         return false;
     }
     if (abi != REGISTERS_ABI) {
@@ -125,7 +125,7 @@ device_t *device_open(const device_options_t *options, failure_t *failure) {
     return device;
 }
 
-static outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure);
+static line_outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure);
 
 void device_lock(device_t *device) {
     failure_t ignored;
@@ -204,7 +204,7 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
     const request_t request = {
         what, start, register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start, words, NULL,
         0,    0};
-    if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
+    if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
         return false;
     }
     for (int i = first; i <= last; i++) {
@@ -227,7 +227,7 @@ bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], fail
     return device_read_span(device, INDEX_sequence, INDEX_reference_limited, value, failure);
 }
 
-static outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure) {
+static line_outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure) {
     const uint32_t whole = (uint32_t)value;
     uint16_t words[2] = {(uint16_t)(whole >> 16), (uint16_t)whole};
     const int count = (int)REGISTER_SIZE(register_table[which].type);
@@ -238,7 +238,7 @@ static outcome_t write_register(device_t *device, int which, int64_t value, int 
 }
 
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure) {
-    return write_register(device, which, value, TRIES, failure) == OUTCOME_DONE;
+    return write_register(device, which, value, TRIES, failure) == LINE_DONE;
 }
 
 bool device_unlock(device_t *device, unsigned what, failure_t *failure) {
@@ -281,7 +281,7 @@ bool device_arm(device_t *device, failure_t *failure) {
         !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
         return false;
     }
-    if (write_register(device, INDEX_command, COMMAND_ARM, TRIES, failure) != OUTCOME_DONE) {
+    if (write_register(device, INDEX_command, COMMAND_ARM, TRIES, failure) != LINE_DONE) {
         return fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?");
     }
     int64_t samples = -1;
@@ -310,11 +310,11 @@ bool device_arm(device_t *device, failure_t *failure) {
 
 bool device_start(device_t *device, failure_t *failure) {
     for (int attempt = 1;; attempt++) {
-        const outcome_t outcome = write_register(device, INDEX_command, COMMAND_START, 1, failure);
-        if (outcome == OUTCOME_DONE) {
+        const line_outcome_t outcome = write_register(device, INDEX_command, COMMAND_START, 1, failure);
+        if (outcome == LINE_DONE) {
             return true;
         }
-        if (outcome != OUTCOME_NO_ANSWER || attempt == TRIES) {
+        if (outcome != LINE_NO_ANSWER || attempt == TRIES) {
             return false;
         }
         int64_t capture = 0;
@@ -344,7 +344,7 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         describe(block, offset + done, what);
         uint16_t *const to = value + done;
         const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL, 0, 0};
-        if (transfer(device, &request, TRIES, failure) != OUTCOME_DONE) {
+        if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
             return false;
         }
         done += part;
@@ -361,7 +361,7 @@ bool device_read_stream(device_t *device, uint32_t from, size_t count, uint16_t 
                                .write = words,
                                .first_address = ADDRESS_stream_from,
                                .first_count = 2};
-    return transfer(device, &request, TRIES, failure) == OUTCOME_DONE;
+    return transfer(device, &request, TRIES, failure) == LINE_DONE;
 }
 
 /* After a lost long request come shorter ones: with occasional interference, or an emulator that pauses, they are more
@@ -375,10 +375,10 @@ bool device_write_block(device_t *device, int block, size_t offset, size_t count
         char what[100];
         describe(block, offset + done, what);
         const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done, 0, 0};
-        const outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
-        if (outcome == OUTCOME_DONE) {
+        const line_outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
+        if (outcome == LINE_DONE) {
             done += part;
-        } else if (outcome != OUTCOME_NO_ANSWER || shortest) {
+        } else if (outcome != LINE_NO_ANSWER || shortest) {
             return false;
         } else {
             most = part / 8 * 4 < WRITE_LEAST ? WRITE_LEAST : part / 8 * 4;

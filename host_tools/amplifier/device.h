@@ -12,9 +12,10 @@
 #ifndef DEVICE_H
 #define DEVICE_H
 
-#include "amplifier/serial_line.h"
+#include "amplifier/line_options.h"
 #include "registers/control.h"
 #include "registers/register_table.h"
+#include <signal.h>
 #include <stdint.h>
 
 typedef struct device device_t;

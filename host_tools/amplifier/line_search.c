@@ -14,8 +14,8 @@ static bool answers(const device_options_t *at) {
     uint16_t magic = 0;
     const request_t request = {
         .what = "register magic", .address = register_table[INDEX_magic].address, .count = 1, .read = &magic};
-    const bool answered = serial_line_open(&line, at, &ignored) &&
-                          serial_line_request(&line, &request, 1, NULL, &ignored) == OUTCOME_DONE;
+    const bool answered =
+        serial_line_open(&line, at, &ignored) && serial_line_request(&line, &request, 1, NULL, &ignored) == LINE_DONE;
     serial_line_close(&line);
     return answered && magic == REGISTERS_MAGIC;
 }

@@ -3,7 +3,6 @@
 #include "base/stop_signal.h"
 #include "registers/control.h"
 #include "registers/register_table.h"
-#include "store/parameter_store.h"
 #include <ctype.h>
 #include <errno.h>
 #include <poll.h>
@@ -11,47 +10,6 @@
 #include <string.h>
 #include <sys/file.h>
 #include <unistd.h>
-
-static const char *const parities[] = {
-    [LINE_PARITY_NONE] = "none", [LINE_PARITY_EVEN] = "even", [LINE_PARITY_ODD] = "odd"};
-#define PARITIES ((int)(sizeof parities / sizeof parities[0]))
-
-int parity_number(const char *name) {
-    int number = PARITIES - 1;
-    while (number >= 0 && strcmp(name, parities[number]) != 0) {
-        number--;
-    }
-    return number;
-}
-
-const char *parity_name(int64_t number) {
-    return number >= 0 && number < PARITIES ? parities[number] : "unknown";
-}
-
-bool device_options_check(const device_options_t *options, failure_t *failure) {
-    static const unsigned long rates[] = {1200,  2400,   4800,   9600,   19200,  38400,
-                                          57600, 115200, 230400, 460800, 500000, 921600};
-    if (options->port == NULL) {
-        return fail(failure, "--port DEV is missing");
-    }
-    bool known = false;
-    for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
-        known = known || options->baud == rates[i];
-    }
-    if (!known) {
-        return fail(failure, "--baud %lu: not a rate of a serial port", options->baud);
-    }
-    if (options->slave < 1 || options->slave > 247) {
-        return fail(failure, "--slave %lu: outside 1..247", options->slave);
-    }
-    if (parity_number(options->parity) < 0) {
-        return fail(failure, "--parity %s: not none, even or odd", options->parity);
-    }
-    if (options->timeout_s < 0.01 || options->timeout_s > 60.0) {
-        return fail(failure, "--timeout %g: outside 0.01..60 s", options->timeout_s);
-    }
-    return true;
-}
 
 void serial_line_settle(serial_line_t *line) {
     const int silence_ms = (int)(line->timeout_s * 1000.0);
@@ -165,12 +123,12 @@ static int exchange(serial_line_t *line, const request_t *request) {
                                            request->address, request->count, request->read);
 }
 
-outcome_t serial_line_request(serial_line_t *line, const request_t *request, int tries, bool *silent,
-                              failure_t *failure) {
+line_outcome_t serial_line_request(serial_line_t *line, const request_t *request, int tries, bool *silent,
+                                   failure_t *failure) {
     int error = 0;
     for (int attempt = 1; attempt <= tries; attempt++) {
         if (!may_go_on(line, failure)) {
-            return OUTCOME_INTERRUPTED;
+            return LINE_INTERRUPTED;
         }
         errno = 0;
         const int result = exchange(line, request);
@@ -179,7 +137,7 @@ outcome_t serial_line_request(serial_line_t *line, const request_t *request, int
             if (attempt > 1) {
                 serial_line_settle(line);
             }
-            return OUTCOME_DONE;
+            return LINE_DONE;
         }
         if (!worth_repeating(error)) {
             break;
@@ -193,7 +151,7 @@ outcome_t serial_line_request(serial_line_t *line, const request_t *request, int
     if (silent != NULL) {
         *silent = error == ETIMEDOUT;
     }
-    return worth_repeating(error) && !is_exception(error) ? OUTCOME_NO_ANSWER : OUTCOME_REFUSED;
+    return worth_repeating(error) && !is_exception(error) ? LINE_NO_ANSWER : LINE_REFUSED;
 }
 
 bool serial_line_open(serial_line_t *line, const device_options_t *options, failure_t *failure) {

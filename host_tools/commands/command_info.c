@@ -31,8 +31,9 @@ static void print_current(const info_t *info) {
     if (now[INDEX_capacitance] == 0) {
         return;
     }
-    printf("current     average %.3g mA, peak %.3g mA, into %g uF", info_milliamperes(info, now[INDEX_current_average]),
-           info_milliamperes(info, now[INDEX_current_peak]), 1e-6 * (double)now[INDEX_capacitance]);
+    printf("current     average %.3g mA, peak %.3g mA of %.3g mA, into %g uF",
+           info_milliamperes(info, now[INDEX_current_average]), info_milliamperes(info, now[INDEX_current_peak]),
+           info_milliamperes(info, now[INDEX_drive_slew]), 1e-6 * (double)now[INDEX_capacitance]);
     if (now[INDEX_current_limit] > 0) {
         printf("; trips above %.3g mA on average", info_milliamperes(info, now[INDEX_current_limit]));
     }

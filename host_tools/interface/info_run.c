@@ -11,7 +11,8 @@ static void read_current(device_t *device, info_t *info) {
     failure_t ignored;
     if (!device_read(device, INDEX_capacitance, &info->now[INDEX_capacitance], &ignored) ||
         !device_read(device, INDEX_current_limit, &info->now[INDEX_current_limit], &ignored) ||
-        !device_read(device, INDEX_current_peak, &info->now[INDEX_current_peak], &ignored)) {
+        !device_read(device, INDEX_current_peak, &info->now[INDEX_current_peak], &ignored) ||
+        !device_read(device, INDEX_drive_slew, &info->now[INDEX_drive_slew], &ignored)) {
         info->now[INDEX_capacitance] = 0;
     }
 }
@@ -81,9 +82,10 @@ static json_t *current_json(const info_t *info) {
         return json_null();
     }
     const int64_t limit = now[INDEX_current_limit];
-    return json_pack("{s:f, s:f, s:f, s:o}", "capacitance_f", 1e-12 * (double)now[INDEX_capacitance], "average_ma",
+    return json_pack("{s:f, s:f, s:f, s:f, s:o}", "capacitance_f", 1e-12 * (double)now[INDEX_capacitance], "average_ma",
                      info_milliamperes(info, now[INDEX_current_average]), "peak_ma",
-                     info_milliamperes(info, now[INDEX_current_peak]), "limit_ma",
+                     info_milliamperes(info, now[INDEX_current_peak]), "peak_limit_ma",
+                     info_milliamperes(info, now[INDEX_drive_slew]), "limit_ma",
                      limit > 0 ? json_real(info_milliamperes(info, limit)) : json_null());
 }
 

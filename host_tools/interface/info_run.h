@@ -11,7 +11,7 @@ typedef struct {
     const device_t *device;
     hyst_parameters_t image; /**< in force */
     int64_t commits;
-    int64_t now[REGISTER_COUNT]; /**< telemetry, capacitance, current_limit and current_peak */
+    int64_t now[REGISTER_COUNT]; /**< telemetry, capacitance, current_limit, current_peak and drive_slew */
 } info_t;
 
 /** Reads it. Moves and changes nothing. */

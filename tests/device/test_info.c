@@ -55,9 +55,11 @@ static void test_the_current_is_in_milliamperes(void) {
     json_decref(current);
     must(device_write(device, INDEX_capacitance, 3000000, &failure));
     must(device_write(device, INDEX_current_limit, 2147484, &failure));
+    must(device_write(device, INDEX_drive_slew, 21474836, &failure)); /* a hundredth of full scale */
     current = read_current(&info);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3e-6, number(current, "capacitance_f"));
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 2.25, number(current, "limit_ma"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 22.5, number(current, "peak_limit_ma"));
     info.now[INDEX_current_average] = 214748365; /* a tenth of full scale */
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 225.0, info_milliamperes(&info, info.now[INDEX_current_average]));
     TEST_ASSERT_TRUE(number(current, "peak_ma") <=

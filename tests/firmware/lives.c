@@ -442,8 +442,10 @@ static void check_drive(hyst_q31_t drive) {
         life.adopting = false;
         life.in_fault = 0;
     }
-    keep(RULE_STEP, distance(drive, life.last) <= FAKE_DRIVE_SLEW_MAX + CODE_STEP);
-    const long long was_outside = outside(life.last), back = was_outside - life.image.slew;
+    const hyst_q31_t slew = (hyst_q31_t)read_now(ADDRESS_drive_slew, 2);
+    keep(RULE_STEP, distance(drive, life.last) <= slew + CODE_STEP);
+    const long long was_outside = outside(life.last);
+    const long long back = was_outside - (life.image.slew < slew ? life.image.slew : slew);
     keep(RULE_RANGE, outside(drive) <= (back > 0 ? back : 0) + 2 * CODE_STEP);
     if (life.state == AMPLIFIER_FAULT) {
         keep(RULE_RAMP, distance(drive, life.image.park) <= distance(life.last, life.image.park) + CODE_STEP);

@@ -285,7 +285,7 @@ static void settle_line(void) {
 
 static void anything(void) {
     static const unsigned slews[] = {INDEX_setpoint_slew, INDEX_reference_slew, INDEX_model_error_limit};
-    switch (between(0, 23)) {
+    switch (between(0, 24)) {
     case 0:
     case 1:
         upload(false);
@@ -329,6 +329,10 @@ static void anything(void) {
         write_value(&master, slews[between(0, 2)], any_bits() >> between(1, 12));
         break;
     case 18:
+        write_value(&master, INDEX_drive_slew,
+                    (uint32_t)between(FAKE_FAULT_SLEW_MIN - 1000, chance(2) ? 1 << 26 : FAKE_DRIVE_SLEW_MAX + 1000));
+        break;
+    case 23:
         write_value(&master, INDEX_current_limit, chance(2) ? 0 : any_bits() >> between(1, 10));
         break;
     case 19:

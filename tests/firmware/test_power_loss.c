@@ -321,7 +321,8 @@ static const struct {
               {INDEX_high_voltage_low, 155000},
               {INDEX_high_voltage_high, 165000},
               {INDEX_health_looks, 3},
-              {INDEX_capacitance, 3300000}};
+              {INDEX_capacitance, 3300000},
+              {INDEX_drive_slew, FAKE_DRIVE_SLEW_MAX / 3}};
 enum { LIMITS = sizeof limits / sizeof limits[0] };
 
 static void set_limits(void) {

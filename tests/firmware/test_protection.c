@@ -87,9 +87,9 @@ static void do_anything(void) {
 static void test_the_drive_stays_in_the_range_whatever_is_asked_for(void) {
     static const hyst_q31_t images[][2] = {
         {INT32_MIN, INT32_MAX}, {-(1 << 30), INT32_MAX}, {INT32_MIN, 1 << 30}, {-(1 << 29), 3 << 29}};
-    hyst_q31_t image[2] = {INT32_MIN, INT32_MAX}, low = INT32_MIN, high = INT32_MAX;
+    hyst_q31_t image[2] = {INT32_MIN, INT32_MAX}, low = INT32_MIN, high = INT32_MAX, slew = FAKE_DRIVE_SLEW_MAX;
     hyst_q31_t last = fake_board_run(1);
-    unsigned limited = 0;
+    unsigned limited = 0, slow = 0;
     for (int round = 0; round < 3000; round++) {
         if (random_between(&rng, 0, 9) == 0) {
             const hyst_q31_t new_low = random_q31(&rng), new_high = random_q31(&rng);
@@ -104,6 +104,12 @@ static void test_the_drive_stays_in_the_range_whatever_is_asked_for(void) {
             commit(images[which][0], images[which][1], 0, HYST_PARAMETERS_OK);
             image[0] = images[which][0];
             image[1] = images[which][1];
+        } else if (random_between(&rng, 0, 9) == 0) {
+            const hyst_q31_t new_slew = random_q31(&rng) >> random_between(&rng, 0, 10);
+            const bool possible = new_slew >= FAKE_FAULT_SLEW_MIN && new_slew <= FAKE_DRIVE_SLEW_MAX;
+            TEST_ASSERT_EQUAL(possible ? MODBUS_OK : MODBUS_ILLEGAL_VALUE,
+                              master_set(INDEX_drive_slew, (uint32_t)new_slew));
+            slew = possible ? new_slew : slew;
         } else if (random_between(&rng, 0, 19) == 0) {
             (void)master_set(INDEX_command, COMMAND_CONDITION);
         } else {
@@ -112,15 +118,17 @@ static void test_the_drive_stays_in_the_range_whatever_is_asked_for(void) {
         const hyst_q31_t from = low > image[0] ? low : image[0], to = high < image[1] ? high : image[1];
         for (int i = 0; i < 40; i++) {
             const hyst_q31_t drive = fake_board_run(1);
-            TEST_ASSERT_INT32_WITHIN(FAKE_DRIVE_SLEW_MAX + CODE_STEP, last, drive);
+            TEST_ASSERT_INT32_WITHIN(slew + CODE_STEP, last, drive);
             /* What was outside comes back, and nothing goes out. */
             TEST_ASSERT_GREATER_OR_EQUAL_INT64((int64_t)(last < from ? last : from) - CODE_STEP, drive);
             TEST_ASSERT_LESS_OR_EQUAL_INT64((int64_t)(last > to ? last : to) + CODE_STEP, drive);
             last = drive;
         }
         limited += (master_get(INDEX_limits_live) & LIMIT_DRIVE) != 0 ? 1U : 0U;
+        slow += slew < FAKE_DRIVE_SLEW_MAX && (master_get(INDEX_limits_live) & LIMIT_SLEW) != 0 ? 1U : 0U;
     }
     TEST_ASSERT_GREATER_THAN_UINT_MESSAGE(100, limited, "the range was hardly ever met");
+    TEST_ASSERT_GREATER_THAN_UINT_MESSAGE(100, slow, "the largest step was hardly ever met");
 }
 
 static void test_a_range_without_the_parking_drive_is_refused(void) {

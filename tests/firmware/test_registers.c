@@ -63,10 +63,11 @@ static void test_writable_registers_keep_what_is_written(void) {
         if (register_table[i].access == REGISTER_RW) {
             /* parked at 0 */
             const bool lower_bound = i == INDEX_supply_low || i == INDEX_high_voltage_low; /* the board's is above 1 */
-            const uint32_t value = i == INDEX_drive_low   ? UINT32_MAX
-                                   : i == INDEX_line_baud ? LINE_BAUD_MIN
-                                   : lower_bound          ? INT32_MAX
-                                                          : 1U;
+            const uint32_t value = i == INDEX_drive_low    ? UINT32_MAX
+                                   : i == INDEX_drive_slew ? FAKE_FAULT_SLEW_MIN
+                                   : i == INDEX_line_baud  ? LINE_BAUD_MIN
+                                   : lower_bound           ? INT32_MAX
+                                                           : 1U;
             TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, value), register_table[i].name);
             TEST_ASSERT_EQUAL_UINT32_MESSAGE(value, master_get(i), register_table[i].name);
         }
@@ -104,6 +105,8 @@ static void test_values_out_of_range(void) {
                  {INDEX_capture_trigger, 4, 5},
                  {INDEX_setpoint_slew, 1, 0},
                  {INDEX_reference_slew, INT32_MAX, 0x80000000U},
+                 {INDEX_drive_slew, FAKE_DRIVE_SLEW_MAX, FAKE_DRIVE_SLEW_MAX + 1},
+                 {INDEX_drive_slew, FAKE_FAULT_SLEW_MIN, FAKE_FAULT_SLEW_MIN - 1},
                  {INDEX_health_looks, 100, 0},
                  {INDEX_setpoint_slew, INT32_MAX, 0x80000000U}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -28,6 +28,7 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.reference = 0;
     loop.drive_low = HYST_Q31_MIN;
     loop.drive_high = HYST_Q31_MAX;
+    loop.drive_slew = board_info.drive_slew_max;
     loop.conditioning.leg = CONDITIONING_OFF;
     loop.conditioning_rate = range_per_second();
     const hyst_q31_t park = parameters->range.park;
@@ -143,7 +144,7 @@ static void adopt_pending(void) {
 /* The compensator's step, with the window of this sample for limits. */
 static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
     const loop_parameters_t *p = loop.active;
-    const drive_window_t window = drive_window(&p->range, loop.compensator.drive, board_info.drive_slew_max);
+    const drive_window_t window = drive_window(&p->range, loop.compensator.drive, loop.drive_slew);
     const hyst_q31_t drive = hyst_compensator_step_within(&p->compensator, &loop.compensator, mode, reference,
                                                           window.low, window.high, events);
     const bool limited = (*events & HYST_STEP_DRIVE_LIMITED) != 0;

@@ -12,7 +12,7 @@
  * Parking stops the source and conditioning. No change of mode, and no new parameters, step the drive
  * (hyst/compensator.h: transition); into new limits it ramps. A source that starts elsewhere than where the reference
  * is goes there with reference_limit_t.slew: lead the setpoint there first. Whatever jumps, no sample's drive is
- * farther from the last one's than board_info.drive_slew_max (`slew_limited` counts the samples in which that was at
+ * farther from the last one's than register drive_slew (`slew_limited` counts the samples in which that was at
  * work).
  *
  * After conditioning the drive is at drive_park and the loop goes on in the requested mode with the setpoint it had.
@@ -130,6 +130,9 @@ bool loop_conditioning(void);
  * happens, unless low < high and the parking drives lie between them. */
 bool loop_set_drive_limits(hyst_q31_t low, hyst_q31_t high);
 bool loop_drive_limits_possible(hyst_q31_t low, hyst_q31_t high);
+
+/** The largest step of the drive, 1 or more and at most the board's; a fault's ramp is no faster, either. */
+void loop_set_drive_slew(hyst_q31_t slew);
 
 /** Applies the same to an image that is to be adopted. False if its parking drive lies outside. */
 bool loop_limit_range(loop_parameters_t *next);

@@ -18,6 +18,7 @@ static void limit_range(loop_parameters_t *parameters) {
     parameters->range = *image;
     parameters->range.low = image->low > loop.drive_low ? image->low : loop.drive_low;
     parameters->range.high = image->high < loop.drive_high ? image->high : loop.drive_high;
+    parameters->range.return_slew = image->return_slew < loop.drive_slew ? image->return_slew : loop.drive_slew;
 }
 
 static bool holds_park(const loop_parameters_t *parameters, hyst_q31_t low, hyst_q31_t high) {
@@ -37,20 +38,32 @@ bool loop_drive_limits_possible(hyst_q31_t low, hyst_q31_t high) {
     return possible;
 }
 
+/* What is in force and what waits to be. */
+static void limit_ranges(void) {
+    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_relaxed);
+    limit_range(loop.active);
+    if (next != NULL) {
+        limit_range(next);
+    }
+}
+
 bool loop_set_drive_limits(hyst_q31_t low, hyst_q31_t high) {
     if (!loop_drive_limits_possible(low, high)) {
         return false;
     }
     const uint32_t key = take();
-    loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_relaxed);
     loop.drive_low = low;
     loop.drive_high = high;
-    limit_range(loop.active);
-    if (next != NULL) {
-        limit_range(next);
-    }
+    limit_ranges();
     board_unlock(key);
     return true;
+}
+
+void loop_set_drive_slew(hyst_q31_t slew) {
+    const uint32_t key = take();
+    loop.drive_slew = slew;
+    limit_ranges();
+    board_unlock(key);
 }
 
 void loop_set_reference_limit(const reference_limit_t *limit) {
@@ -259,7 +272,7 @@ void loop_stop(void) {
     loop.source.value = loop.reference;
     source_stop(&loop.source); /* a setpoint that it is on its way to, too */
     if (power_leave_fault(&loop.power)) {
-        loop.active->range.return_slew = loop.active->image_range.return_slew;
+        limit_range(loop.active); /* a fault's ramp may have been a faster one */
         loop.standing_faults &= ~TRIPS;
     }
     board_unlock(key);

@@ -87,7 +87,7 @@ static const struct {
     KEPT(drive_low),      KEPT(drive_high),        KEPT(reference_low),     KEPT(reference_high),
     KEPT(reference_slew), KEPT(temperature_alert), KEPT(temperature_trip),  KEPT(supply_low),
     KEPT(supply_high),    KEPT(high_voltage_low),  KEPT(high_voltage_high), KEPT(health_looks),
-    KEPT(capacitance),
+    KEPT(capacitance),    KEPT(drive_slew),
 #undef KEPT
 };
 #define KEPT_COUNT (sizeof kept / sizeof kept[0])
@@ -160,7 +160,7 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, co
     value[INDEX_watchdog] = LOOP_DEFAULT_TIMEOUT_MS;
     value[INDEX_drive_low] = value[INDEX_reference_low] = (uint32_t)HYST_Q31_MIN;
     value[INDEX_drive_high] = value[INDEX_reference_high] = (uint32_t)HYST_Q31_MAX;
-    value[INDEX_reference_slew] = (uint32_t)board_info.drive_slew_max;
+    value[INDEX_drive_slew] = value[INDEX_reference_slew] = (uint32_t)board_info.drive_slew_max;
     value[INDEX_temperature_alert] = (uint32_t)board_info.health.temperature_alert;
     value[INDEX_temperature_trip] = (uint32_t)board_info.health.temperature_trip;
     value[INDEX_supply_low] = (uint32_t)board_info.health.supply_low;
@@ -275,6 +275,8 @@ bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT])
     case INDEX_setpoint_slew:
     case INDEX_reference_slew:
         return (hyst_q31_t)x > 0;
+    case INDEX_drive_slew:
+        return (hyst_q31_t)x >= board_info.fault_slew_min && (hyst_q31_t)x <= board_info.drive_slew_max;
     case INDEX_drive_low:
     case INDEX_drive_high:
         return loop_drive_limits_possible((hyst_q31_t)value[INDEX_drive_low], (hyst_q31_t)value[INDEX_drive_high]);
@@ -337,6 +339,9 @@ void control_apply(unsigned index, uint32_t value[REGISTER_COUNT]) {
     case INDEX_model_error_limit:
     case INDEX_model_error_time:
         loop_set_model_limit((hyst_q31_t)value[INDEX_model_error_limit], value[INDEX_model_error_time]);
+        break;
+    case INDEX_drive_slew:
+        loop_set_drive_slew((hyst_q31_t)value[INDEX_drive_slew]);
         break;
     case INDEX_drive_low:
     case INDEX_drive_high:
