@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "master.h"
+#include "board.h"
 #include "unity.h"
 #include <string.h>
 
@@ -91,6 +92,22 @@ modbus_exception_t master_set(unsigned index, uint32_t value) {
 
 void master_put(unsigned index, uint32_t value) {
     TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(index, value), register_table[index].name);
+}
+
+uint32_t master_value_in_range(unsigned index) {
+    switch (index) {
+    case INDEX_drive_low: /* parked at 0 */
+        return UINT32_MAX;
+    case INDEX_drive_slew:
+        return (uint32_t)board_info.fault_slew_min;
+    case INDEX_line_baud:
+        return LINE_BAUD_MIN;
+    case INDEX_supply_low: /* the board's is above 1 */
+    case INDEX_high_voltage_low:
+        return INT32_MAX;
+    default:
+        return 1;
+    }
 }
 
 void master_command(control_command_t command) {

@@ -34,6 +34,9 @@ modbus_exception_t master_set(unsigned index, uint32_t value);
 /** Likewise; the test fails on an exception. */
 void master_put(unsigned index, uint32_t value);
 
+/** A value that a writable register takes after a start, and not the one that it has then where that can be. */
+uint32_t master_value_in_range(unsigned index);
+
 /** Master_put of the command; the test fails on an exception. */
 void master_command(control_command_t command);
 

@@ -34,15 +34,6 @@ static bool is_output(unsigned index) {
     return found;
 }
 
-/* A value that is in range, and not the present one where that can be. */
-static uint32_t fitting(unsigned index) {
-    const bool lower_bound = index == INDEX_supply_low || index == INDEX_high_voltage_low; /* the board's is above 1 */
-    return index == INDEX_drive_low   ? UINT32_MAX
-           : index == INDEX_line_baud ? LINE_BAUD_MIN
-           : lower_bound              ? INT32_MAX
-                                      : 1U;
-}
-
 static void expect_everything_locked(bool parameters, bool out) {
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         const register_info_t *info = &register_table[i];
@@ -51,7 +42,7 @@ static void expect_everything_locked(bool parameters, bool out) {
         }
         const bool locked = i == INDEX_stream_from ? false : is_output(i) ? out : parameters; /* a place to read at */
         const uint32_t before = master_get(i);
-        const modbus_exception_t got = master_set(i, fitting(i));
+        const modbus_exception_t got = master_set(i, master_value_in_range(i));
         if (locked) {
             expect_locked(got, is_output(i) ? WRITE_OUTPUT_LOCKED : WRITE_PARAMETERS_LOCKED, info->address);
             TEST_ASSERT_EQUAL_UINT32_MESSAGE(before, master_get(i), info->name);

@@ -61,13 +61,7 @@ static void test_identity(void) {
 static void test_writable_registers_keep_what_is_written(void) {
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (register_table[i].access == REGISTER_RW) {
-            /* parked at 0 */
-            const bool lower_bound = i == INDEX_supply_low || i == INDEX_high_voltage_low; /* the board's is above 1 */
-            const uint32_t value = i == INDEX_drive_low    ? UINT32_MAX
-                                   : i == INDEX_drive_slew ? FAKE_FAULT_SLEW_MIN
-                                   : i == INDEX_line_baud  ? LINE_BAUD_MIN
-                                   : lower_bound           ? INT32_MAX
-                                                           : 1U;
+            const uint32_t value = master_value_in_range(i);
             TEST_ASSERT_EQUAL_MESSAGE(MODBUS_OK, master_set(i, value), register_table[i].name);
             TEST_ASSERT_EQUAL_UINT32_MESSAGE(value, master_get(i), register_table[i].name);
         }
