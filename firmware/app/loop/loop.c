@@ -144,7 +144,7 @@ static void adopt_pending(void) {
 /* The compensator's step, with the window of this sample for limits. */
 static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
     const loop_parameters_t *p = loop.active;
-    const drive_window_t window = drive_window(&p->range, loop.compensator.drive, loop.drive_slew);
+    const drive_window_t window = drive_window(&p->range, loop.compensator.drive);
     const hyst_q31_t drive = hyst_compensator_step_within(&p->compensator, &loop.compensator, mode, reference,
                                                           window.low, window.high, events);
     const bool limited = (*events & HYST_STEP_DRIVE_LIMITED) != 0;

@@ -18,6 +18,7 @@ static void limit_range(loop_parameters_t *parameters) {
     parameters->range = *image;
     parameters->range.low = image->low > loop.drive_low ? image->low : loop.drive_low;
     parameters->range.high = image->high < loop.drive_high ? image->high : loop.drive_high;
+    parameters->range.slew = loop.drive_slew;
     parameters->range.return_slew = image->return_slew < loop.drive_slew ? image->return_slew : loop.drive_slew;
 }
 

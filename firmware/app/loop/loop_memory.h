@@ -52,11 +52,11 @@ typedef struct {
     uint32_t current;           /* average of the steps' magnitude, in 2^-21 of the range, times CURRENT_SAMPLES */
     uint32_t current_limit;     /* the same; UINT32_MAX is none */
     bool model_warns;
-    hyst_q31_t drive_low, drive_high; /* the registers' output range, to which an image's is cut */
-    hyst_q31_t drive_slew;            /* the registers' largest step, to which everything is */
-    uint32_t settling;                /* how many that are after a sample that is not watched */
+    uint32_t settling; /* how many that are after a sample that is not watched */
     telemetry_t telemetry;
-    hyst_compensator_state_t compensator; /* last: it is large, and what is near the start is cheaper to get at */
+    hyst_compensator_state_t compensator; /* it is large, and what is near the start is cheaper to get at */
+    hyst_q31_t drive_low, drive_high;     /* the registers' output range, to which an image's is cut */
+    hyst_q31_t drive_slew;                /* the registers' largest step, to which everything is */
 } loop_memory_t;
 
 extern loop_memory_t loop;

@@ -99,7 +99,8 @@ static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_p
     half->image_range = (drive_range_t){.low = parameters->drive_low,
                                         .high = parameters->drive_high,
                                         .park = parameters->drive_park,
-                                        .return_slew = parameters->transition_slew};
+                                        .return_slew = parameters->transition_slew,
+                                        .slew = board_info.drive_slew_max};
     half->range = half->image_range;
     hyst_parameters_fault_t fault = hyst_parameters_build(parameters, &half->compensator);
     if (fault.error == HYST_PARAMETERS_OK) {
