@@ -21,7 +21,7 @@
 typedef struct device device_t;
 
 /** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. Where
- * nobody answers and the options say so, the line tells at which other settings somebody does. */
+ * none does and the options say so, the line names the settings at which one does (line_search.h). */
 device_t *device_open(const device_options_t *options, failure_t *failure);
 /** NULL is allowed. */
 void device_close(device_t *device);

@@ -13,7 +13,7 @@ typedef struct {
     unsigned long slave;
     const char *parity;  /**< "none", "even" or "odd" */
     double timeout_s;    /**< to wait for an answer */
-    bool look_elsewhere; /**< where nobody answers, find out at which other settings somebody does (line_search.h) */
+    bool look_elsewhere; /**< where none answers, find out at which other settings one does (line_search.h) */
 } device_options_t;
 
 #define DEVICE_OPTIONS_DEFAULT                                                                                         \

@@ -17,7 +17,7 @@
 
 /**
  * options_parse for a command with exactly `arguments` positional arguments, whose option table fills *line; checks the
- * line's options too. Where nobody answers, the user wants to know who does elsewhere.
+ * line's options too. Where no amplifier answers, it is looked for elsewhere.
  */
 int device_options_parse(const command_t *command, const option_t *options, size_t count, int argc, char **argv,
                          size_t arguments, device_options_t *line);

@@ -105,8 +105,12 @@ static void print_noise(FILE *file, const look_t *look) {
     fprintf(file, "%s", noise->rest.samples > 0 && noise->repeat.samples > 0 ? "; " : "");
     print_share(file, "between passes", &noise->repeat, stroke_um);
     if (noise->rest.samples == 0 && noise->repeat.samples == 0) {
-        fprintf(file, "no rest and no repetition; from neighbouring readings %.2g um if white",
-                look->prediction.noise_um);
+        if (look->prediction.noise_um > noise->step_um / sqrt(12.0)) { /* the steps' own error */
+            fprintf(file, "no rest and no repetition; from neighbouring readings %.2g um if white",
+                    look->prediction.noise_um);
+        } else {
+            fprintf(file, "no rest and no repetition; less than the steps between neighbouring readings");
+        }
     }
     if (noise->step_um > 0.0) {
         fprintf(file, "; readings come in steps of %.4g um", noise->step_um);

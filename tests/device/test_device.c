@@ -288,8 +288,7 @@ static bool changes_line(line_fault_t fault, unsigned after, unsigned times) {
     return stores_line(&new_line, fault, after, times);
 }
 
-/* At another rate than it was asked at, at address 1 while another was asked for, and at an address that is not looked
- * at. */
+/* At another rate, at address 1 in place of another, and at an address that is not looked at. */
 static void test_where_an_amplifier_answers_that_did_not(void) {
     static const line_settings_t slow = {.address = 1, .baud = 38400, .parity = LINE_PARITY_NONE};
     TEST_ASSERT_TRUE_MESSAGE(stores_line(&slow, LINE_GOOD, 0, 0), failure.text);

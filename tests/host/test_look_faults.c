@@ -4,6 +4,7 @@
 #include "looked_at.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
+#include <gsl/gsl_statistics_double.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -243,6 +244,34 @@ static void test_missing_codes(void) {
     }
 }
 
+/* One way up and one back, in samples so far apart that many neighbouring readings are: what is missing shows in the
+ * readings that stay at its edges. Readings that stick there once are stuck, and no code is missing. */
+static void test_missing_codes_of_a_slow_motion(void) {
+    enum { SLOW_SAMPLES = 1200, SLOW_STUCK_FROM = 400, SLOW_STUCK = 30 };
+    for (int stuck = 0; stuck < 2; stuck++) {
+        double *y = record(0), *u = recordings[0].column[COLUMN_DRIVE];
+        recordings[0].samples = SLOW_SAMPLES;
+        for (size_t k = 0; k < SLOW_SAMPLES; k++) {
+            u[k] = 100.0 * (1.0 - fabs(2.0 * (double)k / SLOW_SAMPLES - 1.0));
+            y[k] = 0.1 * u[k] + 0.003 * random_normal(&rng);
+            for (double middle = 2.0; stuck == 0 && middle < 9.0; middle += 2.0) {
+                y[k] = fabs(y[k] - middle) < 0.075 ? middle + (y[k] < middle ? -0.075 : 0.075) : y[k];
+            }
+            y[k] = stuck != 0 && k > SLOW_STUCK_FROM && k <= SLOW_STUCK_FROM + SLOW_STUCK ? y[k - 1] : y[k];
+        }
+        scene_round(y, SLOW_SAMPLES);
+        look_at_them(1);
+        if (stuck != 0) {
+            TEST_ASSERT_FALSE_MESSAGE(fault_found(&faults, &fault_missing_codes, 0), found(0));
+            TEST_ASSERT_TRUE_MESSAGE(fault_found(&faults, &fault_stuck_samples, 0), found(0));
+        } else {
+            TEST_ASSERT_TRUE_MESSAGE(fault_found(&faults, &fault_missing_codes, 0), found(0));
+            TEST_ASSERT_FALSE_MESSAGE(fault_found(&faults, &fault_stuck_samples, 0), found(0));
+        }
+        close_all(1);
+    }
+}
+
 /* A converter of few codes, whose values were written with two decimals: their distances differ a little. */
 static void test_few_codes_are_not_missing(void) {
     static const double step_um = 0.3777;
@@ -256,6 +285,26 @@ static void test_few_codes_are_not_missing(void) {
             TEST_ASSERT_TRUE_MESSAGE(faults.fault[f].kind != &fault_missing_codes, "missing codes");
         }
         close_all(1);
+    }
+}
+
+/* A reading of so few levels that single ones stand apart from their neighbours by all that there is: its step is seen,
+ * and nothing is wrong. The step is known to the file's digit over the levels. */
+static void test_a_coarse_reading_is_silent(void) {
+    static const double levels[] = {5.0, 8.0, 15.0};
+    for (size_t which = 0; which < SCENE_DRIVES; which++) {
+        for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++) {
+            double *y = record(which), least, most;
+            gsl_stats_minmax(&least, &most, y, 1, SCENE_SAMPLES);
+            const double step_um = (most - least) / levels[i];
+            for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+                y[k] = round(100.0 * step_um * round(y[k] / step_um)) / 100.0;
+            }
+            look_at_them(1);
+            TEST_ASSERT_EQUAL_MESSAGE(0, faults.count, found(which));
+            TEST_ASSERT_DOUBLE_WITHIN(0.01 / levels[i], step_um, looks[0].noise.step_um);
+            close_all(1);
+        }
     }
 }
 
@@ -518,5 +567,7 @@ int main(void) {
     RUN_TEST(test_masking);
     RUN_TEST(test_stairs_of_a_slow_converter_are_no_jitter);
     RUN_TEST(test_few_codes_are_not_missing);
+    RUN_TEST(test_a_coarse_reading_is_silent);
+    RUN_TEST(test_missing_codes_of_a_slow_motion);
     return UNITY_END();
 }

@@ -14,12 +14,16 @@ double lattice_likelihood_per_sample(void) {
     return -2.0 * log(2.0 * threshold.lattice_tolerance);
 }
 
-/* Sorted, without repetitions. */
-static size_t distinct(const double *reading, size_t samples, double *level) {
-    size_t count = 0;
-    memcpy(level, reading, samples * sizeof(double));
-    gsl_sort(level, 1, samples);
-    for (size_t k = 0; k < samples; k++) {
+/* Sorted, without repetitions, and without what is masked: no converter read it. */
+static size_t distinct(const recording_t *recording, double *level) {
+    size_t read = 0, count = 0;
+    for (size_t k = 0; k < recording->samples; k++) {
+        if (recording->masked == NULL || recording->masked[k] == 0) {
+            level[read++] = recording->column[COLUMN_DISPLACEMENT][k];
+        }
+    }
+    gsl_sort(level, 1, read);
+    for (size_t k = 0; k < read; k++) {
         if (count == 0 || level[k] > level[count - 1]) {
             level[count++] = level[k];
         }
@@ -56,7 +60,7 @@ double lattice_step_um(const recording_t *recordings, size_t count, double *sigm
     for (size_t i = 0; i < count; i++) {
         const size_t samples = recordings[i].samples;
         double *level = allocate(samples, sizeof(double));
-        const size_t levels = distinct(recordings[i].column[COLUMN_DISPLACEMENT], samples, level);
+        const size_t levels = distinct(&recordings[i], level);
         const double own = levels < FEWEST_LEVELS || (double)levels * threshold.samples_per_reading > (double)samples
                                ? 0.0
                                : step_of(level, levels, sigma_um);

@@ -36,17 +36,35 @@ static void look_at_end(const look_t *look, const equal_run_t *runs, size_t coun
     }
 }
 
+/* The farthest that the drive goes while a reading without noise that is at no end stays: a coarse one keeps each of
+ * its values for a while. */
+static double way_elsewhere(const look_t *look, const equal_run_t *runs, size_t count) {
+    const double *y = look->recording->column[COLUMN_DISPLACEMENT], *u = look->recording->column[COLUMN_DRIVE];
+    double way_v = 0.0;
+    for (size_t i = 0; i < count && look->prediction.noise_um <= threshold.noise_of_runs * look->noise.step_um; i++) {
+        const look_span_t span = runs[i].span;
+        if (y[span.from] != look->map.stroke_um[0] && y[span.from] != look->map.stroke_um[1]) {
+            double range[2];
+            values_range(u + span.from, span_length(span), range);
+            way_v = fmax(way_v, range[1] - range[0]);
+        }
+    }
+    return way_v;
+}
+
 static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
     const double *y = look->recording->column[COLUMN_DISPLACEMENT];
     const double range_v = look->drive.range_v[1] - look->drive.range_v[0];
     static const char *const names[] = {"low_um", "high_um"};
     size_t count;
     equal_run_t *runs = equal_runs(look, &count);
+    const double elsewhere_v = 2.0 * way_elsewhere(look, runs, count); /* an end is left a loop's width later */
     for (size_t end = 0; end < 2; end++) {
         end_t seen;
         double log_chance = 0.0;
         look_at_end(look, runs, count, end, &seen);
-        if ((double)seen.samples < threshold.least_at_end || seen.way_v < threshold.way_at_end * range_v) {
+        if ((double)seen.samples < threshold.least_at_end ||
+            seen.way_v < threshold.way_at_end * range_v + elsewhere_v) {
             continue;
         }
         if (seen.log_chance < look_log_chance_limit()) {

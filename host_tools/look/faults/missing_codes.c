@@ -2,8 +2,11 @@
 /* Readings that never fall into a range that the position crosses again and again. A crossing in which the position
  * moves by d per sample (the largest of six steps around it) would leave gap / d readings inside, so the chance of none
  * in all crossings is exp(-sum gap / d), at most. Crossings that a jump or the speed of the drive explains do not
- * count. Where most readings are so far from the next one, a coarse converter has few codes, and misses none. */
+ * count. Where the position is slow, it also shows that it stays at the edges: readings that should be inside are
+ * there, equal to each other. A sensor that sticks leaves such a range once; to stick twice at its edges is no chance.
+ * Where most readings are so far from the next one, a coarse converter has few codes, and misses none. */
 #include "look/fault.h"
+#include "look/runs.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -31,13 +34,29 @@ static double expected_inside(const look_t *look, double low, double high) {
     return expected;
 }
 
+static bool is_edge(double reading, double low, double gap) {
+    return reading == low || fabs(reading - low - gap) <= 1e-9 * gap;
+}
+
+/* log10 of the chance of the second run of equal readings at the edges of the gap; 0: there is none. */
+static double stays_at_edges(const look_t *look, const equal_run_t *runs, size_t count, double low, double gap) {
+    double first = 0.0, second = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        if (is_edge(look->recording->column[COLUMN_DISPLACEMENT][runs[i].span.from], low, gap)) {
+            second = fmin(second, fmax(first, runs[i].log_chance));
+            first = fmin(first, runs[i].log_chance);
+        }
+    }
+    return second;
+}
+
 /* Readings at the edges of the gaps: those that should be inside are among them. */
 static void mark_edges(const look_t *look, const double *low, const double *gap, size_t gaps, fault_t *fault) {
     const double *y = look->recording->column[COLUMN_DISPLACEMENT];
     for (size_t k = 0; k < look->recording->samples; k++) {
         bool at_edge = false;
         for (size_t g = 0; g < gaps; g++) {
-            at_edge = at_edge || y[k] == low[g] || fabs(y[k] - low[g] - gap[g]) <= 1e-9 * gap[g];
+            at_edge = at_edge || is_edge(y[k], low[g], gap[g]);
         }
         if (at_edge && fault->spans > 0 && fault->span[fault->spans - 1].to == k) {
             fault->span[fault->spans - 1].to = k + 1;
@@ -50,31 +69,41 @@ static void mark_edges(const look_t *look, const double *low, const double *gap,
 static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
     const size_t samples = look->recording->samples, skipped = (size_t)(threshold.gap_inside * (double)samples);
     const double stroke = look->map.stroke_um[1] - look->map.stroke_um[0];
-    const double least =
-        fmax(threshold.gap_of_stroke * stroke,
-             fmax(threshold.edge_of_noise * look->prediction.noise_um, threshold.gap_in_steps * look->noise.step_um));
+    double least = fmax(threshold.gap_of_stroke * stroke, fmax(threshold.edge_of_noise * look->prediction.noise_um,
+                                                               threshold.gap_in_steps * look->noise.step_um));
     double *sorted = allocate(samples, sizeof *sorted), *gap = allocate(MOST_GAPS, sizeof *gap), expected = 0.0;
-    double low[MOST_GAPS];
-    size_t gaps = 0, candidates = 0, apart = 0;
+    double low[MOST_GAPS], log_chance = 0.0;
+    size_t gaps = 0, candidates = 0, apart = 0, count;
+    equal_run_t *runs = equal_runs(look, &count);
     memcpy(sorted, look->recording->column[COLUMN_DISPLACEMENT], samples * sizeof *sorted);
     gsl_sort(sorted, 1, samples);
+    double *wide = allocate(samples, sizeof *wide);
     for (size_t i = skipped; i + 1 + skipped < samples; i++) {
-        candidates += sorted[i + 1] - sorted[i] > least ? 1 : 0;
+        wide[candidates] = sorted[i + 1] - sorted[i];
+        candidates += wide[candidates] > least ? 1 : 0;
         apart += sorted[i + 1] > sorted[i] ? 1 : 0;
     }
-    for (size_t i = skipped; candidates <= MOST_GAPS && 2 * candidates < apart && i + 1 + skipped < samples; i++) {
+    if (candidates > MOST_GAPS) { /* the widest of them */
+        gsl_sort(wide, 1, candidates);
+        least = wide[candidates - 1 - MOST_GAPS];
+    }
+    free(wide);
+    for (size_t i = skipped; 2 * candidates < apart && i + 1 + skipped < samples; i++) {
         if (sorted[i + 1] - sorted[i] > least) {
             const double here = expected_inside(look, sorted[i], sorted[i + 1]);
+            const double width = sorted[i + 1] - sorted[i];
             /* Each place between two readings could have been one. */
-            if (log10((double)samples) - here / log(10.0) < look_log_chance_limit()) {
+            const double chance =
+                fmin(log10((double)samples) - here / log(10.0), stays_at_edges(look, runs, count, sorted[i], width));
+            if (chance < look_log_chance_limit()) {
                 low[gaps] = sorted[i];
-                gap[gaps++] = sorted[i + 1] - sorted[i];
+                gap[gaps++] = width;
                 expected = fmax(expected, here);
+                log_chance = fmin(log_chance, chance);
             }
         }
     }
-    fault_t *fault =
-        gaps == 0 ? NULL : fault_add(faults, kind, index, expected, log10((double)samples) - expected / log(10.0));
+    fault_t *fault = gaps == 0 ? NULL : fault_add(faults, kind, index, expected, log_chance);
     if (fault != NULL) {
         mark_edges(look, low, gap, gaps, fault);
         fault_number(fault, "gaps", "1", (double)gaps, 0.0);
@@ -82,6 +111,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     }
     free(sorted);
     free(gap);
+    free(runs);
 }
 
 static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {

@@ -11,6 +11,10 @@
 /* Values of the same level that a file or rounding of binary numbers keeps apart: this part of the range. */
 static const double same = 1e-9;
 
+/* Distances that are equal by chance less often than other things happen: of three within a tenth, one time in a
+ * hundred. */
+enum { FEWEST_DISTANCES = 3 };
+
 /* Distinct levels of sorted values in place. */
 static size_t distinct(double *sorted, size_t count) {
     const double least = same * (sorted[count - 1] - sorted[0]);
@@ -40,14 +44,20 @@ static double refined(const double *level, size_t levels, double step) {
     return good > threshold.on_the_lattice * (double)(levels - 1) ? (level[levels - 1] - level[0]) / multiple : 0.0;
 }
 
-double resolution_step(const double *value, size_t count) {
-    double *sorted = allocate(count, sizeof *sorted), step = 0.0;
-    size_t levels;
+/* The distinct values, ascending; to be freed. */
+static double *levels_of(const double *value, size_t count, size_t *levels) {
+    double *sorted = allocate(count, sizeof *sorted);
     memcpy(sorted, value, count * sizeof *sorted);
     gsl_sort(sorted, 1, count);
-    levels = distinct(sorted, count);
+    *levels = distinct(sorted, count);
+    return sorted;
+}
+
+static double step_of(const double *value, size_t count, double fewest_distances) {
+    size_t levels;
+    double *sorted = levels_of(value, count, &levels), step = 0.0;
     const double again = (double)(count - levels);
-    if ((double)levels > threshold.fewest_distances &&
+    if ((double)levels > fewest_distances &&
         (again >= threshold.read_again || again >= threshold.read_again_part * (double)count)) {
         double *gap = allocate(levels - 1, sizeof *gap);
         for (size_t i = 0; i + 1 < levels; i++) {
@@ -59,6 +69,19 @@ double resolution_step(const double *value, size_t count) {
     }
     free(sorted);
     return step;
+}
+
+double resolution_step(const double *value, size_t count) {
+    return step_of(value, count, threshold.fewest_distances);
+}
+
+double resolution_coarse_step(const double *reading, const double *drive, size_t count) {
+    size_t levels, drives;
+    free(levels_of(reading, count, &levels));
+    free(levels_of(drive, count, &drives));
+    return (double)levels <= threshold.fewest_distances && (double)drives > threshold.fewest_distances * (double)levels
+               ? step_of(reading, count, FEWEST_DISTANCES)
+               : 0.0;
 }
 
 double resolution_digit(const double *value, size_t count) {

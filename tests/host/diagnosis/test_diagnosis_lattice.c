@@ -101,6 +101,14 @@ static void test_a_constant_and_a_switch_are_no_steps(void) {
     TEST_ASSERT_EQUAL_DOUBLE(0.0, step_of_one());
 }
 
+/* A line in place of wrong readings is between the steps. */
+static void test_what_is_masked_was_not_read(void) {
+    fill(&recordings[0], 0.02, 0.01, 12);
+    recordings[0].column[COLUMN_DISPLACEMENT][50] += 3.0;
+    recording_mask(&recordings[0], 50, 51);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.02, step_of_one());
+}
+
 static void test_recordings_have_to_agree(void) {
     fill(&recordings[0], 0.02, 0.01, 12);
     fill(&recordings[1], 0.02, 0.05, 12);
@@ -125,6 +133,7 @@ int main(void) {
     RUN_TEST(test_noise_is_not_in_steps);
     RUN_TEST(test_uneven_levels_are_no_steps);
     RUN_TEST(test_a_constant_and_a_switch_are_no_steps);
+    RUN_TEST(test_what_is_masked_was_not_read);
     RUN_TEST(test_recordings_have_to_agree);
     RUN_TEST(test_likelihood_of_a_reading);
     return UNITY_END();
