@@ -254,7 +254,8 @@ static void test_missing_codes_of_a_slow_motion(void) {
         for (size_t k = 0; k < SLOW_SAMPLES; k++) {
             u[k] = 100.0 * (1.0 - fabs(2.0 * (double)k / SLOW_SAMPLES - 1.0));
             y[k] = 0.1 * u[k] + 0.003 * random_normal(&rng);
-            for (double middle = 2.0; stuck == 0 && middle < 9.0; middle += 2.0) {
+            for (int i = 1; stuck == 0 && i <= 4; i++) {
+                const double middle = 2.0 * i;
                 y[k] = fabs(y[k] - middle) < 0.075 ? middle + (y[k] < middle ? -0.075 : 0.075) : y[k];
             }
             y[k] = stuck != 0 && k > SLOW_STUCK_FROM && k <= SLOW_STUCK_FROM + SLOW_STUCK ? y[k - 1] : y[k];
