@@ -329,10 +329,6 @@ static void anything(void) {
         write_value(&master, slews[between(0, 2)], any_bits() >> between(1, 12));
         break;
     case 18:
-        write_value(&master, INDEX_drive_slew,
-                    (uint32_t)between(FAKE_FAULT_SLEW_MIN - 1000, chance(2) ? 1 << 26 : FAKE_DRIVE_SLEW_MAX + 1000));
-        break;
-    case 23:
         write_value(&master, INDEX_current_limit, chance(2) ? 0 : any_bits() >> between(1, 10));
         break;
     case 19:
@@ -346,6 +342,10 @@ static void anything(void) {
         break;
     case 22:
         settle_line();
+        break;
+    case 23:
+        write_value(&master, INDEX_drive_slew,
+                    (uint32_t)between(FAKE_FAULT_SLEW_MIN - 1000, chance(2) ? 1 << 26 : FAKE_DRIVE_SLEW_MAX + 1000));
         break;
     default:
         look();

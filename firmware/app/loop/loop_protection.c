@@ -80,7 +80,7 @@ static void in_fault(bool stage) {
     const hyst_q31_t faster = least > slew ? hyst_subtract(least, slew) : 0;
     const int64_t rest = loop.compensator.transition;
     const hyst_q31_t ramp = least > slew ? least : slew;
-    range->return_slew = ramp < loop.drive_slew ? ramp : loop.drive_slew;
+    range->return_slew = ramp < range->slew ? ramp : range->slew;
     loop.compensator.transition = rest > faster ? rest - faster : rest < -faster ? rest + faster : 0;
     if (stage && loop.feeds > 0) {
         loop.feeds--;

@@ -58,7 +58,7 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     static const char *const names[] = {"low_um", "high_um"};
     size_t count;
     equal_run_t *runs = equal_runs(look, &count);
-    const double elsewhere_v = 2.0 * way_elsewhere(look, runs, count); /* an end is left a loop's width later */
+    const double elsewhere_v = threshold.way_beside_others * way_elsewhere(look, runs, count);
     for (size_t end = 0; end < 2; end++) {
         end_t seen;
         double log_chance = 0.0;

@@ -66,32 +66,42 @@ static void mark_edges(const look_t *look, const double *low, const double *gap,
     }
 }
 
-static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
-    const size_t samples = look->recording->samples, skipped = (size_t)(threshold.gap_inside * (double)samples);
+/* The width that a range without readings has to exceed, so that at most MOST_GAPS do; HUGE_VAL: a coarse converter's.
+ * sorted: the readings, without the outermost ones. */
+static double least_width(const look_t *look, const double *sorted, size_t count) {
     const double stroke = look->map.stroke_um[1] - look->map.stroke_um[0];
     double least = fmax(threshold.gap_of_stroke * stroke, fmax(threshold.edge_of_noise * look->prediction.noise_um,
                                                                threshold.gap_in_steps * look->noise.step_um));
-    double *sorted = allocate(samples, sizeof *sorted), *gap = allocate(MOST_GAPS, sizeof *gap), expected = 0.0;
-    double low[MOST_GAPS], log_chance = 0.0;
-    size_t gaps = 0, candidates = 0, apart = 0, count;
-    equal_run_t *runs = equal_runs(look, &count);
-    memcpy(sorted, look->recording->column[COLUMN_DISPLACEMENT], samples * sizeof *sorted);
-    gsl_sort(sorted, 1, samples);
-    double *wide = allocate(samples, sizeof *wide);
-    for (size_t i = skipped; i + 1 + skipped < samples; i++) {
+    double *wide = allocate(count, sizeof *wide);
+    size_t candidates = 0, apart = 0;
+    for (size_t i = 0; i + 1 < count; i++) {
         wide[candidates] = sorted[i + 1] - sorted[i];
+        apart += wide[candidates] > 0.0 ? 1 : 0;
         candidates += wide[candidates] > least ? 1 : 0;
-        apart += sorted[i + 1] > sorted[i] ? 1 : 0;
     }
-    if (candidates > MOST_GAPS) { /* the widest of them */
+    if (2 * candidates >= apart) {
+        least = HUGE_VAL;
+    } else if (candidates > MOST_GAPS) { /* the widest of them */
         gsl_sort(wide, 1, candidates);
         least = wide[candidates - 1 - MOST_GAPS];
     }
     free(wide);
-    for (size_t i = skipped; 2 * candidates < apart && i + 1 + skipped < samples; i++) {
-        if (sorted[i + 1] - sorted[i] > least) {
+    return least;
+}
+
+static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, fault_list_t *faults) {
+    const size_t samples = look->recording->samples, skipped = (size_t)(threshold.gap_inside * (double)samples);
+    double *sorted = allocate(samples, sizeof *sorted), expected = 0.0, log_chance = 0.0;
+    double low[MOST_GAPS], gap[MOST_GAPS];
+    size_t gaps = 0, count = 0;
+    memcpy(sorted, look->recording->column[COLUMN_DISPLACEMENT], samples * sizeof *sorted);
+    gsl_sort(sorted, 1, samples);
+    const double least = least_width(look, sorted + skipped, samples - 2 * skipped);
+    equal_run_t *runs = isfinite(least) ? equal_runs(look, &count) : NULL;
+    for (size_t i = skipped; i + 1 + skipped < samples; i++) {
+        const double width = sorted[i + 1] - sorted[i];
+        if (width > least) {
             const double here = expected_inside(look, sorted[i], sorted[i + 1]);
-            const double width = sorted[i + 1] - sorted[i];
             /* Each place between two readings could have been one. */
             const double chance =
                 fmin(log10((double)samples) - here / log(10.0), stays_at_edges(look, runs, count, sorted[i], width));
@@ -110,7 +120,6 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
         fault_number(fault, "gap_um", "um", look_quantile(gap, gaps, 0.5), fmax(look->prediction.noise_um, 0.0));
     }
     free(sorted);
-    free(gap);
     free(runs);
 }
 

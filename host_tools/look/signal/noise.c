@@ -173,8 +173,7 @@ void noise_look(const recording_t *recording, const drive_look_t *drive, const r
     stretches_t rests = {0}, repeats = {0};
     memset(noise, 0, sizeof *noise);
     noise->digit_um = resolution_digit(y, recording->samples);
-    noise->step_um = fmax(resolution_step(y, recording->samples),
-                          resolution_coarse_step(y, recording->column[COLUMN_DRIVE], recording->samples));
+    noise->step_um = resolution_step_of_reading(y, recording->column[COLUMN_DRIVE], recording->samples);
     rests_of(recording, drive, &rests);
     share_of(&rests, recording->sample_rate_hz, &noise->rest);
     if (repetition->count > 0) {

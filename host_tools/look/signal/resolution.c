@@ -11,10 +11,6 @@
 /* Values of the same level that a file or rounding of binary numbers keeps apart: this part of the range. */
 static const double same = 1e-9;
 
-/* Distances that are equal by chance less often than other things happen: of three within a tenth, one time in a
- * hundred. */
-enum { FEWEST_DISTANCES = 3 };
-
 /* Distinct levels of sorted values in place. */
 static size_t distinct(double *sorted, size_t count) {
     const double least = same * (sorted[count - 1] - sorted[0]);
@@ -53,35 +49,43 @@ static double *levels_of(const double *value, size_t count, size_t *levels) {
     return sorted;
 }
 
-static double step_of(const double *value, size_t count, double fewest_distances) {
-    size_t levels;
-    double *sorted = levels_of(value, count, &levels), step = 0.0;
+/* The step between the distinct levels of so many values; 0 if there are not more levels than distances wanted. */
+static double step_between(const double *level, size_t levels, size_t count, double fewest_distances) {
     const double again = (double)(count - levels);
-    if ((double)levels > fewest_distances &&
-        (again >= threshold.read_again || again >= threshold.read_again_part * (double)count)) {
-        double *gap = allocate(levels - 1, sizeof *gap);
-        for (size_t i = 0; i + 1 < levels; i++) {
-            gap[i] = sorted[i + 1] - sorted[i];
-        }
-        /* The smallest distance of many is one step; a few odd ones (of a file that was put together) do not count. */
-        step = refined(sorted, levels, look_quantile(gap, levels - 1, threshold.odd_distances));
-        free(gap);
+    if ((double)levels <= fewest_distances ||
+        (again < threshold.read_again && again < threshold.read_again_part * (double)count)) {
+        return 0.0;
     }
-    free(sorted);
+    double *gap = allocate(levels - 1, sizeof *gap);
+    for (size_t i = 0; i + 1 < levels; i++) {
+        gap[i] = level[i + 1] - level[i];
+    }
+    /* The smallest distance of many is one step; a few odd ones (of a file that was put together) do not count. */
+    const double step = refined(level, levels, look_quantile(gap, levels - 1, threshold.odd_distances));
+    free(gap);
     return step;
 }
 
 double resolution_step(const double *value, size_t count) {
-    return step_of(value, count, threshold.fewest_distances);
+    size_t levels;
+    double *level = levels_of(value, count, &levels);
+    const double step = step_between(level, levels, count, threshold.fewest_distances);
+    free(level);
+    return step;
 }
 
-double resolution_coarse_step(const double *reading, const double *drive, size_t count) {
+double resolution_step_of_reading(const double *reading, const double *drive, size_t count) {
     size_t levels, drives;
-    free(levels_of(reading, count, &levels));
-    free(levels_of(drive, count, &drives));
-    return (double)levels <= threshold.fewest_distances && (double)drives > threshold.fewest_distances * (double)levels
-               ? step_of(reading, count, FEWEST_DISTANCES)
-               : 0.0;
+    double *level = levels_of(reading, count, &levels), fewest_distances = threshold.fewest_distances;
+    if ((double)levels <= fewest_distances) {
+        free(levels_of(drive, count, &drives));
+        fewest_distances = (double)drives > threshold.drive_levels_beside * (double)levels
+                               ? threshold.fewest_coarse_distances
+                               : fewest_distances;
+    }
+    const double step = step_between(level, levels, count, fewest_distances);
+    free(level);
+    return step;
 }
 
 double resolution_digit(const double *value, size_t count) {

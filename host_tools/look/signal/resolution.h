@@ -13,10 +13,10 @@
 double resolution_step(const double *value, size_t count);
 
 /**
- * The same of readings with too few levels for that, where the drive has enough: it moved while the reading stayed. 0
- * otherwise: readings that follow the levels of a staircase are no converter's.
+ * The same of readings. Those with too few levels for that have a step, too, if the drive has many times as many: it
+ * moved while the reading stayed. Readings that follow the levels of a staircase are no converter's.
  */
-double resolution_coarse_step(const double *reading, const double *drive, size_t count);
+double resolution_step_of_reading(const double *reading, const double *drive, size_t count);
 
 /** 10^-d, d = 0 .. 9, if all values have d digits behind the point and no fewer; 0 if they have more. */
 double resolution_digit(const double *value, size_t count);
