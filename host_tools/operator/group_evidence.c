@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/group_evidence.h"
 #include "base/progress.h"
+#include "operator/evidence_step.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -12,8 +13,9 @@
 enum { MOST_ROUNDS = 100 };
 /* A precision for free columns, and for the round-off of the equations, in parts of the mean square of a column. */
 static const double nearly_free = 1e-11;
-/* A group that the data do not need is switched off here, relative to what a unit weight would explain. */
-static const double switched_off = 1e12;
+/* The fixed point's steps are so short, as logarithms, where Newton's begin. From farther off those end on another
+ * hill. */
+static const double near_the_top = 1.0;
 /* Numbers of a group that the data determine, below which it counts as switched off. */
 static const double barely_used = 0.1;
 
@@ -40,68 +42,32 @@ static void solve(const normal_equations_t *equations, group_evidence_t *e) {
     cblas_dtrsv(CblasRowMajor, CblasLower, CblasTrans, CblasNonUnit, (int)n, e->factor, (int)n, e->weight, 1);
 }
 
-/* Diagonal of the inverse of L L': the squares of the columns of L^-1. */
-static void inverse_diagonal(const group_evidence_t *e, double *inverse, double *diagonal) {
-    const size_t n = e->columns;
-    memcpy(inverse, e->factor, n * n * sizeof(double));
-    gsl_matrix_view matrix = gsl_matrix_view_array(inverse, n, n);
-    gsl_linalg_tri_invert(CblasLower, CblasNonUnit, &matrix.matrix);
-    memset(diagonal, 0, n * sizeof(double));
-    for (size_t i = 0; i < n; i++) {
-        for (size_t j = 0; j <= i; j++) {
-            diagonal[j] += inverse[i * n + j] * inverse[i * n + j];
-        }
-    }
-}
-
 static double misfit(const normal_equations_t *equations, const group_evidence_t *e, double *room) {
     const size_t n = e->columns;
     cblas_dsymv(CblasRowMajor, CblasLower, (int)n, 1.0, equations->gram, (int)n, e->weight, 1, 0.0, room, 1);
     return fmax(equations->power - 2.0 * dot(e->weight, equations->moment, n) + dot(e->weight, room, n), 0.0);
 }
 
-/* One step of the fixed point. Returns the largest change of a precision, as a logarithm; one that only grows, of a
- * group that is out of use, is none. */
-static double step(const normal_equations_t *equations, const size_t *group, const size_t *count, bool find_variance,
-                   group_evidence_t *e, double *inverse, double *diagonal) {
-    const size_t n = e->columns;
-    double open[EVIDENCE_MOST_GROUPS] = {0}, square[EVIDENCE_MOST_GROUPS] = {0}, determined = 0.0, change = 0.0;
-    solve(equations, e);
-    inverse_diagonal(e, inverse, diagonal);
-    for (size_t j = 0; j < n; j++) {
-        open[group[j]] += diagonal[j] * e->variance;
-        square[group[j]] += e->weight[j] * e->weight[j];
+/* Weights, misfit and evidence of a place; false where its equations cannot be solved. */
+static bool evaluate(evidence_work_t *work, const evidence_place_t *at, group_evidence_t *e) {
+    const double rows = (double)work->equations->rows;
+    memcpy(e->precision, at->precision, sizeof e->precision);
+    e->variance = at->variance;
+    if (!factorise(work->equations, work->group, e)) {
+        return false;
     }
-    for (size_t g = 0; g < e->groups; g++) {
-        e->determined[g] = (double)count[g] - (g > 0 ? e->precision[g] * open[g] : 0.0);
-        determined += e->determined[g];
-        if (g > 0 && count[g] > 0) {
-            const double better =
-                fmin(fmax(e->determined[g], 1e-6) / fmax(square[g], 1e-300), switched_off / e->variance);
-            const bool leaves = e->determined[g] < threshold.group_leaves && better > e->precision[g];
-            change = fmax(change, leaves ? 0.0 : fabs(log(better / e->precision[g])));
-            e->precision[g] = better;
-        }
-    }
-    if (find_variance) {
-        e->variance = fmax(misfit(equations, e, diagonal), 1e-14 * equations->power) /
-                      fmax((double)equations->rows - determined, 1.0);
-    }
-    return change;
-}
-
-static double log_evidence(const normal_equations_t *equations, const size_t *count, const size_t *group,
-                           const group_evidence_t *e, double *room) {
-    const double rows = (double)equations->rows;
-    double sum = -misfit(equations, e, room) / (2.0 * e->variance) - 0.5 * rows * log(2.0 * M_PI * e->variance);
+    solve(work->equations, e);
+    work->misfit = misfit(work->equations, e, work->diagonal);
+    double sum = -work->misfit / (2.0 * e->variance) - 0.5 * rows * log(2.0 * M_PI * e->variance);
     for (size_t j = 0; j < e->columns; j++) {
-        const double precision = e->precision[group[j]];
+        const double precision = e->precision[work->group[j]];
         sum -= 0.5 * precision * e->weight[j] * e->weight[j] + log(e->factor[j * e->columns + j] / sqrt(e->variance));
     }
     for (size_t g = 1; g < e->groups; g++) {
-        sum += 0.5 * (double)count[g] * log(e->precision[g]);
+        sum += 0.5 * (double)work->count[g] * log(e->precision[g]);
     }
-    return sum;
+    e->log_evidence = sum;
+    return true;
 }
 
 /* A group that was switched off begins like a new one: there the fixed point hardly moves. */
@@ -116,10 +82,23 @@ static void begin_with(const group_evidence_t *start, group_evidence_t *e, bool 
     }
 }
 
+/* One round. True where another one would gain next to nothing. */
+static bool improve(evidence_work_t *work, group_evidence_t *e, bool *good) {
+    const double before = e->log_evidence;
+    evidence_place_t fixed, newton;
+    const bool near = evidence_fixed_point(work, e, &fixed) < near_the_top;
+    bool moved = false;
+    if (near) {
+        evidence_newton(work, e, &fixed, &newton);
+        moved = evaluate(work, &newton, e) && e->log_evidence > before - threshold.evidence_settled;
+    }
+    *good = moved || evaluate(work, &fixed, e);
+    return near && fabs(e->log_evidence - before) < threshold.evidence_settled;
+}
+
 bool group_evidence_fit(const normal_equations_t *equations, const size_t *group, size_t groups, double variance,
                         const group_evidence_t *start, group_evidence_t *e, failure_t *failure) {
     const size_t n = equations->unknowns;
-    size_t count[EVIDENCE_MOST_GROUPS] = {0};
     double trace[EVIDENCE_MOST_GROUPS] = {0};
     if (equations->rows == 0) {
         return fail(failure, "no samples to fit");
@@ -127,9 +106,12 @@ bool group_evidence_fit(const normal_equations_t *equations, const size_t *group
     *e = (group_evidence_t){.columns = n, .groups = groups};
     e->weight = allocate(n, sizeof(double));
     e->factor = allocate(n * n, sizeof(double));
-    double *inverse = allocate(n * n, sizeof(double)), *diagonal = allocate(n, sizeof(double));
+    evidence_work_t work = {.equations = equations, .group = group, .find_variance = variance <= 0.0};
+    work.inverse = allocate(n * n, sizeof(double));
+    work.covariance = allocate(n * n, sizeof(double));
+    work.diagonal = allocate(n, sizeof(double));
     for (size_t j = 0; j < n; j++) {
-        count[group[j]]++;
+        work.count[group[j]]++;
         trace[group[j]] += equations->gram[j * n + j];
     }
     const double power = fmax(equations->power, 1e-300);
@@ -137,24 +119,20 @@ bool group_evidence_fit(const normal_equations_t *equations, const size_t *group
     for (size_t g = 1; g < groups; g++) { /* at first each group may explain a hundredth of everything */
         e->precision[g] = fmax(trace[g], 1e-300) / (0.01 * power);
     }
-    e->precision[EVIDENCE_LEFT_OUT] = switched_off * fmax(trace[EVIDENCE_LEFT_OUT], 1e-300) / power;
+    e->precision[EVIDENCE_LEFT_OUT] = evidence_switched_off * fmax(trace[EVIDENCE_LEFT_OUT], 1e-300) / power;
     if (start != NULL && start->columns > 0) {
-        begin_with(start, e, variance <= 0.0);
+        begin_with(start, e, work.find_variance);
     }
-    bool good = factorise(equations, group, e);
-    for (int round = 0; good && round < MOST_ROUNDS; round++) {
-        const double change = step(equations, group, count, variance <= 0.0, e, inverse, diagonal);
-        good = !progress_cancelled() && factorise(equations, group, e);
-        if (change < threshold.evidence_settled) {
-            break;
-        }
+    evidence_place_t first = {.variance = e->variance};
+    memcpy(first.precision, e->precision, sizeof first.precision);
+    bool good = evaluate(&work, &first, e), settled = false;
+    for (int round = 0; good && !settled && round < MOST_ROUNDS; round++) {
+        settled = improve(&work, e, &good);
+        good = good && !progress_cancelled();
     }
-    if (good) {
-        solve(equations, e);
-        e->log_evidence = log_evidence(equations, count, group, e, diagonal);
-    }
-    free(inverse);
-    free(diagonal);
+    free(work.inverse);
+    free(work.covariance);
+    free(work.diagonal);
     if (!good) {
         group_evidence_free(e);
         return fail(failure, "the equations of the hysteresis cannot be solved");

@@ -5,8 +5,9 @@
  *     y = X w + e,   w_j ~ N(0, 1 / precision of its group),   e ~ N(0, variance)
  *
  * The precisions and the variance are those under which the data are likeliest when the weights are integrated out
- * (MacKay, Neural Computation 4, 1992), found by his fixed point from X'X and X'y alone. So hundreds of columns cost
- * nothing where a few of them are enough, and the same factor says how well a prediction is determined.
+ * (MacKay, Neural Computation 4, 1992). They are found by his fixed point and Newton's steps (evidence_step.h), from
+ * X'X and X'y alone. So hundreds of columns cost nothing where a few of them are enough, and the same factor says how
+ * well a prediction is determined.
  */
 #ifndef OPERATOR_GROUP_EVIDENCE_H
 #define OPERATOR_GROUP_EVIDENCE_H
