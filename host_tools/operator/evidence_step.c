@@ -140,7 +140,7 @@ static void step_uphill(size_t unknowns, double *bend, const double *slope, doub
     }
 }
 
-/* Of the unknowns that take part; 0: of the others. */
+/* 0: of what is not searched, or leaves. */
 static void newton_step(const evidence_work_t *work, const group_evidence_t *e, double *step) {
     double slope[MOST_UNKNOWNS], bend[MOST_UNKNOWNS][MOST_UNKNOWNS] = {{0.0}};
     double some[MOST_UNKNOWNS * MOST_UNKNOWNS], some_slope[MOST_UNKNOWNS], some_step[MOST_UNKNOWNS];

@@ -9,7 +9,8 @@
 #ifndef OPERATOR_EVIDENCE_STEP_H
 #define OPERATOR_EVIDENCE_STEP_H
 
-#include "operator/group_evidence.h"
+#include "numerics/least_squares.h"
+#include "operator/group_weights.h"
 
 /** A group that the data do not need is switched off at this precision, in parts of 1 / variance. */
 static const double evidence_switched_off = 1e12;

@@ -13,19 +13,7 @@
 #define OPERATOR_GROUP_EVIDENCE_H
 
 #include "numerics/least_squares.h"
-
-/** A column of the last group is left out: its weight is 0. */
-enum { EVIDENCE_MOST_GROUPS = 32, EVIDENCE_LEFT_OUT = EVIDENCE_MOST_GROUPS - 1 };
-
-typedef struct {
-    size_t columns, groups;
-    double *weight;                          /**< the mean, columns */
-    double *factor;                          /**< L, columns^2, lower: L L' = (X'X + variance * precisions) */
-    double precision[EVIDENCE_MOST_GROUPS];  /**< of a group's weights */
-    double determined[EVIDENCE_MOST_GROUPS]; /**< how many of its weights the data determine, rather than the prior */
-    double variance;                         /**< of e */
-    double log_evidence;
-} group_evidence_t;
+#include "operator/group_weights.h"
 
 /**
  * group[j] < groups for each column, or EVIDENCE_LEFT_OUT; group 0 is free: it has no prior. variance: that of e, or 0
