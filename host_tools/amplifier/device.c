@@ -84,16 +84,21 @@ void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]) {
     }
 }
 
-/* For what results say of their origin. */
-static void note_device(const device_t *device) {
+void device_text(const device_t *device, char text[DEVICE_TEXT]) {
     const int64_t version = device->identity[INDEX_firmware_version];
     const char *board = board_name(device->identity[INDEX_board]);
-    char text[400], serial[DEVICE_SERIAL_TEXT];
+    char serial[DEVICE_SERIAL_TEXT];
     device_serial(device, serial);
-    (void)snprintf(text, sizeof text, "board %s%s%s, firmware %d.%d.%d, at %s, address %lu",
-                   board != NULL ? board : "unknown", serial[0] != '\0' ? ", serial number " : "", serial,
-                   (int)(version >> 12), (int)(version >> 6 & 63), (int)(version & 63), device->line.port,
-                   device->line.slave);
+    (void)snprintf(text, DEVICE_TEXT, "board %s%s%s, firmware %d.%d.%d", board != NULL ? board : "unknown",
+                   serial[0] != '\0' ? ", serial number " : "", serial, (int)(version >> 12), (int)(version >> 6 & 63),
+                   (int)(version & 63));
+}
+
+/* For what results say of their origin. */
+static void note_device(const device_t *device) {
+    char text[DEVICE_TEXT + 300], itself[DEVICE_TEXT];
+    device_text(device, itself);
+    (void)snprintf(text, sizeof text, "%s, at %s, address %lu", itself, device->line.port, device->line.slave);
     provenance_set_device(text);
 }
 

@@ -38,6 +38,9 @@ int64_t device_identity(const device_t *device, int which);
 /** The serial number in hexadecimal, or "" where there is none. */
 #define DEVICE_SERIAL_TEXT 25
 void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]);
+/** Board, serial number and firmware: "board h405, serial number 0044.., firmware 1.2.0". */
+#define DEVICE_TEXT 100
+void device_text(const device_t *device, char text[DEVICE_TEXT]);
 /** Samples per second of the loop. */
 double device_sample_rate_hz(const device_t *device);
 /** Registers per second that can be read on a good line. A conservative value: full requests occupy 40 % of the line.

@@ -294,8 +294,10 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
         recording->column[COLUMN_DRIVE][i] = drive_to_volts(image, captured(frame[1]));
         recording->column[COLUMN_DISPLACEMENT][i] = position_to_micrometres(image, captured(frame[2]));
     }
-    char text[80];
+    char text[DEVICE_TEXT];
     recording_set_key(recording, "source", "hyst amplifier, captured");
+    device_text(device, text);
+    recording_set_key(recording, RECORDING_DEVICE_KEY, text);
     recording_set_key(recording, "mode", mode_name(run->mode));
     recording_set_key(recording, "waveform", run->text);
     recording_set_key(recording, "conditioned", run->condition ? "yes" : "no");
@@ -310,7 +312,7 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     }
     device_serial(device, text);
     if (text[0] != '\0') {
-        recording_set_key(recording, "amplifier_serial", text);
+        recording_set_key(recording, RECORDING_SERIAL_KEY, text);
     }
     (void)snprintf(text, sizeof text, "0x%08" PRIX32, image->model_id);
     recording_set_key(recording, "model_id", text);

@@ -104,6 +104,15 @@ void provenance_set_device(const char *device) {
     }
 }
 
+void provenance_add_device(const char *device) {
+    if (entered == NULL || (entered->device != NULL && strstr(entered->device, device) != NULL)) {
+        return;
+    }
+    const size_t before = entered->device != NULL ? strlen(entered->device) : 0, room = before + strlen(device) + 3;
+    entered->device = reallocate(entered->device, room, 1);
+    (void)snprintf(entered->device + before, room - before, "%s%s", before > 0 ? "; " : "", device);
+}
+
 void provenance_note_set_title(provenance_note_t *note, const char *title) {
     free(note->title);
     note->title = title != NULL ? copy_text(title) : NULL;

@@ -39,6 +39,8 @@ void provenance_note_set_title(provenance_note_t *note, const char *title);
 const char *provenance_title(void);
 /** Notes the device: name, serial, firmware, port. */
 void provenance_set_device(const char *device);
+/** Notes the device that a file is of, behind others and once. */
+void provenance_add_device(const char *device);
 
 typedef struct {
     char *path;

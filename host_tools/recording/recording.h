@@ -118,6 +118,11 @@ bool recording_drive_before(const recording_t *recording, double before_v[RECORD
  * displacement_sampled_after_s, 0 without. Fails unless it is a finite number. */
 bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure);
 
+/** Header keys of the amplifier that it was recorded with: board, serial number and firmware; the number alone. What is
+ * read is noted for the results' origin (base/provenance.h). */
+#define RECORDING_DEVICE_KEY "device"
+#define RECORDING_SERIAL_KEY "amplifier_serial"
+
 /** The supply of the amplifier's power stage, in V at the actuator: the least that was measured during the recording.
  * Header key stage_supply_v; HUGE_VAL without. Fails unless it is a number above 0. */
 #define STAGE_SUPPLY_KEY "stage_supply_v"

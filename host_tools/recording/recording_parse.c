@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Reading a recording: lines, header, column names, numbers, time. Every message names the file and the line. */
+#include "base/provenance.h"
 #include "base/shown_name.h"
 #include "recording/decimal.h"
 #include "recording/import.h"
@@ -388,14 +389,30 @@ static bool read_recording(recording_t *recording, const char *path, failure_t *
     return good;
 }
 
+/* For what results say of their origin. */
+static void note_device(const recording_t *recording) {
+    const char *device = recording_key(recording, RECORDING_DEVICE_KEY),
+               *serial = recording_key(recording, RECORDING_SERIAL_KEY);
+    char text[200];
+    if (device == NULL && serial != NULL) {
+        (void)snprintf(text, sizeof text, "serial number %s", serial);
+        device = text;
+    }
+    if (device != NULL) {
+        provenance_add_device(device);
+    }
+}
+
 bool recording_read(recording_t *recording, const char *path, failure_t *failure) {
     const import_options_t nothing = import_nothing_said();
     memset(recording, 0, sizeof *recording);
-    if (hdf5_is_recording(path)) {
-        return hdf5_read_recording(recording, path, failure);
+    const bool good = hdf5_is_recording(path) ? hdf5_read_recording(recording, path, failure)
+                      : has_header(path)      ? read_recording(recording, path, failure)
+                                              : import_file(recording, path, &nothing, failure);
+    if (good) {
+        note_device(recording);
     }
-    return has_header(path) ? read_recording(recording, path, failure)
-                            : import_file(recording, path, &nothing, failure);
+    return good;
 }
 
 bool recording_is_own(const char *path) {

@@ -132,6 +132,45 @@ static long best_dialect(const text_source_t *source, size_t part, bool words, l
     return best;
 }
 
+/* Whether a line above the data is one of them that cannot be read: as many fields, numbers in some columns of numbers
+ * and none in others. Where nothing fits above it, a number comes first: a header's lines begin with words. */
+static bool is_broken(const text_source_t *source, const layout_t *layout, size_t fields, size_t at) {
+    field_kind_t kind[MOST_COLUMNS];
+    size_t numbers = 0, above = at;
+    bool number_first = false;
+    if (text_line_shape(source->line[at], layout->dialect, kind) != fields) {
+        return false;
+    }
+    for (size_t j = 0, column = 0; j < fields && j < MOST_COLUMNS; j++) {
+        if (layout->number[j]) {
+            number_first = number_first || (column == 0 && kind[j] == FIELD_NUMBER);
+            numbers += kind[j] == FIELD_NUMBER ? 1 : 0;
+            column++;
+        }
+    }
+    while (above > 0 && is_blank(source->line[above - 1])) {
+        above--;
+    }
+    return numbers > 0 && (number_first || (above > 0 && fits(layout, source->line[above - 1])));
+}
+
+/* The first line of data, of which those from `sure` on are some. */
+static size_t first_line(const text_source_t *source, const layout_t *layout, size_t sure) {
+    field_kind_t kind[MOST_COLUMNS];
+    const size_t fields = text_line_shape(source->line[sure], layout->dialect, kind);
+    size_t first = sure;
+    for (size_t i = sure; i > 0; i--) {
+        const char *line = source->line[i - 1];
+        if (!is_blank(line)) {
+            if (!fits(layout, line) && !is_broken(source, layout, fields, i - 1)) {
+                break;
+            }
+            first = i - 1;
+        }
+    }
+    return first;
+}
+
 static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
     size_t run = 0, first = 0;
     long best = 0;
@@ -165,7 +204,7 @@ static bool find_layout(const text_source_t *source, const char *path, layout_t 
             run = 0;
         }
     }
-    layout->begin = run > 0 ? first : layout->end;
+    layout->begin = run > 0 ? first_line(source, layout, first) : layout->end;
     if (layout->begin < layout->end) {
         field_kind_t kind[MOST_COLUMNS];
         layout->fields = text_line_shape(source->line[layout->begin], layout->dialect, kind);
@@ -254,7 +293,7 @@ static void bridge(double *value, size_t rows) {
 /* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
-    size_t problems = 0, used = 0, missing = 0, longest = 0;
+    size_t problems = 0, used = 0, missing = 0, longest = 0, before = 0;
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
@@ -271,6 +310,7 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             table->rows++;
             continue;
         }
+        before += table->rows == before ? 1 : 0;
         missing++;
         longest = missing > longest ? missing : longest;
         table->rows++;
@@ -297,8 +337,9 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             return fail(failure, "%s: %s", table->source, text);
         }
         table->damage = copy_text(text);
-        table->rows -= missing; /* at the end */
+        table->rows -= missing + before; /* at the end, in the beginning */
         for (size_t j = 0; j < layout->columns; j++) {
+            memmove(value[j], value[j] + before, table->rows * sizeof **value);
             bridge(value[j], table->rows);
         }
     }

@@ -49,6 +49,17 @@ static bool ends(const char *name, const char *suffix) {
     return length > strlen(suffix) && strcmp(name + length - strlen(suffix), suffix) == 0;
 }
 
+/* Files that say themselves what their columns are. */
+static bool may_be_recording(const char *name) {
+    static const char *const suffix[] = {".csv", ".h5", ".hdf5", ".mat", ".npz", ".lvm"};
+    for (size_t i = 0; i < sizeof suffix / sizeof suffix[0]; i++) {
+        if (ends(name, suffix[i])) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool is_model(const char *path) {
     char text[BEGINNING + 1];
     FILE *file = fopen(path, "rb");
@@ -67,7 +78,7 @@ file_kind_t folder_kind(const char *folder, const char *name) {
     if (!folder_path(folder, name, path, &ignored) || stat(path, &status) != 0 || !S_ISREG(status.st_mode)) {
         return FILE_OTHER;
     }
-    if (ends(name, ".csv")) {
+    if (may_be_recording(name)) {
         return FILE_RECORDING_KIND;
     }
     if (ends(name, ".image")) {

@@ -175,6 +175,8 @@ static void test_record_pairs_drive_and_position(void) {
         TEST_ASSERT_TRUE(r.sample_rate_hz == 10000.0);
         TEST_ASSERT_NULL(r.column[COLUMN_REFERENCE]);
         TEST_ASSERT_EQUAL_STRING("004400553332470F20313937", recording_key(&r, "amplifier_serial"));
+        TEST_ASSERT_NOT_NULL(
+            strstr(recording_key(&r, "device"), ", serial number 004400553332470F20313937, firmware "));
         for (size_t i = 0; i < r.samples; i++) {
             const double drive = r.column[COLUMN_DRIVE][i];
             TEST_ASSERT_DOUBLE_WITHIN(1e-9, drive - 40.0, r.column[COLUMN_DISPLACEMENT][i]);

@@ -268,6 +268,27 @@ def _(path):
     holes(path, "OL")
 
 
+# The names are above them, and are not the line that cannot be read.
+for line in range(5):
+    @export(f"overload in line {line + 1} of the data",
+            refused=f"1 of 400 lines of data cannot be read: line {line + 2}: 'OL' is not a number")
+    def _(path, line=line):
+        holes(path, "OL", (line,))
+
+
+@export("no number in lines 2 and 4 of the data, filled", "--fill-missing", tolerance=1e-4,
+        says=["2 of 400 lines of data cannot be read: line 3: 'NaN' is not a number; line 5: 'NaN'"])
+def _(path):
+    holes(path, "NaN", (1, 3))
+
+
+@export("overload in line 3, and no column of time", "--sample-rate 1000",
+        refused="1 of 400 lines of data cannot be read: line 4: 'OL' is not a number")
+def _(path):
+    text(path, "drive (V),position (um)\n" + "".join(
+        f"{'OL' if k == 2 else f'{u:.9g}'},{y:.9g}\n" for k, u, y in zip(range(400), U, Y)))
+
+
 @export("overload in three lines, nothing said", refused="(hyst import --fill-missing: straight lines over them)")
 def _(path):
     holes(path, "#N/A")

@@ -228,14 +228,17 @@ async def busy(page):
     return took_s
 
 
-async def whole_way(page, folder):
+async def whole_way(page, folder, hyst):
     await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", **RANGES)
     ended = await page.run_ended()
     check(ended["good"] and ended["made"] == ["mine.csv"], ended)
     await page.until("files", lambda files: any(file["name"] == "mine.csv" for file in files["files"]))
+    subprocess.run([hyst, "import", f"{folder}/mine.csv", "-o", f"{folder}/long.h5"], check=True, capture_output=True)
     await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", condition=False)
     ended = await page.run_ended()
     check(ended["made"] == ["mine-2.csv"], f"a name that is taken: {ended}")
+    await page.until("files", lambda files: {"name": "long.h5", "kind": "recording"}.items() <=
+                     next((file for file in files["files"] if file["name"] == "long.h5"), {}).items())
     await page.do("fit", recordings=["mine.csv"])
     ended = await page.job_ended()
     check(ended["good"] and ended["made"] == ["model.json"] and "NRMSE" in ended["text"], ended)
@@ -258,6 +261,8 @@ async def whole_way(page, folder):
     check(not ended["good"] and not ended["made"] and "is the reference itself" in ended["text"], ended)
     await page.do("look", recordings=["mine.csv"])
     check("mine.csv" in (await page.job_ended())["text"], "look")
+    await page.do("look", recordings=["long.h5"])
+    check("long.h5" in (await page.job_ended())["text"], "look at HDF5")
     await page.do("clear")
     check((await page.run_ended())["good"], "clear")
     check(not [name for name in os.listdir(folder) if name.endswith(".part")], "parts of files are left")
@@ -320,7 +325,7 @@ async def no_orphans(server):
             await page.job_ended()
 
 
-async def day(server, folder):
+async def day(server, folder, hyst):
     http_is_guarded(server)
     only_loopback(server)
     await sockets_are_guarded(server)
@@ -336,7 +341,7 @@ async def day(server, folder):
     await too_long(server)
     second, stop_s = await roles(server, first)
     busy_s = await busy(second)
-    await whole_way(second, folder)
+    await whole_way(second, folder, hyst)
     await crowd(server)
     print(f"stop: taken by the amplifier after {1e3 * stop_s:.1f} ms; from the page, beside a diagnosis, "
           f"{1e3 * busy_s:.1f} ms")
@@ -355,7 +360,7 @@ def main():
     try:
         port = device.stdout.readline().split()[1]
         server = Server(hyst, port, folder)
-        asyncio.run(day(server, folder))
+        asyncio.run(day(server, folder, hyst))
         server.process.send_signal(signal.SIGINT)
         status = server.process.wait(PATIENCE_S)
         check(status == 0, f"the server ended with {status}")
