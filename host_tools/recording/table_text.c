@@ -31,6 +31,14 @@ static bool is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0';
 }
 
+/* The line before line `at`, blank ones apart, counted from 1; 0: none. */
+static size_t line_above(const text_source_t *source, size_t at) {
+    while (at > 0 && is_blank(source->line[at - 1])) {
+        at--;
+    }
+    return at;
+}
+
 /* The columns that hold numbers in at least nine of ten of some lines. Returns how many, less the others that hold
  * anything, unless there may be words. */
 static long number_columns(const char *const *lines, size_t count, dialect_t dialect, bool words, layout_t *layout) {
@@ -136,7 +144,7 @@ static long best_dialect(const text_source_t *source, size_t part, bool words, l
  * and none in others. Where nothing fits above it, a number comes first: a header's lines begin with words. */
 static bool is_broken(const text_source_t *source, const layout_t *layout, size_t fields, size_t at) {
     field_kind_t kind[MOST_COLUMNS];
-    size_t numbers = 0, above = at;
+    size_t numbers = 0;
     bool number_first = false;
     if (text_line_shape(source->line[at], layout->dialect, kind) != fields) {
         return false;
@@ -148,9 +156,7 @@ static bool is_broken(const text_source_t *source, const layout_t *layout, size_
             column++;
         }
     }
-    while (above > 0 && is_blank(source->line[above - 1])) {
-        above--;
-    }
+    const size_t above = line_above(source, at);
     return numbers > 0 && (number_first || (above > 0 && fits(layout, source->line[above - 1])));
 }
 
@@ -158,17 +164,12 @@ static bool is_broken(const text_source_t *source, const layout_t *layout, size_
 static size_t first_line(const text_source_t *source, const layout_t *layout, size_t sure) {
     field_kind_t kind[MOST_COLUMNS];
     const size_t fields = text_line_shape(source->line[sure], layout->dialect, kind);
-    size_t first = sure;
-    for (size_t i = sure; i > 0; i--) {
-        const char *line = source->line[i - 1];
-        if (!is_blank(line)) {
-            if (!fits(layout, line) && !is_broken(source, layout, fields, i - 1)) {
-                break;
-            }
-            first = i - 1;
-        }
+    for (size_t above = line_above(source, sure);
+         above > 0 && (fits(layout, source->line[above - 1]) || is_broken(source, layout, fields, above - 1));
+         above = line_above(source, sure)) {
+        sure = above - 1;
     }
-    return first;
+    return sure;
 }
 
 static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
@@ -386,10 +387,7 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
         }
         signs.thousands = signs.thousands || (j > 0 && layout->number[j] && short_one[j - 1] && three[j]);
     }
-    size_t above = layout->begin;
-    while (above > 0 && is_blank(source->line[above - 1])) {
-        above--;
-    }
+    const size_t above = line_above(source, layout->begin);
     if (above > 0) {
         field_kind_t kind[MOST_COLUMNS];
         const size_t fields = text_line_shape(source->line[above - 1], layout->dialect, kind);

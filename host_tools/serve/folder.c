@@ -44,20 +44,35 @@ bool folder_path(const char *folder, const char *name, char path[FOLDER_PATH], f
     return (length > 0 && length < FOLDER_PATH) || fail(failure, "%s: name too long", name);
 }
 
-static bool ends(const char *name, const char *suffix) {
-    const size_t length = strlen(name);
-    return length > strlen(suffix) && strcmp(name + length - strlen(suffix), suffix) == 0;
-}
+/* What the end of a name says. Recordings are files that say themselves what their columns are. */
+typedef struct {
+    const char *text, *type;
+    file_kind_t kind;
+} ending_t;
 
-/* Files that say themselves what their columns are. */
-static bool may_be_recording(const char *name) {
-    static const char *const suffix[] = {".csv", ".h5", ".hdf5", ".mat", ".npz", ".lvm"};
-    for (size_t i = 0; i < sizeof suffix / sizeof suffix[0]; i++) {
-        if (ends(name, suffix[i])) {
-            return true;
+static const char binary[] = "application/octet-stream";
+static const ending_t endings[] = {
+    {".csv", "text/csv", FILE_RECORDING_KIND},
+    {".h5", binary, FILE_RECORDING_KIND},
+    {".hdf5", binary, FILE_RECORDING_KIND},
+    {".mat", binary, FILE_RECORDING_KIND},
+    {".npz", binary, FILE_RECORDING_KIND},
+    {".lvm", binary, FILE_RECORDING_KIND},
+    {".json", "application/json", FILE_MODEL_KIND},
+    {".image", binary, FILE_IMAGE_KIND},
+    {".html", "text/html; charset=utf-8", FILE_REPORT_KIND},
+};
+
+/* NULL: none of them. */
+static const ending_t *ending_of(const char *name) {
+    const size_t length = strlen(name);
+    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
+        const size_t end = strlen(endings[i].text);
+        if (length > end && strcmp(name + length - end, endings[i].text) == 0) {
+            return &endings[i];
         }
     }
-    return false;
+    return NULL;
 }
 
 static bool is_model(const char *path) {
@@ -78,16 +93,13 @@ file_kind_t folder_kind(const char *folder, const char *name) {
     if (!folder_path(folder, name, path, &ignored) || stat(path, &status) != 0 || !S_ISREG(status.st_mode)) {
         return FILE_OTHER;
     }
-    if (may_be_recording(name)) {
-        return FILE_RECORDING_KIND;
-    }
-    if (ends(name, ".image")) {
-        return FILE_IMAGE_KIND;
-    }
-    if (ends(name, ".html")) {
-        return FILE_REPORT_KIND;
-    }
-    return ends(name, ".json") && is_model(path) ? FILE_MODEL_KIND : FILE_OTHER;
+    const ending_t *const ending = ending_of(name);
+    return ending == NULL || (ending->kind == FILE_MODEL_KIND && !is_model(path)) ? FILE_OTHER : ending->kind;
+}
+
+const char *folder_type(const char *name) {
+    const ending_t *const ending = ending_of(name);
+    return ending != NULL ? ending->type : binary;
 }
 
 static const char *const kind_names[] = {"file", "recording", "model", "image", "report"};

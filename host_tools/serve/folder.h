@@ -20,6 +20,9 @@ bool folder_path(const char *folder, const char *name, char path[FOLDER_PATH], f
 /** What the name and, for JSON, the beginning of the file say. */
 file_kind_t folder_kind(const char *folder, const char *name);
 
+/** The media type of a file of this name. */
+const char *folder_type(const char *name);
+
 /** Of an existing file that has this kind. */
 bool folder_file(const char *folder, const char *name, file_kind_t kind, char path[FOLDER_PATH], failure_t *failure);
 

@@ -423,11 +423,9 @@ static bool on_file(void *context, const char *name, char *path, size_t size, co
     const session_t *const session = context;
     char found[FOLDER_PATH];
     failure_t ignored;
-    static const char *const types[] = {NULL, "text/csv", "application/json", "application/octet-stream",
-                                        "text/html; charset=utf-8"};
-    const file_kind_t kind = folder_kind(session->options->folder, name);
-    *type = kind == FILE_RECORDING_KIND && strstr(name, ".csv") == NULL ? types[FILE_IMAGE_KIND] : types[kind];
-    return kind != FILE_OTHER && folder_path(session->options->folder, name, found, &ignored) &&
+    *type = folder_type(name);
+    return folder_kind(session->options->folder, name) != FILE_OTHER &&
+           folder_path(session->options->folder, name, found, &ignored) &&
            snprintf(path, size, "%s", found) < (int)size;
 }
 
