@@ -11,7 +11,8 @@
 
 /* Unknowns of Newton's step: the precisions, and the inverse of the variance. */
 enum { MOST_UNKNOWNS = EVIDENCE_MOST_GROUPS + 1 };
-/* A step of Newton's changes no number by more than this factor, as a logarithm. */
+/* A step of Newton's changes no number by more than this factor, as a logarithm. What a longer one would spoil costs a
+ * round: the fixed point's step is taken in its place where the evidence falls. */
 static const double longest_step = 2.0;
 
 /* L^-1, and the diagonal of the inverse of L L': the squares of the columns of L^-1. */

@@ -13,9 +13,6 @@
 enum { MOST_ROUNDS = 100 };
 /* A precision for free columns, and for the round-off of the equations, in parts of the mean square of a column. */
 static const double nearly_free = 1e-11;
-/* The fixed point's steps are so short, as logarithms, where Newton's begin. From farther off those end on another
- * hill. */
-static const double near_the_top = 1.0;
 /* Numbers of a group that the data determine, below which it counts as switched off. */
 static const double barely_used = 0.1;
 
@@ -86,7 +83,7 @@ static void begin_with(const group_evidence_t *start, group_evidence_t *e, bool 
 static bool improve(evidence_work_t *work, group_evidence_t *e, bool *good) {
     const double before = e->log_evidence;
     evidence_place_t fixed, newton;
-    const bool near = evidence_fixed_point(work, e, &fixed) < near_the_top;
+    const bool near = evidence_fixed_point(work, e, &fixed) < threshold.evidence_near_top;
     bool moved = false;
     if (near) {
         evidence_newton(work, e, &fixed, &newton);
