@@ -16,7 +16,7 @@ size_t hysteresis_index(const model_t *model) {
     return i;
 }
 
-static bool is_table(const model_block_t *block, size_t p) {
+bool hysteresis_is_table(const model_block_t *block, size_t p) {
     return block->block->operators == OPERATORS_RELAYS && strcmp(block->block->parameter[p].name, "everett_um") == 0;
 }
 
@@ -115,7 +115,7 @@ static size_t list(model_block_t *block, hysteresis_number_t *number) {
     size_t count = 0;
     for (size_t p = 0; p < block->block->parameters; p++) {
         hysteresis_number_t *next = number == NULL ? NULL : number + count;
-        if (is_table(block, p)) {
+        if (hysteresis_is_table(block, p)) {
             count += list_smooth_plane(block, &block->parameter[p], next);
         } else if (is_fine_bank(block, p)) {
             count += list_smooth_bank(block, &block->parameter[p], next);
@@ -208,10 +208,4 @@ void hysteresis_number_changed(const hysteresis_numbers_t *numbers, size_t numbe
     const hysteresis_number_t *of = &numbers->number[number];
     model_copy(changed, model);
     add(of, change, &changed->block[hysteresis_index(changed)].parameter[of->parameter - numbers->block->parameter]);
-}
-
-bool hysteresis_number_weighs_plays(const hysteresis_numbers_t *numbers, size_t number) {
-    const block_t *block = numbers->block->block;
-    const size_t p = (size_t)(numbers->number[number].parameter - numbers->block->parameter);
-    return block->operators == OPERATORS_PLAYS && strcmp(block->parameter[p].name, "weights") == 0;
 }

@@ -50,8 +50,8 @@ void hysteresis_number_add(const hysteresis_number_t *number, double change);
 void hysteresis_number_changed(const hysteresis_numbers_t *numbers, size_t number, double change, const model_t *model,
                                model_t *changed);
 
-/** Whether it belongs to the weights of a bank of play operators: the output is linear in it. */
-bool hysteresis_number_weighs_plays(const hysteresis_numbers_t *numbers, size_t number);
+/** Whether a parameter of the block is a Preisach table. */
+bool hysteresis_is_table(const model_block_t *block, size_t parameter);
 
 /** Notes the numbers as they are; and takes them back, to the last bit. */
 void hysteresis_numbers_keep(const hysteresis_numbers_t *numbers);

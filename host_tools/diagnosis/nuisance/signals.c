@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/nuisance/signals.h"
 #include "chain/chain_stream.h"
-#include <gsl/gsl_cblas.h>
+#include "diagnosis/nuisance/linear_outputs.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -84,104 +84,29 @@ bool signals_altered(const signals_t *signals, const model_t *altered, size_t st
     return good;
 }
 
-/* Samples whose plays are weighed together. */
-enum { WEIGHED = 128 };
-
-/* The plays of a bank, and the drive itself before them. */
-typedef struct {
-    size_t plays, numbers;
-    const double *threshold;
-    double *play;          /* now */
-    double *state, *weigh; /* [sample][1 + plays] of some samples; [number][1 + plays] */
-    double *output;        /* [sample][number] */
-} bank_t;
-
-static void move_plays(const bank_t *bank, double drive_v) {
-    for (size_t i = 0; i < bank->plays; i++) {
-        const double low = drive_v - bank->threshold[i], high = drive_v + bank->threshold[i];
-        const double above = bank->play[i] > low ? bank->play[i] : low;
-        bank->play[i] = above < high ? above : high;
-    }
-}
-
-/* As the chain leads the block (chain_stage_settle, chain_stage_values). */
-static void weigh_recording(const bank_t *bank, const signal_t *signal, size_t samples, double *const *column) {
-    const size_t width = 1 + bank->plays;
-    move_plays(bank, signal[0].value - signal[0].slack_v);
-    for (size_t from = 0; from < samples; from += WEIGHED) {
-        const size_t some = samples - from < WEIGHED ? samples - from : WEIGHED;
-        for (size_t k = 0; k < some; k++) {
-            const signal_t *now = &signal[1 + from + k];
-            if (now->turned && now->slack_v == 0.0) {
-                move_plays(bank, now->turn_v);
-            }
-            move_plays(bank, now->value - now->slack_v);
-            bank->state[k * width] = now->value;
-            memcpy(bank->state + k * width + 1, bank->play, bank->plays * sizeof(double));
-        }
-        cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, (int)some, (int)bank->numbers, (int)width, 1.0,
-                    bank->state, (int)width, bank->weigh, (int)width, 0.0, bank->output, (int)bank->numbers);
-        for (size_t k = 0; k < some; k++) {
-            for (size_t n = 0; n < bank->numbers; n++) {
-                column[n][from + k] = bank->output[k * bank->numbers + n];
-            }
-        }
-    }
-}
-
-/* What a number weighs of the drive and of each play. */
-static void take_weights(const hysteresis_number_t *number, double *weigh) {
-    for (size_t e = 0; e < number->elements; e++) {
-        weigh[number->first + e] = number->factor != NULL ? number->factor[e] : 1.0;
-    }
-}
-
 void signals_differentiate(signals_t *signals, const hysteresis_numbers_t *numbers) {
-    const model_block_t *block = &signals->model->block[hysteresis_index(signals->model)];
+    const size_t stage = hysteresis_stage(signals->model);
     const samples_t *samples = signals->samples;
-    size_t weighing = 0;
+    linear_outputs_t *linear = linear_outputs_open(&signals->model->block[hysteresis_index(signals->model)], numbers);
+    double **column = allocate(numbers->count + 1, sizeof(double *));
+    bool good = linear != NULL;
     signals->outputs = numbers->count;
     signals->output = allocate(numbers->count + 1, sizeof(double *));
     for (size_t n = 0; n < numbers->count; n++) {
-        weighing += hysteresis_number_weighs_plays(numbers, n) ? 1 : 0;
+        signals->output[n] = linear_outputs_has(linear, n) ? samples_column(samples) : NULL;
     }
-    if (weighing == 0) {
-        return;
+    for (size_t i = 0; good && i < samples->count; i++) {
+        for (size_t n = 0; n < numbers->count; n++) {
+            column[n] = signals->output[n] != NULL ? signals->output[n] + samples->begin[i] : NULL;
+        }
+        good = linear_outputs_run(linear, signals->before[stage] + begin_of(samples, i), samples->recordings[i].samples,
+                                  column);
     }
-    const parameter_t *threshold = model_parameter(block, "thresholds_v"),
-                      *memory = model_parameter(block, "initial_memory_v");
-    const size_t plays = threshold->count;
-    const bank_t bank = {.plays = plays,
-                         .numbers = weighing,
-                         .threshold = threshold->value,
-                         .play = allocate(plays + 1, sizeof(double)),
-                         .state = allocate(WEIGHED * (1 + plays), sizeof(double)),
-                         .weigh = allocate(weighing * (1 + plays), sizeof(double)),
-                         .output = allocate(WEIGHED * weighing, sizeof(double))};
-    double **column = allocate(weighing, sizeof(double *));
-    for (size_t n = 0, w = 0; n < numbers->count; n++) {
-        if (hysteresis_number_weighs_plays(numbers, n)) {
-            take_weights(&numbers->number[n], bank.weigh + w++ * (1 + plays));
-            signals->output[n] = samples_column(samples);
-        }
-    }
-    for (size_t i = 0; i < samples->count; i++) {
-        for (size_t n = 0, w = 0; n < numbers->count; n++) {
-            if (signals->output[n] != NULL) {
-                column[w++] = signals->output[n] + samples->begin[i];
-            }
-        }
-        for (size_t p = 0; p < plays; p++) {
-            bank.play[p] = memory->count > 0 ? memory->value[p] : 0.0;
-        }
-        weigh_recording(&bank, signals->before[hysteresis_stage(signals->model)] + begin_of(samples, i),
-                        samples->recordings[i].samples, column);
+    if (!good) {
+        signals_forget(signals);
     }
     free(column);
-    free(bank.play);
-    free(bank.state);
-    free(bank.weigh);
-    free(bank.output);
+    linear_outputs_close(linear);
 }
 
 void signals_forget(signals_t *signals) {

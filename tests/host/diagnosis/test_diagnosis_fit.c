@@ -2,6 +2,7 @@
 /* What a diagnosis simulates, projects and fits with. */
 #include "diagnosis/evidence/evidence.h"
 #include "diagnosis/evidence/joint_fit.h"
+#include "diagnosis/nuisance/smooth_plane.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_cblas.h>
@@ -128,6 +129,68 @@ static void test_a_changed_block_is_simulated_from_there_on(void) {
     free(position);
     signals_close(&signals);
     model_free(&full);
+}
+
+/* A plane whose past has many reversals. */
+static void make_plane(model_t *plane) {
+    const double level[] = {-5.0, 30.0, 60.0, 105.0}, table[] = {2.0, 5.0, 2.5, 9.0, 6.0, 3.0};
+    const double past[] = {104.0, 8.0, 96.0, 14.0, 71.0, 33.0}, range_v[2] = {-5.0, 105.0};
+    model_create(plane, rate_hz);
+    model_block_t *block = model_append(plane, &block_preisach);
+    model_set_array(block, "levels_v", 4, level, NULL);
+    model_set_array(block, "everett_um", 6, table, NULL);
+    model_set(block, "offset_um", 0.3);
+    model_set_array(block, "past_v", 6, past, NULL);
+    TEST_ASSERT_TRUE_MESSAGE(smooth_plane_from(block, range_v, false, &failure), failure.text);
+}
+
+/* Derivatives by the numbers in which the hysteresis is linear, all in one walk, are the differences that a simulation
+ * for each of them gives. These are quotients of differences of positions of some 10 um by steps that are no smaller
+ * than 1e-4 of a number: rounding leaves 1e-9 of the largest. */
+static void expect_the_same_derivatives(model_t *model, size_t least_together, size_t most_together) {
+    signals_t signals;
+    hysteresis_numbers_t numbers;
+    size_t together = 0;
+    TEST_ASSERT_TRUE_MESSAGE(signals_open(&signals, &samples, model, &failure), failure.text);
+    hysteresis_numbers_open(model, &numbers);
+    double *expected = samples_column(&samples), *column = samples_column(&samples);
+    for (size_t n = 0; n < numbers.count; n++) {
+        TEST_ASSERT_TRUE(signals_derivative(&signals, &numbers, n, expected));
+        signals_differentiate(&signals, &numbers);
+        together += signals.output != NULL && signals.output[n] != NULL ? 1 : 0;
+        TEST_ASSERT_TRUE(signals_derivative(&signals, &numbers, n, column));
+        signals_forget(&signals);
+        const double most = fabs(expected[cblas_idamax((int)samples.all, expected, 1)]);
+        cblas_daxpy((int)samples.all, -1.0, expected, 1, column, 1);
+        TEST_ASSERT_TRUE(most > 0.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7 * most, 0.0, column[cblas_idamax((int)samples.all, column, 1)]);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT64(least_together, together);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT64(most_together, together);
+    free(expected);
+    free(column);
+    hysteresis_numbers_close(&numbers);
+    signals_close(&signals);
+}
+
+static void test_linear_numbers_are_derived_together(void) {
+    const double delay[] = {0.7e-3}, mode[] = {180.0, 0.05, 1.0}, wider[] = {3e-4, 0.0, HUGE_VAL, 0.0};
+    model_t plane, behind_delay, whole;
+    make_plane(&plane);
+    expect_the_same_derivatives(&bank, OPERATORS + 1, OPERATORS + 1);
+    expect_the_same_derivatives(&plane, 20, smooth_plane_functions());
+    insert_block(&behind_delay, &plane, &block_transport_delay, delay);
+    insert_block(&whole, &behind_delay, &block_resonance, mode);
+    expect_the_same_derivatives(&whole, 20, smooth_plane_functions());
+    model_free(&whole);
+    model_free(&behind_delay);
+    insert_block(&whole, &plane, &block_rate_dependent_hysteresis, wider); /* what widens loops is not walked */
+    expect_the_same_derivatives(&whole, 0, 0);
+    model_free(&whole);
+    insert_block(&whole, &bank, &block_rate_dependent_hysteresis, wider);
+    expect_the_same_derivatives(&whole, OPERATORS + 1, OPERATORS + 1);
+    model_free(&whole);
+    model_free(&plane);
 }
 
 static double rms_between(const model_t *one, const model_t *other) {
@@ -479,6 +542,7 @@ int main(void) {
     rng = random_start("diagnosis_fit", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_a_changed_block_is_simulated_from_there_on);
+    RUN_TEST(test_linear_numbers_are_derived_together);
     RUN_TEST(test_noise_and_error_have_one_measure);
     RUN_TEST(test_weights_and_a_mode_are_fitted_together);
     RUN_TEST(test_other_blocks_stay);
