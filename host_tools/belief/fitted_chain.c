@@ -138,6 +138,17 @@ bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_
     return good;
 }
 
+bool fitted_chain_is_of(const fitted_chain_t *f, const samples_t *samples, const model_t *chain) {
+    model_t operated;
+    if (f->samples != samples) {
+        return false;
+    }
+    chain_for_operator(chain, &operated);
+    const bool same = model_same_blocks(&operated, &f->imitation.chain);
+    model_free(&operated);
+    return same;
+}
+
 scan_t fitted_chain_scan(fitted_chain_t *f, const probe_setting_t *setting) {
     return (scan_t){.imitation = &f->imitation, .rows = fitted_chain_rows(f), .setting = setting};
 }

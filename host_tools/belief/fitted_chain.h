@@ -29,6 +29,9 @@ bool fitted_chain_open(fitted_chain_t *fitted, const samples_t *samples, const m
                        const hysteresis_t *like);
 void fitted_chain_close(fitted_chain_t *fitted);
 
+/** Whether it is the fit of this chain, whatever its hysteresis, to these samples. It may be empty. */
+bool fitted_chain_is_of(const fitted_chain_t *fitted, const samples_t *samples, const model_t *chain);
+
 /** The operator's rows at the fitted samples. */
 const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *fitted);
 

@@ -100,6 +100,25 @@ void model_copy(model_t *copy, const model_t *model) {
     copy->fit = model->fit != NULL ? json_deep_copy(model->fit) : NULL;
 }
 
+static bool same_numbers(const model_block_t *one, const model_block_t *other) {
+    for (size_t p = 0; p < one->block->parameters; p++) {
+        const parameter_t *a = &one->parameter[p], *b = &other->parameter[p];
+        if (a->count != b->count || (a->count > 0 && memcmp(a->value, b->value, a->count * sizeof(double)) != 0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool model_same_blocks(const model_t *one, const model_t *other) {
+    bool same = one->blocks == other->blocks && one->sample_rate_hz == other->sample_rate_hz;
+    for (size_t i = 0; same && i < one->blocks; i++) {
+        const model_block_t *twin = model_find(other, one->block[i].block->name);
+        same = twin != NULL && same_numbers(&one->block[i], twin);
+    }
+    return same;
+}
+
 void model_copy_place(model_t *copy, const model_t *model, place_t place) {
     model_create(copy, model->sample_rate_hz);
     for (size_t i = 0; i < model->blocks; i++) {

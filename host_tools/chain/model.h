@@ -53,6 +53,8 @@ void model_free(model_t *model);
 
 /** Copies a model with all its numbers; free both. */
 void model_copy(model_t *copy, const model_t *model);
+/** Whether both have the same blocks with the same numbers; in which order, and of what fit, does not count. */
+bool model_same_blocks(const model_t *one, const model_t *other);
 /** Copies the blocks of one place, without the fit. */
 void model_copy_place(model_t *copy, const model_t *model, place_t place);
 

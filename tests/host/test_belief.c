@@ -114,6 +114,8 @@ static void ask(const recording_t *recording, shape_t *shape, suspect_t *loudest
     TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &operated, NULL));
     shape_of(&fitted, &setting, 0.0, true, shape);
     TEST_ASSERT_TRUE(shape->fitted);
+    TEST_ASSERT_TRUE(fitted_chain_is_of(&fitted, &samples, &chain)); /* whatever its hysteresis */
+    TEST_ASSERT_FALSE(fitted_chain_is_of(&(fitted_chain_t){0}, &samples, &chain));
     *loudest = (suspect_t){0};
     if (!shape->silent) {
         const suspects_t *suspects = fitted_suspects(&fitted, &setting);
@@ -205,6 +207,36 @@ static void test_a_leakage_far_from_zero(void) {
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * leaks_in_s, leaks_in_s, loudest.chain.block[loudest.at].parameter[0].value[0]);
         model_free(&loudest.chain);
     }
+}
+
+/* The fit of a chain is not that of another one: with a block more, with another number, to other samples. */
+static void test_a_fit_is_of_its_chain(void) {
+    const double delay[][1] = {{1e-3}, {1.1e-3}};
+    recording_t recording;
+    model_t alone, chain[2];
+    samples_t samples, other;
+    fitted_chain_t fitted;
+    failure_t failure;
+    make_recording(PLAYS, LATE, &recording);
+    imitation_chain(rate_hz, &alone);
+    TEST_ASSERT_TRUE(samples_open(&samples, &alone, &recording, 1, &failure));
+    TEST_ASSERT_TRUE(samples_open(&other, &alone, &recording, 1, &failure));
+    for (int i = 0; i < 2; i++) {
+        insert_block(&chain[i], &alone, &block_transport_delay, delay[i]);
+    }
+    TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &chain[0], NULL));
+    TEST_ASSERT_TRUE(fitted_chain_is_of(&fitted, &samples, &chain[0]));
+    TEST_ASSERT_FALSE(fitted_chain_is_of(&fitted, &samples, &chain[1]));
+    TEST_ASSERT_FALSE(fitted_chain_is_of(&fitted, &samples, &alone));
+    TEST_ASSERT_FALSE(fitted_chain_is_of(&fitted, &other, &chain[0]));
+    fitted_chain_close(&fitted);
+    for (int i = 0; i < 2; i++) {
+        model_free(&chain[i]);
+    }
+    samples_close(&samples);
+    samples_close(&other);
+    model_free(&alone);
+    recording_free(&recording);
 }
 
 /* A delay that is worth less than the scan's limit: other lags are worth as much. Weaker is not surer. */
@@ -319,6 +351,7 @@ int main(void) {
     RUN_TEST(test_nothing_is_said_where_nothing_is_missing);
     RUN_TEST(test_a_mode_within_what_the_drive_excites);
     RUN_TEST(test_a_leakage_far_from_zero);
+    RUN_TEST(test_a_fit_is_of_its_chain);
     RUN_TEST(test_a_weak_effect_has_rivals);
     RUN_TEST(test_what_acts_in_motion_alone_is_no_noise);
     RUN_TEST(test_what_is_small_is_heard_once_its_numbers_are_searched);

@@ -57,6 +57,15 @@ unsigned blocks_fitted(const answer_t *answer, const model_t *model) {
     return (blocks_found(answer, model) & ~heard) | refitted_blocks(answer, model);
 }
 
+void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape) {
+    const question_t *question = state->answer.question;
+    if (fitted_chain_is_of(state->beside, &question->samples, chain)) {
+        *shape = question->shape;
+    } else {
+        shape_ask(&question->samples, chain, &state->setting, question->step_um, false, shape);
+    }
+}
+
 double excess(const answer_t *answer, double held) {
     const question_t *question = answer->question;
     return held / ((double)question->samples.held * question->noise.sigma_um * question->noise.sigma_um) - 1.0;

@@ -33,6 +33,8 @@ void state_advance(state_t *state);
 
 /** NRMSE of a model over the samples that are fitted, and held out; beyond what an unknown past left (past.h). */
 bool state_measure(const state_t *state, const model_t *model, double *percent, double *held_out_percent);
+/** The operator in the place of the chain's hysteresis. Of the chain that the question has asked about it is known. */
+void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape);
 /** What is left of the held-out samples (a sum of squares) beyond the noise, in parts of it. */
 double excess(const answer_t *answer, double held);
 

@@ -29,10 +29,8 @@ static bool leaves_a_shape(const answer_t *answer, const shape_t *shape) {
 /* The operator beside what was found. */
 static void ask_after(state_t *state) {
     answer_t *answer = &state->answer;
-    const question_t *question = answer->question;
     if (answer->findings > 0) {
-        shape_ask(&question->samples, &answer->model, &state->setting, state->answer.question->step_um, false,
-                  &answer->shape_after);
+        state_ask_shape(state, &answer->model, &answer->shape_after);
     }
 }
 
@@ -43,7 +41,7 @@ static bool is_worth_it(const state_t *state, size_t finding) {
     shape_t without;
     model_t left_out;
     finding_left_out(answer, &answer->finding[finding], &left_out);
-    shape_ask(&answer->question->samples, &left_out, &state->setting, state->answer.question->step_um, false, &without);
+    state_ask_shape(state, &left_out, &without);
     model_free(&left_out);
     return answer->shape_after.fitted &&
            (!without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin);
@@ -60,8 +58,7 @@ static bool take_out_imitated(state_t *state, bool *dropped) {
                 return false;
             }
             *dropped = true;
-            shape_ask(&answer->question->samples, &answer->model, &state->setting, state->answer.question->step_um,
-                      false, &state->answer.shape_after);
+            state_ask_shape(state, &answer->model, &state->answer.shape_after);
             f = answer->findings;
         }
     }

@@ -100,8 +100,7 @@ void trial_without_the_first(state_t *state) {
 /* Natural units, beside the universal operator. */
 static double log_evidence_of(const state_t *state, const answer_t *answer) {
     shape_t shape;
-    shape_ask(&answer->question->samples, &answer->model, &state->setting, state->answer.question->step_um, false,
-              &shape);
+    state_ask_shape(state, &answer->model, &shape);
     return shape.fitted ? shape.log_evidence : -HUGE_VAL;
 }
 
