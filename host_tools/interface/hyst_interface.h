@@ -86,6 +86,10 @@ HYST_HOST const char *hyst_host_recording_understood(const hyst_host_recording_t
 /** The header's keys as a JSON object of texts; and one more of them. */
 HYST_HOST char *hyst_host_recording_keys(const hyst_host_recording_t *recording);
 HYST_HOST int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *key, const char *value);
+/** The columns of the file of origin that are none of the above, as a JSON array: "name", "long_name" (as that file has
+ * it) and "unit" ("": it says none) of each. And the values of one, by its place in the array. */
+HYST_HOST char *hyst_host_recording_extras(const hyst_host_recording_t *recording);
+HYST_HOST const double *hyst_host_recording_extra(const hyst_host_recording_t *recording, size_t place);
 /** A copy with the drive at the instants at which the position was sampled, as the header key
  * displacement_sampled_after_s says (chain/align.h): what fit and diagnose make of a recording before they use it. */
 HYST_HOST hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *recording);

@@ -20,6 +20,7 @@ static void drop_columns(table_t *table) {
         free(table->column[i].name);
         free(table->column[i].written);
         free(table->column[i].unit);
+        free(table->column[i].origin);
         free(table->column[i].value);
     }
     free(table->column);
@@ -60,6 +61,7 @@ void table_add(table_t *table, const char *name, const char *unit, const char *w
     column->name = copy_text(name);
     column->unit = copy_text(unit[0] == '\0' && is_unit_alone(name) ? name : unit);
     column->written = copy_text(written != NULL ? written : name);
+    column->origin = NULL;
     column->value = value;
     column->number = table->columns;
     column->clock = false;

@@ -24,6 +24,7 @@
 typedef struct {
     char *name;    /**< never NULL; "column 3" where the file has no names */
     char *written; /**< the name as the file has it, with its unit: "V_in (mV)" */
+    char *origin;  /**< its name in the file that this one was made of, if it says so; or NULL */
     char *unit;    /**< as in the file, without brackets; "" if not stated */
     double *value; /**< one value per row; not finite where a binary file has such values */
     size_t number; /**< of the column in the file, from 1 */

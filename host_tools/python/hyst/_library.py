@@ -42,6 +42,8 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "recording_understood": (c_char_p, [c_void_p]),
     "recording_keys": (c_void_p, [c_void_p]),
     "recording_set_key": (c_int, [c_void_p, c_char_p, c_char_p]),
+    "recording_extras": (c_void_p, [c_void_p]),
+    "recording_extra": (_doubles, [c_void_p, c_size_t]),
     "recording_aligned": (c_void_p, [c_void_p]),
     "recording_span": (c_void_p, [c_void_p, c_double, c_double]),
     "recording_write": (c_int, [c_void_p, c_char_p]),

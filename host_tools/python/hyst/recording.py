@@ -76,12 +76,14 @@ class Recording:
         for key, value in (keys or {}).items():
             checked(lib.recording_set_key(self._handle, str(key).encode(), str(value).encode()))
         self._columns: dict[str, np.ndarray | None] = {}
+        self._extra: dict[str, np.ndarray] | None = None
 
     @classmethod
     def _of(cls, handle: Any) -> Recording:
         self = cls.__new__(cls)
         self._handle = checked(handle)
         self._columns = {}
+        self._extra = None
         return self
 
     def __del__(self) -> None:
@@ -147,6 +149,26 @@ class Recording:
         """What the header says beside rate and units."""
         return json.loads(text(lib.recording_keys(self._handle)))
 
+    @property
+    def extra(self) -> dict[str, np.ndarray]:
+        """Further columns of the file, by name: used by nothing, kept by write("x.h5"), in the units of extra_units.
+
+        They are as the file has them, and may hold values that are no numbers.
+        """
+        if self._extra is None:
+            listed = json.loads(text(lib.recording_extras(self._handle)))
+            self._extra = {}
+            for place, column in enumerate(listed):
+                values = column_out(lib.recording_extra(self._handle, place), len(self))
+                assert values is not None
+                self._extra[column["name"]] = values
+        return dict(self._extra)
+
+    @property
+    def extra_units(self) -> dict[str, str]:
+        """The units of the further columns as the file states them; "" where it does not."""
+        return {column["name"]: column["unit"] for column in json.loads(text(lib.recording_extras(self._handle)))}
+
     def aligned(self) -> Recording:
         """With the drive at the instants at which the position was sampled, as the key displacement_sampled_after_s says.
 
@@ -160,15 +182,21 @@ class Recording:
         return Recording._of(checked(lib.recording_span(self._handle, from_s, to_s)))
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the CSV that every command of hyst reads."""
+        """Writes a file that every command of hyst reads: CSV, or HDF5 where the name ends in .h5, .hdf5 or .nc.
+
+        HDF5 keeps the further columns (extra), CSV does not.
+        """
         checked(lib.recording_write(self._handle, as_path(path)))
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset over the coordinate time, with units in attrs. Needs xarray."""
+        """An xarray.Dataset of all columns over the coordinate time, with units in attrs. Needs xarray."""
         import xarray
 
         data = {name: ("time", self.column(name), {"units": unit}) for name, unit in UNITS.items()
                 if self.column(name) is not None}
+        units = self.extra_units
+        data.update({name: ("time", values, {"units": units[name]} if units[name] else {})
+                     for name, values in self.extra.items()})
         time = ("time", self.time, {"units": "s"})
         return xarray.Dataset(data, {"time": time},
                               {"name": self.name, "sample_rate_hz": self.sample_rate, **self.keys})
