@@ -43,8 +43,9 @@ HYST_HOST const char *hyst_host_error(void);
 HYST_HOST void hyst_host_free(void *memory);
 
 /**
- * Called in the thread that works, when a piece of long work has come on: "fitting" or "diagnosing", 0 to 1. An answer
- * other than 0 asks the work to end, as hyst_host_cancel does. Must not call long work.
+ * Called in the thread that works, when a piece of long work has come on: what is done, "fitting", "looking",
+ * "diagnosing: search" .., and how much of that piece, 0 to 1. An answer other than 0 asks the work to end, as
+ * hyst_host_cancel does. Must not call long work.
  */
 typedef int hyst_host_progress_t(void *context, const char *what, double fraction);
 /** Of the long work that this thread begins from now on; NULL, the default: none. */
