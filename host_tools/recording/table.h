@@ -11,7 +11,7 @@
  *     MATLAB     .mat of versions 5 to 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
  *     NumPy      .npy and .npz: arrays of one or two dimensions, and structured ones. table_numpy.c
  *     HDF5       data sets of one or two dimensions, in groups, too. table_hdf5.c
- *     gzip       of any text. text_source.c. Of anything else it is refused.
+ *     gzip       of any text. text_source.c. Of other kinds it is refused.
  *
  * Columns of fewer samples than the longest are omitted (and noted): they are settings, not signals.
  */

@@ -78,8 +78,9 @@ class Cable:
 
 
 def start(command, pattern, log):
-    """The process, and what the pattern finds in its first lines."""
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=open(log, "w", encoding="utf-8"), text=True)
+    """The process, in the folder of its log, and what the pattern finds in its first lines."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=open(log, "w", encoding="utf-8"), text=True,
+                               cwd=os.path.dirname(log))
     for line in process.stdout:
         found = re.search(pattern, line)
         if found:
@@ -243,7 +244,7 @@ def by_clicks(day):
     day.click("#import [value=look]")
     day.result("import", "false")
     day.expect("#result-text", "^import has failed: .*in V: say how many um that is")
-    if day.folder in day.text("#job-text"):
+    if os.path.basename(day.folder) in day.text("#job-text"):
         day.fail("what the command printed has the folder before each name")
     day.picture("import-refused", "#result")
     day.fill("import", displacement_scale="5")
@@ -517,7 +518,7 @@ def emulated(day, process):
 
 
 def main():
-    hyst, elf, actuator, scratch = sys.argv[1:5]
+    hyst, elf, actuator, scratch = map(os.path.abspath, sys.argv[1:5])
     if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
         print("skipped: no chromium, or no chromedriver (chromium-driver)")
         sys.exit(77)
@@ -531,7 +532,7 @@ def main():
     twin = ["--image", elf, "--model", actuator, "--drive-range", "0:100", "--position-range", "-5:40", "--noise-um", "0.02"]
     bench, port = start([hyst, "bench", *twin], r"^port: (\S+)", f"{scratch}/bench.log")
     cable = Cable(port)
-    server, address = start([hyst, "serve", "--port", cable.port, "--timeout", TIMEOUT_S, "--folder", folder], r"^page: (\S+)",
+    server, address = start([hyst, "serve", "--port", cable.port, "--timeout", TIMEOUT_S, "--folder", os.path.basename(folder)], r"^page: (\S+)",
                             f"{scratch}/serve.log")
     day = None
     try:
@@ -553,7 +554,7 @@ def main():
         day.picture("server-gone", "main")
         bench.terminate()
         bench.wait(PATIENCE_S)
-        server, address = start([hyst, "serve", "--bench", "--timeout", TIMEOUT_S, "--folder", folder, *twin], r"^page: (\S+)",
+        server, address = start([hyst, "serve", "--bench", "--timeout", TIMEOUT_S, "--folder", os.path.basename(folder), *twin], r"^page: (\S+)",
                                 f"{scratch}/bench-serve.log")
         day.browser.get(address)
         emulated(day, server)
