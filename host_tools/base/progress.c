@@ -12,15 +12,22 @@ void progress_listen(const progress_listener_t *listener) {
 
 void progress_begin(progress_t *progress, const char *what) {
     progress->what = what;
+    progress->fraction = 0.0;
     if (listening != NULL) {
         listening->begin(listening->context, what);
     }
 }
 
 void progress_update(progress_t *progress, double fraction) {
+    progress->fraction = fraction < 0.0 ? 0.0 : fraction > 1.0 ? 1.0 : fraction;
     if (listening != NULL && progress->what != NULL) {
-        listening->update(listening->context, progress->what, fraction < 0.0 ? 0.0 : fraction > 1.0 ? 1.0 : fraction);
+        listening->update(listening->context, progress->what, progress->fraction);
     }
+}
+
+void progress_name(progress_t *progress, const char *what) {
+    progress->what = what;
+    progress_update(progress, progress->fraction);
 }
 
 void progress_end(progress_t *progress) {

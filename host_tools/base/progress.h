@@ -16,6 +16,7 @@
 /** One piece of work, from progress_begin to progress_end. {0}: not reported. */
 typedef struct {
     const char *what; /**< "fitting"; must outlive the work */
+    double fraction;  /**< that was last reported */
 } progress_t;
 
 /** Callbacks for progress. They run in the thread that does the work; those of nested pieces are nested. */
@@ -33,6 +34,9 @@ void progress_begin(progress_t *progress, const char *what);
 
 /** fraction of the whole work, limited to 0 to 1. */
 void progress_update(progress_t *progress, double fraction);
+
+/** What is done from now on, at the same fraction: reported at once. It must outlive the work, too. */
+void progress_name(progress_t *progress, const char *what);
 
 void progress_end(progress_t *progress);
 

@@ -13,6 +13,7 @@ static struct {
     bool terminal;
     bool lines;     /* HYST_PROGRESS=lines: for a program that reads them (serve/job.c) */
     double drawn_s; /* monotonic time of the last drawing */
+    char what[60];  /* and what it said; "": nothing yet */
 } bar;
 
 static void begin(void *context, const char *what) {
@@ -21,21 +22,23 @@ static void begin(void *context, const char *what) {
     bar.terminal = isatty(STDERR_FILENO) == 1;
     const char *const wanted = getenv("HYST_PROGRESS");
     bar.lines = wanted != NULL && strcmp(wanted, "lines") == 0;
-    bar.drawn_s = bar.terminal || bar.lines ? monotonic_s() : 0.0;
+    bar.what[0] = '\0';
 }
 
 static void update(void *context, const char *what, double fraction) {
     (void)context;
-    if ((!bar.terminal && !bar.lines) || monotonic_s() - bar.drawn_s < 0.1) {
+    const bool same = strncmp(bar.what, what, sizeof bar.what - 1) == 0; /* what is new shows at once */
+    if ((!bar.terminal && !bar.lines) || (same && monotonic_s() - bar.drawn_s < 0.1)) {
         return;
     }
     bar.drawn_s = monotonic_s();
+    (void)snprintf(bar.what, sizeof bar.what, "%s", what);
     if (bar.lines) {
         fprintf(stderr, "progress: %.0f %% %s\n", 100.0 * fraction, what);
         return;
     }
     const int filled = (int)(fraction * BAR_WIDTH);
-    fprintf(stderr, "\r%s [%.*s%*s] %3.0f %%", what, filled, "########################################",
+    fprintf(stderr, "\r\033[K%s [%.*s%*s] %3.0f %%", what, filled, "########################################",
             BAR_WIDTH - filled, "", 100.0 * fraction);
     fflush(stderr);
 }

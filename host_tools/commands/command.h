@@ -21,6 +21,12 @@ extern const size_t commands_count;
 /* What `hyst --help` and the manual page of the whole both say. */
 #define HYST_PURPOSE                                                                                                   \
     "Identifies a piezo actuator from recordings, and makes the amplifier compensate its hysteresis and dynamics."
+/* Variables, a line each: "NAME: what it does". */
+#define HYST_ENVIRONMENT                                                                                               \
+    "NO_COLOR: changes nothing: no output is coloured, with it or without. On a terminal, stderr has a line of "       \
+    "progress that is erased in the end.\n"                                                                            \
+    "HYST_PROGRESS: with the value `lines`, progress is lines on stderr, for programs.\n"                              \
+    "SOURCE_DATE_EPOCH: seconds since 1970: the date that pages and HDF5 files say in place of now.\n"
 #define HYST_EXIT_STATUS                                                                                               \
     "0 done, 1 the input or the device is at fault (one line on stderr says what and where), 2 wrong usage."
 

@@ -2,6 +2,7 @@
 #include "base/json_output.h"
 #include "base/output_file.h"
 #include "base/shown_name.h"
+#include "command_line/recording_output.h"
 #include "commands/command.h"
 #include "look/summary.h"
 #include "recording/import_several.h"
@@ -19,7 +20,9 @@ const command_t command_import = {
     .summary = "Read a file of measurements from elsewhere and write a recording",
     .details =
         "FILE is text (any separator, decimal point or comma; oscilloscope and LabVIEW exports), MATLAB .mat, NumPy\n"
-        ".npy or .npz, HDF5, or gzip of a text. Without -o it only says what it understands: do that first.\n"
+        ".npy or .npz, HDF5, or gzip of a text. Without -o it only says what it understands: do that first. A name "
+        "OUT\n"
+        "that ends in .h5, .hdf5 or .nc makes HDF5, which keeps the columns that are not used as well.\n"
         "C is the name of a column or its number, from 1. Units in names are converted to s, V and um. A scale comes "
         "on\n"
         "top: --drive-scale 20 where the drive was recorded before an amplifier with a gain of 20, "
@@ -72,6 +75,7 @@ static json_t *to_json(const char *path, const table_t *table, const import_acco
     if (recording != NULL) {
         json_object_set_new(json, "samples", json_integer((json_int_t)recording->samples));
         json_object_set_new(json, "sample_rate_hz", json_real(recording->sample_rate_hz));
+        json_object_set_new(json, "kept", output != NULL ? extras_to_json(recording, output) : json_null());
         json_object_set_new(json, "holds", holds != NULL ? summary_to_json(holds) : json_null());
     }
     return json;
@@ -101,6 +105,7 @@ static bool import_one(const char *path, const table_t *table, const import_opti
         *json = good && as_json ? to_json(path, table, &account, &recording, looked ? &holds : NULL, output) : NULL;
         if (good && output != NULL && text_wanted(as_json)) {
             printf("%s: %zu samples at %.9g Hz\n", shown_name(output), recording.samples, recording.sample_rate_hz);
+            extras_print(stdout, &recording, output);
         }
         recording_free(&recording);
     }

@@ -2,6 +2,7 @@
 #include "base/json_output.h"
 #include "chain/chain.h"
 #include "command_line/recording_input.h"
+#include "command_line/recording_output.h"
 #include "commands/command.h"
 #include <math.h>
 #include <stdio.h>
@@ -123,6 +124,9 @@ static bool run(const char *model_path, const char *recording_path, const char *
             memcpy(recording_add_column(&recording, COLUMN_REFERENCE), recording.column[COLUMN_DISPLACEMENT], size);
             memcpy(recording.column[COLUMN_DISPLACEMENT], position, size);
             good = recording_write(&recording, output, failure);
+            if (good && text_wanted(as_json)) {
+                extras_print(stdout, &recording, output);
+            }
         }
     }
     free(position);

@@ -16,6 +16,7 @@ static void print_help(void) {
     }
     puts("\nhyst help COMMAND explains one, as hyst COMMAND --help does; hyst --version prints the version.\n"
          "--json gives the answer for programs on stdout, --json=FILE in a file; - stands for stdin or stdout.\n"
+         "No output is coloured, with NO_COLOR or without it.\n"
          "Exit status: " HYST_EXIT_STATUS);
 }
 

@@ -7,6 +7,7 @@
 #include "diagnosis/review/seen.h"
 #include "diagnosis/search/trials.h"
 #include "diagnosis/stages.h"
+#include <stdio.h>
 
 /* A given chain's own answer, which stands for itself whatever hysteresis the answer has in the end. */
 typedef struct {
@@ -198,9 +199,12 @@ bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recordi
     question_t *question = question_open(given != NULL, seen);
     state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside};
     bool good = true;
+    char doing[60];
     progress_begin(&state.progress, "diagnosing");
     for (size_t s = 0; good && s < diagnosis_stage_count; s++) {
         const stage_t *stage = &diagnosis_stages[s];
+        (void)snprintf(doing, sizeof doing, "diagnosing: %s", stage->name);
+        progress_name(&state.progress, doing);
         if (stage->ask != NULL) {
             good = stage->ask(question, &shapes, failure);
             state_begin(&state, question, NULL);

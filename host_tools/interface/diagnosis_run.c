@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/diagnosis_run.h"
+#include "base/progress.h"
 #include "diagnosis/question/excerpt.h"
 #include "diagnosis/question/operator_evidence.h"
 #include "look/look_json.h"
@@ -133,8 +134,10 @@ static void undo_suspected(const fault_kind_t *kind, recording_t *recording, siz
     }
 }
 
-static void undo_faults(recording_t *recordings, diagnosis_run_t *run) {
+static void undo_faults(recording_t *recordings, diagnosis_run_t *run, progress_t *progress) {
+    progress_name(progress, "looking: faults");
     for (size_t i = 0; i < run->looked_at; i++) {
+        progress_update(progress, (double)i / (double)run->looked_at);
         undo_faults_of(&recordings[i], i, run);
         for (size_t k = 0; k < fault_kind_count; k++) {
             if (fault_kinds[k]->suspect != NULL) {
@@ -144,19 +147,23 @@ static void undo_faults(recording_t *recordings, diagnosis_run_t *run) {
     }
 }
 
+/* Before the stages, which report themselves. */
 static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *run, failure_t *failure) {
+    progress_t progress;
     run->looked_at = count;
     for (size_t i = 0; i < count; i++) {
         run->looked_at = recordings[i].samples < LOOK_LEAST_SAMPLES ? 0 : run->looked_at;
     }
+    progress_begin(&progress, "looking");
+    progress_update(&progress, 0.0);
     run->looks = looks_at(recordings, run->looked_at, failure);
-    if (run->looks == NULL) {
-        return false;
+    if (run->looks != NULL) {
+        faults_find(run->looks, run->looked_at, &run->faults);
+        run->masked = faults_mask(&run->faults, recordings);
+        undo_faults(recordings, run, &progress);
     }
-    faults_find(run->looks, run->looked_at, &run->faults);
-    run->masked = faults_mask(&run->faults, recordings);
-    undo_faults(recordings, run);
-    return true;
+    progress_end(&progress);
+    return run->looks != NULL;
 }
 
 static void look_away(diagnosis_run_t *run) {
@@ -209,11 +216,15 @@ static bool find_and_account(const model_t *given, recording_t *recordings, size
     if (!diagnose_seen(given, &seen, recordings, count, &run->answer, failure)) {
         return false;
     }
-    if (!account_for(&run->answer, recordings, count, &run->account, failure)) {
+    progress_t progress;
+    progress_begin(&progress, "diagnosing: account");
+    progress_update(&progress, 0.0);
+    const bool good = account_for(&run->answer, recordings, count, &run->account, failure);
+    progress_end(&progress);
+    if (!good) {
         answer_free(&run->answer);
-        return false;
     }
-    return true;
+    return good;
 }
 
 bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
@@ -247,8 +258,13 @@ void diagnosis_run_print(FILE *file, const diagnosis_run_t *run, const recording
 
 bool diagnosis_run_report(const diagnosis_run_t *run, const recording_t *recordings, size_t count, const char *path,
                           failure_t *failure) {
-    return diagnosis_write_report(&run->answer, &run->account, recordings, count,
-                                  run->looked_at > 0 ? run->looks : NULL, path, failure);
+    progress_t progress;
+    progress_begin(&progress, "writing the page");
+    progress_update(&progress, 0.0);
+    const bool good = diagnosis_write_report(&run->answer, &run->account, recordings, count,
+                                             run->looked_at > 0 ? run->looks : NULL, path, failure);
+    progress_end(&progress);
+    return good;
 }
 
 void diagnosis_run_free(diagnosis_run_t *run) {

@@ -43,8 +43,9 @@ HYST_HOST const char *hyst_host_error(void);
 HYST_HOST void hyst_host_free(void *memory);
 
 /**
- * Called in the thread that works, when a piece of long work has come on: "fitting" or "diagnosing", 0 to 1. An answer
- * other than 0 asks the work to end, as hyst_host_cancel does. Must not call long work.
+ * Called in the thread that works, when a piece of long work has come on: what is done, "fitting", "looking",
+ * "diagnosing: search" .., and how much of that piece, 0 to 1. An answer other than 0 asks the work to end, as
+ * hyst_host_cancel does. Must not call long work.
  */
 typedef int hyst_host_progress_t(void *context, const char *what, double fraction);
 /** Of the long work that this thread begins from now on; NULL, the default: none. */
@@ -86,6 +87,10 @@ HYST_HOST const char *hyst_host_recording_understood(const hyst_host_recording_t
 /** The header's keys as a JSON object of texts; and one more of them. */
 HYST_HOST char *hyst_host_recording_keys(const hyst_host_recording_t *recording);
 HYST_HOST int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *key, const char *value);
+/** The columns of the file of origin that are none of the above, as a JSON array: "name", "long_name" (as that file has
+ * it) and "unit" ("": it says none) of each. And the values of one, by its place in the array. */
+HYST_HOST char *hyst_host_recording_extras(const hyst_host_recording_t *recording);
+HYST_HOST const double *hyst_host_recording_extra(const hyst_host_recording_t *recording, size_t place);
 /** A copy with the drive at the instants at which the position was sampled, as the header key
  * displacement_sampled_after_s says (chain/align.h): what fit and diagnose make of a recording before they use it. */
 HYST_HOST hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *recording);

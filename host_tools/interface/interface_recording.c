@@ -206,6 +206,21 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
     return 1;
 }
 
+char *hyst_host_recording_extras(const hyst_host_recording_t *recording) {
+    json_t *extras = json_array();
+    for (size_t i = 0; i < recording->recording.extras; i++) {
+        const recording_extra_t *extra = &recording->recording.extra[i];
+        const char *long_name = extra->long_name[0] != '\0' ? extra->long_name : extra->name;
+        json_array_append_new(
+            extras, json_pack("{s:s, s:s, s:s}", "name", extra->name, "long_name", long_name, "unit", extra->unit));
+    }
+    return interface_text(extras);
+}
+
+const double *hyst_host_recording_extra(const hyst_host_recording_t *recording, size_t place) {
+    return place < recording->recording.extras ? recording->recording.extra[place].value : NULL;
+}
+
 hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *recording) {
     recording_t *copy = interface_recordings(&recording, 1);
     if (copy == NULL) {

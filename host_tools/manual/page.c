@@ -248,6 +248,8 @@ void manual_overview(FILE *out, const char *date) {
           ".TP\n\\fB\\-V\\fR, \\fB\\-\\-version\\fR\nthe version\n",
           out);
     put_exit_status(out);
+    fputs(".SH ENVIRONMENT\n", out);
+    each_line(out, HYST_ENVIRONMENT, put_file);
     put_files(out, FILE_RECORDING FILE_MODEL FILE_IMAGE);
     fputs(".SH EXAMPLES\n", out);
     before.example = false;

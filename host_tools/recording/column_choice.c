@@ -45,7 +45,7 @@ static const char *said_for(const chooser_t *c, int role) {
     return role == ROLE_TIME ? c->options->time : c->options->column[role];
 }
 
-static bool is_taken(const column_choice_t *choice, int column) {
+bool column_is_used(const column_choice_t *choice, int column) {
     for (int role = 0; role < ROLES; role++) {
         if (choice->column[role] == column) {
             return true;
@@ -117,7 +117,7 @@ void columns_not_used(const column_choice_t *choice, const table_t *table, char 
     size_t listed = 0, all = 0;
     text[0] = '\0';
     for (size_t i = 0; i < table->columns; i++) {
-        if (!is_taken(choice, (int)i)) {
+        if (!column_is_used(choice, (int)i)) {
             if (all++ < MOST_LISTED) {
                 list_column(choice, table, (int)i, text, room);
                 listed++;
@@ -181,7 +181,7 @@ static void find_time(chooser_t *c) {
     int best = NO_COLUMN, counter = NO_COLUMN, best_strength = 0;
     for (size_t i = 0; i < table->columns; i++) {
         const column_meaning_t *m = &c->choice->meaning[i];
-        if (is_taken(c->choice, (int)i) || (m->meaning != MEANING_TIME && m->meaning != MEANING_COUNTER)) {
+        if (column_is_used(c->choice, (int)i) || (m->meaning != MEANING_TIME && m->meaning != MEANING_COUNTER)) {
             continue;
         }
         const bool rising = rises(table->column[i].value, table->rows);
@@ -198,7 +198,7 @@ static void find_time(chooser_t *c) {
         take(c, ROLE_TIME, best, how(&c->choice->meaning[best]));
     } else if (counter != NO_COLUMN) {
         take(c, ROLE_TIME, counter, "it counts");
-    } else if (!is_taken(c->choice, 0) && rises(table->column[0].value, table->rows) &&
+    } else if (!column_is_used(c->choice, 0) && rises(table->column[0].value, table->rows) &&
                (first->meaning == MEANING_UNKNOWN || /* "X" of an oscilloscope */
                 (first->said == SAID_WEAKLY && first->quantity == QUANTITY_UNKNOWN))) {
         const bool counts = steps_by(table->column[0].value, table->rows, 1.0); /* pandas' index, "X" of a scope */
@@ -281,7 +281,7 @@ static candidates_t find_candidates(const chooser_t *c, int role) {
         return found;
     }
     for (size_t i = 0; i < c->table->columns; i++) {
-        const int strength = is_taken(c->choice, (int)i) ? 0 : strength_of(c, role, (int)i);
+        const int strength = column_is_used(c->choice, (int)i) ? 0 : strength_of(c, role, (int)i);
         if (strength == 0 || strength < found.strength || repeats_time(c->choice, c->table, (int)i)) {
             continue;
         }
@@ -314,7 +314,8 @@ static candidates_t find_pool(const chooser_t *c, bool voltages) {
     candidates_t pool = {.column = allocate(c->table->columns, sizeof(int))};
     for (size_t i = 0; i < c->table->columns; i++) {
         const meaning_t meaning = c->choice->meaning[i].meaning;
-        if (!is_taken(c->choice, (int)i) && (meaning == MEANING_UNKNOWN || (voltages && meaning == MEANING_VOLTAGE)) &&
+        if (!column_is_used(c->choice, (int)i) &&
+            (meaning == MEANING_UNKNOWN || (voltages && meaning == MEANING_VOLTAGE)) &&
             no_signal(c->choice, c->table, (int)i) == NULL) {
             pool.column[pool.count++] = (int)i;
         }

@@ -32,6 +32,9 @@ void column_choice_free(column_choice_t *choice);
 /** "time", or the name of a column of a recording. */
 const char *role_name(int role);
 
+/** Whether a column of the table was taken for one of a recording, or for the times. */
+bool column_is_used(const column_choice_t *choice, int column);
+
 /** The columns that are not used, and what they are: "column 1 'Index' (counter), ..". Empty: all are used. */
 void columns_not_used(const column_choice_t *choice, const table_t *table, char *text, size_t room);
 

@@ -171,6 +171,29 @@ static void tell_choice(const import_job_t *job) {
     }
 }
 
+/* Whether a column belongs to another one of the actuators that the options tell apart. */
+static bool is_another_actuators(const import_options_t *options, const char *name) {
+    const char *part;
+    size_t length;
+    for (int role = 0; role < COLUMN_COUNT; role++) {
+        if (options->others[role] != NULL && column_pattern_matches(options->others[role], name, &part, &length)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The columns that are none of a recording's are kept beside them, as they are. */
+static void keep_extras(const import_job_t *job, recording_t *recording) {
+    for (size_t i = 0; i < job->table->columns; i++) {
+        const table_column_t *column = &job->table->column[i];
+        if (!column_is_used(&job->choice, (int)i) && !is_another_actuators(job->options, column->name)) {
+            recording_add_extra(recording, column->name, column->origin != NULL ? column->origin : column->written,
+                                column->clock && column->unit[0] == '\0' ? "s" : column->unit, column->value);
+        }
+    }
+}
+
 /* Of several actuators the first was taken, without a choice of the user. */
 static void tell_siblings(const import_job_t *job) {
     const int drive = job->choice.column[COLUMN_DRIVE], displacement = job->choice.column[COLUMN_DISPLACEMENT];
@@ -310,6 +333,7 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
     check_unnamed(&job);
     if (job.problems.lines == 0) {
         check_copies(&job, recording);
+        keep_extras(&job, recording);
     }
     tell_choice(&job);
     column_choice_free(&job.choice);

@@ -5,6 +5,8 @@
  * What the caller leaves open is inferred from names and units of the columns, then from their order; what is not clear
  * is refused (column_choice.h). The interpretation can be printed; all faults are reported in one line.
  *
+ * Columns that are not used are kept beside the others (recording_t.extra), as the file has them.
+ *
  * Units become s, V, um, A and degC. A displacement in volts needs its sensor's um per V. The rate is that of the time
  * column, or what the file or the caller states. If time stamps jitter by more than a quarter of a sample, the data are
  * resampled uniformly with Akima splines (GSL), and a line reports it. Gaps and time stamps that go back are refused.

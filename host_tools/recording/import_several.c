@@ -23,6 +23,9 @@ static void set_actuator(import_actuator_t *actuator, const import_options_t *op
         const char *said = time ? options->time : options->column[c];
         if (said != NULL && strchr(said, '*') != NULL) {
             actuator->name[c] = column_pattern_put_in(said, actuator->which);
+            if (!time) {
+                actuator->options.others[c] = said;
+            }
             *(time ? &actuator->options.time : &actuator->options.column[c]) = actuator->name[c];
         }
     }

@@ -1,9 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/recording.h"
 #include "base/shown_name.h"
+#include <ctype.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+
+enum {
+    EXTRA_NAME = 100,  /* longest name of an extra column, without the number */
+    EXTRA_NUMBER = 22, /* room for "_" and the number behind a name that another column has */
+};
 
 const char *column_name(column_t column) {
     static const char *const names[COLUMN_COUNT] = {"drive",   "displacement", "reference",
@@ -32,6 +40,57 @@ double *recording_add_column(recording_t *recording, column_t column) {
     return recording->column[column];
 }
 
+/* Of a name what HDF5, netCDF and Python all take: letters, digits and underscores, a letter first. To be freed. */
+static char *safe_name(const char *wanted) {
+    static const char prefix[] = "column_";
+    char *name = allocate(sizeof prefix + strlen(wanted) + EXTRA_NUMBER, 1);
+    size_t length = 0;
+    if (!isalpha((unsigned char)wanted[0])) {
+        length = sizeof prefix - 1;
+        memcpy(name, prefix, length);
+    }
+    for (const char *at = wanted; *at != '\0' && length < EXTRA_NAME; at++) {
+        const bool good = isalnum((unsigned char)*at) != 0;
+        if (good || (length > 0 && name[length - 1] != '_')) {
+            name[length++] = (char)(good ? *at : '_');
+        }
+    }
+    while (length > 0 && name[length - 1] == '_') {
+        length--;
+    }
+    name[length] = '\0';
+    return name;
+}
+
+/* In any case of letters: other programs may not tell them apart. */
+static bool is_column_name(const recording_t *recording, const char *name) {
+    bool found = strcasecmp(name, "time") == 0 || strcasecmp(name, "t") == 0;
+    for (column_t c = COLUMN_DRIVE; c < COLUMN_COUNT; c++) {
+        found = found || strcasecmp(name, column_name(c)) == 0;
+    }
+    for (size_t i = 0; i < recording->extras; i++) {
+        found = found || strcasecmp(name, recording->extra[i].name) == 0;
+    }
+    return found;
+}
+
+void recording_add_extra(recording_t *recording, const char *name, const char *long_name, const char *unit,
+                         const double *value) {
+    char *safe = safe_name(name);
+    const size_t length = strlen(safe);
+    for (size_t number = 2; is_column_name(recording, safe); number++) {
+        (void)snprintf(safe + length, EXTRA_NUMBER, "_%zu", number);
+    }
+    recording->extra = reallocate(recording->extra, recording->extras + 1, sizeof *recording->extra);
+    recording_extra_t *extra = &recording->extra[recording->extras++];
+    long_name = long_name[0] != '\0' ? long_name : name;
+    extra->name = safe;
+    extra->long_name = copy_text(strcmp(long_name, safe) != 0 ? long_name : "");
+    extra->unit = copy_text(unit);
+    extra->value = allocate(recording->samples, sizeof(double));
+    memcpy(extra->value, value, recording->samples * sizeof(double));
+}
+
 void recording_copy(recording_t *copy, const recording_t *recording) {
     const size_t size = recording->samples * sizeof(double);
     recording_create(copy, recording->name, recording->sample_rate_hz, recording->samples);
@@ -44,6 +103,10 @@ void recording_copy(recording_t *copy, const recording_t *recording) {
         if (recording->column[column] != NULL) {
             memcpy(recording_add_column(copy, column), recording->column[column], size);
         }
+    }
+    for (size_t i = 0; i < recording->extras; i++) {
+        const recording_extra_t *extra = &recording->extra[i];
+        recording_add_extra(copy, extra->name, extra->long_name, extra->unit, extra->value);
     }
     for (size_t i = 0; i < recording->keys; i++) {
         recording_set_key(copy, recording->key[i].key, recording->key[i].value);
@@ -109,6 +172,10 @@ void recording_keep(recording_t *recording, size_t first, size_t samples) {
             memmove(value, value + first, samples * sizeof *value);
         }
     }
+    for (size_t i = 0; i < recording->extras; i++) {
+        double *value = recording->extra[i].value;
+        memmove(value, value + first, samples * sizeof *value);
+    }
     if (recording->masked != NULL) {
         memmove(recording->masked, recording->masked + first, samples);
     }
@@ -142,6 +209,13 @@ static void free_alone(recording_t *recording) {
     for (size_t i = 0; i < COLUMN_COUNT; i++) {
         free(recording->column[i]);
     }
+    for (size_t i = 0; i < recording->extras; i++) {
+        free(recording->extra[i].name);
+        free(recording->extra[i].long_name);
+        free(recording->extra[i].unit);
+        free(recording->extra[i].value);
+    }
+    free(recording->extra);
     for (size_t i = 0; i < recording->keys; i++) {
         free(recording->key[i].key);
         free(recording->key[i].value);

@@ -42,6 +42,14 @@ typedef enum {
     COLUMN_COUNT
 } column_t;
 
+/** A column without a meaning here, as its file has it: kept in HDF5 (recording_hdf5.h), used by nothing. */
+typedef struct {
+    char *name;      /**< its name in HDF5: letters, digits and underscores, and no other column's */
+    char *long_name; /**< its name in the file of origin, where that is another; else "" */
+    char *unit;      /**< as its file has it; "" where that says none */
+    double *value;   /**< samples values; they may be no numbers */
+} recording_extra_t;
+
 /** A header line that is not one of the three keys with a meaning here. */
 typedef struct {
     char *key, *value;
@@ -54,6 +62,8 @@ typedef struct recording {
     double clock_s;               /**< start on a clock shared by recordings (line_clock.h); 0: unknown */
     size_t samples;               /**< 2 or more after a successful read */
     double *column[COLUMN_COUNT]; /**< samples values each, NULL where the recording has no such column */
+    size_t extras;
+    recording_extra_t *extra;
     size_t keys;
     recording_key_t *key;
     char *understood;  /**< for a file of another format: how its columns were interpreted, some lines; else NULL */
@@ -79,8 +89,9 @@ bool recording_is_own(const char *path);
 /** Adds the header keys of a file of this project's format; none if it cannot be read as one. */
 void recording_take_keys(recording_t *recording, const char *path);
 
-/** Writes a file that recording_read reads back to the same numbers (17 digits where needed). All present columns. A
- * name that ends in .h5, .hdf5 or .nc makes an HDF5 file (recording_hdf5.h): faster by far, and bit for bit. */
+/** Writes a file that recording_read reads back to the same numbers (17 digits where needed). All columns with a
+ * meaning. A name that ends in .h5, .hdf5 or .nc makes an HDF5 file (recording_hdf5.h): faster by far, bit for bit, and
+ * with the extra columns. */
 bool recording_write(const recording_t *recording, const char *path, failure_t *failure);
 
 /** An empty recording of `samples` zeroed samples with drive and displacement. Further columns: recording_add_column.
@@ -90,6 +101,10 @@ void recording_create(recording_t *recording, const char *name, double sample_ra
 void recording_copy(recording_t *copy, const recording_t *recording);
 /** Adds a zeroed column unless it exists. Returns its values. */
 double *recording_add_column(recording_t *recording, column_t column);
+/** Adds a column without a meaning here. Of its name a safe one is made that no other column has. long_name: as its
+ * file has it; "": just so. All is copied. */
+void recording_add_extra(recording_t *recording, const char *name, const char *long_name, const char *unit,
+                         const double *value);
 /** Leaves the displacement of samples [from, to) out: they are marked, and hold a straight line between the readings
  * beside them, so that filters over time pass. What is written to a file is not marked. */
 void recording_mask(recording_t *recording, size_t from, size_t to);

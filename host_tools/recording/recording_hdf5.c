@@ -5,6 +5,7 @@
 #include "base/output_file.h"
 #include "base/provenance.h"
 #include "base/shown_name.h"
+#include "recording/hdf5_text.h"
 #include <hdf5.h>
 #include <hdf5_hl.h>
 #include <math.h>
@@ -58,20 +59,30 @@ static bool put_number(hid_t object, const char *name, double number) {
     return good;
 }
 
-/* A data set of / with one value a sample; to be closed. Negative: failed. */
+/* A data set of / with one value a sample, and its unit if that is known; to be closed. Negative: failed. */
 static hid_t put_column(hid_t file, const char *name, const char *unit, const double *value, size_t samples) {
     const hsize_t length = samples;
     const hid_t space = H5Screate_simple(1, &length, NULL), plan = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_fill_time(plan, H5D_FILL_TIME_NEVER);
     hid_t set = H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, plan, H5P_DEFAULT);
-    if (set >= 0 &&
-        (H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) < 0 || !put_text(set, "units", unit))) {
+    if (set >= 0 && (H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) < 0 ||
+                     (unit[0] != '\0' && !put_text(set, "units", unit)))) {
         H5Dclose(set);
         set = -1;
     }
     H5Pclose(plan);
     H5Sclose(space);
     return set;
+}
+
+static bool put_extra(hid_t file, hid_t time, const recording_extra_t *extra, size_t samples) {
+    const hid_t set = put_column(file, extra->name, extra->unit, extra->value, samples);
+    const bool good = set >= 0 && H5DSattach_scale(set, time, 0) >= 0 &&
+                      (extra->long_name[0] == '\0' || put_text(set, "long_name", extra->long_name));
+    if (set >= 0) {
+        H5Dclose(set);
+    }
+    return good;
 }
 
 static bool put_origin(hid_t root) {
@@ -118,6 +129,9 @@ static bool put_all(hid_t file, const recording_t *recording) {
                 H5Dclose(set);
             }
         }
+    }
+    for (size_t i = 0; good && i < recording->extras; i++) {
+        good = put_extra(file, time, &recording->extra[i], recording->samples);
     }
     if (time >= 0) {
         H5Dclose(time);
@@ -240,6 +254,37 @@ static bool get_column(hid_t file, column_t c, recording_t *recording, failure_t
     return good;
 }
 
+/* What the samples of a file are read into: a data set of one number a sample that is none of the known columns. */
+static herr_t get_extra(hid_t file, const char *name, const H5L_info_t *info, void *context) {
+    recording_t *recording = context;
+    bool known = strcmp(name, "time") == 0;
+    (void)info;
+    for (column_t c = 0; c < COLUMN_COUNT; c++) {
+        known = known || strcmp(name, column_name(c)) == 0;
+    }
+    const hid_t set = known ? -1 : H5Dopen2(file, name, H5P_DEFAULT);
+    if (set < 0) {
+        return 0; /* a group, or known */
+    }
+    const hid_t type = H5Dget_type(set), space = H5Dget_space(set);
+    const H5T_class_t class = H5Tget_class(type);
+    if ((class == H5T_FLOAT || class == H5T_INTEGER) && H5Sget_simple_extent_ndims(space) == 1 &&
+        H5Sget_simple_extent_npoints(space) == (hssize_t)recording->samples && H5DSis_scale(set) <= 0) {
+        double *value = allocate(recording->samples, sizeof *value);
+        if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
+            char unit[HDF5_TEXT], long_name[HDF5_TEXT];
+            hdf5_read_text(set, "units", unit, sizeof unit);
+            hdf5_read_text(set, "long_name", long_name, sizeof long_name);
+            recording_add_extra(recording, name, long_name, unit, value);
+        }
+        free(value);
+    }
+    H5Sclose(space);
+    H5Tclose(type);
+    H5Dclose(set);
+    return 0;
+}
+
 bool hdf5_read_recording(recording_t *recording, const char *path, failure_t *failure) {
     memset(recording, 0, sizeof *recording);
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
@@ -260,6 +305,11 @@ bool hdf5_read_recording(recording_t *recording, const char *path, failure_t *fa
                          column_name(recording->column[COLUMN_DRIVE] == NULL ? COLUMN_DRIVE : COLUMN_DISPLACEMENT)));
     if (good) {
         hsize_t from = 0;
+        if (H5Literate(file, H5_INDEX_CRT_ORDER, H5_ITER_INC, &from, get_extra, recording) < 0) {
+            from = 0;
+            H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, &from, get_extra, recording);
+        }
+        from = 0;
         if (H5Aiterate2(file, H5_INDEX_CRT_ORDER, H5_ITER_INC, &from, get_key, recording) < 0) {
             from = 0; /* a file that another program has written anew has lost their order */
             H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, &from, get_key, recording);

@@ -6,8 +6,9 @@
  * ("hyst-recording-1"), `sample_rate_hz` and `start_s`, each header key as text, in their order; and where it comes
  * from: `Conventions`, `history` (date and command), `source_files` (SHA-256 and name, a line each), `device`,
  * `hyst_version`. `time` in s is the dimension scale of the data sets `drive`, `displacement` and the others; each is a
- * row of 64-bit floating point numbers with an attribute `units`, in chunks. Sample times follow from the rate and the
- * start.
+ * row of 64-bit floating point numbers with an attribute `units`. Sample times follow from the rate and the start.
+ * Further columns of the file of origin are data sets like these, used by nothing and kept. Each has `units` if that
+ * file says it, and `long_name` where its name there is no safe name of a data set.
  */
 #ifndef RECORDING_HDF5_H
 #define RECORDING_HDF5_H

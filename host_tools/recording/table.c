@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <zlib.h>
 
 void table_open(table_t *table, const char *path, const char *kind) {
     memset(table, 0, sizeof *table);
@@ -20,6 +21,7 @@ static void drop_columns(table_t *table) {
         free(table->column[i].name);
         free(table->column[i].written);
         free(table->column[i].unit);
+        free(table->column[i].origin);
         free(table->column[i].value);
     }
     free(table->column);
@@ -60,6 +62,7 @@ void table_add(table_t *table, const char *name, const char *unit, const char *w
     column->name = copy_text(name);
     column->unit = copy_text(unit[0] == '\0' && is_unit_alone(name) ? name : unit);
     column->written = copy_text(written != NULL ? written : name);
+    column->origin = NULL;
     column->value = value;
     column->number = table->columns;
     column->clock = false;
@@ -162,15 +165,17 @@ typedef struct {
     const char *bytes;
     size_t length;
     bool (*read)(table_t *table, const char *path, failure_t *failure); /* NULL: refused */
-    const char *refusal;
+    const char *what;                                                   /* and, of what is refused, why */
 } signature_t;
 
+enum { HEAD = 32 };
+
 static const signature_t signatures[] = {
-    {"\x89HDF\r\n\x1a\n", 8, table_read_hdf5, NULL},
-    {"MATLAB 5.0 MAT-file", 19, table_read_matlab, NULL},
-    {"MATLAB 7.3 MAT-file", 19, table_read_hdf5, NULL},
-    {"\x93NUMPY", 6, table_read_numpy, NULL},
-    {"PK\x03\x04", 4, table_read_numpy_archive, NULL},
+    {"\x89HDF\r\n\x1a\n", 8, table_read_hdf5, "HDF5"},
+    {"MATLAB 5.0 MAT-file", 19, table_read_matlab, "a MATLAB file"},
+    {"MATLAB 7.3 MAT-file", 19, table_read_hdf5, "a MATLAB file"},
+    {"\x93NUMPY", 6, table_read_numpy, "a NumPy array"},
+    {"PK\x03\x04", 4, table_read_numpy_archive, "an archive (NumPy .npz?)"},
     {"TDSm", 4, NULL,
      "a LabVIEW TDMS file, which the Python package reads: hyst.read(FILE).write('x.csv'); or export it as text"},
     {"%PDF", 4, NULL, "a PDF document, no measurements"},
@@ -179,8 +184,29 @@ static const signature_t signatures[] = {
     {"\xd0\xcf\x11\xe0", 4, NULL, "an old Excel workbook: save it as CSV"},
 };
 
+/* NULL: none of them. */
+static const signature_t *find_signature(const char head[HEAD], size_t length) {
+    for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
+        if (length >= signatures[i].length && memcmp(head, signatures[i].bytes, signatures[i].length) == 0) {
+            return &signatures[i];
+        }
+    }
+    return NULL;
+}
+
+/* What is in a gzip, if that is no text. Of a damaged one nothing is said here: its text is read next. */
+static const signature_t *find_packed(const char *path) {
+    char head[HEAD] = {0};
+    gzFile file = gzopen(path, "rb");
+    const int got = file != NULL ? gzread(file, head, HEAD) : -1;
+    if (file != NULL) {
+        gzclose(file);
+    }
+    return got > 0 ? find_signature(head, (size_t)got) : NULL;
+}
+
 bool table_read(table_t *table, const char *path, failure_t *failure) {
-    char head[32] = {0};
+    char head[HEAD] = {0};
     size_t length;
     FILE *file = fopen(path, "rb");
     if (file == NULL) {
@@ -196,12 +222,16 @@ bool table_read(table_t *table, const char *path, failure_t *failure) {
     if (length == 0) {
         return fail(failure, "%s: empty file", path);
     }
-    for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
-        const signature_t *signature = &signatures[i];
-        if (length >= signature->length && memcmp(head, signature->bytes, signature->length) == 0) {
-            return signature->read != NULL ? signature->read(table, path, failure)
-                                           : fail(failure, "%s: %s", path, signature->refusal);
-        }
+    const signature_t *signature = find_signature(head, length);
+    if (signature != NULL) {
+        return signature->read != NULL ? signature->read(table, path, failure)
+                                       : fail(failure, "%s: %s", path, signature->what);
+    }
+    const bool gzip = length >= 2 && memcmp(head, "\x1f\x8b", 2) == 0;
+    signature = gzip ? find_packed(path) : NULL;
+    if (signature != NULL) {
+        return fail(failure, "%s: gzip of %s%s", path, signature->what,
+                    signature->read != NULL ? ": only text is read from gzip, unpack it first (gunzip)" : "");
     }
     return table_read_text(table, path, failure);
 }

@@ -8,10 +8,10 @@
  *     text       separated by comma, semicolon, tab, bar or blanks; decimal point or comma; with or without names,
  *                units, quotes and header lines (oscilloscopes, LabVIEW .lvm, NumPy savetxt, spreadsheets);
  *                UTF-8, UTF-16 or Latin-1; LF or CR LF. table_text.c
- *     MATLAB     .mat of versions 4 to 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
+ *     MATLAB     .mat of versions 5 to 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
  *     NumPy      .npy and .npz: arrays of one or two dimensions, and structured ones. table_numpy.c
  *     HDF5       data sets of one or two dimensions, in groups, too. table_hdf5.c
- *     gzip       of any text. text_source.c
+ *     gzip       of any text. text_source.c. Of other kinds it is refused.
  *
  * Columns of fewer samples than the longest are omitted (and noted): they are settings, not signals.
  */
@@ -24,6 +24,7 @@
 typedef struct {
     char *name;    /**< never NULL; "column 3" where the file has no names */
     char *written; /**< the name as the file has it, with its unit: "V_in (mV)" */
+    char *origin;  /**< its name in the file that this one was made of, if it says so; or NULL */
     char *unit;    /**< as in the file, without brackets; "" if not stated */
     double *value; /**< one value per row; not finite where a binary file has such values */
     size_t number; /**< of the column in the file, from 1 */

@@ -1,44 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* HDF5, which MATLAB 7.3 files are, too: every data set of numbers with one or two dimensions. */
 #define H5_USE_110_API /* the interface that Debian 12 has; later ones keep it */
+#include "recording/hdf5_text.h"
 #include "recording/table.h"
-#include <hdf5.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* A text attribute of a data set: fixed or variable length. "" if there is none. */
-static void read_text_attribute(hid_t object, const char *name, char *text, size_t room) {
-    hid_t attribute, type, space;
-    text[0] = '\0';
-    if (H5Aexists(object, name) <= 0) {
-        return;
-    }
-    attribute = H5Aopen(object, name, H5P_DEFAULT);
-    type = H5Aget_type(attribute);
-    space = H5Aget_space(attribute);
-    if (H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1) {
-        hid_t memory = H5Tcopy(H5T_C_S1);
-        H5Tset_cset(memory, H5Tget_cset(type));
-        if (H5Tis_variable_str(type) > 0) {
-            char *pointer = NULL;
-            H5Tset_size(memory, H5T_VARIABLE);
-            if (H5Aread(attribute, memory, (void *)&pointer) >= 0 && pointer != NULL) {
-                strncat(text, pointer, room - 1);
-                H5free_memory(pointer);
-            }
-        } else {
-            H5Tset_size(memory, room);
-            if (H5Aread(attribute, memory, text) < 0) {
-                text[0] = '\0';
-            }
-            text[room - 1] = '\0';
-        }
-        H5Tclose(memory);
-    }
-    H5Sclose(space);
-    H5Tclose(type);
-    H5Aclose(attribute);
-}
 
 static void read_rate(table_t *table, hid_t object) {
     static const struct {
@@ -59,6 +25,21 @@ static void read_rate(table_t *table, hid_t object) {
     }
 }
 
+/* What attributes of a data set say of a column, if it is the data set's. A long name is that of one signal. */
+static void take_texts(table_column_t *column, const char *name, const char *unit, const char *origin) {
+    if (strncmp(column->written, name, strlen(name)) != 0) {
+        return;
+    }
+    if (unit[0] != '\0') {
+        free(column->unit);
+        column->unit = copy_text(unit);
+    }
+    if (origin[0] != '\0' && strcmp(column->written, name) == 0) {
+        free(column->origin);
+        column->origin = copy_text(origin);
+    }
+}
+
 static void take(table_t *table, hid_t set, const char *name) {
     hid_t type = H5Dget_type(set), space = H5Dget_space(set);
     const int rank = H5Sget_simple_extent_ndims(space);
@@ -70,17 +51,15 @@ static void take(table_t *table, hid_t set, const char *name) {
             const size_t before = table->columns;
             double *value = allocate((size_t)(dims[0] * dims[1]), sizeof *value);
             if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
-                char unit[64];
+                char unit[64], origin[HDF5_TEXT];
                 table_add_array(table, name, value, (size_t)dims[0], (size_t)dims[1], true);
-                read_text_attribute(set, "units", unit, sizeof unit);
+                hdf5_read_text(set, "units", unit, sizeof unit);
                 if (unit[0] == '\0') {
-                    read_text_attribute(set, "unit", unit, sizeof unit);
+                    hdf5_read_text(set, "unit", unit, sizeof unit);
                 }
-                for (size_t i = before < table->columns ? before : 0; unit[0] != '\0' && i < table->columns; i++) {
-                    if (strncmp(table->column[i].written, name, strlen(name)) == 0) {
-                        free(table->column[i].unit);
-                        table->column[i].unit = copy_text(unit);
-                    }
+                hdf5_read_text(set, "long_name", origin, sizeof origin);
+                for (size_t i = before < table->columns ? before : 0; i < table->columns; i++) {
+                    take_texts(&table->column[i], name, unit, origin);
                 }
                 read_rate(table, set);
             } else {

@@ -304,8 +304,8 @@ void time_axis_resample(const time_axis_t *axis, recording_t *recording) {
     old = allocate(rows, sizeof *old);
     even = (size_t)floor((axis->stamp_s[rows - 1] - axis->stamp_s[0]) * axis->sample_rate_hz + 1e-9) + 1;
     even = even < rows ? even : rows;
-    for (size_t c = 0; c < COLUMN_COUNT; c++) {
-        double *value = recording->column[c];
+    for (size_t c = 0; c < COLUMN_COUNT + recording->extras; c++) {
+        double *value = c < COLUMN_COUNT ? recording->column[c] : recording->extra[c - COLUMN_COUNT].value;
         if (value != NULL) {
             memcpy(old, value, rows * sizeof *old);
             gsl_interp_init(interpolation, axis->stamp_s, old, rows);

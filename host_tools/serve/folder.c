@@ -58,6 +58,13 @@ static const ending_t endings[] = {
     {".mat", binary, FILE_RECORDING_KIND},
     {".npz", binary, FILE_RECORDING_KIND},
     {".lvm", binary, FILE_RECORDING_KIND},
+    {".txt", "text/plain", FILE_MEASUREMENTS_KIND},
+    {".tsv", "text/plain", FILE_MEASUREMENTS_KIND},
+    {".dat", "text/plain", FILE_MEASUREMENTS_KIND},
+    {".asc", "text/plain", FILE_MEASUREMENTS_KIND},
+    {".itx", "text/plain", FILE_MEASUREMENTS_KIND},
+    {".npy", binary, FILE_MEASUREMENTS_KIND},
+    {".gz", binary, FILE_MEASUREMENTS_KIND},
     {".json", "application/json", FILE_MODEL_KIND},
     {".image", binary, FILE_IMAGE_KIND},
     {".html", "text/html; charset=utf-8", FILE_REPORT_KIND},
@@ -102,7 +109,7 @@ const char *folder_type(const char *name) {
     return ending != NULL ? ending->type : binary;
 }
 
-static const char *const kind_names[] = {"file", "recording", "model", "image", "report"};
+static const char *const kind_names[] = {"file", "recording", "model", "image", "report", "measurements"};
 
 bool folder_file(const char *folder, const char *name, file_kind_t kind, char path[FOLDER_PATH], failure_t *failure) {
     return folder_path(folder, name, path, failure) &&

@@ -11,7 +11,15 @@
 /** And of a name in the folder. */
 #define FOLDER_NAME 256
 
-typedef enum { FILE_OTHER, FILE_RECORDING_KIND, FILE_MODEL_KIND, FILE_IMAGE_KIND, FILE_REPORT_KIND } file_kind_t;
+/** Measurements: what is imported before it is a recording that the page uses. */
+typedef enum {
+    FILE_OTHER,
+    FILE_RECORDING_KIND,
+    FILE_MODEL_KIND,
+    FILE_IMAGE_KIND,
+    FILE_REPORT_KIND,
+    FILE_MEASUREMENTS_KIND
+} file_kind_t;
 
 /** The path of a file in the folder. Refuses a name that is not one of letters, digits, '-', '_' and '.', that begins
  * with another than a letter or a digit, or that is too long. */
@@ -30,7 +38,7 @@ bool folder_file(const char *folder, const char *name, file_kind_t kind, char pa
 bool folder_free_names(const char *folder, const char *stem, const char *const suffix[], size_t count,
                        char name[][FOLDER_NAME], failure_t *failure);
 
-/** [{"name":, "kind": "recording"|"model"|"image"|"report", "bytes":, "changed":}], newest first. */
+/** [{"name":, "kind": "recording"|"model"|"image"|"report"|"measurements", "bytes":, "changed":}], newest first. */
 json_t *folder_list(const char *folder, failure_t *failure);
 
 /** A recording for a plot: {"name":, "samples":, "sample_rate_hz":, "start_s":, "step":, "drive": [..], ..}. Of every

@@ -111,6 +111,63 @@ static bool look_line(job_line_t *line, json_t *message, failure_t *failure) {
     return argue_recordings(line, message, failure);
 }
 
+/* A recording, or measurements that are to become one. */
+static bool argue_measurements(job_line_t *line, json_t *message, char name[FOLDER_NAME], failure_t *failure) {
+    if (!message_text(message, "file", name, FOLDER_NAME, failure)) {
+        return false;
+    }
+    const bool recording = folder_kind(line->folder, name) == FILE_RECORDING_KIND;
+    return folder_file(line->folder, name, recording ? FILE_RECORDING_KIND : FILE_MEASUREMENTS_KIND, room(line),
+                       failure);
+}
+
+/* What the file does not say: names or numbers of columns, and numbers, each an option of the command. */
+static bool argue_wishes(job_line_t *line, json_t *message, failure_t *failure) {
+    static const struct {
+        const char *key, *option;
+        bool number;
+    } wishes[] = {{"time", "--time", false},
+                  {"drive", "--drive", false},
+                  {"displacement", "--displacement", false},
+                  {"sample_rate_hz", "--sample-rate", true},
+                  {"drive_scale", "--drive-scale", true},
+                  {"displacement_scale", "--displacement-scale", true}};
+    for (size_t i = 0; i < sizeof wishes / sizeof wishes[0]; i++) {
+        char text[256] = "";
+        double number = 0.0;
+        if (!(wishes[i].number ? message_number(message, wishes[i].key, &number, failure)
+                               : message_text(message, wishes[i].key, text, sizeof text, failure))) {
+            return false;
+        }
+        if (strchr(text, '*') != NULL) {
+            return fail(failure, "%s: a '*' is for several actuators in a file: hyst import in a terminal",
+                        wishes[i].key);
+        }
+        if (wishes[i].number && number != 0.0) {
+            (void)snprintf(text, sizeof text, "%.9g", number);
+        }
+        if (text[0] != '\0') {
+            argue(line, wishes[i].option);
+            (void)snprintf(room(line), FOLDER_PATH, "%s", text);
+        }
+    }
+    return true;
+}
+
+static bool import_line(job_line_t *line, json_t *message, failure_t *failure) {
+    static const char *const suffix[] = {".h5"}; /* which keeps all columns */
+    char name[FOLDER_NAME] = "";
+    bool write = true;
+    argue(line, "import");
+    if (!argue_measurements(line, message, name, failure) || !argue_wishes(line, message, failure) ||
+        !message_flag(message, "write", &write, failure)) {
+        return false;
+    }
+    name[strcspn(name, ".")] = '\0';
+    return !write || (folder_free_names(line->folder, name, suffix, 1, line->made, failure) &&
+                      argue_output(line, "-o", 0, failure));
+}
+
 static bool simulate_line(job_line_t *line, json_t *message, failure_t *failure) {
     static const char *const suffix[] = {".csv"};
     argue(line, "simulate");
@@ -142,8 +199,8 @@ static bool report_line(job_line_t *line, json_t *message, failure_t *failure) {
 static const struct {
     const char *name;
     bool (*line)(job_line_t *line, json_t *message, failure_t *failure);
-} kinds[] = {{"fit", fit_line},   {"diagnose", diagnose_line}, {"compile", compile_line},
-             {"look", look_line}, {"simulate", simulate_line}, {"report", report_line}};
+} kinds[] = {{"fit", fit_line},           {"diagnose", diagnose_line}, {"compile", compile_line}, {"look", look_line},
+             {"simulate", simulate_line}, {"report", report_line},     {"import", import_line}};
 
 bool job_line_knows(const char *name) {
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {

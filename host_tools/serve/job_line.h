@@ -19,7 +19,7 @@ typedef struct {
     size_t count;
 } job_line_t;
 
-/** Whether a page may want this: "fit", "diagnose", "compile", "look", "simulate", "report". */
+/** Whether a page may want this: "fit", "diagnose", "compile", "look", "simulate", "report", "import". */
 bool job_line_knows(const char *name);
 
 /** To be freed. NULL on failure. folder must outlive it. */

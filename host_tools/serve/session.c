@@ -423,8 +423,9 @@ static bool on_file(void *context, const char *name, char *path, size_t size, co
     const session_t *const session = context;
     char found[FOLDER_PATH];
     failure_t ignored;
+    const file_kind_t kind = folder_kind(session->options->folder, name);
     *type = folder_type(name);
-    return folder_kind(session->options->folder, name) != FILE_OTHER &&
+    return kind != FILE_OTHER && kind != FILE_MEASUREMENTS_KIND && /* which may be imported, and are not given out */
            folder_path(session->options->folder, name, found, &ignored) &&
            snprintf(path, size, "%s", found) < (int)size;
 }

@@ -3,7 +3,9 @@
 import gzip
 import io
 
+import h5py
 import numpy as np
+import scipy.io
 from measurement import export, rows, T, text, U, Y
 
 
@@ -83,3 +85,42 @@ def _(path):
 def _(path):
     with open(path, "wb") as file:
         file.write(b"\x89PNG\r\n\x1a\n" + bytes(64))
+
+
+def packed(write):
+    """As gzip, what `write` puts into a file."""
+    def pack(path):
+        write(path)
+        with open(path, "rb") as file:
+            data = file.read()
+        with gzip.open(path, "wb") as file:
+            file.write(data)
+    return pack
+
+
+def savez(path):
+    with open(path, "wb") as file:
+        np.savez(file, t=T, drive=U, position=Y)
+
+
+def save(path):
+    with open(path, "wb") as file:
+        np.save(file, np.column_stack([T, U, Y]))
+
+
+def savemat(path):
+    with open(path, "wb") as file:
+        scipy.io.savemat(file, {"t": T, "drive": U, "position": Y})
+
+
+def save_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file["t"], file["drive"], file["position"] = T, U, Y
+
+
+UNPACK = ": only text is read from gzip, unpack it first"
+export("gzip of .npz", refused="gzip of an archive (NumPy .npz?)" + UNPACK)(packed(savez))
+export("gzip of .npy", refused="gzip of a NumPy array" + UNPACK)(packed(save))
+export("gzip of .mat", refused="gzip of a MATLAB file" + UNPACK)(packed(savemat))
+export("gzip of HDF5", refused="gzip of HDF5" + UNPACK)(packed(save_hdf5))
+export("gzip of a picture", refused="gzip of a picture, no measurements")(packed(lambda path: text(path, "\x89PNG\r\n", "latin-1")))

@@ -66,11 +66,11 @@ class Cancelling(unittest.TestCase):
 
         def stop(what, fraction):
             heard.append(what)
-            return what != "diagnosing" or fraction < 0.3
+            return not what.startswith("diagnosing: ") or fraction < 0.3
 
         with self.assertRaisesRegex(hyst.Cancelled, "^interrupted$"):
             hyst.diagnose(self.recording, progress=stop)
-        self.assertIn("diagnosing", heard)
+        self.assertIn("diagnosing: search", heard)
 
     def test_what_the_progress_function_raises_is_raised(self):
         def wrong(_what, _fraction):

@@ -10,6 +10,7 @@ gets a series of screenshots. Exits with 77 where there is no Chromium, chromedr
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import threading
@@ -33,7 +34,7 @@ NARROW, WIDE = (390, 844), (1280, 900)
 
 
 class Cable:
-    """A pseudo-terminal before the amplifier's. Cut, it swallows what is sent."""
+    """A pseudo-terminal before the amplifier's. Cut, it swallows what is sent, and the test may be the master."""
 
     def __init__(self, port):
         self.far = os.open(port, os.O_RDWR | os.O_NOCTTY)
@@ -41,7 +42,7 @@ class Cable:
         self.near, self.held = os.openpty()
         tty.setraw(self.held)
         self.port = os.ttyname(self.held)
-        self.cut = False
+        self.cut, self.heard = False, b""
         for ends in ((self.near, self.far), (self.far, self.near)):
             threading.Thread(target=self.carry, args=ends, daemon=True).start()
 
@@ -51,13 +52,35 @@ class Cable:
                 data = os.read(source, 4096)
                 if not self.cut:
                     os.write(sink, data)
+                elif source == self.far:
+                    self.heard += data
             except OSError: # the amplifier has ended
                 return
 
 
+    def write_register(self, address, value):
+        """While it is cut: again until the amplifier has taken it, whose answer is then the request."""
+        frame = struct.pack(">BBHH", 1, 6, address, value)
+        check = 0xFFFF
+        for byte in frame:
+            check ^= byte
+            for _ in range(8):
+                check = check >> 1 ^ (0xA001 if check & 1 else 0)
+        frame += struct.pack("<H", check)
+        for _ in range(PATIENCE_S):
+            self.heard = b""
+            os.write(self.far, frame)
+            for _ in range(20):
+                time.sleep(0.05)
+                if frame in self.heard:
+                    return
+        sys.exit(f"FAIL: register {address:#06x} does not take {value:#06x}: {self.heard.hex()}")
+
+
 def start(command, pattern, log):
-    """The process, and what the pattern finds in its first lines."""
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=open(log, "w", encoding="utf-8"), text=True)
+    """The process, in the folder of its log, and what the pattern finds in its first lines."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=open(log, "w", encoding="utf-8"), text=True,
+                               cwd=os.path.dirname(log))
     for line in process.stdout:
         found = re.search(pattern, line)
         if found:
@@ -66,8 +89,8 @@ def start(command, pattern, log):
 
 
 class Day:
-    def __init__(self, scratch, address):
-        self.scratch, self.address, self.pictures = scratch, address, 0
+    def __init__(self, scratch, folder, address):
+        self.scratch, self.folder, self.address, self.pictures = scratch, folder, address, 0
         options = webdriver.ChromeOptions()
         options.binary_location = shutil.which("chromium")
         for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
@@ -86,10 +109,13 @@ class Day:
             "features": [{"name": "prefers-color-scheme", "value": scheme},
                          {"name": "prefers-reduced-motion", "value": "reduce"}]})
         self.until(f"the window is {size[0]} px wide", lambda: self.script("return innerWidth") == size[0])
-        if self.script("return document.documentElement.scrollWidth") > size[0]:
+        self.fits_the_window("in this shape")
+
+    def fits_the_window(self, when):
+        if self.script("return document.documentElement.scrollWidth > innerWidth"):
             wide = self.script("""return [...document.querySelectorAll("body *")].filter((e) =>
                 e.getBoundingClientRect().right > innerWidth).map((e) => e.tagName + "#" + e.id).join(" ")""")
-            self.fail(f"the page is wider than {size[0]} px: {wide}")
+            self.fail(f"the page is wider than the window, {when}: {wide}")
 
     def script(self, text, *arguments):
         return self.browser.execute_script(text, *arguments)
@@ -102,6 +128,7 @@ class Day:
         self.pictures += 1
         self.browser.save_screenshot(f"{self.scratch}/{self.pictures:02}-{name}.png")
         self.stop_is_in_view(name)
+        self.fits_the_window(name)
         print(f"{time.monotonic() - self.started:5.1f} s  {name}", flush=True)
 
     def stop_is_in_view(self, when):
@@ -159,7 +186,7 @@ class Day:
         ActionChains(self.browser).send_keys(*keys).perform()
 
     def tab_to(self, css):
-        for _ in range(100):
+        for _ in range(250):
             if self.script("return document.activeElement.matches(arguments[0])", css):
                 break
             self.keys(Keys.TAB)
@@ -172,8 +199,8 @@ class Day:
 
     def type_in(self, css, text):
         self.tab_to(css)
-        self.keys(Keys.CONTROL + "a" + Keys.NULL)
-        self.keys(text)
+        ActionChains(self.browser).key_down(Keys.CONTROL).send_keys("a").key_up(Keys.CONTROL).send_keys(text).perform()
+        self.until(f"{css} is {text}", lambda: self.value(css) == text)
 
     def choose(self, css, text):
         """By its first letters, as a select takes them."""
@@ -187,6 +214,21 @@ class Day:
         if self.script("return document.getElementById('result').dataset.good") != good:
             self.fail(f"{name}: not {good}")
 
+    def value(self, css):
+        return self.script("return document.querySelector(arguments[0]).value", css)
+
+    def until_shown(self, names):
+        self.until(f"{names} is shown below", lambda: (self.script(
+            "return document.getElementById('compared').dataset.shown") or "").strip() == names)
+
+    def in_the_report(self, text):
+        self.browser.switch_to.frame("report-frame")
+        self.until("the report is in the page", lambda: len(self.text("body")) > 500)
+        shown = self.text("body")
+        self.browser.switch_to.default_content()
+        if text not in shown:
+            self.fail(f"the report has no {text}: {shown[:500]}")
+
     def forget_result(self):
         self.script("delete document.getElementById('result').dataset.name")
 
@@ -196,6 +238,28 @@ def by_clicks(day):
     day.until_page(server="open", line="connected", control="yes")
     day.expect("#now-drive", "no scale yet")
     day.picture("opened")
+
+    # A file from elsewhere, which does not say what its displacement is.
+    day.fill("import", file="scope.txt", drive="CH1", displacement="CH2")
+    day.click("#import [value=look]")
+    day.result("import", "false")
+    day.expect("#result-text", "^import has failed: .*in V: say how many um that is")
+    if os.path.basename(day.folder) in day.text("#job-text"):
+        day.fail("what the command printed has the folder before each name")
+    day.picture("import-refused", "#result")
+    day.fill("import", displacement_scale="5")
+    day.forget_result()
+    day.click("#import [value=look]")
+    day.result("import")
+    day.expect("#job-text", "stroke 49.5 um")
+    if os.path.exists(f"{day.folder}/scope.h5"):
+        day.fail("a look at a file has written a recording")
+    day.forget_result()
+    day.click("#import .go")
+    day.result("import")
+    day.until("the recording may be fitted", lambda: day.value("#fit [name=recording]") == "scope.h5")
+    day.until_shown("scope.h5")
+    day.picture("imported", "#result")
 
     # A record that is stopped, then one to its end.
     day.fill("record", waveform="sine", frequency="2", cycles="1000", frames="1000")
@@ -214,8 +278,7 @@ def by_clicks(day):
     day.until("it records", lambda: day.text("#now-state") == "playing" or not day.has(run="record"))
     day.picture("recording", "main")
     day.result("record")
-    day.until("the record is shown", lambda: "record" in (day.script(
-        "return document.getElementById('compared').dataset.shown") or ""))
+    day.until_shown("record.csv")
     day.picture("recorded", "#result")
 
     day.click("#fit .go")
@@ -233,10 +296,33 @@ def by_clicks(day):
     times = re.search(r"([\d.]+) times less", day.text("#result-text"))
     if not times or float(times[1]) < 1.5:
         day.fail("the compensation does not help")
-    day.until("both tracks are shown", lambda: "compensate" in (day.script(
-        "return document.getElementById('compared').dataset.shown") or ""))
+    day.until_shown("track-linear.csv track-compensate.csv")
     day.picture("tracked", "#result")
     day.picture("before-and-after", "#compare")
+
+
+def comparing(day):
+    """The form below the runs: what it shows, a model's answer, and a report of two runs."""
+    day.fill("compare", a="record.csv", b="")
+    day.click("#compare form:not([id]) .go")
+    day.until_shown("record.csv")
+    if "A: record.csv" not in day.text("#compare-table") or "B:" in day.text("#compare-table"):
+        day.fail(f"A alone: {day.text('#compare-table')}")
+    day.click("#compare summary")
+    day.script("document.querySelector('#simulate [name=model]').value = ''") # the test chooses
+    day.fill("simulate", model="model.json", recording="record.csv")
+    day.click("#simulate [value=simulate]")
+    day.result("simulate")
+    day.until_shown("simulated.csv")
+    # A simulation has what was measured as its reference: the model's error is the fit's.
+    if not re.search(r"A: simulated.csv\s+[\d.]+ %", day.text("#compare-table")):
+        day.fail(f"no error of the simulation: {day.text('#compare-table')}")
+    day.fill("compare", a="track-linear.csv", b="track-compensate.csv")
+    day.click("#simulate [value=report]")
+    day.result("report")
+    day.expect("#report-link", "report.html")
+    day.in_the_report("The tracking error falls")
+    day.picture("report-of-a-and-b", "#report")
 
 
 # In each column of a plot, how much of the height between its highest and lowest pixel of this colour is of it; 0 where
@@ -310,9 +396,32 @@ def second_viewer(day):
 
 
 def by_keyboard(day, cable):
+    day.shape(NARROW, "light")
+    day.picture("narrow-light", "main")
+    day.picture("narrow-light-work", "#steps-title")
+    day.picture("narrow-light-compare", "#compare")
     day.shape(NARROW, "dark")
     day.picture("narrow-dark", "main")
     day.forget_result()
+
+    # Record and fit.
+    day.choose("#record [name=waveform]", "staircase")
+    day.type_in("#record [name=frequency]", "2")
+    day.type_in("#record [name=cycles]", "2")
+    day.type_in("#record [name=frames]", "1000")
+    day.type_in("#record [name=name]", "keys")
+    day.tab_to("#record .go")
+    day.keys(Keys.ENTER)
+    day.result("record")
+    day.until("its recording is proposed", lambda: day.value("#fit [name=recording]") == "keys.csv")
+    day.choose("#fit [name=recording]", "record.csv")
+    day.tab_to("#fit .go")
+    day.keys(Keys.ENTER)
+    day.result("fit")
+    day.until("its model is proposed", lambda: day.value("#compile [name=model]") == "model-2.json")
+    day.forget_result()
+
+    # A track, stopped beside a line that is cut.
     day.choose("#track [name=waveform]", "sine")
     day.type_in("#track [name=cycles]", "1000")
     day.tab_to("#track [name=condition]")
@@ -352,11 +461,44 @@ def by_keyboard(day, cable):
     day.picture("diagnosing", "#result")
     day.result("diagnose")
     day.expect("#report-link", "diagnosis")
-    day.browser.switch_to.frame("report-frame")
-    day.until("the report is in the page", lambda: len(day.text("body")) > 500)
-    day.browser.switch_to.default_content()
+    day.in_the_report("held out")
     day.picture("diagnosis", "#report")
+
+    # The better model goes into the amplifier.
+    before = day.text("#amplifier")
+    day.until("the better model is proposed", lambda: day.value("#compile [name=model]") == "diagnosis.json")
+    for step in ("compile", "push"):
+        day.tab_to(f"#{step} .go")
+        day.keys(Keys.ENTER)
+        day.result(step)
+    day.expect("#result-text", "in force, and read back the same")
+    day.until("the page says which model", lambda: day.text("#amplifier") not in ("", before))
+    day.picture("better-model", "main")
     day.picture("files", "#files")
+
+
+def fault(day, cable):
+    """Another master drives the amplifier and falls silent: a fault, which the page shows and clears."""
+    day.forget_result()
+    cable.cut = True
+    for register, value in ((0x013A, 0x5041), (0x0113, 50), # the communication timeout, in ms of the amplifier
+                            (0x013A, 0x4F4E), (0x0100, 9), (0x0101, 1)): # armed, and under direct drive
+        cable.write_register(register, value)
+    day.until_page(line="cut")
+    time.sleep(1) # the silence
+    cable.cut = False
+    day.until_page(line="connected")
+    day.expect("#power", "in fault")
+    day.expect("#now-faults", "communication")
+    if not day.script("return document.getElementById('faults-box').classList.contains('alarm')"):
+        day.fail("the fault is no alarm")
+    day.picture("fault", "main")
+    day.tab_to("#clear button")
+    day.keys(Keys.ENTER)
+    day.result("clear")
+    day.expect("#now-faults", "^none")
+    day.until("there is nothing to clear", lambda: not day.browser.find_element(By.ID, "clear").is_displayed())
+    day.picture("fault-cleared", "main")
 
 
 def emulated(day, process):
@@ -376,7 +518,7 @@ def emulated(day, process):
 
 
 def main():
-    hyst, elf, actuator, scratch = sys.argv[1:5]
+    hyst, elf, actuator, scratch = map(os.path.abspath, sys.argv[1:5])
     if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
         print("skipped: no chromium, or no chromedriver (chromium-driver)")
         sys.exit(77)
@@ -384,22 +526,27 @@ def main():
     folder = f"{scratch}/folder_{'with_a_long_name_' * 6}" # which is to wrap on a narrow page
     os.makedirs(folder)
     shutil.copy(os.path.join(os.path.dirname(actuator), "recording.csv"), f"{folder}/tutorial.csv")
+    with open(f"{folder}/scope.txt", "w", encoding="ascii") as file: # 3 V a step, and 0.1 V of a sensor
+        file.write("s;CH1 (V);CH2 (V)\n")
+        file.writelines(f"{k / 500:.3f};{3 * (k % 100)};{(k % 100) / 10:.2f}\n" for k in range(400))
     twin = ["--image", elf, "--model", actuator, "--drive-range", "0:100", "--position-range", "-5:40", "--noise-um", "0.02"]
     bench, port = start([hyst, "bench", *twin], r"^port: (\S+)", f"{scratch}/bench.log")
     cable = Cable(port)
-    server, address = start([hyst, "serve", "--port", cable.port, "--timeout", TIMEOUT_S, "--folder", folder], r"^page: (\S+)",
+    server, address = start([hyst, "serve", "--port", cable.port, "--timeout", TIMEOUT_S, "--folder", os.path.basename(folder)], r"^page: (\S+)",
                             f"{scratch}/serve.log")
     day = None
     try:
-        day = Day(scratch, address)
+        day = Day(scratch, folder, address)
         day.browser.get(address)
         for field, value in (("drive_low", "0"), ("drive_high", "100"), ("position_low", "-5"), ("position_high", "40")):
             day.until("the form is open", lambda name=field: day.browser.find_element(By.NAME, name).is_displayed())
             day.fill("record", **{field: value})
         by_clicks(day)
+        comparing(day)
         ripple(day)
         second_viewer(day)
         by_keyboard(day, cable)
+        fault(day, cable)
         server.terminate()
         if server.wait(PATIENCE_S) != 0:
             sys.exit(f"FAIL: the server ended with {server.returncode}")
@@ -407,7 +554,7 @@ def main():
         day.picture("server-gone", "main")
         bench.terminate()
         bench.wait(PATIENCE_S)
-        server, address = start([hyst, "serve", "--bench", "--timeout", TIMEOUT_S, "--folder", folder, *twin], r"^page: (\S+)",
+        server, address = start([hyst, "serve", "--bench", "--timeout", TIMEOUT_S, "--folder", os.path.basename(folder), *twin], r"^page: (\S+)",
                                 f"{scratch}/bench-serve.log")
         day.browser.get(address)
         emulated(day, server)

@@ -228,6 +228,34 @@ async def busy(page):
     return took_s
 
 
+async def imported(page, folder):
+    """A file that does not say what its displacement is: told, looked at, and imported with what it lacks."""
+    with open(f"{folder}/scope.txt", "w", encoding="ascii") as file:
+        file.write("s;CH1 (V);CH2 (V)\n")
+        file.writelines(f"{k / 500:.3f};{3 * (k % 100)};{(k % 100) / 10:.2f}\n" for k in range(400))
+    columns = {"file": "scope.txt", "drive": "CH1", "displacement": "CH2"}
+    await page.do("import", **columns)
+    ended = await page.job_ended()
+    check(not ended["good"] and not ended["made"] and "--displacement-scale" in ended["text"], ended)
+    await page.do("import", write=False, displacement_scale=5, **columns)
+    ended = await page.job_ended()
+    check(ended["good"] and not ended["made"] and "stroke 49.5 um" in ended["text"], ended)
+    for name in ("scope.h5", "scope-2.h5"):
+        await page.do("import", displacement_scale=5, drive_scale=2, sample_rate_hz=500, time="1", **columns)
+        ended = await page.job_ended()
+        check(ended["good"] and ended["made"] == [name] and "0 to 594 V" in ended["text"], ended)
+    await page.until("files", lambda files: {("scope.txt", "measurements"), ("scope-2.h5", "recording")} <=
+                     {(file["name"], file["kind"]) for file in files["files"]})
+    for wrong, why in (({"file": "model.json"}, "no such measurements"), ({"file": "../scope.txt"}, "letters, digits"),
+                       ({**columns, "drive": "V*"}, "several actuators"), ({**columns, "drive_scale": "2"}, "not a number"),
+                       ({**columns, "write": 1}, "not true or false"), ({}, "letters, digits")):
+        await page.do("import", **wrong)
+        check(why in (await page.until("refused"))["why"], wrong)
+    await page.do("import", **{**columns, "drive": "--output=stolen.csv"}) # a name, whatever it looks like
+    ended = await page.job_ended()
+    check(not ended["good"] and "no column '--output=stolen.csv'" in ended["text"], ended)
+
+
 async def whole_way(page, folder, hyst):
     await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", **RANGES)
     ended = await page.run_ended()
@@ -263,6 +291,7 @@ async def whole_way(page, folder, hyst):
     check("mine.csv" in (await page.job_ended())["text"], "look")
     await page.do("look", recordings=["long.h5"])
     check("long.h5" in (await page.job_ended())["text"], "look at HDF5")
+    await imported(page, folder)
     await page.do("clear")
     check((await page.run_ended())["good"], "clear")
     check(not [name for name in os.listdir(folder) if name.endswith(".part")], "parts of files are left")

@@ -15,10 +15,12 @@ from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint
 from typing import Any, Callable, Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 INTERFACE = 1
 PROGRESS = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
 Progress = Callable[[str, float], Optional[bool]]
+Array = NDArray[np.float64]
 
 _texts, _doubles = POINTER(c_char_p), POINTER(c_double)
 # Name: result, arguments. c_void_p: a handle, or a text that is ours to free.
@@ -42,6 +44,8 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "recording_understood": (c_char_p, [c_void_p]),
     "recording_keys": (c_void_p, [c_void_p]),
     "recording_set_key": (c_int, [c_void_p, c_char_p, c_char_p]),
+    "recording_extras": (c_void_p, [c_void_p]),
+    "recording_extra": (_doubles, [c_void_p, c_size_t]),
     "recording_aligned": (c_void_p, [c_void_p]),
     "recording_span": (c_void_p, [c_void_p, c_double, c_double]),
     "recording_write": (c_int, [c_void_p, c_char_p]),
@@ -116,7 +120,7 @@ lib = _load()
 
 def version() -> str:
     """Version of the engine, "0.1.0"."""
-    return lib.version().decode()
+    return str(lib.version().decode())
 
 
 def failure() -> Error:
@@ -141,6 +145,12 @@ def text(memory: Any) -> str:
         lib.free(memory)
 
 
+def parsed(json_text: str) -> dict[str, Any]:
+    """A JSON object."""
+    found: dict[str, Any] = json.loads(json_text)
+    return found
+
+
 def as_path(path: Any) -> bytes:
     return os.fsencode(path)
 
@@ -157,7 +167,7 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"an option is a {type(value).__name__}: {value!r}")
 
 
-def column_in(values: Any) -> tuple[Any, np.ndarray]:
+def column_in(values: Any) -> tuple[Any, Array]:
     """A pointer to the values as doubles, and the array that holds them."""
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.ndim != 1:
@@ -165,7 +175,7 @@ def column_in(values: Any) -> tuple[Any, np.ndarray]:
     return array.ctypes.data_as(_doubles), array
 
 
-def column_out(pointer: Any, samples: int) -> np.ndarray | None:
+def column_out(pointer: Any, samples: int) -> Array | None:
     """A copy of a column, which nobody changes by mistake; None for NULL."""
     if not pointer:
         return None
@@ -214,7 +224,7 @@ def interruptible(work: Callable[[], Any], end: Callable[[], Any], progress: Pro
             outcome.setdefault("raised", reason)
             return 1
 
-    listener = PROGRESS(report) if progress is not None else PROGRESS()
+    listener = PROGRESS(report) if progress is not None else PROGRESS(0)
 
     def run() -> None:
         try:

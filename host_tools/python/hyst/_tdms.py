@@ -8,8 +8,9 @@ import os
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ._library import Error
+from ._library import Array, Error
 
 # What LabVIEW writes of a waveform's unit, by who wrote it.
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription", "Unit")
@@ -18,7 +19,7 @@ UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription", "Unit")
 class Column(NamedTuple):
     name: str
     unit: str
-    values: np.ndarray
+    values: Array
 
 
 class Table(NamedTuple):
@@ -29,9 +30,9 @@ class Table(NamedTuple):
     start: float
 
 
-def _seconds(values: np.ndarray) -> np.ndarray:
+def _seconds(values: NDArray[Any]) -> Array:
     """Time stamps as seconds since the first."""
-    return (values - values[0]) / np.timedelta64(1, "us") * 1e-6
+    return np.asarray((values - values[0]) / np.timedelta64(1, "us") * 1e-6, dtype=np.float64)
 
 
 def _column(name: str, channel: Any) -> Column | None:

@@ -17,7 +17,7 @@ from typing import Any, Callable, Iterator
 
 import hyst_command
 
-from ._library import Error, Progress, interruptible, lib, options, text
+from ._library import Error, Progress, interruptible, lib, options, parsed, text
 from .model import Model, compile
 from .recording import Recording
 
@@ -42,6 +42,7 @@ class Track:
 
             _, axes = pyplot.subplots(2, 1, figsize=(9, 5), layout="constrained", sharex=True)
         shown = self.recording
+        assert shown.reference is not None, "a track has one"
         error = 1000.0 * (shown.displacement - shown.reference)
         axes[0].plot(shown.time, shown.reference, color="#888888", linewidth=1.0, label="reference")
         axes[0].plot(shown.time, shown.displacement, linewidth=0.8, label=self.mode)
@@ -189,7 +190,7 @@ class Amplifier:
             with open(image, "rb") as file:
                 image = file.read()
         buffer = (ctypes.c_ubyte * len(image)).from_buffer_copy(image)
-        return json.loads(text(self._run(lambda handle: lib.device_push(handle, buffer, len(buffer)))))
+        return parsed(text(self._run(lambda handle: lib.device_push(handle, buffer, len(buffer)))))
 
     def pull(self) -> bytes:
         """The image in force, as push takes it: what `hyst pull` writes into a file."""
@@ -202,15 +203,15 @@ class Amplifier:
 
     def stop(self) -> dict[str, str]:
         """Ends what plays. The drive stays on, and holds its level."""
-        return json.loads(text(self._run(lib.device_stop)))
+        return parsed(text(self._run(lib.device_stop)))
 
     def park(self) -> dict[str, str]:
         """Takes the drive to rest."""
-        return json.loads(text(self._run(lib.device_park)))
+        return parsed(text(self._run(lib.device_park)))
 
     def now(self) -> dict[str, Any]:
         """Mode, state, reference, drive in V and position in um of this moment: of sample number `sample`."""
-        return json.loads(text(self._run(lib.device_now)))
+        return parsed(text(self._run(lib.device_now)))
 
     def watch(
         self,
@@ -248,7 +249,7 @@ class Amplifier:
 
             amplifier.info()["image"]["hysteresis"]
         """
-        return json.loads(text(self._run(lib.device_info)))
+        return parsed(text(self._run(lib.device_info)))
 
     def monitor(self, interval: float = 0.5, count: int | None = None) -> Iterator[dict[str, Any]]:
         """now() each `interval` seconds, as `hyst monitor` prints it; count: so many times, or until the loop ends.
@@ -306,10 +307,10 @@ class EmulatedAmplifier:
         assert self._process.stdout is not None and self._process.stderr is not None
         line = self._process.stdout.readline()
         if not line:
-            reason = self._process.stderr.read().strip()
+            said = self._process.stderr.read().strip()
             self._process.wait()
-            raise Error(reason or "the emulated amplifier did not start")
-        return json.loads(line)["port"]
+            raise Error(said or "the emulated amplifier did not start")
+        return str(json.loads(line)["port"])
 
     def __exit__(self, *_: Any) -> None:
         assert self._process is not None

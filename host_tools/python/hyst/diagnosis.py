@@ -9,9 +9,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, Sequence
 
-import numpy as np
-
-from ._library import Progress, as_path, checked, column_out, handles, lib, long_work, text
+from ._library import Array, Progress, as_path, checked, column_out, handles, lib, long_work, text
 from .model import Model, listed
 from .recording import Recording
 
@@ -103,7 +101,7 @@ class Diagnosis:
     @property
     def verdict(self) -> str:
         """nothing_missing, explained, partly_explained or unknown_physics, as the JSON has it."""
-        return self.json["verdict"]
+        return str(self.json["verdict"])
 
     @property
     def findings(self) -> list[Finding]:
@@ -136,7 +134,7 @@ class Diagnosis:
         """The chain with everything that was found, fitted: what the command writes with -o."""
         return Model._of(lib.diagnosis_model(self._handle))
 
-    def simulated(self, which: str = "after", recording: int = 0) -> np.ndarray:
+    def simulated(self, which: str = "after", recording: int = 0) -> Array:
         """The position in um as the chain says it, "before" or "after", of a recording."""
         if which not in ("before", "after"):
             raise ValueError("which: before or after")
@@ -147,7 +145,7 @@ class Diagnosis:
 
     def first_counted(self, recording: int = 0) -> int:
         """The first sample that counts: the memory of the hysteresis is not determined before."""
-        return lib.diagnosis_from(self._handle, recording)
+        return int(lib.diagnosis_from(self._handle, recording))
 
     def report(self, path: str | os.PathLike[str], title: str | None = None) -> None:
         """Writes the page that `hyst diagnose --report` writes. title: its heading, for a lab book."""

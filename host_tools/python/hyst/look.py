@@ -10,7 +10,7 @@ from typing import Any, Sequence
 
 import numpy as np
 
-from ._library import Error, checked, handles, lib, options, text
+from ._library import Array, Error, checked, handles, lib, options, text
 from .diagnosis import Finding, _finding, _number
 from .model import Model, listed
 from .recording import Recording
@@ -35,13 +35,13 @@ class Look:
 class Response:
     """A frequency response from drive to position: one value a frequency."""
 
-    frequency_hz: np.ndarray
-    gain_um_per_v: np.ndarray
-    gain_sigma: np.ndarray  # standard errors; nan: not known
-    phase_deg: np.ndarray
-    phase_sigma_deg: np.ndarray
-    coherence: np.ndarray
-    lag_s: np.ndarray
+    frequency_hz: Array
+    gain_um_per_v: Array
+    gain_sigma: Array  # standard errors; nan: not known
+    phase_deg: Array
+    phase_sigma_deg: Array
+    coherence: Array
+    lag_s: Array
 
 
 @dataclass(frozen=True)

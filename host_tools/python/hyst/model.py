@@ -12,7 +12,8 @@ from typing import Any, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Cancelled, Error, Progress, as_path, checked, column_in, handles, lib, long_work, options, text
+from ._library import (Array, Cancelled, Error, Progress, as_path, checked, column_in, handles, lib, long_work, options,
+                       parsed, text)
 from .recording import Recording
 
 
@@ -39,7 +40,7 @@ class Model:
     @property
     def json(self) -> dict[str, Any]:
         """The whole model; a change of it does not change the model."""
-        return json.loads(text(lib.model_to_json(self._handle)))
+        return parsed(text(lib.model_to_json(self._handle)))
 
     @property
     def blocks(self) -> list[str]:
@@ -49,7 +50,7 @@ class Model:
     @property
     def sample_rate(self) -> float:
         """Hz: of the recording that it was made from."""
-        return self.json["sample_rate_hz"]
+        return float(self.json["sample_rate_hz"])
 
     @property
     def fit(self) -> dict[str, Any]:
@@ -62,7 +63,7 @@ class Model:
         return self.fit.get("held_out_nrmse_percent") or float("nan")
 
     def simulate(self, drive: ArrayLike, sample_rate: float | None = None, *, preload: float = 0.0,
-                 seed: int = 1) -> np.ndarray:
+                 seed: int = 1) -> Array:
         """The position in um for this drive in V, from rest at its first value.
 
         preload: a constant force in N, for a model that has one. seed: of a block of noise.
@@ -93,7 +94,7 @@ def listed(recordings: Recording | Sequence[Recording]) -> list[Recording]:
 
 
 def simulate(model: Model, drive: Recording | ArrayLike, sample_rate: float | None = None, *, preload: float = 0.0,
-             seed: int = 1) -> np.ndarray:
+             seed: int = 1) -> Array:
     """The position in um that the model says for the drive of a recording, or for this drive in V, as `hyst simulate`
     does. sample_rate in Hz is for a drive; a recording has its own. The rest is as of Model.simulate."""
     if isinstance(drive, Recording):

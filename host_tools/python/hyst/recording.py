@@ -12,7 +12,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Error, as_path, checked, column_in, column_out, lib, options, text
+from ._library import Array, Error, as_path, checked, column_in, column_out, lib, options, parsed, text
 from ._tdms import read_table
 
 UNITS = {
@@ -75,13 +75,15 @@ class Recording:
             lib.recording_set_start_s(self._handle, start)
         for key, value in (keys or {}).items():
             checked(lib.recording_set_key(self._handle, str(key).encode(), str(value).encode()))
-        self._columns: dict[str, np.ndarray | None] = {}
+        self._columns: dict[str, Array | None] = {}
+        self._extra: dict[str, Array] | None = None
 
     @classmethod
     def _of(cls, handle: Any) -> Recording:
         self = cls.__new__(cls)
         self._handle = checked(handle)
         self._columns = {}
+        self._extra = None
         return self
 
     def __del__(self) -> None:
@@ -89,12 +91,12 @@ class Recording:
             lib.recording_free(self._handle)
 
     def __len__(self) -> int:
-        return lib.recording_samples(self._handle)
+        return int(lib.recording_samples(self._handle))
 
     def __repr__(self) -> str:
         return f"<hyst.Recording {self.name}: {len(self)} samples at {self.sample_rate:.6g} Hz>"
 
-    def column(self, name: str) -> np.ndarray | None:
+    def column(self, name: str) -> Array | None:
         """A column by name, or None where the recording has none of that name."""
         if name not in UNITS:
             raise _no_column(name)
@@ -103,49 +105,69 @@ class Recording:
         return self._columns[name]
 
     @property
-    def drive(self) -> np.ndarray:
+    def drive(self) -> Array:
         """V."""
         return self.column("drive")  # type: ignore[return-value]
 
     @property
-    def displacement(self) -> np.ndarray:
+    def displacement(self) -> Array:
         """um."""
         return self.column("displacement")  # type: ignore[return-value]
 
     @property
-    def reference(self) -> np.ndarray | None:
+    def reference(self) -> Array | None:
         """um; where the position was to be."""
         return self.column("reference")
 
     @property
-    def time(self) -> np.ndarray:
+    def time(self) -> Array:
         """s."""
         return self.start + np.arange(len(self)) / self.sample_rate
 
     @property
     def sample_rate(self) -> float:
         """Hz."""
-        return lib.recording_sample_rate_hz(self._handle)
+        return float(lib.recording_sample_rate_hz(self._handle))
 
     @property
     def start(self) -> float:
         """Time of the first sample in s."""
-        return lib.recording_start_s(self._handle)
+        return float(lib.recording_start_s(self._handle))
 
     @property
     def name(self) -> str:
         """The path that it was read from."""
-        return lib.recording_name(self._handle).decode(errors="replace")
+        return str(lib.recording_name(self._handle).decode(errors="replace"))
 
     @property
     def understood(self) -> str:
         """What a file of another format was taken for, a line for each column; "" for the project's own."""
-        return lib.recording_understood(self._handle).decode(errors="replace")
+        return str(lib.recording_understood(self._handle).decode(errors="replace"))
 
     @property
     def keys(self) -> dict[str, str]:
         """What the header says beside rate and units."""
-        return json.loads(text(lib.recording_keys(self._handle)))
+        return parsed(text(lib.recording_keys(self._handle)))
+
+    @property
+    def extra(self) -> dict[str, Array]:
+        """Further columns of the file, by name: used by nothing, kept by write("x.h5"), in the units of extra_units.
+
+        They are as the file has them, and may hold values that are no numbers.
+        """
+        if self._extra is None:
+            listed = json.loads(text(lib.recording_extras(self._handle)))
+            self._extra = {}
+            for place, column in enumerate(listed):
+                values = column_out(lib.recording_extra(self._handle, place), len(self))
+                assert values is not None
+                self._extra[column["name"]] = values
+        return dict(self._extra)
+
+    @property
+    def extra_units(self) -> dict[str, str]:
+        """The units of the further columns as the file states them; "" where it does not."""
+        return {column["name"]: column["unit"] for column in json.loads(text(lib.recording_extras(self._handle)))}
 
     def aligned(self) -> Recording:
         """With the drive at the instants at which the position was sampled, as the key displacement_sampled_after_s says.
@@ -160,15 +182,21 @@ class Recording:
         return Recording._of(checked(lib.recording_span(self._handle, from_s, to_s)))
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the CSV that every command of hyst reads."""
+        """Writes a file that every command of hyst reads: CSV, or HDF5 where the name ends in .h5, .hdf5 or .nc.
+
+        HDF5 keeps the further columns (extra), CSV does not.
+        """
         checked(lib.recording_write(self._handle, as_path(path)))
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset over the coordinate time, with units in attrs. Needs xarray."""
+        """An xarray.Dataset of all columns over the coordinate time, with units in attrs. Needs xarray."""
         import xarray
 
         data = {name: ("time", self.column(name), {"units": unit}) for name, unit in UNITS.items()
                 if self.column(name) is not None}
+        units = self.extra_units
+        data.update({name: ("time", values, {"units": units[name]} if units[name] else {})
+                     for name, values in self.extra.items()})
         time = ("time", self.time, {"units": "s"})
         return xarray.Dataset(data, {"time": time},
                               {"name": self.name, "sample_rate_hz": self.sample_rate, **self.keys})
@@ -186,7 +214,7 @@ class Recording:
         return axes
 
 
-def _import(name: str, columns: Sequence[str], units: Sequence[str], arrays: Sequence[tuple[Any, np.ndarray]],
+def _import(name: str, columns: Sequence[str], units: Sequence[str], arrays: Sequence[tuple[Any, Array]],
             said: bytes | None) -> Any:
     """arrays: of column_in, all of one length."""
     count = len(columns)

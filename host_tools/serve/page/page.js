@@ -226,7 +226,7 @@ function drawLive() {
 
 function fill(select) {
   const kept = select.value;
-  const options = files.filter((file) => file.kind === select.dataset.kind).map((file) => file.name);
+  const options = files.filter((file) => select.dataset.kind.split(" ").includes(file.kind)).map((file) => file.name);
   select.replaceChildren(...(select.dataset.none ? [new Option(select.dataset.none, "")] : []),
     ...options.map((name) => new Option(name, name)));
   if (kept !== "" && options.includes(kept)) {
@@ -247,7 +247,8 @@ function onFiles(event) {
   const rows = files.map((file) => {
     const row = document.createElement("tr");
     const name = document.createElement("td"), action = document.createElement("td");
-    name.append(element("a", file.name, { href: `file/${file.name}`, download: file.name }));
+    name.append(file.kind === "measurements" ? file.name // which the server does not give out
+                                             : element("a", file.name, { href: `file/${file.name}`, download: file.name }));
     const act = { recording: ["Show", () => compare(file.name, "")], report: ["Open", () => openReport(file.name)] };
     if (act[file.kind]) {
       const button = element("button", act[file.kind][0], { type: "button" });
@@ -340,10 +341,22 @@ function notes(counters) {
 
 const afterFiles = []; // to do when the list of files has come
 
+// What a command has printed, its files by their names in the folder.
+function printed(text) {
+  const folder = page.folder || ".";
+  return folder === "." ? text : text.replaceAll(`${folder}/`, "");
+}
+
+// Its line about what is wrong.
+function reason(text) {
+  const line = text.split("\n").find((one) => one.startsWith("hyst: "));
+  return line === undefined ? "." : `: ${line.slice("hyst: ".length)}`;
+}
+
 function onJob(event) {
   const text = byId("job-text");
   byId("result").hidden = false;
-  text.textContent = event.text || "";
+  text.textContent = printed(event.text || "");
   text.hidden = text.textContent === "";
   if (event.running) {
     byId("result-table").replaceChildren();
@@ -357,7 +370,8 @@ function onJob(event) {
   byId("result").dataset.good = event.good;
   byId("result").dataset.name = event.name;
   showResult(event.good ? `${event.name} is done${event.made.length > 0 ? `: ${event.made.join(", ")}` : ""}.`
-                        : event.cancelled ? `${event.name} was cancelled.` : `${event.name} has failed.`, !event.good);
+                        : event.cancelled ? `${event.name} was cancelled.`
+                                          : `${event.name} has failed${reason(text.textContent)}`, !event.good);
   if (!event.good || before === "idle") { return; }
   afterFiles.push(() => {
     for (const name of event.made) {
@@ -368,7 +382,11 @@ function onJob(event) {
         choose("simulate", "model", name);
       }
       if (name.endsWith(".html")) { openReport(name); }
-      if (name.endsWith(".csv")) { compare(name, ""); }
+      if (/\.(csv|h5)$/.test(name)) { compare(name, ""); }
+      if (event.name === "import") {
+        choose("fit", "recording", name);
+        choose("diagnose", "recording", name);
+      }
     }
   });
 }
@@ -424,6 +442,7 @@ function drawCompared() {
 
 const handlers = {
   hello(event) {
+    page.folder = event.folder;
     put("folder", `In ${event.folder} on the machine of the server.`);
     if (event.simulated) { byId("amplifier").dataset.simulated = "The amplifier is emulated, the actuator simulated. "; }
     const form = byId("record").elements;
@@ -454,7 +473,7 @@ const handlers = {
   job: onJob,
   job_line(event) {
     byId("job-text").hidden = false;
-    byId("job-text").append(`${event.line}\n`);
+    byId("job-text").append(`${printed(event.line)}\n`);
     byId("job-text").scrollTop = byId("job-text").scrollHeight;
   },
   job_progress(event) {
@@ -553,6 +572,14 @@ const requests = {
     if (!line.has_parameters && form.drive_low.value !== "" && form.position_low.value !== "") {
       object.drive_range = [Number(form.drive_low.value), Number(form.drive_high.value)];
       object.position_range = [Number(form.position_low.value), Number(form.position_high.value)];
+    }
+    return object;
+  },
+  import(form, button) {
+    const object = { do: "import", file: form.file.value, write: button !== "look",
+      ...numbersOf(form, ["sample_rate_hz", "drive_scale", "displacement_scale"]) };
+    for (const name of ["time", "drive", "displacement"]) {
+      if (form[name].value !== "") { object[name] = form[name].value; }
     }
     return object;
   },
