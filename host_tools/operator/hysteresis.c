@@ -105,6 +105,13 @@ static void take_law(hysteresis_t *h, bool has_law, const duhem_law_t *law) {
     }
 }
 
+/* Whether the operator with another law, found beside white noise, can be likelier than `evidence` with less 1/f noise
+ * than rho: towards less it gets likelier, or it is so already. The evidence has one top over rho. */
+static bool can_leave_less(const operator_question_t *q, size_t thin, double rho, double evidence, hysteresis_t *h) {
+    const double here = evidence_at(q, thin, rho, h);
+    return here > evidence || evidence_at(q, thin, rho / sqrt(10.0), h) > here;
+}
+
 /* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law may be worth anything. So
  * one is sought beside white noise, too, and the noise again beside it. It stands if it is likelier and leaves less 1/f
  * noise. */
@@ -125,7 +132,7 @@ static bool find_law(const operator_question_t *q, size_t thin, hysteresis_t *h,
     pink_create(&h->noise, 0.0, q->longest);
     const bool good = law_search(q, thin, h, failure);
     bool stands = false;
-    if (good && h->operator.has_law) {
+    if (good && h->operator.has_law && can_leave_less(q, thin, pink.rho, evidence, h)) {
         find_noise(q, thin, h);
         stands = h->noise.rho < pink.rho && evidence_at(q, thin, h->noise.rho, h) > evidence;
     }
