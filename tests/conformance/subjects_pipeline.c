@@ -159,7 +159,7 @@ static void digest_compensator_state(digest_t *digest, const hyst_compensator_t 
         digest_add_wide(digest, state->creep.level[i]);
     }
     digest_filter_state(digest, &c->equalise, &state->equalise);
-    digest_add_wide(digest, state->transition);
+    digest_add_wide(digest, hyst_transition_value(state->transition));
 }
 
 /* All modes in any order, parameters swapped under way. */
@@ -252,7 +252,7 @@ void subject_compensator_families(digest_t *digest, generator_t *generator) {
             unsigned events = 0;
             digest_add_signed(digest, hyst_compensator_step(active, &running, mode, reference, &events));
             digest_add(digest, events);
-            digest_add_wide(digest, running.transition);
+            digest_add_wide(digest, hyst_transition_value(running.transition));
             digest_add_signed(digest, hyst_hysteresis_output(&active->hysteresis, hyst_compensator_memory(&running)));
         }
         any_family(generator, &p[0]);
@@ -288,7 +288,7 @@ void subject_compensator_windows(digest_t *digest, generator_t *generator) {
             digest_add_signed(
                 digest, hyst_compensator_step(&compensator[0], &running, HYST_MODE_COMPENSATE, reference, &events));
             digest_add(digest, events);
-            digest_add_wide(digest, running.transition);
+            digest_add_wide(digest, hyst_transition_value(running.transition));
             digest_add_signed(digest,
                               hyst_hysteresis_output(&compensator[0].hysteresis, hyst_compensator_memory(&running)));
         }

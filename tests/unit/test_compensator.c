@@ -90,7 +90,7 @@ static void test_tracks_exactly_after_the_transition(void) {
         const hyst_q31_t drive = step(&c, &s, HYST_MODE_COMPENSATE, reference);
         const hyst_q31_t position = hyst_pi_forward(&c.hysteresis.prandtl_ishlinskii, &plant, drive);
         if (k > 3000) {
-            TEST_ASSERT_EQUAL_INT64(0, s.transition);
+            TEST_ASSERT_EQUAL_UINT32(0, s.transition.size);
             TEST_ASSERT_INT32_WITHIN(1, reference, position); /* slopes below 1: 1/2 + 1/2 unit */
         }
     }
@@ -352,7 +352,7 @@ static void test_adopting_the_same_parameters_changes_nothing(void) {
     while (!hyst_compensator_adopt(&c, &c, &s)) {
     }
     TEST_ASSERT_EQUAL_INT32(before, step(&c, &s, HYST_MODE_COMPENSATE, HYST_Q31_MAX / 8));
-    TEST_ASSERT_EQUAL_INT64(0, s.transition);
+    TEST_ASSERT_EQUAL_UINT32(0, s.transition.size);
 }
 
 static void test_modes_do_what_they_say(void) {
@@ -393,6 +393,38 @@ static void test_events(void) {
     TEST_ASSERT_EQUAL_UINT(HYST_STEP_DRIVE_LIMITED | HYST_STEP_UNREACHABLE, events);
 }
 
+/* A transition has a size and a way, and its sum with the drive is never made where it does not fit. Against the same
+ * in 64 bits, at both ends of everything. */
+static void test_transition_and_limits_are_exact_at_the_ends(void) {
+    static const hyst_q31_t end[] = {HYST_Q31_MIN, HYST_Q31_MIN + 1, -2, -1, 0, 1, 2, HYST_Q31_MAX - 1, HYST_Q31_MAX};
+    enum { ENDS = sizeof end / sizeof end[0] };
+    hyst_parameters_t p;
+    hyst_parameters_default(&p);
+    hyst_compensator_t c = build(&p);
+    hyst_compensator_state_t s;
+    hyst_compensator_reset(&c, &s);
+    (void)step(&c, &s, HYST_MODE_DIRECT, 0);
+    for (int k = 0; k < 300000; k++) {
+        const bool wild = k % 4 == 0;
+        const hyst_q31_t reference = wild ? random_q31(&rng) : end[random_bits(&rng) % ENDS];
+        const hyst_q31_t a = wild ? random_q31(&rng) : end[random_bits(&rng) % ENDS];
+        const hyst_q31_t b = wild ? random_q31(&rng) : end[random_bits(&rng) % ENDS];
+        const hyst_q31_t low = a < b ? a : b, high = a < b ? b : a;
+        const uint32_t size = (uint32_t)(wild ? random_q31(&rng) : end[random_bits(&rng) % ENDS]);
+        const bool falls = random_bits(&rng) % 2U != 0;
+        c.transition_slew = wild ? 1 : HYST_Q31_MAX - (hyst_q31_t)(random_bits(&rng) % 2U);
+        s.transition = (hyst_transition_t){.size = size, .falls = falls};
+        const uint32_t slew = (uint32_t)c.transition_slew;
+        const int64_t rest = size > slew ? (int64_t)(size - slew) : 0;
+        const int64_t sum = falls ? reference - rest : reference + rest;
+        unsigned events;
+        const hyst_q31_t drive = hyst_compensator_step_within(&c, &s, HYST_MODE_DIRECT, reference, low, high, &events);
+        TEST_ASSERT_EQUAL_INT32(hyst_clamp(hyst_saturate(sum), low, high), drive);
+        TEST_ASSERT_EQUAL_UINT(sum != drive ? HYST_STEP_DRIVE_LIMITED : 0, events);
+        TEST_ASSERT_EQUAL_INT64(falls ? -rest : rest, hyst_transition_value(s.transition));
+    }
+}
+
 int main(void) {
     rng = random_start("test_compensator", 20261121);
     UNITY_BEGIN();
@@ -406,5 +438,6 @@ int main(void) {
     RUN_TEST(test_adopting_the_same_parameters_changes_nothing);
     RUN_TEST(test_modes_do_what_they_say);
     RUN_TEST(test_events);
+    RUN_TEST(test_transition_and_limits_are_exact_at_the_ends);
     return UNITY_END();
 }

@@ -7,7 +7,7 @@ static uint16_t buffer[CAPTURE_WORDS];
 static struct {
     capture_settings_t settings;
     capture_state_t state;
-    uint32_t frames;
+    uint32_t todo;        /* frames that are still to come once it runs, from `length` down to 0 */
     uint32_t width;       /* registers of a frame */
     uint16_t *next, *end; /* where the next frame goes, and where the last one that fits into the buffer ends */
     uint32_t first;       /* where frame 0 is */
@@ -45,7 +45,7 @@ bool capture_settings_valid(const capture_settings_t *settings) {
 
 void capture_init(void) {
     capture.state = CAPTURE_IDLE;
-    capture.frames = 0;
+    capture.length = capture.todo = 0;
     capture.first = 0;
     capture.width = CAPTURE_FRAME_REGISTERS;
     capture.next = buffer;
@@ -58,7 +58,7 @@ void capture_arm(const capture_settings_t *settings) {
     const uint32_t before = settings->before;
     capture.settings = *settings;
     capture.length = settings->length == CAPTURE_ENDLESS ? UINT32_MAX : settings->length;
-    capture.frames = 0;
+    capture.todo = capture.length;
     capture.width = width_of(settings->signals);
     capture.end = buffer + capture_capacity(settings->signals) * capture.width;
     capture.next = buffer;
@@ -101,7 +101,7 @@ static void begin(void) {
     const uint32_t back = capture.history * capture.width;
     const uint32_t place = (uint32_t)(capture.next - buffer);
     capture.first = place >= back ? place - back : place + (uint32_t)(capture.end - buffer) - back;
-    capture.frames = capture.history;
+    capture.todo = capture.length - capture.history;
     capture.state = capture.history < capture.length ? CAPTURE_RUNNING : CAPTURE_DONE;
 }
 
@@ -123,8 +123,8 @@ uint16_t *capture_due(uint16_t *signals) {
     if (state != CAPTURE_RUNNING && (state != CAPTURE_ARMED || !waits_with_frames())) {
         return NULL;
     }
-    capture.left--;
-    if (capture.left != 0) {
+    if (capture.left > 1) {
+        capture.left--;
         return NULL;
     }
     capture.left = capture.settings.decimation;
@@ -153,8 +153,8 @@ void capture_taken(uint16_t *end) {
         remember((int16_t)*frame);
         return;
     }
-    capture.frames++;
-    if (capture.frames == capture.length) {
+    capture.todo--;
+    if (capture.todo == 0) {
         capture.state = CAPTURE_DONE;
     }
 }
@@ -163,8 +163,13 @@ capture_state_t capture_state(void) {
     return *(volatile capture_state_t *)&capture.state; /* one word or byte: read whole, and again each time */
 }
 
+/* One word changes while it runs, and is read whole. */
+static uint32_t frames(void) {
+    return capture.length - *(volatile uint32_t *)&capture.todo;
+}
+
 uint16_t capture_frames(void) {
-    return (uint16_t) * (volatile uint32_t *)&capture.frames;
+    return (uint16_t)frames();
 }
 
 uint16_t capture_first(void) {
@@ -182,7 +187,7 @@ capture_progress_t capture_progress(void) {
                                 .decimation = capture.settings.decimation,
                                 .signals = capture.settings.signals,
                                 .width = (uint16_t)capture.width,
-                                .written = capture.frames,
+                                .written = frames(),
                                 .age = capture.settings.decimation - capture.left};
 }
 
@@ -200,7 +205,7 @@ uint16_t capture_read(uint32_t *from, uint16_t most, uint16_t to[]) {
     const uint32_t capacity = (uint32_t)(capture.end - buffer) / capture.width;
     for (;;) {
         const uint32_t key = board_lock();
-        const uint32_t written = capture.frames;
+        const uint32_t written = frames();
         const uint16_t *const next = capture.next;
         board_unlock(key);
         if (*from >= written) {
@@ -214,7 +219,7 @@ uint16_t capture_read(uint32_t *from, uint16_t most, uint16_t to[]) {
         const uint16_t count = (uint16_t)(behind < most ? behind : most);
         copy_frames(next, behind, count, to);
         /* Once more at most: while one block is copied, half a buffer is not written. */
-        if (*(volatile uint32_t *)&capture.frames - *from <= capacity) {
+        if (frames() - *from <= capacity) {
             return count;
         }
     }

@@ -7,6 +7,7 @@
 #include "protection/sensor_watch.h"
 
 loop_memory_t loop;
+past_t loop_past[HISTORY];
 
 static hyst_q31_t from_code(uint16_t code) {
     return (hyst_q31_t)((uint32_t)(code ^ BOARD_CODE_MIDDLE) << 16);
@@ -33,8 +34,8 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.conditioning_rate = range_per_second();
     const hyst_q31_t park = parameters->range.park;
     for (unsigned i = 0; i < HISTORY; i++) {
-        loop.past[i].reference = 0;
-        loop.past[i].drive = park;
+        loop_past[i].reference = 0;
+        loop_past[i].drive = park;
     }
     loop.standing_faults = faults & ~(uint32_t)FAULT_SUPPLY; /* each sample says whether it is low */
     power_init(&loop.power);
@@ -142,7 +143,7 @@ static void adopt_pending(void) {
 }
 
 /* The compensator's step, with the window of this sample for limits. */
-static hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+static HYST_WITHIN hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
     const loop_parameters_t *p = loop.active;
     const drive_window_t window = drive_window(&p->range, loop.compensator.drive);
     const hyst_q31_t drive = hyst_compensator_step_within(&p->compensator, &loop.compensator, mode, reference,
@@ -162,40 +163,31 @@ static hyst_q31_t ramp_to_park(unsigned *events) {
     return loop.compensator.drive;
 }
 
-/*
- * Attention. Most samples are steady ones: on, in motion as mode and source say, nothing in the input but a position,
- * nothing to adopt, no fault that comes or goes. These ask for no more than the flag `attend`. Who changes any of it
- * sets the flag (the main loop by `take`), and the sample that finds it looks at everything, and at its end whether the
- * next one is steady again.
- */
-static bool steady(void) {
-    return loop.power.state == POWER_ON && loop.mode != HYST_MODE_PARK && loop.conditioning.leg == CONDITIONING_OFF &&
-           !loop.bypass && loop.overruns_in_a_row == 0 && loop.standing_faults == loop.telemetry.faults_live &&
-           atomic_load_explicit(&loop.pending, memory_order_relaxed) == NULL;
-}
-
-/* The beginning of such a sample. */
-static HYST_APART void look_at_everything(uint32_t faults, uint32_t missed, uint32_t unhealthy) {
-    loop_protect(faults, missed, unhealthy);
-    adopt_pending();
-}
-
-/* The end of it, or of one in which a source ended. */
-static HYST_APART void show_everything(uint32_t faults, hyst_mode_t mode) {
-    loop_report(faults, mode);
-    loop.attend = !steady();
-}
-
-/* The values that belong to this position, and what the limits did. */
-static inline void account(uint16_t position_code, unsigned events) {
+/* What the limits did in this sample. */
+static HYST_WITHIN void report_limits(unsigned events) {
     telemetry_t *t = &loop.telemetry;
+    t->limits_live = events;
+    t->limits_sticky |= events;
+    count(&t->drive_limited, (events & HYST_STEP_DRIVE_LIMITED) != 0);
+    count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
+    count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
+    count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
+    count(&t->reference_limited, (events & REFERENCE_LIMITED) != 0);
+}
+
+/* The values that belong to this position. */
+static inline void account(uint16_t position_code, hyst_q31_t reference, hyst_q31_t drive, unsigned events) {
+    telemetry_t *t = &loop.telemetry;
+    past_t *const now = &loop_past[t->sequence % HISTORY];
+    now->reference = reference;
+    now->drive = drive;
     const uint32_t shown = t->sequence - board_info.latency_samples;
-    t->reference = loop.past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
-    t->drive = loop.past[shown % HISTORY].drive;
+    t->reference = loop_past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
+    t->drive = loop_past[shown % HISTORY].drive;
     t->position = from_code(position_code);
     count_one(&t->samples);
     if ((events | t->limits_live) != 0) {
-        loop_report_limits(events);
+        report_limits(events);
     }
 }
 
@@ -220,7 +212,7 @@ static inline void capture_aligned(uint16_t position_code) {
 static inline void watch_model(uint32_t faults, unsigned events, hyst_mode_t mode) {
     const telemetry_t *t = &loop.telemetry;
     if (mode != HYST_MODE_COMPENSATE || (events & ~(unsigned)REFERENCE_LIMITED) != 0 ||
-        loop.compensator.transition != 0 || faults != 0) {
+        loop.compensator.transition.size != 0 || faults != 0) {
         loop.unsettled = loop.settling;
         return;
     }
@@ -246,50 +238,84 @@ static inline void watch_hardware(uint16_t position_code, hyst_q31_t before, hys
 }
 
 /*
+ * Attention. Most samples are steady ones: on, in motion as mode and source say, nothing in the input but a position,
+ * nothing to adopt, no fault that comes or goes. These ask for no more than the flag `attend`. Who changes any of it
+ * sets the flag (the main loop by `take`), and the sample that finds it looks at everything, and at its end whether the
+ * next one is steady again.
+ */
+static bool steady(void) {
+    return loop.power.state == POWER_ON && loop.mode != HYST_MODE_PARK && loop.conditioning.leg == CONDITIONING_OFF &&
+           !loop.bypass && loop.overruns_in_a_row == 0 && loop.standing_faults == loop.telemetry.faults_live &&
+           atomic_load_explicit(&loop.pending, memory_order_relaxed) == NULL;
+}
+
+/* The end of a sample with attention, or of one in which a source ended. */
+static HYST_APART void show_everything(uint32_t faults, hyst_mode_t mode) {
+    loop_report(faults, mode);
+    loop.attend = !steady();
+}
+
+static inline hyst_q31_t steady_sample(uint16_t position_code) {
+    const hyst_q31_t before = loop.compensator.drive;
+    const hyst_mode_t mode = loop.mode;
+    unsigned events, held_back;
+    const hyst_q31_t reference = next_reference(&held_back);
+    const hyst_q31_t drive = step_within_window(mode, reference, &events);
+    events |= held_back;
+    account(position_code, reference, drive, events);
+    if (loop.source.playing != loop.playing) {
+        show_everything(0, mode);
+    }
+    watch_model(0, events, mode);
+    watch_hardware(position_code, before, drive);
+    capture_aligned(position_code);
+    return drive;
+}
+
+/* The same with all that may happen. */
+static HYST_APART hyst_q31_t look_at_everything(uint16_t position_code, uint32_t faults, uint32_t missed,
+                                                uint32_t unhealthy) {
+    loop_protect(faults, missed, unhealthy);
+    adopt_pending();
+    const hyst_q31_t before = loop.compensator.drive;
+    hyst_mode_t mode = loop.mode;
+    hyst_q31_t reference;
+    unsigned events, held_back = 0;
+    if (!overruled(&mode, &reference)) {
+        reference = next_reference(&held_back);
+    }
+    const hyst_q31_t drive = loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
+    events |= held_back;
+    account(position_code, reference, drive, events);
+    show_everything(faults, mode);
+    watch_model(faults, events, mode);
+    watch_hardware(position_code, before, drive);
+    capture_aligned(position_code);
+    return drive;
+}
+
+/*
  * Called once a sample period (100 us on the boards), which is also its deadline. Cost: docs/TIMING.md. What happens
  * when a sample comes late is the board's to say; here it is counted and reported.
  */
 uint16_t loop_sample(const loop_input_t *input) {
     const uint32_t start = board_cost_counter();
-    const uint16_t position_code = input->position_code;
     telemetry_t *t = &loop.telemetry;
     t->sequence++;
     const uint32_t silence = loop.silence + 1U;
     const uint32_t unhealthy = look_at_health();
     const bool attend = ((uint32_t)loop.attend | input->faults | unhealthy) != 0 || loop.current > loop.current_limit ||
                         silence > loop.timeout;
+    hyst_q31_t drive;
     if (attend) {
-        look_at_everything(input->faults, input->missed, unhealthy);
+        drive = look_at_everything(input->position_code, input->faults, input->missed, unhealthy);
     } else {
         loop.silence = silence; /* a steady sample is one in motion */
+        drive = steady_sample(input->position_code);
     }
-
-    unsigned events, held_back = 0;
-    const hyst_q31_t before = loop.compensator.drive;
-    hyst_mode_t mode = loop.mode;
-    hyst_q31_t reference;
-    if (!attend || !overruled(&mode, &reference)) {
-        reference = next_reference(&held_back);
-    }
-    const hyst_q31_t drive =
-        attend && loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
-    const uint16_t code = (uint16_t)loop_to_code(drive, board_info.drive_bits);
-    events |= held_back;
-
-    past_t *now = &loop.past[t->sequence % HISTORY];
-    now->reference = reference;
-    now->drive = drive;
-    account(position_code, events);
-    if (attend || loop.source.playing != loop.playing) {
-        show_everything(input->faults, mode);
-    }
-    watch_model(input->faults, events, mode);
-    watch_hardware(position_code, before, drive);
-    capture_aligned(position_code);
-
     t->cost_last = board_cost_counter() - start;
     if (t->cost_last > t->cost_max) {
         t->cost_max = t->cost_last;
     }
-    return code ^ BOARD_CODE_MIDDLE;
+    return (uint16_t)loop_to_code(drive, board_info.drive_bits) ^ BOARD_CODE_MIDDLE;
 }

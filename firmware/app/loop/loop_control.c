@@ -289,7 +289,7 @@ void loop_condition(void) {
     loop_stop_source();
     /* In direct mode a transition may still be part of the drive: go on from the reference, not from the drive. */
     conditioning_start(&loop.conditioning, loop.compensator.mode == HYST_MODE_DIRECT
-                                               ? loop.past[loop.telemetry.sequence % HISTORY].reference
+                                               ? loop_past[loop.telemetry.sequence % HISTORY].reference
                                                : loop.compensator.drive);
     board_unlock(key);
 }

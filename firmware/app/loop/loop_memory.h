@@ -4,7 +4,7 @@
  * needs.
  *
  * loop.c has the sample, from what the converters delivered to the drive's code. loop_protection.c has what trips, and
- * what stops motion. loop_report.c has what a sample tells: states, faults, limits, the signals of a capture.
+ * what stops motion. loop_report.c has what a sample tells: states, faults, the signals of a capture.
  * loop_control.c is the main loop's side: modes, arming, limits, new parameters.
  */
 #ifndef LOOP_MEMORY_H
@@ -37,7 +37,6 @@ typedef struct {
     hyst_q31_t reference;    /* that came out of it last */
     conditioning_t conditioning;
     hyst_q31_t conditioning_rate;
-    past_t past[HISTORY];
     uint32_t standing_faults; /* live until something ends them */
     power_state_t power;
     bool image_whole; /* in force: as committed, as far as is known */
@@ -60,6 +59,7 @@ typedef struct {
 } loop_memory_t;
 
 extern loop_memory_t loop;
+extern past_t loop_past[HISTORY]; /* by sequence number */
 
 /* More events beside the HYST_STEP_ ones. All are the bits of limits_live. */
 enum { SLEW_LIMITED = LIMIT_SLEW, MEMORY_LOST = LIMIT_MEMORY, REFERENCE_LIMITED = LIMIT_REFERENCE };
@@ -131,8 +131,6 @@ void loop_note_faults(uint32_t faults);
 
 /** Faults that the board saw, and states, of this sample. Sample interrupt. */
 void loop_report(uint32_t faults, hyst_mode_t mode);
-/** What the limits did in it. */
-void loop_report_limits(unsigned events);
 /** These warnings are live. */
 void loop_report_warnings(uint32_t warnings);
 /** The chosen signals of a frame. Returns where the next one goes. */

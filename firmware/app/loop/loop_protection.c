@@ -77,11 +77,11 @@ static void in_fault(bool stage) {
     drive_range_t *range = &loop.active->range;
     const hyst_q31_t slew = loop.active->image_range.return_slew;
     const hyst_q31_t least = board_info.fault_slew_min;
-    const hyst_q31_t faster = least > slew ? hyst_subtract(least, slew) : 0;
-    const int64_t rest = loop.compensator.transition;
+    const uint32_t faster = least > slew ? (uint32_t)least - (uint32_t)slew : 0;
+    const uint32_t rest = loop.compensator.transition.size;
     const hyst_q31_t ramp = least > slew ? least : slew;
     range->return_slew = ramp < range->slew ? ramp : range->slew;
-    loop.compensator.transition = rest > faster ? rest - faster : rest < -faster ? rest + faster : 0;
+    loop.compensator.transition.size = rest > faster ? rest - faster : 0;
     if (stage && loop.feeds > 0) {
         loop.feeds--;
         board_watchdog_feed();

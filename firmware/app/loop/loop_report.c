@@ -51,17 +51,6 @@ static loop_state_t state_of(hyst_mode_t mode) {
     return loop.source.playing ? LOOP_PLAYING : LOOP_IDLE;
 }
 
-void loop_report_limits(unsigned events) {
-    telemetry_t *t = &loop.telemetry;
-    t->limits_live = events;
-    t->limits_sticky |= events;
-    count(&t->drive_limited, (events & HYST_STEP_DRIVE_LIMITED) != 0);
-    count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
-    count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
-    count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
-    count(&t->reference_limited, (events & REFERENCE_LIMITED) != 0);
-}
-
 void loop_report_warnings(uint32_t warnings) {
     telemetry_t *t = &loop.telemetry;
     if ((warnings & ~t->warnings_live) != 0) {
@@ -96,7 +85,7 @@ static uint16_t upper(hyst_q31_t value) {
 /* The signals beside the first three. Returns where the next one goes. */
 static uint16_t *further_signals(uint16_t *to, uint16_t signals) {
     const telemetry_t *t = &loop.telemetry;
-    const hyst_q31_t before = loop.past[(t->sequence - board_info.latency_samples - 1U) % HISTORY].drive;
+    const hyst_q31_t before = loop_past[(t->sequence - board_info.latency_samples - 1U) % HISTORY].drive;
     if ((signals & CAPTURE_ERROR) != 0) {
         *to++ = upper(hyst_saturate((int64_t)t->position - t->reference));
     }
@@ -108,7 +97,7 @@ static uint16_t *further_signals(uint16_t *to, uint16_t signals) {
             hyst_hysteresis_output(&loop.active->compensator.hysteresis, hyst_compensator_memory(&loop.compensator)));
     }
     if ((signals & CAPTURE_TRANSITION) != 0) {
-        *to++ = upper(hyst_saturate(loop.compensator.transition));
+        *to++ = upper(hyst_saturate(hyst_transition_value(loop.compensator.transition)));
     }
     return to;
 }

@@ -17,8 +17,12 @@ typedef struct {
 
 /** `wanted` within the limits, at most `slew` from `last`: a last one that is outside comes back that fast. */
 static inline hyst_q31_t reference_limited(const reference_limit_t *limit, hyst_q31_t last, hyst_q31_t wanted) {
-    const hyst_q31_t within = hyst_clamp(wanted, limit->low, limit->high);
-    return hyst_clamp(within, hyst_subtract(last, limit->slew), hyst_add(last, limit->slew));
+    const hyst_q31_t lowest = hyst_subtract(last, limit->slew);
+    const hyst_q31_t highest = hyst_add(last, limit->slew);
+    if (wanted >= limit->low && wanted <= limit->high && wanted >= lowest && wanted <= highest) {
+        return wanted; /* most often */
+    }
+    return hyst_clamp(hyst_clamp(wanted, limit->low, limit->high), lowest, highest);
 }
 
 #endif

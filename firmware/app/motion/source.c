@@ -184,11 +184,11 @@ static hyst_q31_t play(source_t *source) {
 }
 
 hyst_q31_t source_step(source_t *source) {
-    if (source->playing) {
-        source->value = play(source);
-        source->setpoint = source->value;
-    } else {
+    if (!source->playing) {
         source->value = source_approach(source->value, source->setpoint, source->slew);
+        return source->value;
     }
-    return source->value;
+    const hyst_q31_t value = play(source);
+    source->value = source->setpoint = value;
+    return value;
 }

@@ -13,7 +13,8 @@ typedef struct {
 
 static struct {
     channel_t channel[HEALTH_CHANNELS];
-    unsigned which; /* looked at last; HEALTH_CHANNELS: all that is no channel */
+    unsigned which;   /* looked at last; HEALTH_CHANNELS: all that is no channel */
+    channel_t *place; /* of the same; NULL */
     uint32_t looks;
     uint32_t stuck;          /* turns in a row at whose ends the output did not follow */
     volatile uint32_t stall; /* periods since the main loop came round */
@@ -24,6 +25,7 @@ static struct {
 
 void health_watch_init(void) {
     watch.which = HEALTH_CHANNELS; /* a turn begins with the first */
+    watch.place = NULL;
     watch.stuck = watch.stall = 0;
     watch.stall_most = (uint32_t)((uint64_t)HEALTH_WATCH_STALL_MS * board_info.sample_rate_mhz / 1000000U);
     watch.warnings = watch.faults = 0;
@@ -86,27 +88,36 @@ static inline bool there(const channel_t *channel, bool stage_up) {
     return channel->seen && (stage_up || channel != &watch.channel[HEALTH_HIGH_VOLTAGE]);
 }
 
+_Static_assert((HEALTH_CHANNELS & (HEALTH_CHANNELS + 1)) == 0, "a turn is a power of two");
+
+static inline void read_next(void) {
+    watch.which = (watch.which + 1U) & HEALTH_CHANNELS;
+    channel_t *const channel = watch.which < HEALTH_CHANNELS ? &watch.channel[watch.which] : NULL;
+    watch.place = channel;
+    if (channel != NULL) {
+        const int32_t x = board_health((health_channel_t)watch.which);
+        channel->reading = x;
+        channel->seen = channel->seen || x != HEALTH_ABSENT;
+    }
+}
+
 /* The last look of a turn. */
 static uint32_t look_at_the_rest(void) {
     watch.stall += HEALTH_WATCH_TURN;
     return with(watch.faults, FAULT_OUTPUT, debounced(&watch.stuck, !board_output_follows()));
 }
 
-static uint32_t look_at_channel(channel_t *channel, bool stage_up) {
-    const int32_t x = board_health((health_channel_t)watch.which);
-    channel->reading = x;
-    channel->seen = channel->seen || x != HEALTH_ABSENT;
-    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, x));
+static inline uint32_t look_at_channel(channel_t *channel, bool stage_up) {
+    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, channel->reading));
     return with(watch.faults, channel->fault, trips);
 }
 
 /* A stall ends with the first look after it: a stop that ends it is not to trip again. */
-static inline uint32_t read_and_judge(bool stage_up) {
-    watch.which = watch.which < HEALTH_CHANNELS ? watch.which + 1U : 0;
-    const uint32_t faults =
-        watch.which == HEALTH_CHANNELS ? look_at_the_rest() : look_at_channel(&watch.channel[watch.which], stage_up);
-    watch.faults = with(faults, FAULT_STALL, watch.stall > watch.stall_most);
-    return watch.faults;
+static inline uint32_t judge(bool stage_up) {
+    const uint32_t others = watch.place == NULL ? look_at_the_rest() : look_at_channel(watch.place, stage_up);
+    const uint32_t faults = with(others, FAULT_STALL, watch.stall > watch.stall_most);
+    watch.faults = faults;
+    return faults;
 }
 
 void health_watch_main_turned(void) {
@@ -118,8 +129,8 @@ void health_watch_missed(uint32_t periods) {
 }
 
 static inline void warn(bool stage_up) {
-    if (watch.which < HEALTH_CHANNELS) {
-        channel_t *const channel = &watch.channel[watch.which];
+    channel_t *const channel = watch.place;
+    if (channel != NULL) {
         const int32_t x = channel->reading;
         const bool alerts = there(channel, stage_up) && (x < channel->alert_low || x > channel->alert_high);
         watch.warnings = with(watch.warnings, channel->warning, debounced(&channel->alerting, alerts));
@@ -129,14 +140,16 @@ static inline void warn(bool stage_up) {
 HYST_APART uint32_t health_watch_step(health_watch_step_t step, bool stage_up) {
     switch (step) {
     case HEALTH_WATCH_JUDGE:
-        return read_and_judge(stage_up);
+        return judge(stage_up);
     case HEALTH_WATCH_WARN:
         warn(stage_up);
         break;
     case HEALTH_WATCH_CONVERT:
         board_health_convert();
         break;
-    case HEALTH_WATCH_PAUSE:
+    case HEALTH_WATCH_READ:
+        read_next();
+        break;
     case HEALTH_WATCH_STEPS:
         break;
     }

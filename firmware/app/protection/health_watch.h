@@ -30,12 +30,12 @@
 /** Samples between two looks at a channel: 12.8 ms at 10 kHz. */
 #define HEALTH_WATCH_TURN ((HEALTH_CHANNELS + 1U) * HEALTH_WATCH_EVERY)
 
-/** The steps of a look, in the order of the samples. What trips does so in the sample that reads. */
+/** The steps of a look, in the order of the samples. */
 typedef enum {
-    HEALTH_WATCH_JUDGE,   /**< reads; is it outside of the limits? */
+    HEALTH_WATCH_JUDGE,   /**< is what was read outside of the limits? This trips */
     HEALTH_WATCH_WARN,    /**< is it beyond the alert? */
     HEALTH_WATCH_CONVERT, /**< the board's next conversion */
-    HEALTH_WATCH_PAUSE,
+    HEALTH_WATCH_READ,    /**< reads the next channel */
     HEALTH_WATCH_STEPS
 } health_watch_step_t;
 #define HEALTH_WATCH_EACH_STEP (HEALTH_WATCH_EVERY / HEALTH_WATCH_STEPS)

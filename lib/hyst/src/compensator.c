@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "hyst/compensator.h"
+#include <stddef.h>
 
 /* What the hysteresis' operators see of a drive. */
 static hyst_q31_t curved(const hyst_compensator_t *c, hyst_q31_t drive) {
@@ -17,9 +18,10 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
     hyst_iir_reset(&state->equalise);
     state->mode = HYST_MODE_PARK;
     state->drive = compensator->drive_park;
-    state->transition = 0;
+    state->transition = (hyst_transition_t){.size = 0};
     state->adopted = false;
     state->settled = false;
+    state->continues = false;
 }
 
 void hyst_compensator_prepare(hyst_compensator_t *c) {
@@ -28,7 +30,8 @@ void hyst_compensator_prepare(hyst_compensator_t *c) {
                 (c->creep.cells > 0 ? (unsigned)HYST_STAGE_CREEP : 0U) |
                 (c->curved ? (unsigned)HYST_STAGE_DRIVE_CURVE : 0U) |
                 (c->inertia.sections > 0 ? (unsigned)HYST_STAGE_INERTIA : 0U) |
-                (c->equalise.sections > 0 ? (unsigned)HYST_STAGE_EQUALISE : 0U);
+                (c->equalise.sections > 0 ? (unsigned)HYST_STAGE_EQUALISE : 0U) |
+                (c->hysteresis.family != HYST_FAMILY_PRANDTL_ISHLINSKII ? (unsigned)HYST_STAGE_OTHER_FAMILY : 0U);
     if (c->curved) {
         hyst_curve_invert(&c->drive_curve, &c->drive_curve_inverse);
     }
@@ -50,7 +53,7 @@ static HYST_WITHIN hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *st
     return settled ? hyst_iir_step(iir, state, x, saturated) : hyst_iir_begin(iir, state, x, saturated);
 }
 
-/* Of `stages` those that there may be: most chains have no others than filters, and a copy of this to themselves. */
+/* Of `stages` those that there may be: a constant, or those of the chain. */
 static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
                                             const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
                                             hyst_hysteresis_found_t *found, unsigned *events, unsigned stages,
@@ -68,7 +71,10 @@ static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_co
         /* |elastic - offset| < 2^32. Saturating makes it the farthest that the hysteresis could reach. */
         elastic = hyst_saturate(elastic - hyst_creep_offset(&c->creep, &state->creep));
     }
-    stage_drive_t drive = same(hyst_hysteresis_find(&c->hysteresis, memory, elastic, &unreachable, found));
+    stage_drive_t drive = same((stages & HYST_STAGE_OTHER_FAMILY) != 0
+                                   ? hyst_hysteresis_find(&c->hysteresis, memory, elastic, &unreachable, found)
+                                   : hyst_pi_find(&c->hysteresis.prandtl_ishlinskii, &memory->prandtl_ishlinskii,
+                                                  elastic, &unreachable, &found->prandtl_ishlinskii));
     if ((stages & HYST_STAGE_DRIVE_CURVE) != 0) {
         drive = same(hyst_curve_solve_by(&c->drive_curve, &c->drive_curve_inverse, drive.hysteresis, &unreachable));
     }
@@ -84,17 +90,6 @@ static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_co
     return drive;
 }
 
-#define FILTERS ((unsigned)HYST_STAGE_SHAPE | (unsigned)HYST_STAGE_EQUALISE)
-
-/* Any chain, and its first sample. */
-static HYST_APART stage_drive_t compensate_any(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                               const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
-                                               hyst_hysteresis_found_t *found, unsigned *events) {
-    const bool settled = state->settled;
-    state->settled = true;
-    return compensate(c, state, memory, reference, found, events, c->stages, settled);
-}
-
 static inline hyst_q31_t without_model(const hyst_compensator_t *c, hyst_mode_t mode, hyst_q31_t reference) {
     if (mode == HYST_MODE_DIRECT) {
         return reference;
@@ -106,80 +101,36 @@ static inline hyst_q31_t without_model(const hyst_compensator_t *c, hyst_mode_t 
     return c->drive_park;
 }
 
-/* x != 0. */
-static inline int64_t towards_zero(int64_t x, hyst_q31_t step) {
-    if (x > 0) {
-        x -= step;
-        return x > 0 ? x : 0;
-    }
-    x += step;
-    return x < 0 ? x : 0;
+static inline void shrink(hyst_transition_t *transition, hyst_q31_t step) {
+    const uint32_t by = (uint32_t)step;
+    transition->size = transition->size > by ? transition->size - by : 0;
 }
 
-/* A transition of more than 32 bits, as after a step across more than half the range: rare, and in 64 bits. */
-static hyst_q31_t far_limited(hyst_q31_t drive, int64_t transition, hyst_q31_t low, hyst_q31_t high, bool *met) {
-    const int64_t sum = drive + transition; /* |.| < 2^33 */
-    const hyst_q31_t result = hyst_clamp(hyst_saturate(sum), low, high);
-    *met = sum != result;
-    return result;
-}
-
-/* drive + transition, within the limits. */
-static inline hyst_q31_t limited(hyst_q31_t drive, int64_t transition, hyst_q31_t low, hyst_q31_t high, bool *met) {
-    const int32_t near = (int32_t)transition;
-    if (near != transition) {
-        return far_limited(drive, transition, low, high, met);
+/* drive + transition, within the limits; *met: it is not that sum. The sum may need 34 bits. But either it lies beyond
+ * the limit that the transition leads to, or the way there fits 32 bits, and so does the sum. */
+static inline hyst_q31_t limited(hyst_q31_t drive, hyst_transition_t transition, hyst_q31_t low, hyst_q31_t high,
+                                 bool *met) {
+    const uint32_t size = transition.size;
+    hyst_q31_t sum;
+    bool beyond;
+    if (transition.falls) {
+        beyond = drive < low || (uint32_t)drive - (uint32_t)low < size;
+        sum = beyond ? low : (hyst_q31_t)((uint32_t)drive - size);
+    } else {
+        beyond = drive > high || (uint32_t)high - (uint32_t)drive < size;
+        sum = beyond ? high : (hyst_q31_t)((uint32_t)drive + size);
     }
-    const hyst_q31_t sum = hyst_add(drive, near);
     const hyst_q31_t result = hyst_clamp(sum, low, high);
-    *met = result != sum || (uint32_t)sum != (uint32_t)drive + (uint32_t)near; /* clamped, or saturated */
+    *met = beyond || result != sum;
     return result;
 }
 
-/* What the hysteresis and the creep remember of this sample. */
-static inline void remember(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                            hyst_hysteresis_state_t *memory, hyst_mode_t mode, hyst_q31_t seen,
-                            const hyst_hysteresis_found_t *found) {
-    if ((c->stages & HYST_STAGE_DRIVE_CURVE) != 0) {
-        seen = hyst_curve_apply(&c->drive_curve, seen);
-    }
-    if (mode == HYST_MODE_COMPENSATE) {
-        hyst_hysteresis_follow(&c->hysteresis, memory, seen, found);
-    } else {
-        hyst_hysteresis_advance(&c->hysteresis, memory, seen);
-    }
-    if ((c->stages & HYST_STAGE_CREEP) != 0) {
-        hyst_creep_advance(&c->creep, &state->creep, hyst_hysteresis_output(&c->hysteresis, memory));
-    }
-}
-
-HYST_APART hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *compensator,
-                                                   hyst_compensator_state_t *state, hyst_mode_t mode,
-                                                   hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
-                                                   unsigned *events) {
-    hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
-    hyst_hysteresis_found_t found;
-    stage_drive_t stage;
-    if (mode == HYST_MODE_COMPENSATE) {
-        const unsigned stages = compensator->stages;
-        stage = state->settled && (stages & ~FILTERS) == 0
-                    ? compensate(compensator, state, memory, reference, &found, events, stages & FILTERS, true)
-                    : compensate_any(compensator, state, memory, reference, &found, events);
-    } else {
-        *events = 0;
-        state->settled = false; /* the filters stand still meanwhile */
-        stage = same(without_model(compensator, mode, reference));
-    }
-    int64_t transition = state->transition;
-    if (mode != state->mode || state->adopted) {
-        transition = (int64_t)state->drive - stage.amplifier; /* |.| < 2^32 */
-        state->transition = transition;
-        state->mode = mode;
-        state->adopted = false;
-    } else if (transition != 0) {
-        transition = towards_zero(transition, compensator->transition_slew);
-        state->transition = transition;
-    }
+/* The drive of this sample, and what hysteresis and creep remember of it. `found`: NULL without a model. */
+static HYST_WITHIN hyst_q31_t apply(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                    hyst_hysteresis_state_t *memory, stage_drive_t stage, hyst_q31_t low,
+                                    hyst_q31_t high, const hyst_hysteresis_found_t *found, unsigned *events,
+                                    unsigned stages) {
+    const hyst_transition_t transition = state->transition;
     bool met;
     const hyst_q31_t drive = limited(stage.amplifier, transition, low, high, &met);
     if (met) {
@@ -192,8 +143,101 @@ HYST_APART hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *com
     if (stage.hysteresis != stage.amplifier) {
         seen = limited(stage.hysteresis, transition, low, high, &met);
     }
-    remember(compensator, state, memory, mode, seen, &found);
+    if ((stages & HYST_STAGE_DRIVE_CURVE) != 0) {
+        seen = hyst_curve_apply(&c->drive_curve, seen);
+    }
+    if (found == NULL) {
+        hyst_hysteresis_advance(&c->hysteresis, memory, seen);
+    } else if ((stages & HYST_STAGE_OTHER_FAMILY) != 0) {
+        hyst_hysteresis_follow(&c->hysteresis, memory, seen, found);
+    } else {
+        hyst_pi_follow(&c->hysteresis.prandtl_ishlinskii, &memory->prandtl_ishlinskii, seen,
+                       &found->prandtl_ishlinskii);
+    }
+    if ((stages & HYST_STAGE_CREEP) != 0) {
+        hyst_creep_advance(&c->creep, &state->creep, hyst_hysteresis_output(&c->hysteresis, memory));
+    }
     return drive;
+}
+
+/* A sample that goes on as the one before it (`continues`). */
+static HYST_WITHIN hyst_q31_t go_on(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_q31_t reference,
+                                    hyst_q31_t low, hyst_q31_t high, unsigned *events, unsigned stages) {
+    hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
+    hyst_hysteresis_found_t found;
+    const stage_drive_t stage = compensate(c, state, memory, reference, &found, events, stages, true);
+    shrink(&state->transition, c->transition_slew);
+    return apply(c, state, memory, stage, low, high, &found, events, stages);
+}
+
+/* Most chains have no other stages than filters: a copy of the step for these behind play operators, one for these
+ * behind another family, and one for the rest. All take what hyst_compensator_step_within does, in its order. */
+#define FILTERS ((unsigned)HYST_STAGE_SHAPE | (unsigned)HYST_STAGE_EQUALISE)
+#define FAMILY  ((unsigned)HYST_STAGE_OTHER_FAMILY)
+
+static HYST_APART hyst_q31_t go_on_plays(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
+    (void)mode;
+    return go_on(c, state, reference, low, high, events, c->stages & FILTERS);
+}
+
+static HYST_APART hyst_q31_t go_on_family(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                          hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
+                                          unsigned *events) {
+    (void)mode;
+    return go_on(c, state, reference, low, high, events, (c->stages & FILTERS) | FAMILY);
+}
+
+static HYST_APART hyst_q31_t go_on_any(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                                       hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
+    (void)mode;
+    return go_on(c, state, reference, low, high, events, c->stages);
+}
+
+/* Any other sample: without a model, the first with one, or with new parameters. */
+static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                           hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
+                                           unsigned *events) {
+    hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
+    const bool compensates = mode == HYST_MODE_COMPENSATE;
+    hyst_hysteresis_found_t found;
+    stage_drive_t stage;
+    if (compensates) {
+        stage = compensate(c, state, memory, reference, &found, events, c->stages, state->settled);
+    } else {
+        *events = 0;
+        stage = same(without_model(c, mode, reference));
+    }
+    if (mode != state->mode || state->adopted) {
+        const bool falls = state->drive < stage.amplifier;
+        state->transition.falls = falls;
+        state->transition.size = falls ? (uint32_t)stage.amplifier - (uint32_t)state->drive
+                                       : (uint32_t)state->drive - (uint32_t)stage.amplifier;
+    } else {
+        shrink(&state->transition, c->transition_slew);
+    }
+    state->mode = mode;
+    state->adopted = false;
+    state->settled = compensates; /* without a model the filters stand still */
+    state->continues = compensates;
+    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, events, c->stages);
+}
+
+/* Inline where the program is compiled as a whole. */
+inline hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
+                                               hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
+                                               unsigned *events) {
+    if (mode != HYST_MODE_COMPENSATE || !state->continues) {
+        return begin_or_pass(compensator, state, mode, reference, low, high, events);
+    }
+    switch (compensator->stages & ~FILTERS) {
+    case 0:
+        return go_on_plays(compensator, state, mode, reference, low, high, events);
+    case FAMILY:
+        return go_on_family(compensator, state, mode, reference, low, high, events);
+    default:
+        return go_on_any(compensator, state, mode, reference, low, high, events);
+    }
 }
 
 HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
@@ -214,5 +258,6 @@ HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hys
         state->settled = false; /* another input or cascade: its state starts settled at the next reference */
     }
     state->adopted = true;
+    state->continues = false;
     return true;
 }

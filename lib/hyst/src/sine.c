@@ -15,10 +15,11 @@ hyst_q31_t hyst_sine(uint32_t phase) {
     if (u > quarter_turn || u < -quarter_turn) {
         u = (int32_t)(2U * HYST_PHASE_QUARTER_TURN - phase);
     }
-    /* Negative numbers reach one unit further, so -2 |u| and -2 u^2, Q30, are what is multiplied: -2^31 .. 0. All
-     * products are those of Q30, rounded to nearest. */
-    const int32_t twice = u < 0 ? 2 * u : -2 * u;
-    const int32_t minus_twice_square = -2 * hyst_add_high_product(0, twice, twice);
+    /* All products are those of Q30, rounded to nearest. Twice u wraps at the quarter turn, where its square is the
+     * same. Negative numbers reach one unit further, so -2 u^2 is what is multiplied: -2^31 .. 0. (4 u^2 lies never
+     * half-way between two multiples of 2^32, so -u^2 rounds as u^2 does.) */
+    const int32_t twice = (int32_t)(2U * (uint32_t)u);
+    const int32_t minus_twice_square = 2 * hyst_subtract_high_product(0, twice, twice);
     hyst_q30_t sum = coefficient[TERMS - 1U];
     for (unsigned i = TERMS - 1U; i-- > 0;) {
         /* |sum| < 2^30 before the last step, and 1.571 in Q30 at most after it. */

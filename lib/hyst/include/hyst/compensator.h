@@ -46,7 +46,8 @@ enum {
     HYST_STAGE_CREEP = 4,
     HYST_STAGE_DRIVE_CURVE = 8,
     HYST_STAGE_INERTIA = 16,
-    HYST_STAGE_EQUALISE = 32
+    HYST_STAGE_EQUALISE = 32,
+    HYST_STAGE_OTHER_FAMILY = 64 /**< the hysteresis is another than play operators */
 };
 
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
@@ -70,13 +71,23 @@ typedef struct {
     hyst_hysteresis_t hysteresis;
 } hyst_compensator_t;
 
+/** An offset of the drive. A step across the whole range needs 33 bits: a size, and which way. */
+typedef struct {
+    uint32_t size; /**< in units of 2^-31 */
+    bool falls;    /**< it is taken from the drive */
+} hyst_transition_t;
+
+static inline int64_t hyst_transition_value(hyst_transition_t transition) {
+    return transition.falls ? -(int64_t)transition.size : (int64_t)transition.size;
+}
+
 typedef struct {
     hyst_mode_t mode; /**< of the previous sample */
     bool adopted;     /**< parameters changed since the last sample */
     bool settled;     /**< the filters' state belongs to the present cascade and input */
+    bool continues;   /**< the previous sample compensated, with these parameters: settled, of its mode, none adopted */
     hyst_q31_t drive; /**< last drive */
-    int64_t
-        transition; /**< remaining transition offset in units of 2^-31; a step across the whole range needs 33 bits */
+    hyst_transition_t transition; /**< what remains of one */
     uint32_t memory_in_use;
     uint32_t carried; /**< how far an adoption that is under way has come, else 0 */
     hyst_iir_state_t shape;
