@@ -374,8 +374,11 @@ def ripple(day):
         day.fail("the loop is a scribble: lines between samples of which there are four a period")
     day.picture("ripple", "main")
     day.result("record")
-    if day.script("return Number(document.body.dataset.gaps || 0)") != 0:
-        day.fail(f"the stream had {day.script('return document.body.dataset.gaps')} gaps")
+    # The page shows each frame that the server read. The server reads half as many after each loss on the line: a busy
+    # machine may lose some, once or twice.
+    gaps, losses = (day.script(f"return Number(document.body.dataset.{name} || 0)") for name in ("gaps", "losses"))
+    if gaps != losses or losses > 2:
+        day.fail(f"the stream had {gaps} gaps, and the line to the amplifier {losses} losses")
     Select(day.browser.find_element(By.ID, "window")).select_by_value("15")
 
 

@@ -167,6 +167,7 @@ function onStream(event) {
   const lost = event.lost > 0 || (stream.next !== null && !event.restarted && event.first !== stream.next);
   stream.heard = performance.now();
   stream.next = event.first + event.drive.length;
+  if (event.lost > 0) { page.losses = Number(page.losses || 0) + 1; } // of frames on the line to the amplifier
   if (lost) { page.gaps = Number(page.gaps || 0) + 1; }
   if (!line.has_parameters) { return; }
   rows.count = rowAt(event.t); // snapshots that came before it
