@@ -94,14 +94,7 @@ static void pass(void *memory, double drive_v) {
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
-    if (state->past == 0) {
-        preisach_memory_demagnetise(&state->memory, &state->grid);
-    } else {
-        preisach_memory_begin(&state->memory, &state->grid);
-        for (size_t k = 0; k < state->past; k++) {
-            preisach_memory_move(&state->memory, &state->grid, state->past_v[k]);
-        }
-    }
+    preisach_memory_settle(&state->memory, &state->grid, state->past_v, state->past);
     step(state, signal);
 }
 

@@ -137,12 +137,23 @@ void preisach_memory_move(preisach_memory_t *memory, const preisach_grid_t *grid
     }
 }
 
-void preisach_memory_demagnetise(preisach_memory_t *memory, const preisach_grid_t *grid) {
+static void demagnetise(preisach_memory_t *memory, const preisach_grid_t *grid) {
     const size_t last = grid->levels - 1;
     preisach_memory_begin(memory, grid);
     for (size_t k = 0; 2 * k < last; k++) {
         preisach_memory_move(memory, grid, grid->level_v[k]);
         preisach_memory_move(memory, grid, grid->level_v[last - k]);
+    }
+}
+
+void preisach_memory_settle(preisach_memory_t *memory, const preisach_grid_t *grid, const double *past_v, size_t past) {
+    if (past == 0) {
+        demagnetise(memory, grid);
+        return;
+    }
+    preisach_memory_begin(memory, grid);
+    for (size_t k = 0; k < past; k++) {
+        preisach_memory_move(memory, grid, past_v[k]);
     }
 }
 

@@ -50,8 +50,9 @@ typedef struct {
 
 /** All relays down: the drive at the lowest level, no reversals. */
 void preisach_memory_begin(preisach_memory_t *memory, const preisach_grid_t *grid);
-/** A decaying oscillation over all levels, each reversal one level further in, to the middle. */
-void preisach_memory_demagnetise(preisach_memory_t *memory, const preisach_grid_t *grid);
+/** What these drives left, one after the other from the lowest level on; of none: demagnetised, by a decaying
+ * oscillation over all levels, each reversal one level further in, to the middle. */
+void preisach_memory_settle(preisach_memory_t *memory, const preisach_grid_t *grid, const double *past_v, size_t past);
 /** Moves the drive to drive_v. */
 void preisach_memory_move(preisach_memory_t *memory, const preisach_grid_t *grid, double drive_v);
 

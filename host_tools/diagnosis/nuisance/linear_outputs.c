@@ -183,14 +183,7 @@ static void run_bank(const linear_outputs_t *linear, const signal_t *signal, siz
 static void settle_relays(const linear_outputs_t *linear, const signal_t *signal) {
     const parameter_t *past = model_parameter(linear->hysteresis, "past_v");
     relays_t *relays = linear->relays;
-    if (past->count == 0) {
-        preisach_memory_demagnetise(&relays->memory, &relays->grid);
-    } else {
-        preisach_memory_begin(&relays->memory, &relays->grid);
-        for (size_t k = 0; k < past->count; k++) {
-            preisach_memory_move(&relays->memory, &relays->grid, past->value[k]);
-        }
-    }
+    preisach_memory_settle(&relays->memory, &relays->grid, past->value, past->count);
     preisach_memory_move(&relays->memory, &relays->grid, signal->value);
     relays->known = 0;
 }
