@@ -39,6 +39,7 @@ typedef struct {
     uint32_t sample_rate_mhz;
     uint32_t cost_rate_hz;      /**< counts per second of board_cost_counter */
     uint32_t modbus_silence_us; /**< least silence that ends a frame (line_silence_us) */
+    bool modbus_ends_at_length; /**< a line that has no bytes of others: modbus_server.h */
     uint16_t safe_code;         /**< drive code without an image, from reset on */
     /** No two drive codes are farther apart than this, whatever makes the drive: a source that starts elsewhere, a new
      * image, a filter, a jump of the reference. What the power stage's current limit and the actuator can stand. */

@@ -289,10 +289,18 @@ bool device_arm(device_t *device, failure_t *failure) {
     if (write_register(device, INDEX_command, COMMAND_ARM, TRIES, failure) != LINE_DONE) {
         return fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?");
     }
-    int64_t samples = -1;
+    /* Telemetry is of the newest sample, which may be older than the command: only what a later one says counts. */
+    if (!device_read(device, INDEX_sequence, &now[INDEX_sequence], failure)) {
+        return false;
+    }
+    int64_t samples = now[INDEX_sequence];
     for (double until_s = monotonic_s() + STANDSTILL_S; monotonic_s() < until_s;) {
+        sleep_until(monotonic_s() + 0.02);
         if (!device_read_span(device, INDEX_sequence, INDEX_amplifier_state, now, failure)) {
             return false;
+        }
+        if (now[INDEX_sequence] == samples) {
+            continue;
         }
         if (now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
             char faults[FAULTS_TEXT];
@@ -302,11 +310,8 @@ bool device_arm(device_t *device, failure_t *failure) {
         if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
             return true;
         }
-        if (now[INDEX_sequence] != samples) {
-            samples = now[INDEX_sequence];
-            until_s = monotonic_s() + STANDSTILL_S;
-        }
-        sleep_until(monotonic_s() + 0.02);
+        samples = now[INDEX_sequence];
+        until_s = monotonic_s() + STANDSTILL_S;
     }
     return fail(failure,
                 "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",

@@ -55,7 +55,7 @@ extern uint32_t fake_core_hz;
 /** Called with each frame that is sent, when it is set. */
 extern void (*fake_board_sends)(const uint8_t *frame, size_t length);
 
-/* FAKE_CONVERTER_BITS comes from CMakeLists.txt. */
+/* FAKE_CONVERTER_BITS and FAKE_ENDS_AT_LENGTH come from CMakeLists.txt. */
 
 /** Its flash sectors, which keep what they hold over fake_board_start. */
 typedef struct {

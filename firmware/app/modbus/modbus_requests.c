@@ -28,6 +28,32 @@ uint16_t modbus_crc(const uint8_t *bytes, size_t count) {
     return (uint16_t)crc;
 }
 
+size_t modbus_request_length(const uint8_t *frame, size_t length) {
+    const uint8_t function = length < FRAME_MIN ? 0 : frame[1];
+    size_t count_at; /* where the bytes of what is written are counted; they are the last before the CRC */
+    switch (function) {
+    case 1:
+    case 2:
+    case 3:
+    case 4:
+    case 5:
+    case 6:
+        return 8;
+    case 22:
+        return 10;
+    case 15:
+    case 16:
+        count_at = 6;
+        break;
+    case 23:
+        count_at = 10;
+        break;
+    default:
+        return 0;
+    }
+    return length > count_at ? count_at + 1U + frame[count_at] + CRC_BYTES : 0;
+}
+
 static uint16_t get16(const uint8_t *at) {
     return (uint16_t)(at[0] << 8 | at[1]);
 }

@@ -249,6 +249,13 @@ static void take(uint16_t item) {
     }
 }
 
+/* Of a frame that nothing follows yet. */
+static bool ends_at_length(void) {
+    return board_info.modbus_ends_at_length && !frame.broken &&
+           frame.length == modbus_request_length(frame_bytes, frame.length) &&
+           modbus_crc(frame_bytes, frame.length) == 0;
+}
+
 bool modbus_server_poll(void) {
     bool any = false;
     while (!ring_empty()) {
@@ -263,7 +270,7 @@ bool modbus_server_poll(void) {
      * is later than `now`, so it carries the mark of the silence itself (the gap is no longer than the silence). */
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_acquire);
     const uint32_t now = board_microseconds();
-    if (frame.started && now - last > silence_us() && ring_empty()) {
+    if (frame.started && (now - last > silence_us() || ends_at_length()) && ring_empty()) {
         serve_frame();
         any = true;
     }

@@ -16,6 +16,10 @@
  * ends it, and each part of a cut frame fails its length or CRC. A frame that nothing follows is served once
  * line_silence_us have passed.
  *
+ * A board whose line has no other server and loses no byte, as the emulated one, says so (modbus_ends_at_length). There
+ * a request whose length is its own (modbus_request_length), and whose CRC is right, does not wait for a silence. Any
+ * other frame does.
+ *
  * Echo. Some lines return what is sent. A board of a half-duplex line does not listen while it sends (board.h). What
  * still comes back is known by its bytes. When a frame begins within two silences of an answer's end and begins with a
  * copy of that answer, the copy is dropped and counted (`line_echoes`), and what follows it is the frame. Only the
@@ -53,7 +57,12 @@ typedef enum {
 modbus_outcome_t modbus_serve(const uint8_t *frame, size_t length, uint8_t reply[MODBUS_FRAME_MAX],
                               size_t *reply_length);
 
-/** CRC-16 of the protocol (reflected, 0xA001, start 0xFFFF); low byte goes out first. */
+/** How long a request is by its own account, CRC included: of functions 1 to 6, 15, 16, 22 and 23. 0: another function,
+ * or too few bytes to tell. It may be more than MODBUS_FRAME_MAX. */
+size_t modbus_request_length(const uint8_t *frame, size_t length);
+
+/** CRC-16 of the protocol (reflected, 0xA001, start 0xFFFF); low byte goes out first. Over a frame and its CRC it is 0.
+ */
 uint16_t modbus_crc(const uint8_t *bytes, size_t count);
 
 /** No byte received, counters zero, and the line as it is in these settings, which are valid. */
