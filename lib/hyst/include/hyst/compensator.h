@@ -47,7 +47,8 @@ enum {
     HYST_STAGE_DRIVE_CURVE = 8,
     HYST_STAGE_INERTIA = 16,
     HYST_STAGE_EQUALISE = 32,
-    HYST_STAGE_OTHER_FAMILY = 64 /**< the hysteresis is another than play operators */
+    HYST_STAGE_OTHER_FAMILY = 64, /**< the hysteresis is another than play operators */
+    HYST_STAGE_LINE = 128         /**< there is no hysteresis: play operators, and none of them (hyst_pi_is_line) */
 };
 
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
