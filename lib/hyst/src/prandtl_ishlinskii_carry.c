@@ -104,14 +104,21 @@ static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 static void lay_outermost(const hyst_pi_t *from, const hyst_pi_run_t *outermost, const hyst_pi_t *to,
                           hyst_pi_state_t *to_state) {
     const hyst_q31_t last = from->threshold[from->operators - 1U];
-    const int64_t memory = on_line(line_in(from, outermost), last);
+    const line_t line = line_in(from, outermost);
+    const int64_t memory = on_line(line, last);
     const line_t constant = {memory, 0};
     const line_t farthest = memory >= 0 ? (line_t){HYST_Q31_MAX, -1} : (line_t){HYST_Q31_MIN, 1};
     const int64_t meets = memory >= 0 ? HYST_Q31_MAX - memory : memory - HYST_Q31_MIN;
+    const uint32_t known = operators_up_to(to, last, to->operators);
+    const uint32_t kept = operators_up_to(to, meets, to->operators);
     to_state->runs = 0;
-    lay(to, to_state, to->operators, farthest);
-    lay(to, to_state, operators_up_to(to, meets, to->operators), constant);
-    lay(to, to_state, operators_up_to(to, last, to->operators), line_in(from, outermost));
+    if (kept < to->operators) {
+        lay(to, to_state, to->operators, farthest);
+    }
+    if (known < kept) {
+        lay(to, to_state, kept, constant);
+    }
+    lay(to, to_state, known, line);
 }
 
 /* Run k >= 1, inwards of the last known point of the run around it. */
