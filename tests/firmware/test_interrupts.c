@@ -36,17 +36,19 @@ void tearDown(void) {
     set_timer(0, SIG_IGN);
 }
 
-/* A sample in which every word is the same number. */
+/* A sample in which every word is the same number, and so many samples with every limit. */
 static void publish_next(int signal) {
     (void)signal;
     interrupts = interrupts + 1;
     static telemetry_t sample;
+    static limit_counts_t limits;
     uint32_t words[sizeof sample / sizeof(uint32_t)];
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         words[i] = (uint32_t)interrupts;
     }
     memcpy(&sample, words, sizeof sample);
-    telemetry_publish(&sample);
+    limits.samples[LIMIT_SETS - 1] = (uint32_t)interrupts;
+    telemetry_publish(&sample, &limits);
 }
 _Static_assert(sizeof(telemetry_t) % sizeof(uint32_t) == 0, "telemetry is words");
 
@@ -57,7 +59,9 @@ static void test_telemetry_is_never_torn(void) {
         telemetry_t sample;
         uint32_t words[sizeof sample / sizeof(uint32_t)];
         telemetry_read(&sample);
-        sample.capture_state = sample.capture_frames = sample.sequence; /* not the interrupt's: filled in on reading */
+        TEST_ASSERT_EQUAL_HEX32(LIMIT_SETS - 1, sample.limits_sticky);
+        /* Filled in on reading. */
+        sample.capture_state = sample.capture_frames = sample.limits_sticky = sample.sequence;
         memcpy(words, &sample, sizeof sample);
         for (size_t i = 1; i < sizeof words / sizeof words[0]; i++) {
             TEST_ASSERT_EQUAL_UINT32(words[0], words[i]);
