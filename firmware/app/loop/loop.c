@@ -112,9 +112,9 @@ static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
 
 /* The source's, within its limits. */
 static inline hyst_q31_t next_reference(unsigned *events) {
-    const hyst_q31_t wanted = source_step(&loop.source);
-    loop.reference = reference_limited(&loop.limit, loop.reference, wanted);
-    *events = loop.reference != wanted ? REFERENCE_LIMITED : 0U;
+    bool held;
+    loop.reference = reference_limited(&loop.limit, loop.reference, source_step(&loop.source), &held);
+    *events = held ? REFERENCE_LIMITED : 0U;
     return loop.reference;
 }
 

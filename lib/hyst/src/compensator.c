@@ -38,6 +38,7 @@ void hyst_compensator_prepare(hyst_compensator_t *c) {
                 (c->curved ? (unsigned)HYST_STAGE_DRIVE_CURVE : 0U) |
                 (c->inertia.sections > 0 ? (unsigned)HYST_STAGE_INERTIA : 0U) |
                 (c->equalise.sections > 0 ? (unsigned)HYST_STAGE_EQUALISE : 0U) | stage_of_hysteresis(&c->hysteresis);
+    c->cascades = c->shape.sections | c->inertia.sections << 8 | c->equalise.sections << 16;
     if (c->curved) {
         hyst_curve_invert(&c->drive_curve, &c->drive_curve_inverse);
     }
@@ -298,8 +299,7 @@ HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hys
     if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
         hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, memory));
     }
-    if (from->reference_curved || to->reference_curved || from->shape.sections != to->shape.sections ||
-        from->inertia.sections != to->inertia.sections || from->equalise.sections != to->equalise.sections) {
+    if (from->reference_curved || to->reference_curved || from->cascades != to->cascades) {
         state->settled = false; /* another input or cascade: its state starts settled at the next reference */
     }
     state->adopted = true;

@@ -55,6 +55,7 @@ enum {
 typedef struct {
     /* What is small comes first, here and in the state: it is then within the reach of one load. */
     unsigned stages;       /**< HYST_STAGE_ bits of those that there are, written by hyst_compensator_prepare */
+    unsigned cascades;     /**< how many sections each has, a byte each; by the same */
     bool curved;           /**< the hysteresis sees drive_curve(drive) */
     bool reference_curved; /**< the position is reference_curve(reference) */
     hyst_q31_t drive_low, drive_high; /**< limits of the drive, low < high */
