@@ -16,8 +16,8 @@ typedef struct {
     hyst_q31_t slew;      /**< per sample, > 0 */
 } reference_limit_t;
 
-/** `wanted` within the limits, at most `slew` from `last`: a last one that is outside comes back that fast. *held: it is
- * another. */
+/** `wanted` within the limits, at most `slew` from `last`: a last one that is outside comes back that fast. *held: it
+ * is another. */
 static inline hyst_q31_t reference_limited(const reference_limit_t *limit, hyst_q31_t last, hyst_q31_t wanted,
                                            bool *held) {
     const hyst_q31_t lowest = hyst_subtract(last, limit->slew);
