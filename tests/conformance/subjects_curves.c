@@ -76,7 +76,9 @@ void subject_bouc_wen(digest_t *digest, generator_t *generator) {
         digest_memory(digest, &state[0]);
         digest_memory(digest, &state[1]);
         if (pass > 0) {
-            hyst_bouc_wen_carry(present, &state[1], &model[1U - (pass & 1U)], &state[0]);
+            uint32_t carried = 0;
+            while (!hyst_bouc_wen_carry(present, &state[1], &model[1U - (pass & 1U)], &state[0], &carried)) {
+            }
             digest_memory(digest, &state[0]);
         }
     }

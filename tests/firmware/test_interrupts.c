@@ -36,17 +36,19 @@ void tearDown(void) {
     set_timer(0, SIG_IGN);
 }
 
-/* A sample in which every word is the same number. */
+/* A sample in which every word is the same number, and so many samples with every limit. */
 static void publish_next(int signal) {
     (void)signal;
     interrupts = interrupts + 1;
     static telemetry_t sample;
+    static limit_counts_t limits;
     uint32_t words[sizeof sample / sizeof(uint32_t)];
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
         words[i] = (uint32_t)interrupts;
     }
     memcpy(&sample, words, sizeof sample);
-    telemetry_publish(&sample);
+    limits.samples[LIMIT_SETS - 1] = (uint32_t)interrupts;
+    telemetry_publish(&sample, &limits);
 }
 _Static_assert(sizeof(telemetry_t) % sizeof(uint32_t) == 0, "telemetry is words");
 
@@ -57,12 +59,50 @@ static void test_telemetry_is_never_torn(void) {
         telemetry_t sample;
         uint32_t words[sizeof sample / sizeof(uint32_t)];
         telemetry_read(&sample);
-        sample.capture_state = sample.capture_frames = sample.sequence; /* not the interrupt's: filled in on reading */
+        TEST_ASSERT_EQUAL_HEX32(LIMIT_SETS - 1, sample.limits_sticky);
+        /* Filled in on reading. */
+        sample.capture_state = sample.capture_frames = sample.limits_sticky = sample.sequence;
         memcpy(words, &sample, sizeof sample);
         for (size_t i = 1; i < sizeof words / sizeof words[0]; i++) {
             TEST_ASSERT_EQUAL_UINT32(words[0], words[i]);
         }
     }
+}
+
+/* A register of a limit has the samples of all sets that it is in, and no others; sums saturate. */
+static void test_counts_of_sets_of_limits_add_up(void) {
+    static telemetry_t sample;
+    static limit_counts_t limits;
+    for (uint32_t set = 0; set < LIMIT_SETS; set++) {
+        limits.samples[set] = 1000U + set;
+    }
+    limits.samples[LIMIT_DRIVE | LIMIT_REFERENCE] = 0;
+    telemetry_publish(&sample, &limits);
+    telemetry_t read;
+    telemetry_read(&read);
+    const uint32_t bits[] = {LIMIT_DRIVE, LIMIT_UNREACHABLE, LIMIT_FILTER, LIMIT_SLEW, LIMIT_REFERENCE};
+    const uint32_t counters[] = {read.drive_limited, read.unreachable, read.filter_saturated, read.slew_limited,
+                                 read.reference_limited};
+    uint32_t samples = 0;
+    uint32_t expected[sizeof bits / sizeof bits[0]] = {0};
+    for (uint32_t set = 0; set < LIMIT_SETS; set++) {
+        samples += limits.samples[set];
+        for (size_t i = 0; i < sizeof bits / sizeof bits[0]; i++) {
+            expected[i] += (set & bits[i]) != 0 ? limits.samples[set] : 0;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32_ARRAY(expected, counters, sizeof bits / sizeof bits[0]);
+    TEST_ASSERT_EQUAL_UINT32(samples, read.samples);
+    for (uint32_t set = 0; set < LIMIT_SETS; set++) {
+        limits.samples[set] = 0;
+    }
+    limits.samples[0] = 7;
+    limits.samples[LIMIT_SLEW] = limits.samples[LIMIT_SLEW | LIMIT_MEMORY] = UINT32_MAX;
+    telemetry_read(&read);
+    TEST_ASSERT_EQUAL_HEX32(LIMIT_SLEW | LIMIT_MEMORY, read.limits_sticky);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, read.slew_limited);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, read.samples);
+    TEST_ASSERT_EQUAL_UINT32(0, read.drive_limited);
 }
 
 static uint8_t request[MODBUS_FRAME_MAX];
@@ -231,6 +271,7 @@ static void test_a_fault_within_a_request_has_the_last_word(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_telemetry_is_never_torn);
+    RUN_TEST(test_counts_of_sets_of_limits_add_up);
     RUN_TEST(test_no_frame_is_lost_or_split);
     RUN_TEST(test_a_fault_within_a_request_has_the_last_word);
     return UNITY_END();

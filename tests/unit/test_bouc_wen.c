@@ -249,22 +249,41 @@ static void test_extremes(void) {
     }
 }
 
+/* In as many calls as it takes. */
+static unsigned carry(const hyst_bouc_wen_t *from, const hyst_bouc_wen_state_t *state, const hyst_bouc_wen_t *to,
+                      hyst_bouc_wen_state_t *to_state) {
+    uint32_t carried = 0;
+    unsigned calls = 1;
+    while (!hyst_bouc_wen_carry(from, state, to, to_state, &carried)) {
+        calls++;
+    }
+    return calls;
+}
+
 static void test_carry(void) {
+    unsigned differs_at_last = 0; /* curves that only their last corner tells apart */
     for (int run = 0; run < 200; run++) {
         const bouc_wen_arguments_t a = bouc_wen_random(&rng);
         bouc_wen_arguments_t b = bouc_wen_random(&rng);
         const hyst_bouc_wen_t from = bouc_wen_accept(&a);
         const hyst_bouc_wen_t to = bouc_wen_accept(&b);
-        hyst_bouc_wen_state_t state, same, other;
+        hyst_bouc_wen_state_t state, same, other, at_last;
+        memset(&state, 0, sizeof state);
+        memset(&at_last, 0, sizeof at_last);
         hyst_bouc_wen_reset(&from, &state, random_q31(&rng));
         for (int k = 0; k < 20; k++) {
             hyst_bouc_wen_advance(&from, &state, random_q31(&rng));
         }
         memset(&same, 0, sizeof same);
-        hyst_bouc_wen_carry(&from, &state, &from, &same);
+        TEST_ASSERT_EQUAL_UINT((from.cells + HYST_BOUC_WEN_CARRY_CORNERS) / HYST_BOUC_WEN_CARRY_CORNERS,
+                               carry(&from, &state, &from, &same));
         TEST_ASSERT_TRUE(same.place == state.place && same.rest == state.rest && same.side == state.side &&
                          same.drive == state.drive);
-        hyst_bouc_wen_carry(&from, &state, &to, &other);
+        TEST_ASSERT_TRUE(carry(&from, &state, &to, &other) <= HYST_BOUC_WEN_CARRY_CALLS);
+        hyst_bouc_wen_t longer = from;
+        longer.share[from.cells] *= 2;
+        (void)carry(&from, &state, &longer, &at_last);
+        differs_at_last += from.cells > 0 && memcmp(&at_last, &state, sizeof state) != 0 ? 1U : 0U;
         TEST_ASSERT_EQUAL_INT32(state.drive, other.drive);
         const double end = (double)from.share[from.cells];
         if (a.cells > 0 && fabs(end) > 0x1p40) { /* else h is a handful of units */
@@ -283,6 +302,7 @@ static void test_carry(void) {
             }
         }
     }
+    TEST_ASSERT_GREATER_THAN_UINT(100, differs_at_last);
 }
 
 static void expect(hyst_bouc_wen_status_t status, const bouc_wen_arguments_t *a, uint32_t at) {

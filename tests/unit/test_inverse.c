@@ -8,6 +8,7 @@
 #include "unity.h"
 #include <inttypes.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -147,6 +148,38 @@ static void test_composition_without_operators(void) {
 
 /* Inverse after forward: the drive is found again to within the rounding of the position, 1/2 unit divided by the
  * flattest slope. */
+/* Without operators and rate: the short way finds what the long one does, and keeps the same memory. */
+static void test_the_way_of_a_straight_line(void) {
+    unsigned ends = 0;
+    for (int run = 0; run < 200; run++) {
+        const pi_arguments_t a = pi_random(&rng, 0, false);
+        const hyst_pi_t model = pi_accept(&a);
+        hyst_pi_state_t by_search, by_line;
+        hyst_pi_reset(&model, &by_search, 0);
+        by_line = by_search;
+        TEST_ASSERT_TRUE(hyst_pi_is_line(&model));
+        hyst_q31_t ramp = 0;
+        for (int k = 0; k < 1000; k++) {
+            const hyst_q31_t position =
+                reference_sample(&model, &by_search, (kind_t)(random_bits(&rng) % KINDS), &ramp);
+            bool saturated = false;
+            bool met = false;
+            hyst_pi_found_t found;
+            const hyst_q31_t expected = hyst_pi_find(&model, &by_search, position, &saturated, &found);
+            TEST_ASSERT_EQUAL_INT32(expected, hyst_pi_solve_line(&model, position, &met));
+            TEST_ASSERT_EQUAL_INT(saturated, met);
+            ends += saturated ? 1U : 0U;
+            hyst_pi_follow(&model, &by_search, expected, &found);
+            hyst_pi_follow_line(&by_line, expected);
+            TEST_ASSERT_EQUAL_MEMORY(&by_search, &by_line, offsetof(hyst_pi_state_t, run));
+        }
+    }
+    TEST_ASSERT_TRUE(ends > 0);
+    const pi_arguments_t with_operators = pi_random(&rng, 1, false);
+    const hyst_pi_t bank = pi_accept(&with_operators);
+    TEST_ASSERT_FALSE(hyst_pi_is_line(&bank));
+}
+
 static void test_inverse_of_forward(void) {
     for (int run = 0; run < 300; run++) {
         const pi_arguments_t a = pi_random(&rng, run % 2 == 0 ? 10 : 64, run % 3 == 0);
@@ -254,6 +287,7 @@ int main(void) {
     RUN_TEST(test_composition_64_fixed);
     RUN_TEST(test_composition_64_rate_dependent);
     RUN_TEST(test_composition_without_operators);
+    RUN_TEST(test_the_way_of_a_straight_line);
     RUN_TEST(test_inverse_of_forward);
     RUN_TEST(test_agrees_with_the_published_analytic_inverse);
     RUN_TEST(test_published_inverse_weights_do_not_follow_from_the_formula);

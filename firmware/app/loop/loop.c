@@ -8,6 +8,7 @@
 
 loop_memory_t loop;
 past_t loop_past[HISTORY];
+limit_counts_t loop_limits;
 
 static hyst_q31_t from_code(uint16_t code) {
     return (hyst_q31_t)((uint32_t)(code ^ BOARD_CODE_MIDDLE) << 16);
@@ -57,7 +58,8 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.model_warns = false;
     loop.telemetry = (telemetry_t){.state = LOOP_PARKED, .drive = park};
     loop_note_faults(faults);
-    telemetry_publish(&loop.telemetry);
+    loop_limits = (limit_counts_t){0};
+    telemetry_publish(&loop.telemetry, &loop_limits);
     capture_init();
     model_watch_init();
     sensor_watch_init();
@@ -110,9 +112,9 @@ static bool overruled(hyst_mode_t *mode, hyst_q31_t *reference) {
 
 /* The source's, within its limits. */
 static inline hyst_q31_t next_reference(unsigned *events) {
-    const hyst_q31_t wanted = source_step(&loop.source);
-    loop.reference = reference_limited(&loop.limit, loop.reference, wanted);
-    *events = loop.reference != wanted ? REFERENCE_LIMITED : 0U;
+    bool held;
+    loop.reference = reference_limited(&loop.limit, loop.reference, source_step(&loop.source), &held);
+    *events = held ? REFERENCE_LIMITED : 0U;
     return loop.reference;
 }
 
@@ -163,18 +165,6 @@ static hyst_q31_t ramp_to_park(unsigned *events) {
     return loop.compensator.drive;
 }
 
-/* What the limits did in this sample. */
-static HYST_WITHIN void report_limits(unsigned events) {
-    telemetry_t *t = &loop.telemetry;
-    t->limits_live = events;
-    t->limits_sticky |= events;
-    count(&t->drive_limited, (events & HYST_STEP_DRIVE_LIMITED) != 0);
-    count(&t->unreachable, (events & HYST_STEP_UNREACHABLE) != 0);
-    count(&t->filter_saturated, (events & HYST_STEP_FILTER_SATURATED) != 0);
-    count(&t->slew_limited, (events & SLEW_LIMITED) != 0);
-    count(&t->reference_limited, (events & REFERENCE_LIMITED) != 0);
-}
-
 /* The values that belong to this position. */
 static inline void account(uint16_t position_code, hyst_q31_t reference, hyst_q31_t drive, unsigned events) {
     telemetry_t *t = &loop.telemetry;
@@ -185,10 +175,8 @@ static inline void account(uint16_t position_code, hyst_q31_t reference, hyst_q3
     t->reference = loop_past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
     t->drive = loop_past[shown % HISTORY].drive;
     t->position = from_code(position_code);
-    count_one(&t->samples);
-    if ((events | t->limits_live) != 0) {
-        report_limits(events);
-    }
+    t->limits_live = events;
+    count_one(&loop_limits.samples[events]);
 }
 
 static inline void capture_aligned(uint16_t position_code) {

@@ -299,10 +299,10 @@ void loop_clear(void) {
     telemetry_t *t = &loop.telemetry;
 #define COUNTER(name, address, note, text) t->name = 0;
 #include "registers/registers.def"
-    t->samples = 0;
+    loop_limits = (limit_counts_t){0};
     t->current_peak = 0;
     t->cost_last = t->cost_max = 0;
-    t->faults_sticky = t->fault_first = t->limits_sticky = 0;
+    t->faults_sticky = t->fault_first = 0;
     t->warnings_sticky = t->warnings_live;
     model_watch_clear();
     loop_note_faults(loop.standing_faults);

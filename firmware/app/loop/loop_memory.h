@@ -60,12 +60,16 @@ typedef struct {
 
 extern loop_memory_t loop;
 extern past_t loop_past[HISTORY]; /* by sequence number */
+extern limit_counts_t loop_limits;
 
-/* More events beside the HYST_STEP_ ones. All are the bits of limits_live. */
+/* More events beside the HYST_STEP_ ones. All are the bits of limits_live, and the events of a sample a set of them. */
 enum { SLEW_LIMITED = LIMIT_SLEW, MEMORY_LOST = LIMIT_MEMORY, REFERENCE_LIMITED = LIMIT_REFERENCE };
 _Static_assert((int)HYST_STEP_DRIVE_LIMITED == (int)LIMIT_DRIVE, "an event is its limit");
 _Static_assert((int)HYST_STEP_UNREACHABLE == (int)LIMIT_UNREACHABLE, "an event is its limit");
 _Static_assert((int)HYST_STEP_FILTER_SATURATED == (int)LIMIT_FILTER, "an event is its limit");
+_Static_assert(((int)HYST_STEP_DRIVE_LIMITED | (int)HYST_STEP_UNREACHABLE | (int)HYST_STEP_FILTER_SATURATED |
+                SLEW_LIMITED | MEMORY_LOST | REFERENCE_LIMITED) < (int)LIMIT_SETS,
+               "the events of a sample are one of the sets");
 
 /* Faults that trip. The others are only reported: the loop needs neither a punctual clock nor the position. */
 #define TRIPS                                                                                                          \

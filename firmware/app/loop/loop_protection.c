@@ -95,7 +95,8 @@ void loop_protect(uint32_t board_faults, uint32_t missed, uint32_t unhealthy) {
     if (faults != 0 && ((faults & FAULT_OVERLOAD) != 0 || loop.power.state != POWER_OFF)) {
         trip(faults);
     }
-    const uint32_t failed = power_sample(&loop.power, parked, health_watch_outside());
+    const uint32_t failing = loop.power.state == POWER_PRECHARGE ? health_watch_outside() : 0U;
+    const uint32_t failed = power_sample(&loop.power, parked, failing);
     if (failed != 0) {
         trip(failed);
     }

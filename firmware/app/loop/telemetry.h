@@ -30,7 +30,8 @@ enum {
     LIMIT_FILTER = 4,      /**< a filter saturated */
     LIMIT_SLEW = 8,        /**< the drive moves as fast as the board allows */
     LIMIT_MEMORY = 16,     /**< the model's memory was lost: condition the actuator */
-    LIMIT_REFERENCE = 32   /**< the reference is not what its source asks for (reference_limit.h) */
+    LIMIT_REFERENCE = 32,  /**< the reference is not what its source asks for (reference_limit.h) */
+    LIMIT_SETS = 64        /**< sets of them */
 };
 
 /** Bits of the registers `warnings_live` and `warnings_sticky`: nothing stops. Append only. */
@@ -55,11 +56,18 @@ typedef struct {
 #include "registers/registers.def"
 } telemetry_t;
 
-/** Where the sample is, which stays there and is read there. From then on only the sample interrupt may write to it (or
- * the main loop, under board_lock), and each sample has another sequence number. */
-void telemetry_publish(const telemetry_t *sample);
+/** Samples since start or clear, by the set of limits that were in force (LIMIT_ bits): a sample counts one number, and
+ * who reads adds them up. */
+typedef struct {
+    uint32_t samples[LIMIT_SETS]; /**< saturate */
+} limit_counts_t;
 
-/** Main loop only: the newest sample. How far a capture is (capture.h) is filled in here. */
+/** Where the sample and the counts are, which stay there and are read there. From then on only the sample interrupt may
+ * write to them (or the main loop, under board_lock), and each sample has another sequence number. */
+void telemetry_publish(const telemetry_t *sample, const limit_counts_t *limits);
+
+/** Main loop only: the newest sample. Filled in here are how far a capture is (capture.h), and what the counts of
+ * limits say: samples, limits_sticky and the limits' counters. */
 void telemetry_read(telemetry_t *sample);
 
 #endif

@@ -9,20 +9,26 @@
 #define REFERENCE_LIMIT_H
 
 #include "hyst/fixed.h"
+#include <stdbool.h>
 
 typedef struct {
     hyst_q31_t low, high; /**< low <= high */
     hyst_q31_t slew;      /**< per sample, > 0 */
 } reference_limit_t;
 
-/** `wanted` within the limits, at most `slew` from `last`: a last one that is outside comes back that fast. */
-static inline hyst_q31_t reference_limited(const reference_limit_t *limit, hyst_q31_t last, hyst_q31_t wanted) {
+/** `wanted` within the limits, at most `slew` from `last`: a last one that is outside comes back that fast. *held: it
+ * is another. */
+static inline hyst_q31_t reference_limited(const reference_limit_t *limit, hyst_q31_t last, hyst_q31_t wanted,
+                                           bool *held) {
     const hyst_q31_t lowest = hyst_subtract(last, limit->slew);
     const hyst_q31_t highest = hyst_add(last, limit->slew);
     if (wanted >= limit->low && wanted <= limit->high && wanted >= lowest && wanted <= highest) {
+        *held = false;
         return wanted; /* most often */
     }
-    return hyst_clamp(hyst_clamp(wanted, limit->low, limit->high), lowest, highest);
+    const hyst_q31_t limited = hyst_clamp(hyst_clamp(wanted, limit->low, limit->high), lowest, highest);
+    *held = limited != wanted;
+    return limited;
 }
 
 #endif

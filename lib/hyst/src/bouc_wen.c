@@ -268,12 +268,13 @@ hyst_q31_t hyst_bouc_wen_inverse(const hyst_bouc_wen_t *model, hyst_bouc_wen_sta
     return drive;
 }
 
-static bool same_curve(const hyst_bouc_wen_t *a, const hyst_bouc_wen_t *b) {
-    bool same = a->cells == b->cells;
-    for (uint32_t i = 0; same && i <= a->cells; i++) {
-        same = a->place[i] == b->place[i] && a->share[i] == b->share[i];
+/* How many corners from the first on both curves share, looking from `corner` on at `most` of them. */
+static uint32_t alike_up_to(const hyst_bouc_wen_t *a, const hyst_bouc_wen_t *b, uint32_t corner, uint32_t most) {
+    const uint32_t end = corner + most < a->cells + 1U ? corner + most : a->cells + 1U;
+    while (corner < end && a->place[corner] == b->place[corner] && a->share[corner] == b->share[corner]) {
+        corner++;
     }
-    return same;
+    return corner;
 }
 
 /* `share` of the one curve's end, taken from the other: Q59. */
@@ -287,11 +288,21 @@ static int64_t rescale(int64_t share, int64_t from_end, int64_t to_end) {
     return fraction * (to_end / HYST_Q28_ONE); /* 2^28 * 2^31 */
 }
 
-void hyst_bouc_wen_carry(const hyst_bouc_wen_t *from, const hyst_bouc_wen_state_t *from_state,
-                         const hyst_bouc_wen_t *to, hyst_bouc_wen_state_t *to_state) {
+bool hyst_bouc_wen_carry(const hyst_bouc_wen_t *from, const hyst_bouc_wen_state_t *from_state,
+                         const hyst_bouc_wen_t *to, hyst_bouc_wen_state_t *to_state, uint32_t *carried) {
+    bool same = from->cells == to->cells;
+    if (same) {
+        const uint32_t begin = *carried;
+        *carried = alike_up_to(from, to, begin, HYST_BOUC_WEN_CARRY_CORNERS);
+        same = *carried == from->cells + 1U;
+        if (!same && *carried == begin + HYST_BOUC_WEN_CARRY_CORNERS) {
+            return false; /* so far they are */
+        }
+    }
     *to_state = *from_state;
-    if (!same_curve(from, to)) {
+    if (!same) {
         const int64_t share = rescale(along(from, from_state), from->share[from->cells], to->share[to->cells]);
         to_state->place = place_of(to, share, &to_state->rest).place;
     }
+    return true;
 }

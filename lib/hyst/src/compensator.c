@@ -24,14 +24,21 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
     state->continues = false;
 }
 
+static unsigned stage_of_hysteresis(const hyst_hysteresis_t *hysteresis) {
+    if (hysteresis->family != HYST_FAMILY_PRANDTL_ISHLINSKII) {
+        return HYST_STAGE_OTHER_FAMILY;
+    }
+    return hyst_pi_is_line(&hysteresis->prandtl_ishlinskii) ? (unsigned)HYST_STAGE_LINE : 0U;
+}
+
 void hyst_compensator_prepare(hyst_compensator_t *c) {
     c->stages = (c->reference_curved ? (unsigned)HYST_STAGE_REFERENCE_CURVE : 0U) |
                 (c->shape.sections > 0 ? (unsigned)HYST_STAGE_SHAPE : 0U) |
                 (c->creep.cells > 0 ? (unsigned)HYST_STAGE_CREEP : 0U) |
                 (c->curved ? (unsigned)HYST_STAGE_DRIVE_CURVE : 0U) |
                 (c->inertia.sections > 0 ? (unsigned)HYST_STAGE_INERTIA : 0U) |
-                (c->equalise.sections > 0 ? (unsigned)HYST_STAGE_EQUALISE : 0U) |
-                (c->hysteresis.family != HYST_FAMILY_PRANDTL_ISHLINSKII ? (unsigned)HYST_STAGE_OTHER_FAMILY : 0U);
+                (c->equalise.sections > 0 ? (unsigned)HYST_STAGE_EQUALISE : 0U) | stage_of_hysteresis(&c->hysteresis);
+    c->cascades = c->shape.sections | c->inertia.sections << 8 | c->equalise.sections << 16;
     if (c->curved) {
         hyst_curve_invert(&c->drive_curve, &c->drive_curve_inverse);
     }
@@ -53,6 +60,20 @@ static HYST_WITHIN hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *st
     return settled ? hyst_iir_step(iir, state, x, saturated) : hyst_iir_begin(iir, state, x, saturated);
 }
 
+/* The hysteresis' drive for a position. */
+static HYST_WITHIN hyst_q31_t invert(const hyst_compensator_t *c, const hyst_hysteresis_state_t *memory,
+                                     hyst_q31_t position, bool *unreachable, hyst_hysteresis_found_t *found,
+                                     unsigned stages) {
+    if ((stages & HYST_STAGE_LINE) != 0) {
+        return hyst_pi_solve_line(&c->hysteresis.prandtl_ishlinskii, position, unreachable);
+    }
+    if ((stages & HYST_STAGE_OTHER_FAMILY) != 0) {
+        return hyst_hysteresis_find(&c->hysteresis, memory, position, unreachable, found);
+    }
+    return hyst_pi_find(&c->hysteresis.prandtl_ishlinskii, &memory->prandtl_ishlinskii, position, unreachable,
+                        &found->prandtl_ishlinskii);
+}
+
 /* Of `stages` those that there may be: a constant, or those of the chain. */
 static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
                                             const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
@@ -71,10 +92,7 @@ static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_co
         /* |elastic - offset| < 2^32. Saturating makes it the farthest that the hysteresis could reach. */
         elastic = hyst_saturate(elastic - hyst_creep_offset(&c->creep, &state->creep));
     }
-    stage_drive_t drive = same((stages & HYST_STAGE_OTHER_FAMILY) != 0
-                                   ? hyst_hysteresis_find(&c->hysteresis, memory, elastic, &unreachable, found)
-                                   : hyst_pi_find(&c->hysteresis.prandtl_ishlinskii, &memory->prandtl_ishlinskii,
-                                                  elastic, &unreachable, &found->prandtl_ishlinskii));
+    stage_drive_t drive = same(invert(c, memory, elastic, &unreachable, found, stages));
     if ((stages & HYST_STAGE_DRIVE_CURVE) != 0) {
         drive = same(hyst_curve_solve_by(&c->drive_curve, &c->drive_curve_inverse, drive.hysteresis, &unreachable));
     }
@@ -107,22 +125,32 @@ static inline void shrink(hyst_transition_t *transition, hyst_q31_t step) {
 }
 
 /* drive + transition, within the limits; *met: it is not that sum. The sum may need 34 bits. But either it lies beyond
- * the limit that the transition leads to, or the way there fits 32 bits, and so does the sum. */
+ * the limit that the transition leads to, or the way there fits 32 bits, and so does the sum. What is then left to ask
+ * is the other limit. */
 static inline hyst_q31_t limited(hyst_q31_t drive, hyst_transition_t transition, hyst_q31_t low, hyst_q31_t high,
                                  bool *met) {
     const uint32_t size = transition.size;
-    hyst_q31_t sum;
-    bool beyond;
+    *met = true;
     if (transition.falls) {
-        beyond = drive < low || (uint32_t)drive - (uint32_t)low < size;
-        sum = beyond ? low : (hyst_q31_t)((uint32_t)drive - size);
-    } else {
-        beyond = drive > high || (uint32_t)high - (uint32_t)drive < size;
-        sum = beyond ? high : (hyst_q31_t)((uint32_t)drive + size);
+        if (drive < low || (uint32_t)drive - (uint32_t)low < size) {
+            return low;
+        }
+        const hyst_q31_t sum = (hyst_q31_t)((uint32_t)drive - size);
+        if (sum > high) {
+            return high;
+        }
+        *met = false;
+        return sum;
     }
-    const hyst_q31_t result = hyst_clamp(sum, low, high);
-    *met = beyond || result != sum;
-    return result;
+    if (drive > high || (uint32_t)high - (uint32_t)drive < size) {
+        return high;
+    }
+    const hyst_q31_t sum = (hyst_q31_t)((uint32_t)drive + size);
+    if (sum < low) {
+        return low;
+    }
+    *met = false;
+    return sum;
 }
 
 /* The drive of this sample, and what hysteresis and creep remember of it. `found`: NULL without a model. */
@@ -146,7 +174,9 @@ static HYST_WITHIN hyst_q31_t apply(const hyst_compensator_t *c, hyst_compensato
     if ((stages & HYST_STAGE_DRIVE_CURVE) != 0) {
         seen = hyst_curve_apply(&c->drive_curve, seen);
     }
-    if (found == NULL) {
+    if ((stages & HYST_STAGE_LINE) != 0) {
+        hyst_pi_follow_line(&memory->prandtl_ishlinskii, seen);
+    } else if (found == NULL) {
         hyst_hysteresis_advance(&c->hysteresis, memory, seen);
     } else if ((stages & HYST_STAGE_OTHER_FAMILY) != 0) {
         hyst_hysteresis_follow(&c->hysteresis, memory, seen, found);
@@ -171,9 +201,16 @@ static HYST_WITHIN hyst_q31_t go_on(const hyst_compensator_t *c, hyst_compensato
 }
 
 /* Most chains have no other stages than filters: a copy of the step for these behind play operators, one for these
- * behind another family, and one for the rest. All take what hyst_compensator_step_within does, in its order. */
+ * behind another family, one where there is no hysteresis at all, and one for the rest. All take what
+ * hyst_compensator_step_within does, in its order. */
 #define FILTERS ((unsigned)HYST_STAGE_SHAPE | (unsigned)HYST_STAGE_EQUALISE)
 #define FAMILY  ((unsigned)HYST_STAGE_OTHER_FAMILY)
+#define LINE    ((unsigned)HYST_STAGE_LINE)
+
+/* The stages of the rest, and of samples that begin: none of them is the shorter for a straight line. */
+static inline unsigned any_of(const hyst_compensator_t *c) {
+    return c->stages & ~LINE;
+}
 
 static HYST_APART hyst_q31_t go_on_plays(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
                                          hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
@@ -188,10 +225,16 @@ static HYST_APART hyst_q31_t go_on_family(const hyst_compensator_t *c, hyst_comp
     return go_on(c, state, reference, low, high, events, (c->stages & FILTERS) | FAMILY);
 }
 
+static HYST_APART hyst_q31_t go_on_line(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                                        hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
+    (void)mode;
+    return go_on(c, state, reference, low, high, events, (c->stages & FILTERS) | LINE);
+}
+
 static HYST_APART hyst_q31_t go_on_any(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
                                        hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
     (void)mode;
-    return go_on(c, state, reference, low, high, events, c->stages);
+    return go_on(c, state, reference, low, high, events, any_of(c));
 }
 
 /* Any other sample: without a model, the first with one, or with new parameters. */
@@ -203,7 +246,7 @@ static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_com
     hyst_hysteresis_found_t found;
     stage_drive_t stage;
     if (compensates) {
-        stage = compensate(c, state, memory, reference, &found, events, c->stages, state->settled);
+        stage = compensate(c, state, memory, reference, &found, events, any_of(c), state->settled);
     } else {
         *events = 0;
         stage = same(without_model(c, mode, reference));
@@ -220,7 +263,7 @@ static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_com
     state->adopted = false;
     state->settled = compensates; /* without a model the filters stand still */
     state->continues = compensates;
-    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, events, c->stages);
+    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, events, any_of(c));
 }
 
 /* Inline where the program is compiled as a whole. */
@@ -230,14 +273,17 @@ inline hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *compens
     if (mode != HYST_MODE_COMPENSATE || !state->continues) {
         return begin_or_pass(compensator, state, mode, reference, low, high, events);
     }
-    switch (compensator->stages & ~FILTERS) {
-    case 0:
+    const unsigned others = compensator->stages & ~FILTERS;
+    if (others == 0) {
         return go_on_plays(compensator, state, mode, reference, low, high, events);
-    case FAMILY:
-        return go_on_family(compensator, state, mode, reference, low, high, events);
-    default:
-        return go_on_any(compensator, state, mode, reference, low, high, events);
     }
+    if (others == FAMILY) {
+        return go_on_family(compensator, state, mode, reference, low, high, events);
+    }
+    if (others == LINE) {
+        return go_on_line(compensator, state, mode, reference, low, high, events);
+    }
+    return go_on_any(compensator, state, mode, reference, low, high, events);
 }
 
 HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,
@@ -253,8 +299,7 @@ HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hys
     if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
         hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, memory));
     }
-    if (from->reference_curved || to->reference_curved || from->shape.sections != to->shape.sections ||
-        from->inertia.sections != to->inertia.sections || from->equalise.sections != to->equalise.sections) {
+    if (from->reference_curved || to->reference_curved || from->cascades != to->cascades) {
         state->settled = false; /* another input or cascade: its state starts settled at the next reference */
     }
     state->adopted = true;

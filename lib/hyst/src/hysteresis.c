@@ -86,8 +86,7 @@ bool hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_
     case HYST_FAMILY_PREISACH:
         return hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach, carried);
     case HYST_FAMILY_BOUC_WEN:
-        hyst_bouc_wen_carry(&from->bouc_wen, &from_state->bouc_wen, &to->bouc_wen, &to_state->bouc_wen);
-        return true;
+        return hyst_bouc_wen_carry(&from->bouc_wen, &from_state->bouc_wen, &to->bouc_wen, &to_state->bouc_wen, carried);
     case HYST_FAMILY_MODIFIED_PLAY:
         hyst_modified_play_carry(&from->modified_play, &from_state->modified_play, &to->modified_play,
                                  &to_state->modified_play);

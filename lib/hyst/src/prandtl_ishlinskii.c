@@ -226,23 +226,28 @@ static inline hyst_q31_t out_of_reach(int outward, bool *saturated, hyst_pi_foun
     return found->drive;
 }
 
-/* The drive inside the gap of the first operator: w_0 u + W = goal. */
-static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal, bool *saturated,
-                                    hyst_pi_found_t *found) {
-    /* w_0 = S_0 > 0 and |goal - W| < 2^62. Half a divisor away from zero, then toward zero. */
-    const int64_t distance = goal - memory_sum(model, state);
+/* distance / w_0, rounded to nearest; false if it is out of range. */
+static inline bool by_first_slope(const hyst_pi_t *model, int64_t distance, hyst_q31_t *drive) {
+    /* w_0 = S_0 > 0 and |distance| < 2^62. Half a divisor away from zero, then toward zero. */
     const uint32_t slope = (uint32_t)model->slope[0].value;
     const uint64_t dividend = (uint64_t)hyst_magnitude(distance) + slope / 2U;
-    if (dividend >> 32 >= slope) { /* |u| >= 2^32 */
-        return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
+    if (dividend >> 32 >= slope) { /* 2^32 or more */
+        return false;
     }
     uint32_t remainder;
     const int64_t size = hyst_divide(dividend, slope, model->slope[0].reciprocal, &remainder);
-    const int64_t drive = distance < 0 ? -size : size;
-    if (drive > HYST_Q31_MAX || drive < HYST_Q31_MIN) {
+    const int64_t quotient = distance < 0 ? -size : size;
+    *drive = (hyst_q31_t)quotient;
+    return *drive == quotient;
+}
+
+/* The drive inside the gap of the first operator: w_0 u + W = goal. */
+static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal, bool *saturated,
+                                    hyst_pi_found_t *found) {
+    const int64_t distance = goal - memory_sum(model, state);
+    if (!by_first_slope(model, distance, &found->drive)) {
         return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
     }
-    found->drive = (hyst_q31_t)drive;
     found->outward = 0; /* the gap ends at integers, so rounding does not leave it */
     return found->drive;
 }
@@ -293,10 +298,14 @@ static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_s
     return found->drive;
 }
 
+/* What the weighted sum has to be: |position - offset| < 2^32, |goal| < 2^60. */
+static inline int64_t goal_of(const hyst_pi_t *model, hyst_q31_t position) {
+    return ((int64_t)position - model->offset) * HYST_Q28_ONE;
+}
+
 HYST_APART hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position,
                                    bool *saturated, hyst_pi_found_t *found) {
-    /* |position - offset| < 2^32: |goal| < 2^60. */
-    const int64_t goal = ((int64_t)position - model->offset) * HYST_Q28_ONE;
+    const int64_t goal = goal_of(model, position);
     if (state->runs > 0) {
         const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
         /* Behind a corner the position is S_0 growth further than without growth: nothing but w_0 u knows of it. */
@@ -309,6 +318,17 @@ HYST_APART hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t
         }
     }
     return within_gap(model, state, goal, saturated, found);
+}
+
+/* Inline where the program is compiled as a whole. */
+inline hyst_q31_t hyst_pi_solve_line(const hyst_pi_t *model, hyst_q31_t position, bool *saturated) {
+    const int64_t goal = goal_of(model, position);
+    hyst_q31_t drive;
+    if (!by_first_slope(model, goal, &drive)) {
+        *saturated = true;
+        return goal < 0 ? HYST_Q31_MIN : HYST_Q31_MAX;
+    }
+    return drive;
 }
 
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated) {

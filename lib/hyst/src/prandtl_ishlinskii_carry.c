@@ -47,8 +47,9 @@ static int64_t base_inside(const hyst_pi_t *model, uint32_t end, line_t line, li
 }
 
 /*
- * The first `end` operators lie on this line. Runs that are left without operators vanish: one, or all that were laid
- * after what has turned out to be outdated (hyst_pi_carry).
+ * The first `end` operators lie on this line. Where the innermost run begins is not worked out before all is laid
+ * (begin_innermost); until then both responses hold its base, and so their mean. Runs that are left without operators
+ * vanish: one, or all that were laid after what has turned out to be outdated (hyst_pi_carry).
  */
 static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, line_t line) {
     while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
@@ -68,8 +69,15 @@ static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, li
     run->level = (hyst_q31_t)(uint32_t)line.level;
     run->side = (int8_t)line.side;
     run->end = (uint16_t)end;
-    hyst_pi_begin_at(model, run, base_inside(model, end, line, outer, outer_base), 0);
+    run->response[HYST_PI_DOWN] = run->response[HYST_PI_UP] = base_inside(model, end, line, outer, outer_base);
     state->runs++; /* <= operators: every run has at least one */
+}
+
+static void begin_innermost(const hyst_pi_t *model, hyst_pi_state_t *state) {
+    if (state->runs > 0) {
+        hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+        hyst_pi_begin_at(model, innermost, hyst_pi_base(innermost), 0);
+    }
 }
 
 /*
@@ -104,14 +112,21 @@ static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 static void lay_outermost(const hyst_pi_t *from, const hyst_pi_run_t *outermost, const hyst_pi_t *to,
                           hyst_pi_state_t *to_state) {
     const hyst_q31_t last = from->threshold[from->operators - 1U];
-    const int64_t memory = on_line(line_in(from, outermost), last);
+    const line_t line = line_in(from, outermost);
+    const int64_t memory = on_line(line, last);
     const line_t constant = {memory, 0};
     const line_t farthest = memory >= 0 ? (line_t){HYST_Q31_MAX, -1} : (line_t){HYST_Q31_MIN, 1};
     const int64_t meets = memory >= 0 ? HYST_Q31_MAX - memory : memory - HYST_Q31_MIN;
+    const uint32_t known = operators_up_to(to, last, to->operators);
+    const uint32_t kept = operators_up_to(to, meets, to->operators);
     to_state->runs = 0;
-    lay(to, to_state, to->operators, farthest);
-    lay(to, to_state, operators_up_to(to, meets, to->operators), constant);
-    lay(to, to_state, operators_up_to(to, last, to->operators), line_in(from, outermost));
+    if (kept < to->operators) {
+        lay(to, to_state, to->operators, farthest);
+    }
+    if (known < kept) {
+        lay(to, to_state, kept, constant);
+    }
+    lay(to, to_state, known, line);
 }
 
 /* Run k >= 1, inwards of the last known point of the run around it. */
@@ -141,12 +156,14 @@ bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, con
         }
         *carried = k;
         if (k < runs) {
+            begin_innermost(to, to_state); /* the next call goes on from there, or from a run that encloses it */
             return false;
         }
         /* The curve begins at the drive for threshold 0. */
         const hyst_q31_t first = from->threshold[0];
         lay_inwards_of(to, to_state, first, on_line(line_in(from, &from_state->run[runs - 1U]), first), at_drive);
     }
+    begin_innermost(to, to_state);
     to_state->drive = from_state->drive;
     to_state->rate = to->beta > 0 ? from_state->rate : 0;
     to_state->growth = hyst_pi_growth(to, to_state->rate);

@@ -132,8 +132,15 @@ hyst_q31_t hyst_bouc_wen_inverse(const hyst_bouc_wen_t *model, hyst_bouc_wen_sta
 /**
  * Carries the memory of one model over to another: h keeps its size relative to the branch's ends, the drive and the
  * direction stay. Models with the same curve keep it to the bit. to_state may not be from_state.
+ *
+ * Set *carried to 0, then call until the answer is true: a call compares HYST_BOUC_WEN_CARRY_CORNERS corners of the
+ * curves, and the first one of them that differs is the end of comparing. Between two calls from_state may be advanced.
+ * The result is that of the memory as it is in the last call. Done after HYST_BOUC_WEN_CARRY_CALLS calls at most.
  */
-void hyst_bouc_wen_carry(const hyst_bouc_wen_t *from, const hyst_bouc_wen_state_t *from_state,
-                         const hyst_bouc_wen_t *to, hyst_bouc_wen_state_t *to_state);
+bool hyst_bouc_wen_carry(const hyst_bouc_wen_t *from, const hyst_bouc_wen_state_t *from_state,
+                         const hyst_bouc_wen_t *to, hyst_bouc_wen_state_t *to_state, uint32_t *carried);
+
+#define HYST_BOUC_WEN_CARRY_CORNERS 8U
+#define HYST_BOUC_WEN_CARRY_CALLS   (HYST_BOUC_WEN_MAX_CELLS / HYST_BOUC_WEN_CARRY_CORNERS + 1U)
 
 #endif

@@ -47,13 +47,15 @@ enum {
     HYST_STAGE_DRIVE_CURVE = 8,
     HYST_STAGE_INERTIA = 16,
     HYST_STAGE_EQUALISE = 32,
-    HYST_STAGE_OTHER_FAMILY = 64 /**< the hysteresis is another than play operators */
+    HYST_STAGE_OTHER_FAMILY = 64, /**< the hysteresis is another than play operators */
+    HYST_STAGE_LINE = 128         /**< there is no hysteresis: play operators, and none of them (hyst_pi_is_line) */
 };
 
 /** Coefficients, built from a validated parameter image (parameters.h) and constant afterwards. */
 typedef struct {
     /* What is small comes first, here and in the state: it is then within the reach of one load. */
     unsigned stages;       /**< HYST_STAGE_ bits of those that there are, written by hyst_compensator_prepare */
+    unsigned cascades;     /**< how many sections each has, a byte each; by the same */
     bool curved;           /**< the hysteresis sees drive_curve(drive) */
     bool reference_curved; /**< the position is reference_curve(reference) */
     hyst_q31_t drive_low, drive_high; /**< limits of the drive, low < high */

@@ -169,6 +169,17 @@ hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hy
  * applied, nothing is searched. */
 void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive, const hyst_pi_found_t *found);
 
+/** A straight line: no operators, and no rate that their thresholds would grow with. */
+static inline bool hyst_pi_is_line(const hyst_pi_t *model) {
+    return model->operators == 0 && model->beta == 0;
+}
+
+/** hyst_pi_solve of a straight line, which needs no memory to know. hyst_pi_follow_line is its hyst_pi_advance. */
+hyst_q31_t hyst_pi_solve_line(const hyst_pi_t *model, hyst_q31_t position, bool *saturated);
+static inline void hyst_pi_follow_line(hyst_pi_state_t *state, hyst_q31_t drive) {
+    state->drive = drive;
+}
+
 /** Forward model, one sample: advance, then output. */
 hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive);
 
