@@ -182,16 +182,15 @@ class Recordings(unittest.TestCase):
         self.assertTrue(np.array_equal(recording.extra["column_1st_count"], np.arange(200)))
         with self.assertRaises(ValueError):
             recording.extra["Chamber_pressure"][0] = 1.0
-        recording.write("further.h5")
-        again = hyst.read("further.h5")
-        self.assertEqual(again.extra_units, recording.extra_units)
-        for name, values in recording.extra.items():
-            self.assertTrue(np.array_equal(again.extra[name], values), name)
+        for written in ("further-again.csv", "further.h5"):
+            recording.write(written)
+            again = hyst.read(written)
+            self.assertEqual(again.extra_units, recording.extra_units)
+            for name, values in recording.extra.items():
+                self.assertTrue(np.array_equal(again.extra[name], values), name)
         part = again.span(0.05, 0.1)
         self.assertTrue(np.array_equal(part.extra["column_1st_count"], np.arange(50, 100)))
         self.assertEqual(again.to_xarray()["Chamber_pressure"].attrs, {"units": "mbar"})
-        recording.write("further-again.csv")
-        self.assertEqual(hyst.read("further-again.csv").extra, {})
         self.assertEqual(hyst.Recording(u, 0.1 * u, sample_rate=1000).extra, {})
 
     def test_what_is_wrong_is_said_as_the_command_says_it(self):
