@@ -214,6 +214,20 @@ class Models(unittest.TestCase):
         cls.recording = hyst.read(RECORDING)
         cls.model = hyst.fit(cls.recording)
 
+    def test_exchanged_columns_are_refused(self):
+        t = np.arange(3000) / 1000.0
+        u = 50.0 * np.sin(12.0 * t) + 30.0 * np.sin(29.0 * t)
+        plays = [0.0]
+        for level in u:
+            plays.append(min(max(plays[-1], level - 20.0), level + 20.0))
+        y = 0.1 * u + 0.05 * np.array(plays[1:]) + 0.01 * np.random.default_rng(1).standard_normal(len(u))
+        exchanged = hyst.Recording(y, u, sample_rate=1000)
+        for work in (hyst.fit, hyst.diagnose):
+            with self.assertRaisesRegex(hyst.Error, "are exchanged: .*; exchange them, or say columns_are_right=True"):
+                work(exchanged)
+        self.assertGreater(hyst.fit(exchanged, operators=4, columns_are_right=True).nrmse_percent, 1.0)
+        self.assertLess(hyst.fit(hyst.Recording(u, y, sample_rate=1000), operators=4).nrmse_percent, 1.0)
+
     def test_a_fit_is_that_of_the_command(self):
         command("fit", RECORDING, "-o", "command.json")
         self.assertEqual(self.model.json, document("command.json"))
