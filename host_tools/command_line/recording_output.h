@@ -7,7 +7,7 @@
 #include <jansson.h>
 #include <stdio.h>
 
-/** A line with the extra columns, and whether a file of this name keeps them: HDF5 does. Nothing without such columns.
+/** A line with the extra columns, and one that says if a CSV has not taken all of them. Nothing without such columns.
  */
 void extras_print(FILE *stream, const recording_t *recording, const char *path);
 

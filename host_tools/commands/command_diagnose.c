@@ -4,6 +4,7 @@
 #include "command_line/recording_input.h"
 #include "commands/command.h"
 #include "commands/diagnose_script.h"
+#include "interface/exchanged.h"
 #include "interface/sure.h"
 #include "numerics/blas.h"
 #include <malloc.h>
@@ -47,7 +48,7 @@ const command_t command_diagnose = {
 
 typedef struct {
     const char *model, *report, *output, *script, *title;
-    bool json;
+    bool json, columns_are_right;
     unsigned long sure, seed; /* sure: 0: not asked */
 } outputs_t;
 
@@ -121,6 +122,8 @@ static int run(int argc, char **argv) {
         {"--output", "-o", OPTION_OUTPUT, "BETTER.json", "write the chain with what was found, fitted",
          &outputs.output},
         SPAN_OPTIONS(span),
+        {"--columns-are-right", NULL, OPTION_FLAG, NULL,
+         "go on where drive and displacement look exchanged, and a fit says so too", &outputs.columns_are_right},
         JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &outputs.json),
         {"--sure", NULL, OPTION_COUNT_IF, NULL,
          "simulate N recordings like these from the answer and from what may be meant instead, and ask again",
@@ -145,6 +148,7 @@ static int run(int argc, char **argv) {
     provenance_set_title(outputs.title);
     recording_t *recordings = read_spans_aloud(argv + 1, count, &span, &failure);
     bool good = recordings != NULL;
+    good = good && (outputs.columns_are_right || exchanged_refuse(recordings, count, NULL, &failure));
     good = good && diagnose_files(&outputs, recordings, count, &answer, &failure);
     diagnose_script_t script = {.recordings = argv + 1,
                                 .count = count,
@@ -154,6 +158,7 @@ static int run(int argc, char **argv) {
                                 .json = json_file(),
                                 .report = outputs.report,
                                 .title = outputs.title,
+                                .columns_are_right = outputs.columns_are_right,
                                 .output = outputs.output,
                                 .seed = outputs.seed};
     if (good) {

@@ -3,6 +3,7 @@
 #include "command_line/recording_input.h"
 #include "commands/command.h"
 #include "commands/fit_print.h"
+#include "interface/exchanged.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -128,7 +129,7 @@ static bool read_operators(const char *text, size_t *operators) {
 
 static int run(int argc, char **argv) {
     const char *family_name = families[0]->name, *operators = "auto", *output = NULL;
-    bool as_json = false;
+    bool as_json = false, columns_are_right = false;
     char family_list[4096];
     fit_options_t settings = {0};
     span_t span = SPAN_WHOLE;
@@ -140,6 +141,8 @@ static int run(int argc, char **argv) {
         {"--use-all", NULL, OPTION_FLAG, NULL, "after judging it, fit as many operators to the whole recordings",
          &settings.use_all},
         SPAN_OPTIONS(span),
+        {"--columns-are-right", NULL, OPTION_FLAG, NULL,
+         "go on where drive and displacement look exchanged, and a fit says so too", &columns_are_right},
         {"--output", "-o", OPTION_OUTPUT, "MODEL.json", "write the model", &output},
         JSON_OPTION(&as_json)};
     const family_t *family;
@@ -165,6 +168,7 @@ static int run(int argc, char **argv) {
     }
     recording_t *recordings = read_spans_aloud(argv + 1, count, &span, &failure);
     bool good = recordings != NULL;
+    good = good && (columns_are_right || exchanged_refuse(recordings, count, NULL, &failure));
     good = good && (all ? compare_families(recordings, count, &settings, output, as_json, &failure)
                         : fit_and_report(family, recordings, count, &settings, output, as_json, &failure));
     recordings_free(recordings, count);

@@ -11,6 +11,7 @@ typedef struct {
     size_t count;
     double from_s, to_s; /**< infinite: not given */
     const char *model, *json, *report, *title, *output;
+    bool columns_are_right;
     size_t sure; /**< 0: not asked */
     unsigned long seed;
 } diagnose_script_t;

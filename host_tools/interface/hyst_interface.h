@@ -111,6 +111,10 @@ HYST_HOST char *hyst_host_model_to_json(const hyst_host_model_t *model);
 HYST_HOST int hyst_host_model_write(const hyst_host_model_t *model, const char *path);
 HYST_HOST void hyst_host_model_free(hyst_host_model_t *model);
 
+/** 0, and an error that says so and ends with `hint`, if drive and displacement of a recording are exchanged: `hyst
+ * fit` and `hyst diagnose` refuse it then. */
+HYST_HOST int hyst_host_columns_check(const hyst_host_recording_t *const *recordings, size_t count, const char *hint);
+
 /** The families that can be fitted: [{"name":, "text":, "one_sine": whether it holds for the recorded sine only}, ..].
  */
 HYST_HOST char *hyst_host_families(void);

@@ -4,6 +4,7 @@
 #include "compile/compile.h"
 #include "compile/compile_json.h"
 #include "identify/fit.h"
+#include "interface/exchanged.h"
 #include "interface/handles.h"
 #include "interface/interface_work.h"
 #include <stdlib.h>
@@ -51,6 +52,18 @@ char *hyst_host_families(void) {
                                               "one_sine", families[i]->one_sine));
     }
     return interface_text(list);
+}
+
+int hyst_host_columns_check(const hyst_host_recording_t *const *recordings, size_t count, const char *hint) {
+    recording_t *copies = interface_recordings(recordings, count);
+    if (copies == NULL) {
+        return 0;
+    }
+    interface_work_begin();
+    const bool good = exchanged_refuse(copies, count, hint, interface_failure());
+    interface_work_end();
+    interface_recordings_free(copies, count);
+    return good;
 }
 
 static hyst_host_model_t *fit_family(const family_t *family, const hyst_host_recording_t *const *recordings,

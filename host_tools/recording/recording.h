@@ -10,7 +10,9 @@
  *     0.0000,50.00000,0.01234
  *
  * Header lines start with '#'. Columns are named and may stand in any order; t [s], drive [V] and displacement [um] are
- * required, reference [um], voltage [V], current [A] and temperature [degC] are optional, other names are ignored.
+ * required, reference [um], voltage [V], current [A] and temperature [degC] are optional. Other columns are kept beside
+ * them (recording_extra_t), with the header keys NAME_unit and NAME_long_name; text in them is no number, and a column
+ * of nothing else is left out.
  * Nothing is repaired: a gap, a duplicate, a number that is not one, a ragged or over-long line, a missing column, a
  * rate that t contradicts or binary data is refused with one line that names file and line.
  *
@@ -29,8 +31,13 @@
 /** Faster than any oscilloscope, Hz: no sample rate. */
 #define RECORDING_FASTEST_HZ 1e11
 
-/** Longest line of a recording in characters. */
-#define RECORDING_MAX_LINE 1000
+/** Most extra columns that a CSV has; HDF5 has any number. */
+#define RECORDING_CSV_EXTRAS 240
+/** Longest line of a recording in characters: as many columns with the longest names. */
+#define RECORDING_MAX_LINE 32000
+/** Header keys of an extra column, behind its name. */
+#define RECORDING_UNIT_KEY      "_unit"
+#define RECORDING_LONG_NAME_KEY "_long_name"
 
 typedef enum {
     COLUMN_DRIVE,        /**< V */
@@ -42,9 +49,9 @@ typedef enum {
     COLUMN_COUNT
 } column_t;
 
-/** A column without a meaning here, as its file has it: kept in HDF5 (recording_hdf5.h), used by nothing. */
+/** A column without a meaning here, as its file has it: kept, and used by nothing. */
 typedef struct {
-    char *name;      /**< its name in HDF5: letters, digits and underscores, and no other column's */
+    char *name;      /**< its name in the file: letters, digits and underscores, and no other column's */
     char *long_name; /**< its name in the file of origin, where that is another; else "" */
     char *unit;      /**< as its file has it; "" where that says none */
     double *value;   /**< samples values; they may be no numbers */
@@ -89,9 +96,9 @@ bool recording_is_own(const char *path);
 /** Adds the header keys of a file of this project's format; none if it cannot be read as one. */
 void recording_take_keys(recording_t *recording, const char *path);
 
-/** Writes a file that recording_read reads back to the same numbers (17 digits where needed). All columns with a
- * meaning. A name that ends in .h5, .hdf5 or .nc makes an HDF5 file (recording_hdf5.h): faster by far, bit for bit, and
- * with the extra columns. */
+/** Writes a file that recording_read reads back to the same numbers (17 digits where needed), with all columns with a
+ * meaning and the first RECORDING_CSV_EXTRAS others. A name that ends in .h5, .hdf5 or .nc makes an HDF5 file
+ * (recording_hdf5.h): faster by far, bit for bit, and with all extra columns. */
 bool recording_write(const recording_t *recording, const char *path, failure_t *failure);
 
 /** An empty recording of `samples` zeroed samples with drive and displacement. Further columns: recording_add_column.

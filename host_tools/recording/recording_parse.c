@@ -12,8 +12,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
-enum { BLOCK = 1 << 16, MAX_FILE_COLUMNS = 64, TIME_COLUMN = COLUMN_COUNT, IGNORED_COLUMN };
+enum { BLOCK = 1 << 16, TIME_COLUMN = COLUMN_COUNT, FURTHER_COLUMN, MOST_FILE_COLUMNS = RECORDING_CSV_EXTRAS + 64 };
+
+/* A column without a meaning here. */
+typedef struct {
+    char *name;
+    double *value;
+    bool numbers; /* some of its fields are numbers, or say that they are none ("nan"): else it is words, and dropped */
+} further_t;
 
 typedef struct {
     FILE *file;
@@ -23,10 +31,11 @@ typedef struct {
     size_t length;      /* of it */
     size_t at, filled;  /* of `block`: what was read from the file, and not yet taken */
     char block[BLOCK + 1];
-    size_t columns;                /* 0 until the line with the names was read */
-    int meaning[MAX_FILE_COLUMNS]; /* a column_t, TIME_COLUMN or IGNORED_COLUMN */
-    double scale[COLUMN_COUNT];    /* what the file's numbers are multiplied by, where it states another unit */
-    double time[2];                /* of the previous and the present sample */
+    size_t columns;                 /* 0 until the line with the names was read */
+    int meaning[MOST_FILE_COLUMNS]; /* a column_t, TIME_COLUMN or FURTHER_COLUMN */
+    further_t further[MOST_FILE_COLUMNS];
+    double scale[COLUMN_COUNT]; /* what the file's numbers are multiplied by, where it states another unit */
+    double time[2];             /* of the previous and the present sample */
     size_t capacity;
     recording_t *recording;
     failure_t *failure;
@@ -162,11 +171,11 @@ static int column_of_name(const char *name) {
             return (int)c;
         }
     }
-    return IGNORED_COLUMN;
+    return FURTHER_COLUMN;
 }
 
 static bool read_names(reader_t *reader) {
-    bool seen[IGNORED_COLUMN] = {false};
+    bool seen[FURTHER_COLUMN] = {false};
     char *field = reader->text, *comma;
     double number;
     if (!(reader->recording->sample_rate_hz > 0.0)) {
@@ -178,7 +187,7 @@ static bool read_names(reader_t *reader) {
         if (comma != NULL) {
             *comma = '\0';
         }
-        if (reader->columns == MAX_FILE_COLUMNS) {
+        if (reader->columns == MOST_FILE_COLUMNS) {
             return complain(reader, "too many columns");
         }
         field = trim(field);
@@ -186,10 +195,11 @@ static bool read_names(reader_t *reader) {
             return complain(reader, "a number where the column names should be (t,drive,displacement)");
         }
         meaning = column_of_name(field);
-        if (meaning != IGNORED_COLUMN) {
-            if (seen[meaning]) {
-                return fail(reader->failure, "%s:%lu: column '%s' appears twice", reader->path, reader->line, field);
-            }
+        if (meaning == FURTHER_COLUMN) {
+            reader->further[reader->columns].name = copy_text(field);
+        } else if (seen[meaning]) {
+            return fail(reader->failure, "%s:%lu: column '%s' appears twice", reader->path, reader->line, field);
+        } else {
             seen[meaning] = true;
         }
         reader->meaning[reader->columns++] = meaning;
@@ -235,8 +245,9 @@ static void make_room(reader_t *reader) {
     }
     reader->capacity = reader->capacity > 0 ? 2 * reader->capacity : 4096;
     for (size_t i = 0; i < reader->columns; i++) {
-        if (reader->meaning[i] < COLUMN_COUNT) {
-            double **column = &recording->column[reader->meaning[i]];
+        if (reader->meaning[i] != TIME_COLUMN) {
+            double **column = reader->meaning[i] == FURTHER_COLUMN ? &reader->further[i].value
+                                                                   : &recording->column[reader->meaning[i]];
             *column = reallocate(*column, reader->capacity, sizeof(double));
         }
     }
@@ -266,6 +277,25 @@ static const char *only_field(char *field, char *next) {
     return trim(field);
 }
 
+/* A field of a further column that is no finite number: what it says. Words are not kept. */
+static double no_number(further_t *further, const char *field) {
+    static const struct {
+        const char *text;
+        double value;
+    } said[] = {{"nan", (double)NAN}, {"inf", HUGE_VAL}, {"-inf", -HUGE_VAL}};
+    const char *text = field + strspn(field, " \t");
+    const size_t length = strcspn(text, " \t,");
+    const char *behind = text + length + strspn(text + length, " \t");
+    for (size_t i = 0; i < sizeof said / sizeof said[0]; i++) {
+        if ((*behind == ',' || *behind == '\0') && length == strlen(said[i].text) &&
+            strncasecmp(text, said[i].text, length) == 0) {
+            further->numbers = true;
+            return said[i].value;
+        }
+    }
+    return (double)NAN;
+}
+
 static bool read_sample(reader_t *reader) {
     recording_t *recording = reader->recording;
     const size_t k = recording->samples;
@@ -288,7 +318,7 @@ static bool read_sample(reader_t *reader) {
             return check_text(reader) && fail(reader->failure, "%s:%lu: ragged line, expected %zu columns",
                                               reader->path, reader->line, reader->columns);
         }
-        if (!plain && reader->meaning[i] != IGNORED_COLUMN) {
+        if (!plain && reader->meaning[i] != FURTHER_COLUMN) {
             const char *name = reader->meaning[i] == TIME_COLUMN ? "t" : column_name((column_t)reader->meaning[i]);
             return fail(reader->failure, "%s:%lu: column '%s': '%s' is not a finite number", reader->path, reader->line,
                         name, only_field(field, next));
@@ -296,7 +326,11 @@ static bool read_sample(reader_t *reader) {
         if (reader->meaning[i] == TIME_COLUMN) {
             reader->time[0] = reader->time[1];
             reader->time[1] = number;
-        } else if (reader->meaning[i] != IGNORED_COLUMN) {
+        } else if (reader->meaning[i] == FURTHER_COLUMN) {
+            further_t *further = &reader->further[i];
+            further->numbers = further->numbers || plain;
+            further->value[k] = plain ? number : no_number(further, field);
+        } else {
             number *= reader->scale[reader->meaning[i]];
             if (fabs(number) > RECORDING_LARGEST) {
                 const column_t column = (column_t)reader->meaning[i];
@@ -364,6 +398,35 @@ static bool has_header(const char *path) {
     return found;
 }
 
+/* A key that is about a further column: no longer one of the recording's. To be freed; "" without. */
+static char *take_key(recording_t *recording, const char *name, const char *what) {
+    const size_t length = strlen(name);
+    for (size_t i = 0; i < recording->keys; i++) {
+        recording_key_t *key = &recording->key[i];
+        if (strncmp(key->key, name, length) == 0 && strcmp(key->key + length, what) == 0) {
+            char *value = key->value;
+            free(key->key);
+            recording->keys--;
+            memmove(key, key + 1, (recording->keys - i) * sizeof *key);
+            return value;
+        }
+    }
+    return copy_text("");
+}
+
+static void keep_further(reader_t *reader) {
+    for (size_t i = 0; i < reader->columns; i++) {
+        const further_t *further = &reader->further[i];
+        if (further->numbers) {
+            char *unit = take_key(reader->recording, further->name, RECORDING_UNIT_KEY),
+                 *long_name = take_key(reader->recording, further->name, RECORDING_LONG_NAME_KEY);
+            recording_add_extra(reader->recording, further->name, long_name, unit, further->value);
+            free(unit);
+            free(long_name);
+        }
+    }
+}
+
 static bool read_recording(recording_t *recording, const char *path, failure_t *failure) {
     reader_t *reader = allocate(1, sizeof *reader);
     bool good = false;
@@ -382,8 +445,14 @@ static bool read_recording(recording_t *recording, const char *path, failure_t *
         good = read_lines(reader);
         fclose(reader->file);
     }
-    if (!good) {
+    if (good) {
+        keep_further(reader);
+    } else {
         recording_free(recording);
+    }
+    for (size_t i = 0; i < MOST_FILE_COLUMNS; i++) {
+        free(reader->further[i].name);
+        free(reader->further[i].value);
     }
     free(reader);
     return good;

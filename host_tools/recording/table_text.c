@@ -422,6 +422,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
         if (good) {
             text_name_columns(table, &source, layout, value);
             text_find_role_units(table, (const char *const *)source.line, layout->begin);
+            text_find_further(table, (const char *const *)source.line, layout->begin);
             text_find_interval(table, (const char *const *)source.line,
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
                                layout->dialect.separator, layout->dialect.point);

@@ -10,6 +10,9 @@ const char *text_next_field(const char *line, char separator, const char **field
     const char *begin = line + strspn(line, separator == '\t' ? " " : " \t"), *end;
     if (*begin == '"') {
         const char *quote = strchr(begin + 1, '"');
+        while (quote != NULL && quote[1] == '"') { /* two stand for one */
+            quote = strchr(quote + 2, '"');
+        }
         if (quote != NULL) {
             *field = begin + 1;
             *length = (size_t)(quote - begin - 1);

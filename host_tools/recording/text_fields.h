@@ -30,8 +30,8 @@ typedef struct {
     bool clock;
 } around_text_t;
 
-/** The next field of a line, without blanks and quotes around it. Returns what comes behind the separator, NULL at the
- * end. */
+/** The next field of a line, without blanks and quotes around it; two quotes inside of quotes are left as two. Returns
+ * what comes behind the separator, NULL at the end. */
 const char *text_next_field(const char *line, char separator, const char **field, size_t *length);
 
 /** around: NULL, or what stands around the number. */

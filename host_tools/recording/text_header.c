@@ -127,6 +127,48 @@ void text_find_role_units(table_t *table, const char *const *line, size_t lines)
     }
 }
 
+/* The value of "# NAME..WHAT: value", or NULL. */
+static char *further_key(const char *line, const char *name, const char *what) {
+    const size_t length = strlen(name), more = strlen(what);
+    const char *at = line + 1;
+    if (line[0] != '#') {
+        return NULL;
+    }
+    at += strspn(at, " \t");
+    if (strncmp(at, name, length) != 0 || strncmp(at + length, what, more) != 0 || at[length + more] != ':') {
+        return NULL;
+    }
+    at += length + more + 1;
+    char *value = copy_text(at + strspn(at, " \t"));
+    for (size_t end = strlen(value); end > 0 && strchr(" \t\r", value[end - 1]) != NULL;) {
+        value[--end] = '\0';
+    }
+    return value;
+}
+
+static void take_over(char **text, char *other) {
+    free(*text);
+    *text = other;
+}
+
+void text_find_further(table_t *table, const char *const *line, size_t lines) {
+    for (size_t j = 0; j < table->columns; j++) {
+        table_column_t *column = &table->column[j];
+        bool known = false;
+        for (column_t role = COLUMN_DRIVE; role < COLUMN_COUNT; role++) {
+            known = known || strcmp(column->written, column_name(role)) == 0; /* text_find_role_units */
+        }
+        for (size_t i = 0; i < lines && !known; i++) {
+            char *unit = further_key(line[i], column->written, RECORDING_UNIT_KEY);
+            char *origin = unit == NULL ? further_key(line[i], column->written, RECORDING_LONG_NAME_KEY) : NULL;
+            if (unit != NULL || origin != NULL) {
+                take_over(&column->name, copy_text(column->written));
+                take_over(unit != NULL ? &column->unit : &column->origin, unit != NULL ? unit : origin);
+            }
+        }
+    }
+}
+
 typedef enum { IS_INTERVAL, IS_RATE, IS_START } interval_kind_t;
 
 typedef struct {

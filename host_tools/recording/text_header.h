@@ -33,6 +33,10 @@ size_t text_numbered(const char *const *line, size_t lines, const char *key, tex
  */
 void text_find_role_units(table_t *table, const char *const *line, size_t lines);
 
+/** Header keys "# NAME_unit: mbar" and "# NAME_long_name: Chamber pressure" of a column that this project has written
+ * beside those of a recording: its unit and its origin. */
+void text_find_further(table_t *table, const char *const *line, size_t lines);
+
 /** Looks for a sample interval or rate among the first lines of a file: "Sample Interval", "Increment", "Delta_X",
  * "dt", "Sampling rate: 10 kHz", "tInc = 2e-6" and the like. Sets interval_s and interval_origin of the table; and
  * start_s, where "Start" or "X0" stands beside it. */

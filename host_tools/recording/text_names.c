@@ -47,6 +47,16 @@ static const char *next_name(const char *line, char way, const char **field, siz
     return next;
 }
 
+/* Two quotes, inside of quotes, stand for one. */
+static void join_quotes(char *text) {
+    char *to = text;
+    for (const char *from = text; *from != '\0'; from++) {
+        from += from[0] == '"' && from[1] == '"';
+        *to++ = *from;
+    }
+    *to = '\0';
+}
+
 static size_t split_one_way(const char *line, char way, text_field_t field[MOST_COLUMNS]) {
     const char *at = line + strspn(line, "#%/! ");
     size_t count = 0;
@@ -55,6 +65,7 @@ static size_t split_one_way(const char *line, char way, text_field_t field[MOST_
         size_t length;
         at = next_name(at, way, &text, &length);
         snprintf(field[count].text, sizeof field[count].text, "%.*s", (int)length, text);
+        join_quotes(field[count].text);
         count++;
     }
     return count;

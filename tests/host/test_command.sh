@@ -124,6 +124,33 @@ expect 2 '--follow sensor: not reading or position' compile curved.json --follow
 expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
 has stdout '20000 Hz'
 
+# Drive and displacement exchanged: refused at once, with the command that mends it; nothing is written. One may insist.
+awk 'BEGIN {
+    print "# sample_rate_hz: 1000\n# drive_unit: V\n# displacement_unit: um\nt,displacement,drive"
+    z = 0; noise = 1
+    for (k = 0; k < 3000; k++) {
+        p = 6.283185307179586 * k / 500
+        u = 50 * sin(p) + 30 * sin(2.3 * p)
+        if (z < u - 20) z = u - 20
+        if (z > u + 20) z = u + 20
+        noise = (noise * 16807) % 2147483647
+        printf "%.3f,%.6f,%.6f\n", k / 1000, u, 5 + 0.1 * u + 0.05 * z + 0.02 * (noise / 2147483647 - 0.5)
+    }
+}' >exchanged.csv
+for command in 'fit' 'fit --family all' 'diagnose --json=exchanged.json --report exchanged.html' 'diagnose --model model.json'; do
+    # shellcheck disable=SC2086 # a command is several words
+    expect 1 'exchanged.csv: drive and displacement are exchanged: ' $command good.csv exchanged.csv -o exchanged.model
+    has stderr 'hyst import exchanged.csv --drive displacement --displacement drive -o NEW'
+    for file in exchanged.json exchanged.html exchanged.model; do
+        if [ -e "$file" ]; then complain "$file was written"; fi
+    done
+done
+expect 0 '' fit exchanged.csv --columns-are-right --operators 4
+expect 0 '' import exchanged.csv --drive displacement --displacement drive -o mended.csv
+expect 0 '' fit mended.csv -o mended.json
+expect 0 '' simulate mended.json good.csv # it is a model of the right recording
+has stdout 'NRMSE 0.'
+
 # Faults of the input: one line that names the place, exit status 1.
 expect 1 'nowhere.csv: No such file' fit nowhere.csv
 sed '100d' good.csv >gap.csv

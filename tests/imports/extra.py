@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """extra.py HYST FOLDER: the columns of a file that a recording has no meaning for.
 
-HDF5 keeps them, with unit and name of origin, for other programs; whatever rewrites such a recording keeps them; CSV does
-not, and that is said; nothing else changes by them.
+HDF5 and CSV keep them, with unit and name of origin, for other programs; whatever rewrites such a recording keeps them;
+nothing else changes by them.
 """
 import json
 import os
@@ -53,12 +53,13 @@ further = {  # as the file has it: (name in HDF5, unit, values)
     "17th/status": ("column_17th_status", None, (k % 5).astype(float)),
     "17th status": ("column_17th_status_2", None, (k % 7).astype(float)),
     "plain": ("plain", None, k * 0.25),
+    'raw, "A" [Pa]': ("raw_A", "Pa", 1e-7 / (1.0 + k)),
 }
 
 
 def write(path, columns):
     with open(path, "w", encoding="utf-8") as file:
-        file.write(",".join(columns) + "\n")
+        file.write(",".join('"' + name.replace('"', '""') + '"' if "," in name else name for name in columns) + "\n")
         file.writelines(",".join(f"{value:.17g}" for value in row) + "\n" for row in zip(*columns.values()))
 
 
@@ -68,7 +69,7 @@ write("scope.csv", {**bare, **{written: values for written, (_, _, values) in fu
 
 # Kept in HDF5: names, units, names of origin, and every bit.
 told = run("import", "scope.csv", "-o", "x.h5")
-assert "kept beside them: Chamber_pressure (mbar), Gr_e (kHz), column_17th_status, column_17th_status_2, plain\n" in told, told
+assert "kept beside them: Chamber_pressure (mbar), Gr_e (kHz), column_17th_status, column_17th_status_2, plain, raw_A (Pa)\n" in told, told
 wanted = {name: (unit, None if name == written else written) for written, (name, unit, _) in further.items()}
 
 
@@ -85,11 +86,18 @@ listed = json.loads(run("import", "scope.csv", "-o", "x.h5", "--json"))["kept"]
 assert listed == [{"name": name, "long_name": written, "unit": unit or ""}
                   for written, (name, unit, _) in further.items()], listed
 
-# Not in CSV, and that is said. Without such columns there is nothing to say.
+# CSV has them too, and there and back nothing is lost. Without such columns there is nothing to say.
 told = run("import", "scope.csv", "-o", "x.csv")
-assert "not kept, as it is CSV (a name that ends in .h5 is): Chamber_pressure (mbar), Gr_e" in told, told
-assert "t,drive,displacement\n" in open("x.csv", encoding="utf-8").read()
-assert json.loads(run("import", "scope.csv", "-o", "x.csv", "--json"))["kept"] == []
+assert "kept beside them: Chamber_pressure (mbar), Gr_e" in told, told
+assert json.loads(run("import", "scope.csv", "-o", "x.csv", "--json"))["kept"] == listed
+own = open("x.csv", encoding="utf-8").read()
+assert f"\nt,drive,displacement,{','.join(wanted)}\n" in own, own[:2000]
+assert "# Chamber_pressure_unit: mbar\n" in own and '# raw_A_long_name: raw, "A" [Pa]\n' in own, own[:2000]
+run("import", "x.csv", "-o", "from-csv.h5")
+check("from-csv.h5")
+run("import", "from-csv.h5", "-o", "again.csv")
+run("import", "again.csv", "-o", "from-csv.h5")
+check("from-csv.h5", order=False)
 assert json.loads(run("import", "scope.csv", "--json"))["kept"] is None
 for output in ("bare.h5", "bare-own.csv"):
     assert "kept" not in run("import", "bare.csv", "-o", output)
@@ -98,15 +106,17 @@ with h5py.File("bare.h5") as file:
 
 # Nothing is made of them: a look and a fit are those of the recording without them, to the digit.
 for command in (("look",), ("fit", "--operators", "5")):
-    answers = [run(*command, name).replace(name, "") for name in ("x.h5", "bare.h5")]
-    assert answers[0] == answers[1] != "", command
+    answers = [run(*command, name).replace(name, "") for name in ("x.h5", "x.csv", "bare.h5")]
+    assert answers[0] == answers[1] == answers[2] != "", command
 
 # What rewrites such a recording keeps them.
 run("fit", "x.h5", "--operators", "5", "-o", "model.json")
 told = run("simulate", "model.json", "x.h5", "-o", "simulated.h5")
 assert "kept beside them: Chamber_pressure (mbar)" in told, told
 check("simulated.h5")
-assert "not kept, as it is CSV" in run("simulate", "model.json", "x.h5", "-o", "simulated.csv")
+assert "kept beside them: Chamber_pressure" in run("simulate", "model.json", "x.h5", "-o", "simulated.csv")
+run("simulate", "model.json", "simulated.csv", "-o", "simulated.h5")
+check("simulated.h5")
 told = run("import", "x.h5", "-o", "again.h5")
 assert "not used     column" in told and "kept beside them" in told, told
 check("again.h5", order=False)

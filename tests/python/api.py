@@ -182,16 +182,15 @@ class Recordings(unittest.TestCase):
         self.assertTrue(np.array_equal(recording.extra["column_1st_count"], np.arange(200)))
         with self.assertRaises(ValueError):
             recording.extra["Chamber_pressure"][0] = 1.0
-        recording.write("further.h5")
-        again = hyst.read("further.h5")
-        self.assertEqual(again.extra_units, recording.extra_units)
-        for name, values in recording.extra.items():
-            self.assertTrue(np.array_equal(again.extra[name], values), name)
+        for written in ("further-again.csv", "further.h5"):
+            recording.write(written)
+            again = hyst.read(written)
+            self.assertEqual(again.extra_units, recording.extra_units)
+            for name, values in recording.extra.items():
+                self.assertTrue(np.array_equal(again.extra[name], values), name)
         part = again.span(0.05, 0.1)
         self.assertTrue(np.array_equal(part.extra["column_1st_count"], np.arange(50, 100)))
         self.assertEqual(again.to_xarray()["Chamber_pressure"].attrs, {"units": "mbar"})
-        recording.write("further-again.csv")
-        self.assertEqual(hyst.read("further-again.csv").extra, {})
         self.assertEqual(hyst.Recording(u, 0.1 * u, sample_rate=1000).extra, {})
 
     def test_what_is_wrong_is_said_as_the_command_says_it(self):
@@ -214,6 +213,20 @@ class Models(unittest.TestCase):
     def setUpClass(cls):
         cls.recording = hyst.read(RECORDING)
         cls.model = hyst.fit(cls.recording)
+
+    def test_exchanged_columns_are_refused(self):
+        t = np.arange(3000) / 1000.0
+        u = 50.0 * np.sin(12.0 * t) + 30.0 * np.sin(29.0 * t)
+        plays = [0.0]
+        for level in u:
+            plays.append(min(max(plays[-1], level - 20.0), level + 20.0))
+        y = 0.1 * u + 0.05 * np.array(plays[1:]) + 0.01 * np.random.default_rng(1).standard_normal(len(u))
+        exchanged = hyst.Recording(y, u, sample_rate=1000)
+        for work in (hyst.fit, hyst.diagnose):
+            with self.assertRaisesRegex(hyst.Error, "are exchanged: .*; exchange them, or say columns_are_right=True"):
+                work(exchanged)
+        self.assertGreater(hyst.fit(exchanged, operators=4, columns_are_right=True).nrmse_percent, 1.0)
+        self.assertLess(hyst.fit(hyst.Recording(u, y, sample_rate=1000), operators=4).nrmse_percent, 1.0)
 
     def test_a_fit_is_that_of_the_command(self):
         command("fit", RECORDING, "-o", "command.json")

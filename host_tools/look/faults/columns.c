@@ -1,48 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Columns that are not what their names say: swapped, inverted, or in another unit. */
 #include "look/fault.h"
+#include "look/swapped.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 
-/* How many levels of the drive have the branches one way round, less those the other way. */
-static double orientation(const static_map_t *map) {
-    double sum = 0.0;
-    for (size_t i = 0; i < map->levels; i++) {
-        const double width = (map->falling_um[i] - map->rising_um[i]) * (map->gain_um_per_v < 0.0 ? -1.0 : 1.0);
-        sum += width > 0.0 ? 1.0 : width < 0.0 ? -1.0 : 0.0;
-    }
-    return sum;
-}
-
-/* A command is exact, a reading has noise: the columns are swapped where the position is exact and leads. */
 static void find_swapped(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
     for (size_t i = 0; i < count; i++) {
         const look_t *look = &looks[i];
-        const drive_look_t *d = &look->drive;
-        const double sum = orientation(&look->map), levels = (double)look->map.levels;
-        const recording_t *r = look->recording;
-        double turned_noise, own_noise = look->prediction.noise_um;
-        recording_t turned = *r;
-        drive_look_t no_steps = {.range_v = {look->map.stroke_um[0], look->map.stroke_um[1]}};
-        prediction_t back;
-        if (levels < threshold.levels_of_loop || -sum < threshold.levels_turned * levels || d->kind == DRIVE_RESTS) {
-            continue;
-        }
-        turned.column[COLUMN_DRIVE] = r->column[COLUMN_DISPLACEMENT];
-        turned.column[COLUMN_DISPLACEMENT] = r->column[COLUMN_DRIVE];
-        prediction_make(&turned, &no_steps, &back);
-        turned_noise = back.noise_um / (d->range_v[1] - d->range_v[0]);
-        own_noise /= look->map.stroke_um[1] - look->map.stroke_um[0];
-        prediction_free(&back);
-        if (!(turned_noise > threshold.more_exact * own_noise)) {
-            continue;
-        }
-        /* Each level's sign would be either with the same chance. */
-        fault_t *fault =
-            fault_add(faults, kind, i, -sum, 1.0 - (levels + sum < 1.0 ? levels : -sum) * log10(2.0) - 0.5);
+        swapped_t swapped;
+        swapped_look(look->recording, &look->drive, &look->map, &look->prediction, &swapped);
+        fault_t *fault = swapped.suspected ? fault_add(faults, kind, i, swapped.turned, swapped.log_chance) : NULL;
         if (fault != NULL) {
-            fault_number(fault, "levels", "1", levels, 0.0);
-            fault_number(fault, "noise_of_drive_v", "V", turned_noise * (d->range_v[1] - d->range_v[0]), HUGE_VAL);
+            fault_number(fault, "levels", "1", swapped.levels, 0.0);
+            fault_number(fault, "noise_of_drive_v", "V", swapped.noise_v, HUGE_VAL);
         }
     }
 }
@@ -100,7 +71,7 @@ const fault_kind_t fault_swapped_columns = {
     .order = 10,
     .text = "Drive and displacement look swapped: the displacement is exact and leads, the drive has noise and lags.",
     .statistic = "levels of the drive at which the loop turns the wrong way",
-    .change = "Swap the names of the two columns in the file.",
+    .change = "Exchange them: hyst import FILE --drive .. --displacement .. says which column is what.",
     .handling = FAULT_FATAL,
     .alone = true,
     .find = find_swapped};

@@ -57,6 +57,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "model_free": (None, [c_void_p]),
     "look": (c_void_p, [POINTER(c_void_p), c_size_t, POINTER(c_void_p)]),
     "bode": (c_void_p, [c_void_p, c_void_p, c_char_p]),
+    "columns_check": (c_int, [POINTER(c_void_p), c_size_t, c_char_p]),
     "families": (c_void_p, []),
     "fit": (c_void_p, [POINTER(c_void_p), c_size_t, c_char_p]),
     "simulate": (c_int, [c_void_p, c_double, c_size_t, _doubles, c_char_p, _doubles]),

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Sequence
 
 from ._library import Array, Progress, as_path, checked, column_out, handles, lib, long_work, text
-from .model import Model, listed
+from .model import Model, check_columns, listed
 from .recording import Recording
 
 
@@ -176,6 +176,7 @@ def diagnose(
     *,
     sure: int | bool = False,
     seed: int = 1,
+    columns_are_right: bool = False,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Finds out which physics a model of the recordings leaves out, as `hyst diagnose` does.
@@ -183,9 +184,12 @@ def diagnose(
     Several recordings are one question with one answer. Without a model it begins with the hysteresis that fits best.
     sure: how sure the answer is, in its text and in json["sure"]: so many recordings of each kind are simulated like
     these, and asked (True: as many as end in about five minutes); seed: of their noise.
+    A recording with drive and displacement exchanged is refused, unless columns_are_right.
     progress(what, fraction) is called as the work comes on; if it returns False, it ends with hyst.Cancelled.
     """
     several = [one.aligned() if "displacement_sampled_after_s" in one.keys else one for one in listed(recordings)]
+    if not columns_are_right:
+        check_columns(several)
     given = None if model is None else model._handle
     handle = long_work(lambda: lib.diagnose(handles(several), len(several), given), progress)
     if sure and handle:

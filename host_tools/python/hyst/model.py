@@ -111,6 +111,12 @@ def families() -> dict[str, str]:
     return {family["name"]: family["text"] for family in json.loads(text(lib.families()))}
 
 
+def check_columns(recordings: list[Recording]) -> None:
+    """Raises hyst.Error if drive and displacement of one of them are exchanged."""
+    hint = b"exchange them, or say columns_are_right=True"
+    checked(long_work(lambda: lib.columns_check(handles(recordings), len(recordings), hint)))
+
+
 def fit(
     recordings: Recording | Sequence[Recording],
     family: str = "prandtl_ishlinskii",
@@ -118,6 +124,7 @@ def fit(
     operators: int | None = None,
     creep: bool = False,
     use_all: bool = False,
+    columns_are_right: bool = False,
     compared: dict[str, Model | Error] | None = None,
     progress: Progress | None = None,
 ) -> Model:
@@ -125,12 +132,15 @@ def fit(
 
     The last third of each is held out, and Model.nrmse_percent is the error there. operators: their number; None: found
     by validation. creep: find creep too. use_all: fit once more to all samples. progress(what, fraction) is called as
-    the work comes on; if it returns False, the work ends with hyst.Cancelled.
+    the work comes on; if it returns False, the work ends with hyst.Cancelled. A recording with drive and displacement
+    exchanged is refused, unless columns_are_right.
 
     family "all": every family, and the model with the least error of those that hold for more than the recorded sine.
     compared: a dictionary that then receives the model of each family, or the hyst.Error that says why there is none.
     """
     several = listed(recordings)
+    if not columns_are_right:
+        check_columns(several)
 
     def fit_one(name: str) -> Model:
         said = options(family=name, operators=operators, creep=creep, use_all=use_all)

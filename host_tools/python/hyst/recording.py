@@ -151,7 +151,7 @@ class Recording:
 
     @property
     def extra(self) -> dict[str, Array]:
-        """Further columns of the file, by name: used by nothing, kept by write("x.h5"), in the units of extra_units.
+        """Further columns of the file, by name: used by nothing, kept by write, in the units of extra_units.
 
         They are as the file has them, and may hold values that are no numbers.
         """
@@ -184,7 +184,7 @@ class Recording:
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a file that every command of hyst reads: CSV, or HDF5 where the name ends in .h5, .hdf5 or .nc.
 
-        HDF5 keeps the further columns (extra), CSV does not.
+        The further columns (extra) are kept.
         """
         checked(lib.recording_write(self._handle, as_path(path)))
 
