@@ -594,9 +594,11 @@ int main(void) {
     RUN_TEST(test_file_offset);
     RUN_TEST(test_noisy_drive);
     RUN_TEST(test_masking);
-    RUN_TEST(test_stairs_of_a_slow_converter_are_no_jitter);
-    RUN_TEST(test_few_codes_are_not_missing);
-    RUN_TEST(test_a_coarse_reading_is_silent);
     RUN_TEST(test_missing_codes_where_the_drive_holds);
+    if (!INSTRUMENTED) { /* what is silent runs the code of the first test */
+        RUN_TEST(test_stairs_of_a_slow_converter_are_no_jitter);
+        RUN_TEST(test_few_codes_are_not_missing);
+        RUN_TEST(test_a_coarse_reading_is_silent);
+    }
     return UNITY_END();
 }
