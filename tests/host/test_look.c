@@ -357,6 +357,19 @@ static void test_white_noise_has_no_slow_share(void) {
     look_free(&look);
 }
 
+static void test_a_path_that_repeats_exactly_has_no_noise(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = (double)(k % 200);
+        position()[k] = 0.1 * drive()[k];
+    }
+    see();
+    TEST_ASSERT_GREATER_THAN_UINT(0, look.noise.repeat.samples);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.noise.repeat.rms_um);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.noise.repeat.white_um);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.noise.repeat.slow_um);
+    look_free(&look);
+}
+
 static void test_too_short(void) {
     recording.samples = 63;
     TEST_ASSERT_FALSE(look_at(&recording, &look, &failure));
@@ -380,6 +393,7 @@ int main(void) {
     RUN_TEST(test_creep_in_holds);
     RUN_TEST(test_noise_in_its_shares);
     RUN_TEST(test_white_noise_has_no_slow_share);
+    RUN_TEST(test_a_path_that_repeats_exactly_has_no_noise);
     RUN_TEST(test_too_short);
     return UNITY_END();
 }

@@ -90,6 +90,9 @@ static void fit_shares(const double *density, size_t length, double rate_hz, dou
             b1 += weight * density[h];
             b2 += weight * x * density[h];
         }
+        if (s11 <= 0.0) {
+            return; /* readings that repeat exactly have no density to weight with */
+        }
         const double determinant = s11 * s22 - s12 * s12;
         double white = determinant > 0.0 ? (b1 * s22 - b2 * s12) / determinant : b1 / s11;
         double slow = determinant > 0.0 ? (b2 * s11 - b1 * s12) / determinant : 0.0;
