@@ -71,10 +71,9 @@ static void move_drive(const recording_t *recording, recording_t *moved) {
 
 /* Whether play operators leave less the other way round than as it is, and than with a position that leads. */
 static bool is_exchanged(const recording_t *recording, left_t *as_it_is, left_t *exchanged) {
-    recording_t turned = *recording, moved;
+    const recording_t turned = swapped_turned(recording);
+    recording_t moved;
     left_t led;
-    turned.column[COLUMN_DRIVE] = recording->column[COLUMN_DISPLACEMENT];
-    turned.column[COLUMN_DISPLACEMENT] = recording->column[COLUMN_DRIVE];
     if (!swapped_suspected(recording) || !plays_leave(recording, as_it_is) || !plays_leave(&turned, exchanged) ||
         !less(exchanged, as_it_is)) {
         return false;

@@ -14,6 +14,13 @@ static double orientation(const static_map_t *map) {
     return sum;
 }
 
+recording_t swapped_turned(const recording_t *recording) {
+    recording_t turned = *recording;
+    turned.column[COLUMN_DRIVE] = recording->column[COLUMN_DISPLACEMENT];
+    turned.column[COLUMN_DISPLACEMENT] = recording->column[COLUMN_DRIVE];
+    return turned;
+}
+
 void swapped_look(const recording_t *recording, const drive_look_t *drive, const static_map_t *map,
                   const prediction_t *prediction, swapped_t *swapped) {
     const double levels = (double)map->levels, sum = orientation(map);
@@ -25,11 +32,9 @@ void swapped_look(const recording_t *recording, const drive_look_t *drive, const
         drive->kind == DRIVE_RESTS) {
         return;
     }
-    recording_t turned = *recording;
+    const recording_t turned = swapped_turned(recording);
     drive_look_t no_steps = {.range_v = {map->stroke_um[0], map->stroke_um[1]}};
     prediction_t back;
-    turned.column[COLUMN_DRIVE] = recording->column[COLUMN_DISPLACEMENT];
-    turned.column[COLUMN_DISPLACEMENT] = recording->column[COLUMN_DRIVE];
     prediction_make(&turned, &no_steps, &back);
     swapped->noise_v = back.noise_um;
     prediction_free(&back);

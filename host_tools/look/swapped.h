@@ -14,6 +14,9 @@ typedef struct {
     double log_chance; /**< log10, of so many by chance */
 } swapped_t;
 
+/** The recording with drive and displacement exchanged; its memory is the recording's. */
+recording_t swapped_turned(const recording_t *recording);
+
 /** A command is exact and leads, a reading has noise and lags: looks whether it is the other way round. */
 void swapped_look(const recording_t *recording, const drive_look_t *drive, const static_map_t *map,
                   const prediction_t *prediction, swapped_t *swapped);
