@@ -4,6 +4,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <signal.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -11,6 +13,58 @@
 
 /* Parts of processes that were killed may have taken a name. */
 #define PART_TRIES 100
+
+/* Parts, for a signal handler. More than these are not removed by it. */
+#define KNOWN_PARTS 4
+
+enum { PLACE_FREE, PLACE_TAKEN, PLACE_NAMES_PART };
+
+static struct {
+    atomic_int state;
+    char path[PATH_MAX];
+} known[KNOWN_PARTS];
+
+/* Before the file is made: there is no moment in which it exists and is not known. */
+static void know_part(const char *path) {
+    for (size_t i = 0; i < KNOWN_PARTS && strlen(path) < sizeof known[i].path; i++) {
+        int state = PLACE_FREE;
+        if (atomic_compare_exchange_strong(&known[i].state, &state, PLACE_TAKEN)) {
+            (void)strcpy(known[i].path, path);
+            atomic_store(&known[i].state, PLACE_NAMES_PART);
+            return;
+        }
+    }
+}
+
+static void part_has_gone(const char *path) {
+    for (size_t i = 0; i < KNOWN_PARTS; i++) {
+        if (atomic_load(&known[i].state) == PLACE_NAMES_PART && strcmp(known[i].path, path) == 0) {
+            atomic_store(&known[i].state, PLACE_FREE);
+        }
+    }
+}
+
+/* The signal comes once more when this returns, and then does what it does by itself. */
+static void remove_parts(int number) {
+    for (size_t i = 0; i < KNOWN_PARTS; i++) {
+        if (atomic_load(&known[i].state) == PLACE_NAMES_PART) {
+            (void)unlink(known[i].path);
+        }
+    }
+    (void)raise(number);
+}
+
+void output_files_clear_on_signal(void) {
+    static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+    struct sigaction action = {.sa_handler = remove_parts, .sa_flags = (int)SA_RESETHAND};
+    (void)sigemptyset(&action.sa_mask);
+    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++) {
+        struct sigaction before;
+        if (sigaction(ending[i], NULL, &before) == 0 && before.sa_handler == SIG_DFL) {
+            (void)sigaction(ending[i], &action, NULL);
+        }
+    }
+}
 
 static bool begins(const char *text, const char *with) {
     return strncmp(text, with, strlen(with)) == 0;
@@ -83,6 +137,9 @@ static bool resolve(output_file_t *output, const char *name, bool *in_place, boo
 }
 
 static void forget(output_file_t *output) {
+    if (output->part != NULL) {
+        part_has_gone(output->part);
+    }
     free(output->name);
     free(output->path);
     free(output->part);
@@ -100,9 +157,13 @@ static int open_part(output_file_t *output, const struct stat *replaced, failure
         if (output->part == NULL) {
             break;
         }
+        know_part(output->part);
         file = open(output->part, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (file < 0 && errno != EEXIST) {
-            break;
+        if (file < 0) {
+            part_has_gone(output->part); /* it never was ours */
+            if (errno != EEXIST) {
+                break;
+            }
         }
     }
     if (file < 0) {
