@@ -26,10 +26,11 @@ static struct {
 
 /* Before the file is made: there is no moment in which it exists and is not known. */
 static void know_part(const char *path) {
-    for (size_t i = 0; i < KNOWN_PARTS && strlen(path) < sizeof known[i].path; i++) {
+    const size_t size = strlen(path) + 1;
+    for (size_t i = 0; i < KNOWN_PARTS && size <= sizeof known[i].path; i++) {
         int state = PLACE_FREE;
         if (atomic_compare_exchange_strong(&known[i].state, &state, PLACE_TAKEN)) {
-            (void)strcpy(known[i].path, path);
+            memcpy(known[i].path, path, size);
             atomic_store(&known[i].state, PLACE_NAMES_PART);
             return;
         }
@@ -99,7 +100,7 @@ static char *beside(const char *path, const char *name) {
 }
 
 /* Sets output->path, and leaves output->part NULL. *exists: it is a regular file, and *now says which. */
-static bool resolve(output_file_t *output, const char *name, bool *in_place, bool *exists, struct stat *now,
+static bool resolve(output_file_t *output, const char *name, bool copy, bool *in_place, bool *exists, struct stat *now,
                     failure_t *failure) {
     struct stat link;
     *output = (output_file_t){.name = copy_text(name)};
@@ -112,7 +113,7 @@ static bool resolve(output_file_t *output, const char *name, bool *in_place, boo
         return fail(failure, "%s: %s", name, strerror(errno));
     }
     *exists = *exists && S_ISREG(now->st_mode);
-    if (!*in_place && file_ending(name, of_others) != NULL) {
+    if (!copy && !*in_place && file_ending(name, of_others) != NULL) {
         return fail(failure,
                     "%s: hyst writes no such files: recordings are CSV or HDF5 (.h5), others as the command says",
                     name);
@@ -179,11 +180,11 @@ static int open_part(output_file_t *output, const struct stat *replaced, failure
 }
 
 /* Everything up to and including an empty part. */
-static bool begin(output_file_t *output, const char *name, int *file, bool *exists, struct stat *now,
+static bool begin(output_file_t *output, const char *name, bool copy, int *file, bool *exists, struct stat *now,
                   failure_t *failure) {
     bool in_place = false;
     *file = -1;
-    if (resolve(output, name, &in_place, exists, now, failure) && output->path != NULL) {
+    if (resolve(output, name, copy, &in_place, exists, now, failure) && output->path != NULL) {
         if (in_place) {
             return true;
         }
@@ -196,11 +197,11 @@ static bool begin(output_file_t *output, const char *name, int *file, bool *exis
     return false;
 }
 
-bool output_file_open(output_file_t *output, const char *path, failure_t *failure) {
+static bool open_output(output_file_t *output, const char *path, bool copy, failure_t *failure) {
     struct stat now;
     bool exists = false;
     int file = -1;
-    if (!begin(output, path, &file, &exists, &now, failure)) {
+    if (!begin(output, path, copy, &file, &exists, &now, failure)) {
         return false;
     }
     output->file = file >= 0 ? fdopen(file, "w") : fopen(output->path, "w");
@@ -214,6 +215,14 @@ bool output_file_open(output_file_t *output, const char *path, failure_t *failur
     }
     forget(output);
     return false;
+}
+
+bool output_file_open(output_file_t *output, const char *path, failure_t *failure) {
+    return open_output(output, path, false, failure);
+}
+
+bool output_file_open_copy(output_file_t *output, const char *path, failure_t *failure) {
+    return open_output(output, path, true, failure);
 }
 
 /* Everything is on the disk; else errno says why not. */
@@ -260,7 +269,7 @@ static bool same_file(const struct stat *a, const struct stat *b) {
 static bool try_output(const char *name, place_t *place, failure_t *failure) {
     output_file_t output;
     int file = -1;
-    if (!begin(&output, name, &file, &place->exists, &place->now, failure)) {
+    if (!begin(&output, name, false, &file, &place->exists, &place->now, failure)) {
         return false;
     }
     if (file >= 0) {

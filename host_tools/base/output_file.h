@@ -33,6 +33,9 @@ bool output_files_check(const char *const *output, size_t outputs, const char *c
 /** On failure nothing needs to be closed. */
 bool output_file_open(output_file_t *output, const char *path, failure_t *failure);
 
+/** For a copy of a file of another program, whatever its name promises. */
+bool output_file_open_copy(output_file_t *output, const char *path, failure_t *failure);
+
 /**
  * Moves the file into place. If not `good`, or after a write error, the previous file stays and the result is false. If
  * not `good`, *failure is left as the caller set it.

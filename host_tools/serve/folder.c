@@ -9,11 +9,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 /* Numbers behind the name of a file, until there is a free one. */
 #define MOST_NUMBER 10000
+/* Of a name that the user gives, without ending and number. */
+#define LONGEST_STEM 100
 /* A model says what it is near its beginning. */
 #define BEGINNING 4096
 
@@ -70,16 +73,19 @@ static const ending_t endings[] = {
     {".html", "text/html; charset=utf-8", FILE_REPORT_KIND},
 };
 
-/* NULL: none of them. */
-static const ending_t *ending_of(const char *name) {
-    const size_t length = strlen(name);
+/* In any case: oscilloscopes write SCOPE.CSV. NULL: none of them. */
+static const ending_t *ending_before(const char *name, size_t length) {
     for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
         const size_t end = strlen(endings[i].text);
-        if (length > end && strcmp(name + length - end, endings[i].text) == 0) {
+        if (length > end && strncasecmp(name + length - end, endings[i].text, end) == 0) {
             return &endings[i];
         }
     }
     return NULL;
+}
+
+static const ending_t *ending_of(const char *name) {
+    return ending_before(name, strlen(name));
 }
 
 static bool is_model(const char *path) {
@@ -100,8 +106,12 @@ file_kind_t folder_kind(const char *folder, const char *name) {
     if (!folder_path(folder, name, path, &ignored) || stat(path, &status) != 0 || !S_ISREG(status.st_mode)) {
         return FILE_OTHER;
     }
+    return folder_holds(name, path) ? ending_of(name)->kind : FILE_OTHER;
+}
+
+bool folder_holds(const char *name, const char *path) {
     const ending_t *const ending = ending_of(name);
-    return ending == NULL || (ending->kind == FILE_MODEL_KIND && !is_model(path)) ? FILE_OTHER : ending->kind;
+    return ending != NULL && (ending->kind != FILE_MODEL_KIND || is_model(path));
 }
 
 const char *folder_type(const char *name) {
@@ -202,8 +212,8 @@ static bool is_free(const char *folder, const char *name, char path[FOLDER_PATH]
 bool folder_free_names(const char *folder, const char *stem, const char *const suffix[], size_t count,
                        char name[][FOLDER_NAME], failure_t *failure) {
     char path[FOLDER_PATH];
-    if (strlen(stem) > 100 || !folder_path(folder, stem, path, failure)) {
-        return fail(failure, "'%.100s': a name has at most 100 letters, digits, '-', '_' and '.'", stem);
+    if (strlen(stem) > LONGEST_STEM || !folder_path(folder, stem, path, failure)) {
+        return fail(failure, "'%.100s': a name has at most %d letters, digits, '-', '_' and '.'", stem, LONGEST_STEM);
     }
     for (int number = 1; number < MOST_NUMBER; number++) {
         bool all = true;
@@ -217,4 +227,37 @@ bool folder_free_names(const char *folder, const char *stem, const char *const s
         }
     }
     return fail(failure, "%s: all numbers behind this name are taken", stem);
+}
+
+/* Of the first `length` characters. "Messung 3 (neu)" is "Messung_3_neu_", and "-o" is "file-o". */
+static void make_stem(const char *wished, size_t length, char stem[LONGEST_STEM + 1]) {
+    size_t made = 0;
+    if (!is_letter_or_digit(wished[0])) {
+        made = (size_t)snprintf(stem, LONGEST_STEM, "file");
+    }
+    for (size_t i = 0; i < length && made < LONGEST_STEM; i++) {
+        const bool plain = is_letter_or_digit(wished[i]) || strchr("-_.", wished[i]) != NULL;
+        if (plain || stem[made - 1] != '_') {
+            stem[made++] = plain ? wished[i] : '_';
+        }
+    }
+    stem[made] = '\0';
+}
+
+bool folder_name_for(const char *folder, const char *wished, char name[1][FOLDER_NAME], failure_t *failure) {
+    const ending_t *ending = ending_of(wished);
+    if (ending == NULL || ending->kind == FILE_REPORT_KIND) {
+        return fail(failure,
+                    "'%.100s': its ending is of no recording, measurements, model or image. Recordings and "
+                    "measurements are .csv, .txt, .tsv, .dat, .asc, .itx, .lvm, .mat, .h5, .hdf5, .npy, .npz and .gz",
+                    wished);
+    }
+    size_t cut = strlen(wished);
+    for (int many = 0; ending != NULL && many < 2; many++, ending = ending_before(wished, cut)) { /* scope.csv.gz */
+        cut -= strlen(ending->text);
+    }
+    char stem[LONGEST_STEM + 1];
+    const char *const suffix[] = {wished + cut};
+    make_stem(wished, cut, stem);
+    return folder_free_names(folder, stem, suffix, 1, name, failure);
 }

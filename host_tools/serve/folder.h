@@ -28,6 +28,9 @@ bool folder_path(const char *folder, const char *name, char path[FOLDER_PATH], f
 /** What the name and, for JSON, the beginning of the file say. */
 file_kind_t folder_kind(const char *folder, const char *name);
 
+/** Whether it is of a kind that the page works with, by its name and, for JSON, what the file at `path` says. */
+bool folder_holds(const char *name, const char *path);
+
 /** The media type of a file of this name. */
 const char *folder_type(const char *name);
 
@@ -37,6 +40,12 @@ bool folder_file(const char *folder, const char *name, file_kind_t kind, char pa
 /** "STEM.csv", or "STEM-2.csv" and so on: the first with which the names with all `count` suffixes are free. */
 bool folder_free_names(const char *folder, const char *stem, const char *const suffix[], size_t count,
                        char name[][FOLDER_NAME], failure_t *failure);
+
+/** A free name for a file that is called `wished` elsewhere: other characters than those of a name become '_', a number
+ * comes before the ending if the name is taken. Refuses an ending that is of no recording, measurements, model or
+ * image.
+ */
+bool folder_name_for(const char *folder, const char *wished, char name[1][FOLDER_NAME], failure_t *failure);
 
 /** [{"name":, "kind": "recording"|"model"|"image"|"report"|"measurements", "bytes":, "changed":}], newest first. */
 json_t *folder_list(const char *folder, failure_t *failure);

@@ -9,7 +9,9 @@
 #include "serve/message.h"
 #include "serve/reader.h"
 #include "serve/runs.h"
+#include "serve/upload.h"
 #include "serve/web_server.h"
+#include <limits.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,6 +48,8 @@ struct session {
     char made[JOB_LINE_MADE][FOLDER_NAME]; /* by the job, if it succeeds */
     reader_t *reader;
     reader_listener_t reader_listener;
+    upload_t *upload;
+    upload_listener_t upload_listener;
 };
 
 /* ---- To the pages ---- */
@@ -313,6 +317,57 @@ static bool show(session_t *session, unsigned long client, json_t *message, fail
            reader_want(session->reader, client, name, failure);
 }
 
+/* ---- Files from a page ---- */
+
+/* In the upload's thread, and the next. */
+static void on_room(void *context) {
+    const session_t *const session = context;
+    web_server_upload_goes_on(session->server);
+}
+
+static void on_uploaded(void *context, const char *name, bool good, const failure_t *why) {
+    session_t *const session = context;
+    if (good) { /* first, so that the page has it in its lists */
+        tell(session, 0, files_event(session), WEB_MUST);
+    }
+    tell(session, 0,
+         json_pack("{s:s, s:s, s:b, s:s?}", "event", "uploaded", "name", name, "good", good, "why",
+                   good ? NULL : why->text),
+         WEB_MUST);
+}
+
+static bool announce(session_t *session, unsigned long client, json_t *message, failure_t *failure) {
+    char wished[1024] = "";
+    char name[1][FOLDER_NAME];
+    char key[ACCESS_TOKEN_LENGTH + 1];
+    double bytes = 0.0; /* more than a count has */
+    if (!message_text(message, "name", wished, sizeof wished, failure) ||
+        !message_number(message, "bytes", &bytes, failure) ||
+        !upload_announce(session->upload, client, wished, bytes < 1e15 ? (long)bytes : LONG_MAX, name, key, failure)) {
+        return false;
+    }
+    tell(session, client, json_pack("{s:s, s:s, s:s+}", "event", "upload", "name", name[0], "to", "upload/", key),
+         WEB_MUST);
+    return true;
+}
+
+static bool on_upload_begins(void *context, const char *key, long bytes) {
+    const session_t *const session = context;
+    return upload_begin(session->upload, key, bytes);
+}
+
+static bool on_upload_comes(void *context, const void *part, size_t length) {
+    const session_t *const session = context;
+    return upload_give(session->upload, part, length);
+}
+
+static void on_upload_ends(void *context, bool whole) {
+    const session_t *const session = context;
+    if (session->upload != NULL) {
+        upload_finish(session->upload, whole);
+    }
+}
+
 /* ---- From the pages (in the server's thread) ---- */
 
 static json_t *role(const session_t *session, unsigned long client) {
@@ -363,13 +418,16 @@ static void on_closed(void *context, unsigned long client) {
     if (session->control == client) {
         session->control = 0;
     }
-    if (session->keeper != NULL) { /* which ends before the pages do */
+    if (session->upload != NULL) { /* which ends before the pages do, as the next */
+        upload_withdraw(session->upload, client);
+    }
+    if (session->keeper != NULL) {
         line_keeper_watch(session->keeper, session->clients > 0);
     }
     tell_roles(session);
 }
 
-static bool control(session_t *session, const char *what, json_t *message, failure_t *failure) {
+static bool control(session_t *session, unsigned long client, const char *what, json_t *message, failure_t *failure) {
     for (size_t i = 0; i < sizeof run_names / sizeof run_names[0]; i++) {
         if (strcmp(what, run_names[i]) == 0) {
             return begin_run(session, (run_kind_t)i, message, failure);
@@ -377,6 +435,9 @@ static bool control(session_t *session, const char *what, json_t *message, failu
     }
     if (job_line_knows(what)) {
         return begin_job(session, what, message, failure);
+    }
+    if (strcmp(what, "upload") == 0) {
+        return announce(session, client, message, failure);
     }
     if (strcmp(what, "cancel") == 0) {
         if (session->job != NULL) {
@@ -401,7 +462,7 @@ static bool obey(session_t *session, unsigned long client, const char *what, jso
         tell_roles(session);
         return true;
     }
-    return session->control == client ? control(session, what, message, failure)
+    return session->control == client ? control(session, client, what, message, failure)
                                       : fail(failure, "another page has control: this one may watch, and stop");
 }
 
@@ -442,7 +503,8 @@ session_t *session_open(const session_options_t *options, failure_t *failure) {
         return NULL;
     }
     json_decref(list);
-    session->handler = (web_handler_t){on_opened, on_closed, on_message, on_file, session};
+    session->handler = (web_handler_t){on_opened,        on_closed,       on_message,     on_file,
+                                       on_upload_begins, on_upload_comes, on_upload_ends, session};
     session->listener = (line_listener_t){on_line, on_snapshot, on_stream, on_stopped, session};
     session->progress = (progress_listener_t){on_progress_begin, on_progress, on_progress_end, session};
     session->server = web_server_open(options->port, &session->handler, failure);
@@ -452,13 +514,11 @@ session_t *session_open(const session_options_t *options, failure_t *failure) {
     }
     progress_listen(&session->progress);
     session->reader_listener = (reader_listener_t){on_read, session};
+    session->upload_listener = (upload_listener_t){on_room, on_uploaded, session};
     session->reader = reader_start(options->folder, &session->reader_listener, failure);
-    if (session->reader == NULL) {
-        web_server_close(session->server);
-        free(session);
-        return NULL;
-    }
-    session->keeper = line_keeper_start(&options->line, &session->listener, failure);
+    session->upload =
+        session->reader != NULL ? upload_start(options->folder, &session->upload_listener, failure) : NULL;
+    session->keeper = session->upload != NULL ? line_keeper_start(&options->line, &session->listener, failure) : NULL;
     if (session->keeper == NULL) {
         session_close(session);
         return NULL;
@@ -477,6 +537,8 @@ void session_close(session_t *session) {
         job_end(session->job);
     }
     reader_end(session->reader);
+    upload_end(session->upload);
+    session->upload = NULL;
     progress_listen(NULL);
     /* Its last callbacks use the rest. */
     web_server_close(session->server);

@@ -6,7 +6,8 @@
  * nothing else. When the page in control has gone, another may take its place.
  *
  * A message is a JSON object. From a page {"do": "stop"|"record"|"track"|"push"|"clear"|"fit"|"diagnose"|"compile"|
- * "look"|"simulate"|"report"|"cancel"|"show"|"take"}; to a page {"event": ..}. docs/LIVE.md has the list.
+ * "look"|"simulate"|"report"|"import"|"upload"|"cancel"|"show"|"take"}; to a page {"event": ..}. docs/LIVE.md has the
+ * list.
  */
 #ifndef SESSION_H
 #define SESSION_H

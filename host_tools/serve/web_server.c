@@ -49,7 +49,9 @@ struct web_server {
     client_t *clients;
     size_t count;
     unsigned long numbers;
-    atomic_bool ready; /* the context may be woken */
+    atomic_bool ready;   /* the context may be woken */
+    struct lws *uploads; /* the connection on which a file comes, or NULL */
+    atomic_bool goes_on; /* it may */
     pthread_mutex_t lock;
     queue_t sent; /* from any thread, under the lock */
     lws_sorted_usec_list_t beat;
@@ -158,7 +160,8 @@ static bool allowed(const web_server_t *server, struct lws *wsi, bool needs_orig
 #define FILE_POLICY                                                                                                    \
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; sandbox allow-scripts"
 
-static int refuse(struct lws *wsi, unsigned status) {
+/* Nothing but a status. */
+static int answer(struct lws *wsi, unsigned status) {
     return lws_return_http_status(wsi, status, NULL) != 0 || lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
 }
 
@@ -214,23 +217,63 @@ static int serve_file(const web_server_t *server, struct lws *wsi, const char *n
     char path[4096];
     const char *type = NULL;
     if (!server->handler->file(server->handler->context, name, path, sizeof path, &type)) {
-        return refuse(wsi, HTTP_STATUS_NOT_FOUND);
+        return answer(wsi, HTTP_STATUS_NOT_FOUND);
     }
     const int result = lws_serve_http_file(wsi, path, type, headers, (int)strlen(headers));
     return result < 0 || (result > 0 && lws_http_transaction_completed(wsi) != 0) ? -1 : 0;
 }
 
-static int serve(const web_server_t *server, struct lws *wsi, transfer_t *transfer, const char *path) {
+/* The body comes in parts (on_http). */
+static int begin_upload(web_server_t *server, struct lws *wsi, const char *key) {
+    char length[24];
+    char *end = NULL;
+    if (!allowed(server, wsi, true) || !header(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH, length, sizeof length)) {
+        return answer(wsi, HTTP_STATUS_FORBIDDEN);
+    }
+    const long bytes = strtol(length, &end, 10);
+    if (*end != '\0' || server->uploads != NULL ||
+        !server->handler->upload_begins(server->handler->context, key, bytes)) {
+        return answer(wsi, HTTP_STATUS_FORBIDDEN);
+    }
+    server->uploads = wsi;
+    return 0;
+}
+
+static int take_upload(web_server_t *server, struct lws *wsi, const void *part, size_t length) {
+    if (wsi != server->uploads) {
+        return -1;
+    }
+    if (!server->handler->upload_comes(server->handler->context, part, length)) {
+        (void)lws_rx_flow_control(wsi, 0);
+    }
+    return 0;
+}
+
+/* Whether this was the connection. */
+static bool end_upload(web_server_t *server, const struct lws *wsi, bool whole) {
+    if (wsi != server->uploads) {
+        return false;
+    }
+    server->uploads = NULL;
+    server->handler->upload_ends(server->handler->context, whole);
+    return true;
+}
+
+static int serve(web_server_t *server, struct lws *wsi, transfer_t *transfer, const char *path) {
     static const char files[] = "file/";
+    static const char upload[] = "upload/";
     if (!allowed(server, wsi, false)) {
-        return refuse(wsi, HTTP_STATUS_FORBIDDEN);
+        return answer(wsi, HTTP_STATUS_FORBIDDEN);
     }
     const char *const rest = access_rest_of_path(path, server->token);
     if (rest == NULL) {
-        return refuse(wsi, HTTP_STATUS_FORBIDDEN);
+        return answer(wsi, HTTP_STATUS_FORBIDDEN);
+    }
+    if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) > 0 && strncmp(rest, upload, strlen(upload)) == 0) {
+        return begin_upload(server, wsi, rest + strlen(upload));
     }
     if (lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) <= 0) {
-        return refuse(wsi, HTTP_STATUS_METHOD_NOT_ALLOWED);
+        return answer(wsi, HTTP_STATUS_METHOD_NOT_ALLOWED);
     }
     if (strncmp(rest, files, strlen(files)) == 0) {
         return serve_file(server, wsi, rest + strlen(files));
@@ -241,7 +284,7 @@ static int serve(const web_server_t *server, struct lws *wsi, transfer_t *transf
             return begin_page_file(wsi, transfer, &serve_page_files[i]);
         }
     }
-    return refuse(wsi, HTTP_STATUS_NOT_FOUND);
+    return answer(wsi, HTTP_STATUS_NOT_FOUND);
 }
 
 static int on_http(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t length) {
@@ -251,10 +294,20 @@ static int on_http(struct lws *wsi, enum lws_callback_reasons reason, void *user
         return serve(server, wsi, user, in);
     case LWS_CALLBACK_HTTP_WRITEABLE:
         return go_on(wsi, user);
+    case LWS_CALLBACK_HTTP_BODY:
+        return take_upload(server, wsi, in, length);
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+        return end_upload(server, wsi, true) ? answer(wsi, HTTP_STATUS_OK) : -1;
+    case LWS_CALLBACK_CLOSED_HTTP:
+        (void)end_upload(server, wsi, false);
+        return 0;
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION: /* messages without the name of their protocol */
         return -1;
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
         deliver(server);
+        if (atomic_exchange(&server->goes_on, false) && server->uploads != NULL) {
+            (void)lws_rx_flow_control(server->uploads, 1);
+        }
         return 0;
     default:
         return lws_callback_http_dummy(wsi, reason, user, in, length);
@@ -374,6 +427,7 @@ web_server_t *web_server_open(int port, const web_handler_t *handler, failure_t 
     (void)pthread_mutex_init(&server->lock, NULL);
     queue_clear(&server->sent);
     atomic_init(&server->ready, false);
+    atomic_init(&server->goes_on, false);
     if (!access_draw_token(server->token, failure)) {
         web_server_close(server);
         return NULL;
@@ -426,12 +480,21 @@ bool web_server_run(web_server_t *server, const volatile sig_atomic_t *stop, fai
     return true;
 }
 
+static void wake(web_server_t *server) {
+    if (atomic_load(&server->ready)) {
+        lws_cancel_service(server->context);
+    }
+}
+
+void web_server_upload_goes_on(web_server_t *server) {
+    atomic_store(&server->goes_on, true);
+    wake(server);
+}
+
 void web_server_send(web_server_t *server, unsigned long client, const char *text, web_urgency_t urgency) {
     message_t *message = message_make(text, strlen(text), client, urgency);
     pthread_mutex_lock(&server->lock);
     queue_put(&server->sent, message);
     pthread_mutex_unlock(&server->lock);
-    if (atomic_load(&server->ready)) {
-        lws_cancel_service(server->context);
-    }
+    wake(server);
 }

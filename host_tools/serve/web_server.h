@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * HTTP and WebSocket on the loopback address, by libwebsockets: one page, files for download, and messages.
+ * HTTP and WebSocket on the loopback address, by libwebsockets: one page, files in both directions, and messages.
  *
  * A request without the token, with a foreign Host or a foreign Origin gets 403, whatever it is for. All callbacks come
  * in the thread of web_server_run and must be quick; messages may be sent from any thread.
@@ -27,6 +27,12 @@ typedef struct {
     void (*message)(void *context, unsigned long client, const char *text, size_t length);
     /** The file to answer "/TOKEN/file/NAME" with: false for 404. */
     bool (*file)(void *context, const char *name, char *path, size_t size, const char **type);
+    /** "POST /TOKEN/upload/KEY" with so many bytes: false for 403. One at a time. */
+    bool (*upload_begins)(void *context, const char *key, long bytes);
+    /** The next of them. False: no more before web_server_upload_goes_on, but what is on the way. */
+    bool (*upload_comes)(void *context, const void *part, size_t length);
+    /** whole: no connection was lost on the way. */
+    void (*upload_ends)(void *context, bool whole);
     void *context;
 } web_handler_t;
 
@@ -49,5 +55,8 @@ typedef enum {
 
 /** To one client, or to all with 0. Any thread. */
 void web_server_send(web_server_t *server, unsigned long client, const char *text, web_urgency_t urgency);
+
+/** Any thread. */
+void web_server_upload_goes_on(web_server_t *server);
 
 #endif

@@ -261,6 +261,8 @@ def by_clicks(day):
     day.until_shown("scope.h5")
     day.picture("imported", "#result")
 
+    bringing(day)
+
     # A record that is stopped, then one to its end.
     day.fill("record", waveform="sine", frequency="2", cycles="1000", frames="1000")
     day.click("#record .go")
@@ -299,6 +301,57 @@ def by_clicks(day):
     day.until_shown("track-linear.csv track-compensate.csv")
     day.picture("tracked", "#result")
     day.picture("before-and-after", "#compare")
+
+
+def scope(path=None):
+    """3 V a step, and 0.1 V of a sensor. The text, also written to a file."""
+    text = "s;CH1 (V);CH2 (V)\n" + "".join(f"{k / 500:.3f};{3 * (k % 100)};{(k % 100) / 10:.2f}\n" for k in range(400))
+    if path:
+        with open(path, "w", encoding="ascii") as file:
+            file.write(text)
+    return text
+
+
+def bringing(day):
+    """Files of this computer: chosen, dropped, and refused. What is in the last one is said by itself."""
+    there = f"{day.scratch}/TEK 0001.CSV", f"{day.scratch}/other.html", f"{day.scratch}/of hyst.csv"
+    for path in there:
+        scope(path)
+    day.forget_result()
+    day.browser.find_element(By.CSS_SELECTOR, "#upload [name=files]").send_keys(there[0])
+    day.result("import", "false")
+    day.expect("#result-text", "^import has failed: .*in V: say how many um that is")
+    if day.value("#import [name=file]") != "TEK_0001.CSV":
+        day.fail("what was brought is not chosen")
+    day.picture("brought", "#upload")
+    day.browser.find_element(By.CSS_SELECTOR, "#upload [name=files]").send_keys(there[1])
+    day.expect("#message", "other.html.*ending")
+    if day.value("#fit [name=recording]") == "TEK_0001.CSV":
+        day.fail("what does not say its displacement is proposed for a fit")
+    shutil.copy(f"{day.folder}/tutorial.csv", there[2]) # which says itself what it is
+    day.forget_result()
+    day.browser.find_element(By.CSS_SELECTOR, "#upload [name=files]").send_keys(there[2])
+    day.result("import")
+    day.until("it may be fitted", lambda: day.value("#fit [name=recording]") == "of_hyst.csv")
+    day.until_shown("of_hyst.csv")
+    os.remove(f"{day.folder}/of_hyst.csv")
+    day.forget_result()
+    day.script("""const data = new DataTransfer();
+        for (const name of ["dropped.txt", "TEK 0001.CSV"]) { data.items.add(new File([arguments[0]], name)); }
+        for (const kind of ["dragover", "drop"]) {
+          document.querySelector("main").dispatchEvent(
+              new DragEvent(kind, { dataTransfer: data, bubbles: true, cancelable: true }));
+        }""", scope())
+    day.result("import", "false")
+    if day.value("#import [name=file]") != "TEK_0001-2.CSV":
+        day.fail("what was dropped last is not chosen")
+    day.until_page(upload="idle")
+    for name in ("TEK_0001.CSV", "dropped.txt", "TEK_0001-2.CSV"):
+        with open(f"{day.folder}/{name}", encoding="ascii") as file:
+            if file.read() != scope():
+                day.fail(f"{name} is not what was brought")
+    if os.path.exists(f"{day.folder}/other.html"):
+        day.fail("a page of elsewhere is in the folder")
 
 
 def comparing(day):
@@ -391,6 +444,8 @@ def second_viewer(day):
     day.expect("#now-drive", r"\d V")
     if day.browser.find_element(By.CSS_SELECTOR, "#record .go").is_enabled():
         day.fail("the second viewer may record")
+    if day.browser.find_element(By.CSS_SELECTOR, "#upload [name=files]").is_enabled():
+        day.fail("the second viewer may bring files")
     if not day.browser.find_element(By.ID, "stop").is_enabled():
         day.fail("the second viewer cannot stop")
     day.picture("second-viewer")
@@ -406,6 +461,8 @@ def by_keyboard(day, cable):
     day.shape(NARROW, "dark")
     day.picture("narrow-dark", "main")
     day.forget_result()
+
+    day.tab_to("#upload [name=files]") # from there on its chooser is the browser's
 
     # Record and fit.
     day.choose("#record [name=waveform]", "staircase")
@@ -529,9 +586,7 @@ def main():
     folder = f"{scratch}/folder_{'with_a_long_name_' * 6}" # which is to wrap on a narrow page
     os.makedirs(folder)
     shutil.copy(os.path.join(os.path.dirname(actuator), "recording.csv"), f"{folder}/tutorial.csv")
-    with open(f"{folder}/scope.txt", "w", encoding="ascii") as file: # 3 V a step, and 0.1 V of a sensor
-        file.write("s;CH1 (V);CH2 (V)\n")
-        file.writelines(f"{k / 500:.3f};{3 * (k % 100)};{(k % 100) / 10:.2f}\n" for k in range(400))
+    scope(f"{folder}/scope.txt")
     twin = ["--image", elf, "--model", actuator, "--drive-range", "0:100", "--position-range", "-5:40", "--noise-um", "0.02"]
     bench, port = start([hyst, "bench", *twin], r"^port: (\S+)", f"{scratch}/bench.log")
     cable = Cable(port)

@@ -43,6 +43,17 @@ class Server:
         self.port, self.token = int(found[1]), found[2]
         self.origin = f"http://127.0.0.1:{self.port}"
 
+    def post(self, path, body, **headers):
+        """The status; None: the connection was closed."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        try:
+            connection.request("POST", f"/{self.token}/{path}", body, {"Origin": self.origin, **headers})
+            return connection.getresponse().status
+        except (ConnectionError, http.client.BadStatusLine):
+            return None
+        finally:
+            connection.close()
+
     def get(self, path, method="GET", **headers):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
         connection.request(method, path, headers=headers)
@@ -184,7 +195,7 @@ async def roles(server, first):
     check(not role["control"] and not role["free"], f"the second page: {role}")
     await second.until("line", lambda line: line["connected"])
     await second.until("live")
-    for what in ("record", "track", "push", "clear", "fit", "compile", "diagnose", "cancel", "take"):
+    for what in ("record", "track", "push", "clear", "fit", "compile", "diagnose", "upload", "cancel", "take"):
         await second.do(what, **RANGES)
         refusal = await second.until("refused")
         check(refusal["do"] == what and "control" in refusal["why"], f"{what} by the second page: {refusal}")
@@ -256,6 +267,93 @@ async def imported(page, folder):
     check(not ended["good"] and "no column '--output=stolen.csv'" in ended["text"], ended)
 
 
+async def uploaded(server, page, folder):
+    """Files that a page gives: whole under a name that is free, or not at all; by the page in control alone."""
+    async def announce(name, data):
+        await page.do("upload", name=name, bytes=len(data))
+        return await page.until("upload")
+
+    async def put(name, data):
+        """The name that it has here."""
+        told = await announce(name, data)
+        check(server.post(told["to"], data) == 200, f"{name} is refused")
+        ended = await page.until("uploaded")
+        check(ended["name"] == told["name"], ended)
+        return ended
+
+    def kept(name):
+        with open(f"{folder}/{name}", "rb") as file:
+            return file.read()
+
+    before = set(os.listdir(folder))
+    text = b"s;CH1 (V);CH2 (um)\n" + b"".join(b"%.3f;%d;%.2f\n" % (k / 500, 3 * (k % 100), (k % 100) / 10) for k in range(400))
+    long = os.urandom(1 << 20) * 40 # which no socket and no disk takes at once
+    named = {"scope.tsv": "scope.tsv", "Messung 3 (neu).CSV": "Messung_3_neu_.CSV", "../../etc/x.csv": "file.._.._etc_x.csv",
+             ".hidden.csv": "file.hidden.csv", "\u00e4\u00f6.npz.gz": "file_.npz.gz", "a" + 9 * ".csv": "a" + 9 * ".csv", "scope.csv.gz": "scope.csv.gz",
+             "x" * 300 + ".csv": "x" * 100 + ".csv", "-o.csv": "file-o.csv", "long.dat": "long.dat"}
+    for wished, name in named.items():
+        data = long if wished == "long.dat" else text
+        ended = await put(wished, data)
+        check(ended["good"] and ended["name"] == name and kept(name) == data, f"{wished}: {ended}")
+    check((await put("scope.tsv", text))["name"] == "scope-2.tsv" and kept("scope.tsv") == text, "a name that is taken")
+    check((await put("scope.csv.gz", text))["name"] == "scope-2.csv.gz", "a name with two endings that is taken")
+    with open(f"{folder}/model.json", "rb") as file:
+        model = file.read()
+    check((await put("better.json", model))["good"], "a model")
+    ended = await put("package.json", b'{"name": "other"}')
+    check(not ended["good"] and "not a model" in ended["why"], ended)
+    await page.do("import", file="Messung_3_neu_.CSV", write=False, drive="CH1", displacement="CH2")
+    ended = await page.job_ended()
+    check(ended["good"] and "stroke 9.9 um" in ended["text"], ended)
+
+    # What is refused when it is announced.
+    for members, why in (({}, "empty"), ({"name": "a.csv"}, "empty"), ({"name": "a.csv", "bytes": -1}, "empty"),
+                         ({"name": "a.csv", "bytes": "1"}, "not a number"), ({"name": "a.csv", "bytes": 2e9}, "at most 1 GB"),
+                         ({"name": "a.csv", "bytes": 1e300}, "at most 1 GB"), ({"name": 7, "bytes": 1}, "not a text"),
+                         ({"name": "a.html", "bytes": 1}, "ending"), ({"name": "a.exe", "bytes": 1}, "ending"),
+                         ({"name": "csv", "bytes": 1}, "ending"), ({"name": ".csv", "bytes": 1}, "ending"), ({"name": "", "bytes": 1}, "ending"), ({"name": "a.csv/", "bytes": 1}, "ending")):
+        await page.do("upload", **members)
+        check(why in (await page.until("refused"))["why"], f"{members} is not refused with {why}")
+
+    # What is refused when it comes: nothing of it is kept.
+    to = (await announce("wrong.csv", text))["to"]
+    for what, status in {"an unknown key": server.post("upload/" + "0" * 32, text), "no key": server.post("upload/", text),
+                         "another length": server.post(to, text + b"1"), "a foreign origin": server.post(to, text, Origin="http://evil.example"),
+                         "a foreign host": server.post(to, text, Host="evil.example")}.items():
+        check(status in (403, None), f"{what} gets {status}")
+    for no_origin in ({"Origin": ""}, {"Origin": "null"}):
+        check(server.post(to, text, **no_origin) in (403, None), f"{no_origin} is let in")
+    check(server.post(to, text) == 200, "the key is used up by refusals")
+    check((await page.until("uploaded"))["good"], "after the refusals")
+    check(server.post(to, text) in (403, None), "a key is good twice")
+    earlier = (await announce("earlier.csv", text))["to"]
+    await announce("later.csv", text)
+    check(server.post(earlier, text) in (403, None), "a key that a later one has replaced")
+
+    # Half of a file, and a second one meanwhile.
+    to = (await announce("half.csv", long))["to"]
+    half = socket.create_connection(("127.0.0.1", server.port), PATIENCE_S)
+    half.sendall(f"POST /{server.token}/{to} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nOrigin: {server.origin}\r\n"
+                 f"Content-Length: {len(long)}\r\n\r\n".encode() + long[:len(long) // 2])
+    await page.do("upload", name="second.csv", bytes=9)
+    check("another file comes" in (await page.until("refused"))["why"], "two files at once")
+    half.close()
+    ended = await page.until("uploaded")
+    check(not ended["good"] and "before all of it came" in ended["why"], ended)
+
+    # Made by another meanwhile: not replaced.
+    to = (await announce("mine.dat", text))["to"]
+    with open(f"{folder}/mine.dat", "wb") as file:
+        file.write(b"mine")
+    server.post(to, text)
+    ended = await page.until("uploaded")
+    check(not ended["good"] and "made meanwhile" in ended["why"] and kept("mine.dat") == b"mine", ended)
+    made = set(named.values()) | {"scope-2.tsv", "scope-2.csv.gz", "better.json", "wrong.csv", "mine.dat"}
+    check(set(os.listdir(folder)) - before == made, f"{set(os.listdir(folder)) - before} is in the folder, not {made}")
+    for name in made:
+        os.remove(f"{folder}/{name}")
+
+
 async def whole_way(page, folder, hyst):
     await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", **RANGES)
     ended = await page.run_ended()
@@ -294,7 +392,6 @@ async def whole_way(page, folder, hyst):
     await imported(page, folder)
     await page.do("clear")
     check((await page.run_ended())["good"], "clear")
-    check(not [name for name in os.listdir(folder) if name.endswith(".part")], "parts of files are left")
 
 
 async def crowd(server):
@@ -371,6 +468,8 @@ async def day(server, folder, hyst):
     second, stop_s = await roles(server, first)
     busy_s = await busy(second)
     await whole_way(second, folder, hyst)
+    await uploaded(server, second, folder)
+    check(not [name for name in os.listdir(folder) if name.endswith(".part")], "parts of files are left")
     await crowd(server)
     print(f"stop: taken by the amplifier after {1e3 * stop_s:.1f} ms; from the page, beside a diagnosis, "
           f"{1e3 * busy_s:.1f} ms")

@@ -78,7 +78,8 @@ function showState() {
     const needsLine = ["record", "track", "push", "clear"].includes(form.id);
     const busy = needsLine ? page.run !== "idle" || page.line !== "connected"
                            : form.id !== "" && page.job !== "idle";
-    form.firstElementChild.disabled = form.id === "" ? page.server !== "open" : !able || busy;
+    form.firstElementChild.disabled = form.id === "" ? page.server !== "open"
+                                                     : !able || (busy && form.id !== "upload");
   }
   byId("viewer").hidden = page.server !== "open" || page.control === "yes";
   byId("cancel").hidden = page.job === "idle" || page.control !== "yes";
@@ -274,7 +275,86 @@ function openReport(name) {
   byId("report").scrollIntoView();
 }
 
+// ---- Files of this computer: announced by a message, and sent to the address that answers it ----
+
+const sending = { files: [], file: null, name: null, request: null, looked: null };
+
+function bring(list) {
+  if (page.control !== "yes" || page.server !== "open") {
+    message("Not brought: this page has no control.", true);
+    return;
+  }
+  sending.files.push(...list);
+  sendNext();
+}
+
+function sendNext() {
+  if (sending.file === null) {
+    sending.file = sending.files.shift() || null;
+    if (sending.file !== null) { send({ do: "upload", name: sending.file.name, bytes: sending.file.size }); }
+  }
+  byId("sending").hidden = sending.file === null;
+  byId("sending-bar").value = 0;
+  put("sending-text", sending.file === null ? "" : sending.file.name);
+  page.upload = sending.file === null ? "idle" : "sending";
+}
+
+// With this one; and with the others, if they are not to come either.
+function sendingEnded(others = false) {
+  if (sending.request !== null) { sending.request.abort(); }
+  sending.file = sending.name = sending.request = null;
+  if (others) { sending.files = []; }
+  sendNext();
+}
+
+function onUpload(event) {
+  if (sending.file === null) { return; } // cancelled meanwhile
+  const request = new XMLHttpRequest();
+  sending.name = event.name;
+  sending.request = request;
+  request.upload.addEventListener("progress", (at) => { byId("sending-bar").value = at.loaded / at.total; });
+  for (const kind of ["error", "load"]) {
+    request.addEventListener(kind, () => {
+      if (request.status !== 200 && sending.request === request) {
+        message(`${sending.file.name} did not reach the server. Can this computer still read it?`, true);
+        sending.request = null;
+        sendingEnded();
+      }
+    });
+  }
+  request.open("POST", event.to);
+  request.send(sending.file);
+}
+
+// What is in it? The one that came last says so by itself, if nothing else is computed.
+function onUploaded(event) {
+  const mine = event.name === sending.name;
+  if (mine) {
+    sending.request = null;
+    sendingEnded();
+  }
+  if (!event.good) {
+    if (mine) { message(`upload: ${event.why}`, true); }
+    return;
+  }
+  message(`${event.name} is in the folder.`);
+  const kind = (files.find((file) => file.name === event.name) || {}).kind;
+  if (kind !== "recording") { propose(event.name, kind); } // which may not say yet what its columns are
+  if (mine && page.upload === "idle" && page.job === "idle" && ["recording", "measurements"].includes(kind)) {
+    choose("import", "file", event.name);
+    sending.looked = kind === "recording" ? event.name : null;
+    send({ do: "import", file: event.name, write: false });
+  }
+}
+
 // ---- Runs and jobs ----
+
+// A new file, where it is of use.
+function propose(name, kind) {
+  const uses = { recording: [["fit", "recording"], ["diagnose", "recording"]], image: [["push", "image"]],
+    model: [["compile", "model"], ["diagnose", "model"], ["simulate", "model"]] };
+  for (const [form, field] of uses[kind] || []) { choose(form, field, name); }
+}
 
 function showResult(text, bad) {
   byId("result").hidden = false;
@@ -315,8 +395,7 @@ function onRun(event) {
       `${r.drive_v[0].toFixed(2)} to ${r.drive_v[1].toFixed(2)} V, displacement ${r.displacement_um[0].toFixed(3)} to ` +
       `${r.displacement_um[1].toFixed(3)} um.` + notes(limited), false);
     afterFiles.push(() => {
-      choose("fit", "recording", event.made[0]);
-      choose("diagnose", "recording", event.made[0]);
+      propose(event.made[0], "recording");
       compare(event.made[0], "");
     });
   } else if (event.name === "track") {
@@ -373,21 +452,19 @@ function onJob(event) {
   showResult(event.good ? `${event.name} is done${event.made.length > 0 ? `: ${event.made.join(", ")}` : ""}.`
                         : event.cancelled ? `${event.name} was cancelled.`
                                           : `${event.name} has failed${reason(text.textContent)}`, !event.good);
+  const looked = sending.looked; // brought, and now found to say what its columns are
+  sending.looked = null;
   if (!event.good || before === "idle") { return; }
+  if (looked !== null) {
+    propose(looked, "recording");
+    compare(looked, "");
+  }
   afterFiles.push(() => {
     for (const name of event.made) {
-      if (name.endsWith(".image")) { choose("push", "image", name); }
-      if (name.endsWith(".json")) {
-        choose("compile", "model", name);
-        choose("diagnose", "model", name);
-        choose("simulate", "model", name);
-      }
-      if (name.endsWith(".html")) { openReport(name); }
-      if (/\.(csv|h5)$/.test(name)) { compare(name, ""); }
-      if (event.name === "import") {
-        choose("fit", "recording", name);
-        choose("diagnose", "recording", name);
-      }
+      const kind = (files.find((file) => file.name === name) || {}).kind;
+      if (kind !== "recording" || event.name === "import") { propose(name, kind); } // not a model's answer
+      if (kind === "report") { openReport(name); }
+      if (kind === "recording") { compare(name, ""); }
     }
   });
 }
@@ -485,7 +562,12 @@ const handlers = {
     afterFiles.splice(0).forEach((act) => act());
   },
   recording: onRecording,
-  refused(event) { message(`${event.do || "The message"} was refused: ${event.why}`, true); },
+  upload: onUpload,
+  uploaded: onUploaded,
+  refused(event) {
+    message(`${event.do || "The message"} was refused: ${event.why}`, true);
+    if (event.do === "upload") { sendingEnded(); }
+  },
   stopping() { message("Stopping .."); },
   stopped(event) {
     message(event.why ? `The amplifier did not take the stop: ${event.why}`
@@ -508,6 +590,7 @@ function connect() {
     page.line = "unknown";
     stream.next = null;
     page.run = page.job = "idle";
+    sendingEnded(true);
     message("");
     enter("server", "closed");
     if (!gone) { setTimeout(connect, AGAIN_MS); }
@@ -538,6 +621,24 @@ addEventListener("keydown", (event) => {
 }, true);
 byId("take").addEventListener("click", () => send({ do: "take" }));
 byId("cancel").addEventListener("click", () => send({ do: "cancel" }));
+byId("upload").elements.files.addEventListener("change", (event) => {
+  bring(event.target.files);
+  event.target.value = ""; // the same file once more is a change again
+});
+byId("sending-cancel").addEventListener("click", () => sendingEnded(true));
+let dragEnds = 0;
+addEventListener("dragover", (event) => {
+  if (!event.dataTransfer.types.includes("Files")) { return; }
+  event.preventDefault();
+  page.drag = "files";
+  clearTimeout(dragEnds);
+  dragEnds = setTimeout(() => { delete page.drag; }, 200); // it is told again and again while it lasts
+});
+addEventListener("drop", (event) => {
+  if (event.dataTransfer.files.length === 0) { return; }
+  event.preventDefault();
+  bring(event.dataTransfer.files);
+});
 byId("pause").addEventListener("click", () => {
   paused = !paused;
   byId("pause").setAttribute("aria-pressed", paused);
@@ -605,7 +706,7 @@ for (const form of document.forms) {
     message("");
     if (form.id === "") {
       compare(form.elements.a.value, form.elements.b.value);
-    } else {
+    } else if (requests[form.id]) {
       send(requests[form.id](form.elements, event.submitter && event.submitter.value));
     }
   });
@@ -614,5 +715,6 @@ for (const form of document.forms) {
 new ResizeObserver(([header]) => {
   document.documentElement.style.scrollPaddingTop = `${header.borderBoxSize[0].blockSize + 8}px`;
 }).observe(document.querySelector("header"));
+page.upload = "idle";
 showState();
 connect();

@@ -9,13 +9,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-static char folder[] = "/tmp/hyst-output-XXXXXX";
+static char folder[32];
 static char path[sizeof folder + 8];
 
 static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
 void setUp(void) {
-    (void)strcpy(folder + sizeof folder - 7, "XXXXXX");
+    (void)snprintf(folder, sizeof folder, "/tmp/hyst-output-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
     (void)snprintf(path, sizeof path, "%s/file", folder);
 }
