@@ -49,13 +49,25 @@ static bool argue_output(job_line_t *line, const char *option, size_t which, fai
     return folder_path(line->folder, line->made[which], room(line), failure);
 }
 
+/* Of a recording that was refused because its columns look exchanged. */
+static bool argue_columns(job_line_t *line, json_t *message, failure_t *failure) {
+    bool right = false;
+    if (!message_flag(message, "columns_are_right", &right, failure)) {
+        return false;
+    }
+    if (right) {
+        argue(line, "--columns-are-right");
+    }
+    return true;
+}
+
 static bool fit_line(job_line_t *line, json_t *message, failure_t *failure) {
     static const char *const suffix[] = {".json"};
     char family[64] = "";
     bool creep = false;
     argue(line, "fit");
     if (!argue_recordings(line, message, failure) || !message_text(message, "family", family, sizeof family, failure) ||
-        !message_flag(message, "creep", &creep, failure) ||
+        !message_flag(message, "creep", &creep, failure) || !argue_columns(line, message, failure) ||
         !folder_free_names(line->folder, "model", suffix, 1, line->made, failure) ||
         !argue_output(line, "-o", 0, failure)) {
         return false;
@@ -73,7 +85,7 @@ static bool fit_line(job_line_t *line, json_t *message, failure_t *failure) {
 static bool diagnose_line(job_line_t *line, json_t *message, failure_t *failure) {
     static const char *const suffix[] = {".html", ".json"};
     argue(line, "diagnose");
-    if (!argue_recordings(line, message, failure) ||
+    if (!argue_recordings(line, message, failure) || !argue_columns(line, message, failure) ||
         !folder_free_names(line->folder, "diagnosis", suffix, 2, line->made, failure) ||
         !argue_output(line, "--report", 0, failure) || !argue_output(line, "-o", 1, failure)) {
         return false;

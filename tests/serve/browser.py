@@ -262,6 +262,7 @@ def by_clicks(day):
     day.picture("imported", "#result")
 
     bringing(day)
+    exchanged(day)
 
     # A record that is stopped, then one to its end.
     day.fill("record", waveform="sine", frequency="2", cycles="1000", frames="1000")
@@ -352,6 +353,42 @@ def bringing(day):
                 day.fail(f"{name} is not what was brought")
     if os.path.exists(f"{day.folder}/other.html"):
         day.fail("a page of elsewhere is in the folder")
+
+
+def exchanged(day):
+    """A recording whose columns look exchanged is refused; then, and only for it, the page may insist."""
+    box = day.browser.find_element(By.CSS_SELECTOR, "#fit [name=columns_are_right]")
+
+    def wish():
+        return day.script("return requests.fit(document.getElementById('fit').elements).columns_are_right")
+
+    with open(f"{day.folder}/tutorial.csv", encoding="ascii") as file, \
+            open(f"{day.folder}/turned.csv", "w", encoding="ascii") as turned:
+        for line in file:
+            cells = line.rstrip("\n").split(",")
+            if line[0] not in "#t":
+                cells[1], cells[2] = cells[2], cells[1]
+            turned.write(",".join(cells) + "\n")
+    day.forget_result()
+    day.browser.find_element(By.CSS_SELECTOR, "#upload [name=files]").send_keys(f"{day.folder}/turned.csv")
+    day.result("import")
+    if box.is_displayed():
+        day.fail("the page offers to insist on columns that nothing was said about")
+    day.forget_result()
+    day.fill("fit", recording="turned-2.csv")
+    day.click("#fit .go")
+    day.result("fit", "false")
+    day.expect("#result-text", "are exchanged")
+    day.until("the page offers to insist", box.is_displayed)
+    box.click()
+    if wish() is not True:
+        day.fail("a page that insists does not say so")
+    day.picture("columns-refused", "#fit")
+    day.fill("fit", recording="tutorial.csv")
+    if box.is_displayed() or wish() is not False:
+        day.fail("the page insists on the columns of another recording, too")
+    for name in ("turned.csv", "turned-2.csv"):
+        os.remove(f"{day.folder}/{name}")
 
 
 def comparing(day):

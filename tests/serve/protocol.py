@@ -354,6 +354,26 @@ async def uploaded(server, page, folder):
         os.remove(f"{folder}/{name}")
 
 
+async def exchanged(page, folder):
+    """Columns that look exchanged are refused; a page may insist."""
+    with open(f"{folder}/recording.csv", encoding="ascii") as file, open(f"{folder}/turned.csv", "w", encoding="ascii") as turned:
+        for line in file:
+            cells = line.rstrip("\n").split(",")
+            if line[0] not in "#t":
+                cells[1], cells[2] = cells[2], cells[1]
+            turned.write(",".join(cells) + "\n")
+    for insist in (False, True):
+        await page.do("fit", recordings=["turned.csv"], columns_are_right=insist)
+        ended = await page.job_ended()
+        check(ended["good"] is insist and ("--columns-are-right" in ended["text"]) is not insist, ended)
+    os.remove(f"{folder}/{ended['made'][0]}")
+    await page.do("diagnose", recordings=["turned.csv"])
+    ended = await page.job_ended()
+    check(not ended["good"] and "--columns-are-right" in ended["text"], ended)
+    await page.do("fit", recordings=["turned.csv"], columns_are_right="yes")
+    check("not true or false" in (await page.until("refused"))["why"], "columns_are_right: yes")
+
+
 async def whole_way(page, folder, hyst):
     await page.do("record", waveform="triangle", frequency=5, cycles=2, frames=1000, name="mine", **RANGES)
     ended = await page.run_ended()
@@ -468,6 +488,7 @@ async def day(server, folder, hyst):
     second, stop_s = await roles(server, first)
     busy_s = await busy(second)
     await whole_way(second, folder, hyst)
+    await exchanged(second, folder)
     await uploaded(server, second, folder)
     check(not [name for name in os.listdir(folder) if name.endswith(".part")], "parts of files are left")
     await crowd(server)

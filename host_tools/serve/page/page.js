@@ -241,6 +241,16 @@ function fill(select) {
 function choose(form, name, value) {
   const select = byId(form).querySelector(`[name="${name}"]`);
   if ([...select.options].some((option) => option.value === value)) { select.value = value; }
+  if (name === "recording") { offerColumns(select.form, false); }
+}
+
+// To insist on the columns of a recording, once they were refused as exchanged; the next one is another matter.
+function offerColumns(form, offered) {
+  const box = form.elements.columns_are_right;
+  if (box) {
+    box.checked = box.checked && offered;
+    box.parentElement.hidden = !offered;
+  }
 }
 
 function onFiles(event) {
@@ -454,6 +464,7 @@ function onJob(event) {
                                           : `${event.name} has failed${reason(text.textContent)}`, !event.good);
   const looked = sending.looked; // brought, and now found to say what its columns are
   sending.looked = null;
+  if (!event.good && text.textContent.includes("--columns-are-right")) { offerColumns(byId(event.name), true); }
   if (!event.good || before === "idle") { return; }
   if (looked !== null) {
     propose(looked, "recording");
@@ -654,6 +665,10 @@ for (const form of [byId("record"), byId("track")]) {
   });
 }
 
+for (const form of [byId("fit"), byId("diagnose")]) {
+  form.recording.addEventListener("change", () => offerColumns(form, false));
+}
+
 // Numbers that were filled in, under their names.
 function numbersOf(form, names) {
   const found = {};
@@ -691,8 +706,10 @@ const requests = {
   push: (form) => ({ do: "push", image: form.image.value }),
   compile: (form) => ({ do: "compile", model: form.model.value }),
   fit: (form) => ({ do: "fit", recordings: [form.recording.value], creep: form.creep.checked,
+    columns_are_right: form.columns_are_right.checked,
     ...(form.family.value === "" ? {} : { family: form.family.value }) }),
   diagnose: (form) => ({ do: "diagnose", recordings: [form.recording.value],
+    columns_are_right: form.columns_are_right.checked,
     ...(form.model.value === "" ? {} : { model: form.model.value }) }),
   simulate(form, button) {
     const object = { do: button, model: form.model.value, recording: form.recording.value };
