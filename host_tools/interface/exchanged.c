@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/exchanged.h"
+#include "diagnosis/question/excerpt.h"
 #include "identify/fit.h"
 #include "look/swapped.h"
+#include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdio.h>
 
@@ -84,6 +86,19 @@ static bool is_exchanged(const recording_t *recording, left_t *as_it_is, left_t 
     return good;
 }
 
+/* Of a long recording, of as much as a diagnosis would use. */
+static bool part_is_exchanged(const recording_t *recording, left_t *as_it_is, left_t *exchanged) {
+    const size_t most = (size_t)threshold.most_samples;
+    if (recording->samples <= most) {
+        return is_exchanged(recording, as_it_is, exchanged);
+    }
+    recording_t part;
+    excerpt_copy(recording, most, &part);
+    const bool found = is_exchanged(&part, as_it_is, exchanged);
+    recording_free(&part);
+    return found;
+}
+
 static void tell_command(const recording_t *recording, char *text, size_t room) {
     const bool own = recording->understood == NULL;
     (void)snprintf(text, room,
@@ -97,7 +112,7 @@ bool exchanged_refuse(const recording_t *recordings, size_t count, const char *h
         const recording_t *recording = &recordings[i];
         left_t as_it_is, exchanged;
         char commands[600];
-        if (!is_exchanged(recording, &as_it_is, &exchanged)) {
+        if (!part_is_exchanged(recording, &as_it_is, &exchanged)) {
             continue;
         }
         tell_command(recording, commands, sizeof commands);

@@ -94,30 +94,33 @@ static void mean_mask(recording_t *part, const unsigned char *masked, size_t of)
     }
 }
 
-/* The recording becomes a part of itself. */
-static void take_part(recording_t *recording, size_t first, size_t rows, size_t of) {
-    recording_t *whole = allocate(1, sizeof *whole), part;
-    *whole = *recording;
+static void copy_part(const recording_t *whole, size_t first, size_t rows, size_t of, recording_t *part) {
     const double later_s = ((double)first + 0.5 * (double)(of - 1)) / whole->sample_rate_hz;
-    recording_create(&part, whole->name, whole->sample_rate_hz / (double)of, rows);
-    part.start_s = whole->start_s + later_s;
-    part.clock_s = whole->clock_s + (whole->clock_s != 0.0 ? later_s : 0.0);
+    recording_create(part, whole->name, whole->sample_rate_hz / (double)of, rows);
+    part->start_s = whole->start_s + later_s;
+    part->clock_s = whole->clock_s + (whole->clock_s != 0.0 ? later_s : 0.0);
     for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
         if (whole->column[column] != NULL) {
-            mean_column(recording_add_column(&part, column), whole->column[column] + first, rows, of);
+            mean_column(recording_add_column(part, column), whole->column[column] + first, rows, of);
         }
     }
     for (size_t i = 0; i < whole->keys; i++) {
-        recording_set_key(&part, whole->key[i].key, whole->key[i].value);
+        recording_set_key(part, whole->key[i].key, whole->key[i].value);
     }
     if (whole->understood != NULL) {
-        part.understood = copy_text(whole->understood);
+        part->understood = copy_text(whole->understood);
     }
     if (whole->masked != NULL) {
-        mean_mask(&part, whole->masked + first, of);
+        mean_mask(part, whole->masked + first, of);
     }
-    part.whole = whole;
-    *recording = part;
+}
+
+/* The recording becomes a part of itself. */
+static void take_part(recording_t *recording, size_t first, size_t rows, size_t of) {
+    recording_t *whole = allocate(1, sizeof *whole);
+    *whole = *recording;
+    copy_part(whole, first, rows, of, recording);
+    recording->whole = whole;
 }
 
 /* The share of each recording that has more samples than that, if what the shorter ones need is left to them. */
@@ -164,6 +167,14 @@ void excerpt(recording_t *recordings, size_t count, size_t most) {
         }
     }
     free(first);
+}
+
+void excerpt_copy(const recording_t *recording, size_t most, recording_t *part) {
+    size_t of = 1, first = 0;
+    while (!find_windows(recording, 1, most, of, &first)) {
+        of *= 2;
+    }
+    copy_part(recording, first, smaller(most, recording->samples / of), of, part);
 }
 
 size_t excerpt_mean_of(const recording_t *recording) {

@@ -21,6 +21,9 @@
 /** Shortens recordings that have more than `most` samples together. A shortened one keeps the other as its `whole`. */
 void excerpt(recording_t *recordings, size_t count, size_t most);
 
+/** The part that this would use of one recording, by itself: a copy to be freed. */
+void excerpt_copy(const recording_t *recording, size_t most, recording_t *part);
+
 /** Of how many samples of the whole each sample is the mean; 1: the samples themselves, or nothing was left out. */
 size_t excerpt_mean_of(const recording_t *recording);
 
