@@ -83,11 +83,9 @@ static void sample(void) {
 }
 
 static void run_loop(double *done_s) {
-    const double now_s = monotonic_s();
-    const int samples = (int)((now_s - *done_s) * 1000.0) * SAMPLES_PER_MS;
-    if (samples > 0) {
-        *done_s = now_s;
-    }
+    const int per_ms = line->samples_per_ms > 0 ? line->samples_per_ms : SAMPLES_PER_MS;
+    const int samples = (int)((monotonic_s() - *done_s) * 1000.0 * per_ms);
+    *done_s += samples / (1000.0 * per_ms);
     for (int i = 0; i < samples && !line->loop_stands && line->samples_per_request == 0; i++) {
         sample();
     }

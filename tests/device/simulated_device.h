@@ -34,6 +34,8 @@ typedef struct {
     volatile unsigned times; /**< requests it lasts; 0 ends it */
     volatile unsigned delay_ms;
     volatile bool loop_stands; /**< the sample interrupt does not come */
+    /** Of the loop, by the clock; 0: 100, ten times as many as those of a loop at 10 kHz. */
+    volatile int samples_per_ms;
     /** 0: the loop runs by the clock; else it makes so many samples while a request and its answer are on the line, and
      * none otherwise: then nothing depends on how busy this machine is. */
     volatile int samples_per_request;

@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*
- * amplifier: the simulated amplifier of tests/device for a test that is no C program. Prints its port. A number on its
- * standard input is where the position sensor stands from then on, in codes beside the truth. It ends when that does.
+ * amplifier [SAMPLES]: the simulated amplifier of tests/device for a test that is no C program. Prints its port. A
+ * number on its standard input is where the position sensor stands from then on, in codes beside the truth. It ends
+ * when that does. SAMPLES are those of its loop in a millisecond: 10 are a loop at 10 kHz.
  */
 #include "simulated_device.h"
 #include <stdio.h>
 #include <stdlib.h>
 
-int main(void) {
+int main(int argc, char **argv) {
     const char *const port = simulated_device_start(NULL);
+    simulated_device_line()->samples_per_ms = argc > 1 ? (int)strtol(argv[1], NULL, 10) : 0;
     printf("port: %s\n", port);
     (void)fflush(stdout);
     char text[32];

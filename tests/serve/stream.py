@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""stream.py PAGE_FOLDER SCRATCH: the live page under a stream of 10 kHz, in Chromium.
+"""stream.py PAGE_FOLDER HYST AMPLIFIER RECORDING SCRATCH: the live page under a stream of 10 kHz, in Chromium.
 
-A stub of the server, with the page's own files, sends what `hyst serve` would if a line carried each sample of a loop at
+First `hyst serve` itself, before the simulated amplifier of tests/device with a loop at 10 kHz, whose line is as quick as
+this machine: each frame that the server reads comes to the page, and Stop to the amplifier. On a machine with nothing
+else to do that is each sample; a busy one takes fewer, which is printed. Then a stub of the server, with the page's own files, sends what `hyst serve` would if a line carried each sample of a loop at
 10 kHz. Stop is pressed while the page draws that, and once more while it is a minute and more behind, on a processor
 slowed down twenty times: it must not wait for what came before it. Then the page gets more frames than it keeps, twice,
 and its memory must not grow. In the end the server falls silent. What the page took is compared with what was sent; no
@@ -14,6 +16,7 @@ import math
 import mimetypes
 import os
 import shutil
+import subprocess
 import sys
 import threading
 import time
@@ -168,6 +171,58 @@ class Page:
         return self.script("gc(); return [performance.memory.usedJSHeapSize, document.querySelectorAll('*').length]")
 
 
+class RealServer:
+    """`hyst serve` before the simulated amplifier, which has an image in force."""
+
+    def __init__(self, hyst, amplifier, recording, scratch):
+        self.frames, self.received = "as many as come", "not looked at"
+        self.amplifier = subprocess.Popen([amplifier, str(RATE_HZ // 1000)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        port = self.amplifier.stdout.readline().split()[1]
+        for arguments in (["fit", recording, "--operators", "4", "-o", f"{scratch}/model.json"],
+                          ["compile", f"{scratch}/model.json", "--sample-rate", str(RATE_HZ), "-o", f"{scratch}/model.image"],
+                          ["push", f"{scratch}/model.image", "--port", port]):
+            subprocess.run([hyst, *arguments], check=True, stdout=subprocess.DEVNULL)
+        self.process = subprocess.Popen([hyst, "serve", "--port", port, "--folder", scratch, "--json"],
+                                        stdout=subprocess.PIPE, text=True)
+        self.address = json.loads(self.process.stdout.readline())["page"]
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(PATIENCE_S)
+        self.amplifier.stdin.close()
+        self.amplifier.wait(PATIENCE_S)
+
+
+def each_frame_of_the_real_server(page):
+    page.until("the server streams", lambda: page.taken() > 0)
+    page.script("window.heard = { frames: 0, loop: 0, from: performance.now() }; const on = handlers.stream;"
+                "handlers.stream = (e) => { heard.frames += e.drive.length; heard.loop += e.drive.length * e.step; on(e); };")
+    page.until("5 s of the loop are taken", lambda: page.script("return heard.loop") >= 5)
+    frames, loop, seconds = page.script("return [heard.frames, heard.loop, (performance.now() - heard.from) / 1000]")
+    print(f"hyst serve: {frames} frames of {loop:.1f} s of the loop in {seconds:.1f} s: {frames / seconds:.0f} a second, "
+          f"one of {loop * RATE_HZ / frames:.1f} samples", flush=True)
+    # Behind a loss on the line, or where it is late, the server says so and goes on with half as many.
+    gaps, losses = (page.script(f"return Number(document.body.dataset.{name} || 0)") for name in ("gaps", "losses"))
+    if gaps != losses:
+        page.fail(f"{gaps} gaps, and {losses} losses that the server knows of")
+    if page.script("return rows.count") < frames:
+        page.fail("frames are not in the traces")
+    page.press(page.middle_of_stop())
+    page.until("the amplifier takes the stop", lambda: "took it after" in page.script("return byId('message').textContent"))
+
+
+def real_server(*arguments):
+    server = RealServer(*arguments)
+    try:
+        page = Page(arguments[-1], server)
+        try:
+            each_frame_of_the_real_server(page)
+        finally:
+            page.browser.quit()
+    finally:
+        server.close()
+
+
 def stop_while_it_draws(page, server):
     """At 10 kHz: one second of it is drawn, then Stop is pressed while it goes on."""
     middle = page.middle_of_stop()
@@ -238,12 +293,13 @@ def silence_is_noticed(page, server):
 
 
 def main():
-    folder, scratch = sys.argv[1:3]
+    folder, hyst, amplifier, recording, scratch = sys.argv[1:6]
     if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
         print("skipped: no chromium, or no chromedriver (chromium-driver)")
         sys.exit(77)
     shutil.rmtree(scratch, ignore_errors=True)
     os.makedirs(scratch)
+    real_server(hyst, amplifier, recording, scratch)
     server = Server(folder)
     page = Page(scratch, server)
     try:
