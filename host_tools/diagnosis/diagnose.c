@@ -25,6 +25,7 @@ typedef struct shapes {
     size_t count; /* that are filled */
     as_given_t as_given;
     fitted_chain_t beside; /* may be empty */
+    kept_chains_t kept;
 } shapes_t;
 
 static bool take_samples(question_t *question, shapes_t *shapes, failure_t *failure) {
@@ -197,7 +198,7 @@ bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recordi
                    answer_t *answer, failure_t *failure) {
     shapes_t shapes = {.given = given, .recordings = recordings, .recording_count = count};
     question_t *question = question_open(given != NULL, seen);
-    state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside};
+    state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside, .kept = &shapes.kept};
     bool good = true;
     char doing[60];
     progress_begin(&state.progress, "diagnosing");
@@ -214,6 +215,7 @@ bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recordi
         }
     }
     fitted_chain_close(&shapes.beside);
+    kept_chains_close(&shapes.kept);
     baseline_free(shapes.shape, shapes.count);
     baseline_free(&shapes.rough, 1);
     model_free(&shapes.as_given.chain);

@@ -57,12 +57,17 @@ unsigned blocks_fitted(const answer_t *answer, const model_t *model) {
     return (blocks_found(answer, model) & ~heard) | refitted_blocks(answer, model);
 }
 
+fitted_chain_t *state_fitted(const state_t *state, const model_t *chain) {
+    const samples_t *samples = &state->answer.question->samples;
+    return fitted_chain_is_of(state->beside, samples, chain) ? state->beside : kept_chain(state->kept, samples, chain);
+}
+
 void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape) {
     const question_t *question = state->answer.question;
-    if (fitted_chain_is_of(state->beside, &question->samples, chain)) {
-        *shape = question->shape;
-    } else {
-        shape_ask(&question->samples, chain, &state->setting, question->step_um, false, shape);
+    fitted_chain_t *fitted = state_fitted(state, chain);
+    *shape = fitted == state->beside ? question->shape : (shape_t){0};
+    if (fitted != NULL && fitted != state->beside) {
+        shape_of(fitted, &state->setting, question->step_um, false, shape);
     }
 }
 

@@ -8,6 +8,7 @@
 #define STATE_H
 
 #include "base/progress.h"
+#include "belief/kept_chains.h"
 #include "diagnosis/answer/answer.h"
 #include "diagnosis/evidence/joint_fit.h"
 
@@ -19,6 +20,7 @@ typedef struct state {
     double line_hz[LINES_MOST];
     const block_t *without; /**< not looked for */
     fitted_chain_t *beside; /**< the operator in the place of the hysteresis, nothing found; may be empty */
+    kept_chains_t *kept;    /**< the same beside what was found */
     failure_t *failure;
     progress_t progress;
     double left; /**< of the work, by a guess: how many rounds it takes is unknown */
@@ -35,6 +37,8 @@ void state_advance(state_t *state);
 bool state_measure(const state_t *state, const model_t *model, double *percent, double *held_out_percent);
 /** The operator in the place of the chain's hysteresis. Of the chain that the question has asked about it is known. */
 void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape);
+/** The operator fitted in the place of the chain's hysteresis; NULL if it cannot be. */
+fitted_chain_t *state_fitted(const state_t *state, const model_t *chain);
 /** What is left of the held-out samples (a sum of squares) beyond the noise, in parts of it. */
 double excess(const answer_t *answer, double held);
 

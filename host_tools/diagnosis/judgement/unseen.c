@@ -195,15 +195,8 @@ static void raise_limits(answer_t *answer, const suspects_t *suspects) {
 
 void unseen_beside_operator(state_t *state) {
     answer_t *answer = &state->answer;
-    model_t operated;
-    fitted_chain_t fitted;
-    if (!answer->another_shape) {
-        return;
+    fitted_chain_t *fitted = answer->another_shape ? state_fitted(state, &answer->model) : NULL;
+    if (fitted != NULL) {
+        raise_limits(answer, fitted_chain_suspects(fitted, &state->setting));
     }
-    chain_for_operator(&answer->model, &operated);
-    if (fitted_chain_open(&fitted, &answer->question->samples, &operated, NULL)) {
-        raise_limits(answer, fitted_chain_suspects(&fitted, &state->setting));
-        fitted_chain_close(&fitted);
-    }
-    model_free(&operated);
 }

@@ -112,7 +112,6 @@ static bool can_be(const state_t *state, bool strong, const finding_t *finding, 
 static void add_rivals(state_t *state, finding_t *finding) {
     const answer_t *answer = &state->answer;
     rivals_t rivals = {0};
-    fitted_chain_t fitted;
     model_t left_out, without;
     const size_t before = finding->rivals;
     const bool strong =
@@ -120,11 +119,11 @@ static void add_rivals(state_t *state, finding_t *finding) {
     const bool other_shape = leaves_a_shape(answer, &answer->shape_after);
     finding_left_out(answer, finding, &left_out);
     chain_for_operator(&left_out, &without);
-    if (without.blocks == state->beside->imitation.chain.blocks) { /* the same: the search only adds blocks */
-        rivals_of(state->beside, &state->setting, finding->block, strong, &rivals);
-    } else if (fitted_chain_open(&fitted, &answer->question->samples, &without, NULL)) {
-        rivals_of(&fitted, &state->setting, finding->block, strong, &rivals);
-        fitted_chain_close(&fitted);
+    fitted_chain_t *fitted = without.blocks == state->beside->imitation.chain.blocks
+                                 ? state->beside /* the same: the search only adds blocks */
+                                 : state_fitted(state, &left_out);
+    if (fitted != NULL) {
+        rivals_of(fitted, &state->setting, finding->block, strong, &rivals);
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
         if (!finding_has_rival(finding, rivals.rival[r]) &&
