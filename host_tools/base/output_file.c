@@ -4,7 +4,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
-#include <signal.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +13,7 @@
 /* Parts of processes that were killed may have taken a name. */
 #define PART_TRIES 100
 
-/* Parts, for a signal handler. More than these are not removed by it. */
+/* Parts, for a signal handler. More than these it does not remove. */
 #define KNOWN_PARTS 4
 
 enum { PLACE_FREE, PLACE_TAKEN, PLACE_NAMES_PART };
@@ -45,24 +44,10 @@ static void part_has_gone(const char *path) {
     }
 }
 
-/* The signal comes once more when this returns, and then does what it does by itself. */
-static void remove_parts(int number) {
+void output_files_remove_parts(void) {
     for (size_t i = 0; i < KNOWN_PARTS; i++) {
         if (atomic_load(&known[i].state) == PLACE_NAMES_PART) {
             (void)unlink(known[i].path);
-        }
-    }
-    (void)raise(number);
-}
-
-void output_files_clear_on_signal(void) {
-    static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
-    struct sigaction action = {.sa_handler = remove_parts, .sa_flags = (int)SA_RESETHAND};
-    (void)sigemptyset(&action.sa_mask);
-    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++) {
-        struct sigaction before;
-        if (sigaction(ending[i], NULL, &before) == 0 && before.sa_handler == SIG_DFL) {
-            (void)sigaction(ending[i], &action, NULL);
         }
     }
 }

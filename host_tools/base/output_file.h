@@ -3,7 +3,7 @@
  * Every file that a command writes: whole or not at all, and never over an input.
  *
  * A file is written beside its place, in the same folder under the name ".hyst-PROCESS-NUMBER.part", and renamed when
- * all of it is on the disk. A full disk or a kill leaves the previous file; SIGKILL also leaves the .part. A symbolic
+ * all of it is on the disk. A full disk or a kill leaves the previous file; a kill may also leave the .part. A symbolic
  * link stays one: the file that it names is replaced, with the permissions that it had. Another hard link to that file
  * keeps the old contents. Other than regular files (a pipe, a terminal, /dev/null), /dev/stdout, /dev/fd/N and /proc/..
  * are written in place.
@@ -42,10 +42,7 @@ bool output_file_open_copy(output_file_t *output, const char *path, failure_t *f
  */
 bool output_file_close(output_file_t *output, bool good, failure_t *failure);
 
-/**
- * From now on SIGINT, SIGTERM, SIGHUP and SIGPIPE remove the .part of every file that is being written before they end
- * the process, where they would have ended it. For the beginning of a program, not for a library.
- */
-void output_files_clear_on_signal(void);
+/** Removes the .part of every file that is being written, for a process that ends now. Signal handlers may call it. */
+void output_files_remove_parts(void);
 
 #endif

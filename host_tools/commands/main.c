@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "base/output_file.h"
 #include "base/provenance.h"
+#include "command_line/ending_signals.h"
 #include "command_line/progress_bar.h"
 #include "commands/command.h"
 #include "numerics/blas.h"
@@ -85,7 +85,7 @@ int main(int argc, char **argv) {
         return finish(STATUS_DONE);
     }
     begin_with_fast_code(argv);
-    output_files_clear_on_signal();
+    ending_signals_remove_parts();
     const command_t *command = find_command(argv[1]);
     static provenance_note_t *note; /* of the process: a command is one run */
     note = provenance_note();

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A signal that ends a program in the middle of writing leaves the previous file and nothing beside it. */
 #include "base/output_file.h"
+#include "command_line/ending_signals.h"
 #include "unity.h"
 #include <dirent.h>
 #include <signal.h>
@@ -15,7 +16,7 @@ static char path[sizeof folder + 8];
 static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
 void setUp(void) {
-    (void)snprintf(folder, sizeof folder, "/tmp/hyst-output-XXXXXX");
+    (void)snprintf(folder, sizeof folder, "output-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
     (void)snprintf(path, sizeof path, "%s/file", folder);
 }
@@ -70,7 +71,7 @@ static void write_whole(const char *text) {
 static int end_by(int number) {
     const pid_t child = fork();
     if (child == 0) {
-        output_files_clear_on_signal();
+        ending_signals_remove_parts();
         for (int i = 0; i < 10; i++) { /* more than are known at a time */
             write_whole("second");
         }
@@ -116,7 +117,7 @@ static void test_another_part_is_left_alone(void) {
         (void)snprintf(other, sizeof other, "%s/.hyst-%ld-0.part", folder, (long)getpid());
         FILE *file = fopen(other, "w");
         output_file_t output;
-        output_files_clear_on_signal();
+        ending_signals_remove_parts();
         write_text(&output, "half");
         (void)fclose(file);
         (void)raise(SIGTERM);
