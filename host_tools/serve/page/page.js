@@ -226,6 +226,10 @@ function drawLive() {
 
 // ---- Files ----
 
+function kindOf(name) {
+  return (files.find((file) => file.name === name) || {}).kind;
+}
+
 function fill(select) {
   const kept = select.value;
   const options = files.filter((file) => select.dataset.kind.split(" ").includes(file.kind)).map((file) => file.name);
@@ -348,7 +352,7 @@ function onUploaded(event) {
     return;
   }
   message(`${event.name} is in the folder.`);
-  const kind = (files.find((file) => file.name === event.name) || {}).kind;
+  const kind = kindOf(event.name);
   if (kind !== "recording") { propose(event.name, kind); } // which may not say yet what its columns are
   if (mine && page.upload === "idle" && page.job === "idle" && ["recording", "measurements"].includes(kind)) {
     choose("import", "file", event.name);
@@ -472,7 +476,7 @@ function onJob(event) {
   }
   afterFiles.push(() => {
     for (const name of event.made) {
-      const kind = (files.find((file) => file.name === name) || {}).kind;
+      const kind = kindOf(name);
       if (kind !== "recording" || event.name === "import") { propose(name, kind); } // not a model's answer
       if (kind === "report") { openReport(name); }
       if (kind === "recording") { compare(name, ""); }
