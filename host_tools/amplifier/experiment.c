@@ -304,7 +304,7 @@ static void to_recording(const device_t *device, const hyst_parameters_t *image,
     if (run->condition && run->mode == HYST_MODE_DIRECT) { /* conditioning.h, and then to the start */
         (void)snprintf(text, sizeof text, "%.6f, %.6f, %.6f", drive_to_volts(image, image->drive_high),
                        drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_park));
-        recording_set_key(recording, "drive_before_v", text);
+        recording_set_key(recording, RECORDING_BEFORE_KEY, text);
     }
     if (run->rest_s > 0.0) {
         (void)snprintf(text, sizeof text, "%g", run->rest_s);

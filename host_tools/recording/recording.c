@@ -166,6 +166,7 @@ void recording_mask(recording_t *recording, size_t from, size_t to) {
 }
 
 void recording_keep(recording_t *recording, size_t first, size_t samples) {
+    recording_move_before(recording, recording->column[COLUMN_DRIVE], first);
     for (size_t c = 0; c < COLUMN_COUNT; c++) {
         double *value = recording->column[c];
         if (value != NULL) {

@@ -115,7 +115,7 @@ void recording_add_extra(recording_t *recording, const char *name, const char *l
 /** Leaves the displacement of samples [from, to) out: they are marked, and hold a straight line between the readings
  * beside them, so that filters over time pass. What is written to a file is not marked. */
 void recording_mask(recording_t *recording, size_t from, size_t to);
-/** Drops all samples but `samples` from `first` on; they keep their times. */
+/** Drops all samples but `samples` from `first` on; they keep their times, and the drives before them (below). */
 void recording_keep(recording_t *recording, size_t first, size_t samples);
 /** Time of a sample, or of a place between two, as the file tells it: all that is printed is in these times. */
 double recording_time(const recording_t *recording, double sample);
@@ -132,9 +132,14 @@ bool recording_preload(const recording_t *recording, double *preload_n, failure_
 /** The drive before the recording: header key drive_before_v, its turning points in V, the oldest first ("0, 100, 0").
  * From the last one the drive went to the first of the recording. *points is how many, 0 without the key. Fails unless
  * they are at most RECORDING_MOST_BEFORE finite numbers. */
+#define RECORDING_BEFORE_KEY "drive_before_v"
 enum { RECORDING_MOST_BEFORE = 16 };
 bool recording_drive_before(const recording_t *recording, double before_v[RECORDING_MOST_BEFORE], size_t *points,
                             failure_t *failure);
+/** Where the recording has that key: so many samples of this drive are left out in front of it, and count as drives
+ * before it. Of more than RECORDING_MOST_BEFORE turning points that a hysteresis would remember, the innermost are
+ * dropped. */
+void recording_move_before(recording_t *recording, const double *drive, size_t samples);
 
 /** How long after the instant of the drive in the same row the position was sampled, in s; negative: before. Header key
  * displacement_sampled_after_s, 0 without. Fails unless it is a finite number. */

@@ -508,34 +508,6 @@ bool recording_preload(const recording_t *recording, double *preload_n, failure_
     return true;
 }
 
-bool recording_drive_before(const recording_t *recording, double before_v[RECORDING_MOST_BEFORE], size_t *points,
-                            failure_t *failure) {
-    const char *at = recording_key(recording, "drive_before_v");
-    *points = 0;
-    for (bool more = at != NULL; more;) {
-        const char *end = at + strspn(at, " \t");
-        double number;
-        if (!decimal_read(end, '.', &number, &end) || !(fabs(number) <= RECORDING_LARGEST)) {
-            return fail(failure,
-                        "%s: header key drive_before_v has '%s', not the turning points of the drive in V with commas "
-                        "between them",
-                        recording->name, at);
-        }
-        if (*points == RECORDING_MOST_BEFORE) {
-            return fail(failure, "%s: header key drive_before_v has more than %d turning points: give the last ones",
-                        recording->name, RECORDING_MOST_BEFORE);
-        }
-        before_v[(*points)++] = number;
-        end += strspn(end, " \t");
-        more = *end != '\0';
-        if (more && *end != ',') {
-            return fail(failure, "%s: header key drive_before_v: '%s' where a comma should be", recording->name, end);
-        }
-        at = more ? end + 1 : end;
-    }
-    return true;
-}
-
 bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure) {
     const char *text = recording_key(recording, "displacement_sampled_after_s");
     *after_s = 0.0;

@@ -13,7 +13,7 @@
 enum { LINE = 400, BEFORE = 3 * LINE, SAMPLES = 4000, OPERATORS = 12 };
 static const double rate_hz = 1000.0;
 static const char before[] = "0, 130, -20 , 60";
-static recording_t longer, part;
+static recording_t longer, part, cut;
 static failure_t failure;
 
 /* 0, 130, -20 and 60 V, then small loops between 40 and 80 V: they erase little of it. */
@@ -64,6 +64,56 @@ static void test_plays_begin_where_the_past_left_them(void) {
     recording_set_key(&part, "drive_before_v", before);
     TEST_ASSERT_TRUE(difference(&model) < 1e-12);
     model_free(&model);
+}
+
+/* The past of a part is what the longer one's past and drive make of it: to rounding of the key's 12 digits. */
+static void test_a_part_keeps_its_past(void) {
+    static const size_t from[] = {1, BEFORE - LINE / 2, BEFORE + 1000, BEFORE + 1234};
+    model_t model;
+    make_bank(&model);
+    recording_set_key(&longer, "drive_before_v", "0, 140, -15, 120, 0");
+    for (size_t i = 0; i < sizeof from / sizeof from[0]; i++) {
+        double *all = malloc(longer.samples * sizeof *all), *alone = malloc(longer.samples * sizeof *alone);
+        recording_copy(&cut, &longer);
+        TEST_ASSERT_TRUE_MESSAGE(recording_span(&cut, (double)from[i] / rate_hz, HUGE_VAL, &failure), failure.text);
+        TEST_ASSERT_EQUAL_UINT64(longer.samples - from[i], cut.samples);
+        TEST_ASSERT_TRUE_MESSAGE(chain_simulate(&model, &longer, 0, all, &failure), failure.text);
+        TEST_ASSERT_TRUE_MESSAGE(chain_simulate(&model, &cut, 0, alone, &failure), failure.text);
+        for (size_t k = 0; k < cut.samples; k++) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, all[from[i] + k], alone[k]);
+        }
+        recording_free(&cut);
+        free(all);
+        free(alone);
+    }
+    model_free(&model);
+}
+
+static void expect_before(const char *was, const double *drive, size_t samples, const char *is) {
+    recording_set_key(&part, "drive_before_v", was);
+    recording_move_before(&part, drive, samples);
+    TEST_ASSERT_EQUAL_STRING(is, recording_key(&part, "drive_before_v"));
+}
+
+static void test_what_a_hysteresis_remembers(void) {
+    static const double up[] = {0.0, 1.0, 2.0, 3.0}, inner[] = {50.0, 20.0, 40.0, 30.0}, outer[] = {50.0, 20.0, 110.0};
+    double spiral[40];
+    for (size_t k = 0; k < 40; k++) {
+        spiral[k] = (k % 2 == 0 ? 1.0 : -1.0) * (double)(40 - k);
+    }
+    expect_before("0, 100, 0", up, 4, "0, 100, 0, 3");
+    expect_before("0, 100, 0", up, 0, "0, 100, 0");
+    expect_before("0, 100, 0", inner, 4, "0, 100, 0, 50, 20, 40, 30");
+    expect_before("0, 100, 0", outer, 3, "0, 110");
+    expect_before("0, 100, 0", (const double[]){-5.0}, 1, "0, 100, -5");
+    expect_before("7", up, 1, "7, 0");
+    expect_before("0, x", up, 4, "0, x"); /* its reader refuses it */
+    expect_before("0", spiral, 40, "0, 40, -39, 38, -37, 36, -35, 34, -33, 32, -31, 30, -29, 28, -27, 26");
+    recording_t none;
+    recording_create(&none, "none.csv", rate_hz, 4);
+    recording_move_before(&none, up, 4);
+    TEST_ASSERT_NULL(recording_key(&none, "drive_before_v")); /* what was before these is not known */
+    recording_free(&none);
 }
 
 /* Rails in front of the hysteresis cut off what the key says, too. */
@@ -129,6 +179,8 @@ static void test_bad_keys_are_refused(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_plays_begin_where_the_past_left_them);
+    RUN_TEST(test_a_part_keeps_its_past);
+    RUN_TEST(test_what_a_hysteresis_remembers);
     RUN_TEST(test_what_stands_in_front_acts_on_the_past);
     RUN_TEST(test_the_memory_is_determined);
     RUN_TEST(test_a_fit_takes_it);

@@ -107,6 +107,7 @@ static void copy_part(const recording_t *whole, size_t first, size_t rows, size_
     for (size_t i = 0; i < whole->keys; i++) {
         recording_set_key(part, whole->key[i].key, whole->key[i].value);
     }
+    recording_move_before(part, whole->column[COLUMN_DRIVE], first);
     if (whole->understood != NULL) {
         part->understood = copy_text(whole->understood);
     }
