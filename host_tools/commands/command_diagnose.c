@@ -41,6 +41,8 @@ const command_t command_diagnose = {
                 "hyst diagnose probe.csv --model model.json -o better.json --report diagnosis.html\n"
                 "# Start without a model, from two recordings\n"
                 "hyst diagnose first.csv second.csv\n"
+                "# A first answer to a long recording, in a fraction of the time\n"
+                "hyst diagnose long.csv --samples 25000\n"
                 "# How sure is the answer? Ask 10 recordings of each kind, simulated like this one\n"
                 "hyst diagnose probe.csv --sure=10\n"
                 "# Go on from there in Python\n"
@@ -49,7 +51,7 @@ const command_t command_diagnose = {
 typedef struct {
     const char *model, *report, *output, *script, *title;
     bool json, columns_are_right;
-    unsigned long sure, seed; /* sure: 0: not asked */
+    unsigned long samples, sure, seed; /* samples: 0: as many as usual; sure: 0: not asked */
 } outputs_t;
 
 /* "about 40 s", "about 5 min". */
@@ -63,7 +65,7 @@ static void tell_duration(const sure_work_t *work) {
 static bool diagnose_chain(const outputs_t *outputs, const model_t *given, recording_t *recordings, size_t count,
                            diagnosis_run_t *run, failure_t *failure) {
     const double begun_s = monotonic_s();
-    if (!diagnosis_run(given, recordings, count, run, failure)) {
+    if (!diagnosis_run(given, recordings, count, outputs->samples, run, failure)) {
         return false;
     }
     if (outputs->sure == 0) {
@@ -122,6 +124,8 @@ static int run(int argc, char **argv) {
         {"--output", "-o", OPTION_OUTPUT, "BETTER.json", "write the chain with what was found, fitted",
          &outputs.output},
         SPAN_OPTIONS(span),
+        {"--samples", NULL, OPTION_COUNT, "N",
+         "use at most so many, one window of each recording: sooner, but less is seen; 250000", &outputs.samples},
         {"--columns-are-right", NULL, OPTION_FLAG, NULL,
          "go on where drive and displacement look exchanged, and a fit says so too", &outputs.columns_are_right},
         JSON_OPTION_KIND(OPTION_JSON_OR_WORD, &outputs.json),
@@ -158,6 +162,7 @@ static int run(int argc, char **argv) {
                                 .json = json_file(),
                                 .report = outputs.report,
                                 .title = outputs.title,
+                                .samples = outputs.samples,
                                 .columns_are_right = outputs.columns_are_right,
                                 .output = outputs.output,
                                 .seed = outputs.seed};

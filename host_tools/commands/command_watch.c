@@ -113,7 +113,7 @@ static bool diagnose_warning(warning_t *warning, failure_t *failure) {
     recording_t part;
     diagnosis_run_t run;
     cut(record, (size_t)(from_s * record->sample_rate_hz), &part);
-    bool good = diagnosis_run(&model, &part, 1, &run, failure);
+    bool good = diagnosis_run(&model, &part, 1, 0, &run, failure);
     if (good) {
         good = write_files(warning, &run, &part, failure);
         diagnosis_run_free(&run);

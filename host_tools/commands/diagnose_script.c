@@ -47,6 +47,9 @@ static void write_script(FILE *file, const diagnose_script_t *script) {
         fputs("model = None # begin with the hysteresis that fits best\n", file);
     }
     fputs("diagnosis = hyst.diagnose(recordings, model", file);
+    if (script->samples > 0) {
+        fprintf(file, ", samples=%lu", script->samples);
+    }
     if (script->columns_are_right) {
         fputs(", columns_are_right=True", file);
     }

@@ -12,7 +12,8 @@ typedef struct {
     double from_s, to_s; /**< infinite: not given */
     const char *model, *json, *report, *title, *output;
     bool columns_are_right;
-    size_t sure; /**< 0: not asked */
+    unsigned long samples; /**< at most; 0: as usual */
+    size_t sure;           /**< 0: not asked */
     unsigned long seed;
 } diagnose_script_t;
 

@@ -227,10 +227,14 @@ static bool find_and_account(const model_t *given, recording_t *recordings, size
     return good;
 }
 
-bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
-                   failure_t *failure) {
+bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, size_t most_samples,
+                   diagnosis_run_t *run, failure_t *failure) {
     *run = (diagnosis_run_t){0};
-    excerpt(recordings, count, (size_t)threshold.most_samples);
+    if (most_samples != 0 && most_samples / count < DIAGNOSIS_LEAST_SAMPLES) {
+        return fail(failure, "a diagnosis of %zu of the samples: it takes %d of each recording", most_samples,
+                    DIAGNOSIS_LEAST_SAMPLES);
+    }
+    excerpt(recordings, count, most_samples != 0 ? most_samples : (size_t)threshold.most_samples);
     const bool good =
         look_first(recordings, count, run, failure) && find_and_account(given, recordings, count, run, failure);
     if (!good) {

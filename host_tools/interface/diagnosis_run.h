@@ -7,6 +7,8 @@
 #include "look/fault.h"
 #include "report/sure_report.h"
 
+enum { DIAGNOSIS_LEAST_SAMPLES = 1000 };
+
 typedef struct {
     look_t *looks; /**< what the recordings show without a model */
     fault_list_t faults;
@@ -19,11 +21,13 @@ typedef struct {
 } diagnosis_run_t;
 
 /**
- * given: the chain to begin with, or NULL. Masks what faults spoil in the recordings, and sets readings right where a
- * fault can be undone; the recordings must outlive the run. On success *run is to be freed.
+ * given: the chain to begin with, or NULL. most_samples: of all recordings together, that are used (excerpt.h); 0:
+ * threshold.most_samples. Fewer than DIAGNOSIS_LEAST_SAMPLES for each recording are refused. Masks what faults spoil in
+ * the recordings, and sets readings right where a fault can be undone; the recordings must outlive the run. On success
+ * *run is to be freed.
  */
-bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
-                   failure_t *failure);
+bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, size_t most_samples,
+                   diagnosis_run_t *run, failure_t *failure);
 
 /** The whole reply as JSON, format hyst-diagnosis-1: a new reference. */
 json_t *diagnosis_run_to_json(const diagnosis_run_t *run, const recording_t *recordings, size_t count);

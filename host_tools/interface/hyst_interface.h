@@ -148,6 +148,10 @@ HYST_HOST unsigned char *hyst_host_compile(const hyst_host_model_t *model, const
 /** `hyst diagnose`: model may be NULL. The recordings are copied. */
 HYST_HOST hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *recordings, size_t count,
                                                     const hyst_host_model_t *model);
+/** `hyst diagnose --samples`: at most so many are used; 0: as many as usual. */
+HYST_HOST hyst_host_diagnosis_t *hyst_host_diagnose_at_most(const hyst_host_recording_t *const *recordings,
+                                                            size_t count, const hyst_host_model_t *model,
+                                                            size_t samples);
 /** `hyst diagnose --sure`, with the same model; then JSON and text have its counts. each: recordings of each kind, 0:
  * the default. Returns how many they were, 0 on failure. Long work. */
 HYST_HOST size_t hyst_host_diagnosis_sure(hyst_host_diagnosis_t *diagnosis, const hyst_host_model_t *model, size_t each,

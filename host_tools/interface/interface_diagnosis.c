@@ -23,6 +23,11 @@ static void free_recordings(hyst_host_diagnosis_t *diagnosis) {
 
 hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *recordings, size_t count,
                                           const hyst_host_model_t *model) {
+    return hyst_host_diagnose_at_most(recordings, count, model, 0);
+}
+
+hyst_host_diagnosis_t *hyst_host_diagnose_at_most(const hyst_host_recording_t *const *recordings, size_t count,
+                                                  const hyst_host_model_t *model, size_t samples) {
     if (count == 0) {
         fail(interface_failure(), "no recordings to diagnose");
         return NULL;
@@ -38,8 +43,8 @@ hyst_host_diagnosis_t *hyst_host_diagnose(const hyst_host_recording_t *const *re
     }
     interface_work_begin();
     const double begun_s = monotonic_s();
-    const bool good = diagnosis_run(model != NULL ? &model->model : NULL, diagnosis->recordings, count, &diagnosis->run,
-                                    interface_failure());
+    const bool good = diagnosis_run(model != NULL ? &model->model : NULL, diagnosis->recordings, count, samples,
+                                    &diagnosis->run, interface_failure());
     interface_work_end();
     diagnosis->took_s = monotonic_s() - begun_s;
     if (!good) {

@@ -269,7 +269,7 @@ static bool ask_once(sure_work_t *work, size_t index, size_t number, const model
         good = good && simulate(answer, &world->model, r, seed, like[r].column[COLUMN_DISPLACEMENT], failure);
     }
     if (good) {
-        good = diagnosis_run(given, like, count, &run, failure);
+        good = diagnosis_run(given, like, count, SIZE_MAX, &run, failure);
     }
     if (good) {
         for (size_t q = world->from; q < world->to; q++) {

@@ -153,6 +153,7 @@ has stdout 'NRMSE 0.'
 
 # Faults of the input: one line that names the place, exit status 1.
 expect 1 'nowhere.csv: No such file' fit nowhere.csv
+expect 1 'a diagnosis of 999 of the samples: it takes 1000 of each recording' diagnose good.csv --samples 999
 sed '100d' good.csv >gap.csv
 expect 1 'gap.csv:100: gap' fit gap.csv
 sed '100s/,[^,]*$/,nan/' good.csv >nan.csv

@@ -211,7 +211,7 @@ static void test_physics_is_looked_for_in_the_readings_set_right(void) {
     for (size_t k = 5417; k < SCENE_SAMPLES; k++) {
         y[k] = 1.06 * y[k] + 0.05;
     }
-    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, &run, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, 0, &run, &failure), failure.text);
     TEST_ASSERT_EQUAL(1, run.faults.count);
     TEST_ASSERT_TRUE(run.faults.fault[0].undone);
     TEST_ASSERT_EQUAL(0, run.faults.withdrawn);

@@ -38,7 +38,7 @@ static void record(const model_t *model) {
     for (size_t k = 0; k < SAMPLES; k++) {
         recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
     }
-    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(&bank, &recording, 1, &run, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(&bank, &recording, 1, 0, &run, &failure), failure.text);
 }
 
 static void ask(unsigned long seed) {

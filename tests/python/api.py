@@ -360,13 +360,25 @@ class Diagnoses(unittest.TestCase):
         self.recording.plot()[0].figure.savefig("recording.png")
         self.assertGreater(os.path.getsize("diagnosis.png"), 10000)
 
+    def test_part_of_the_samples(self):
+        part = hyst.diagnose(self.recording, samples=4000)
+        used, = part.json["used"]
+        self.assertEqual(used["of_samples"], self.recording.drive.size)
+        self.assertEqual(used["samples"] // used["mean_of"], 4000)
+        self.assertEqual(len(part.plot()), 2)
+        with self.assertRaisesRegex(hyst.Error, "a diagnosis of 999 of the samples: it takes 1000 of each recording"):
+            hyst.diagnose(self.recording, samples=999)
+        for samples in 0, -1:
+            with self.assertRaisesRegex(ValueError, f"samples={samples}: "):
+                hyst.diagnose(self.recording, samples=samples)
+
     def test_the_script_that_the_command_writes_repeats_it(self):
         os.makedirs("script", exist_ok=True)
         odd = 'script/a "name" \u00b5.csv'
         self.recording.write(odd)
         answers = []
         options = ("--model", "model.json", "--json", "script/d.json", "-o", "script/m.json", "--report", "script/d.html",
-                   "--title", "Axis 3 <\u00b5>", "--from", "0.5")
+                   "--title", "Axis 3 <\u00b5>", "--from", "0.5", "--samples", "4000")
         printed = command("diagnose", odd, *options, "--emit-python", "script/repeat.py")
         for again in (False, True):
             if again:

@@ -63,6 +63,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "simulate": (c_int, [c_void_p, c_double, c_size_t, _doubles, c_char_p, _doubles]),
     "compile": (c_void_p, [c_void_p, c_char_p, POINTER(c_size_t), POINTER(c_void_p)]),
     "diagnose": (c_void_p, [POINTER(c_void_p), c_size_t, c_void_p]),
+    "diagnose_at_most": (c_void_p, [POINTER(c_void_p), c_size_t, c_void_p, c_size_t]),
     "diagnosis_sure": (c_size_t, [c_void_p, c_void_p, c_size_t, c_ulong]),
     "diagnosis_json": (c_void_p, [c_void_p]),
     "diagnosis_text": (c_void_p, [c_void_p]),

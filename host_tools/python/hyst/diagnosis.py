@@ -174,6 +174,7 @@ def diagnose(
     recordings: Recording | Sequence[Recording],
     model: Model | None = None,
     *,
+    samples: int | None = None,
     sure: int | bool = False,
     seed: int = 1,
     columns_are_right: bool = False,
@@ -182,6 +183,7 @@ def diagnose(
     """Finds out which physics a model of the recordings leaves out, as `hyst diagnose` does.
 
     Several recordings are one question with one answer. Without a model it begins with the hysteresis that fits best.
+    samples: at most so many are used, one window of each recording; it ends sooner then, and less is seen (None: 250000).
     sure: how sure the answer is, in its text and in json["sure"]: so many recordings of each kind are simulated like
     these, and asked (True: as many as end in about five minutes); seed: of their noise.
     A recording with drive and displacement exchanged is refused, unless columns_are_right.
@@ -191,7 +193,9 @@ def diagnose(
     if not columns_are_right:
         check_columns(several)
     given = None if model is None else model._handle
-    handle = long_work(lambda: lib.diagnose(handles(several), len(several), given), progress)
+    if samples is not None and samples < 1:
+        raise ValueError(f"samples={samples}: at least 1000 of each recording")
+    handle = long_work(lambda: lib.diagnose_at_most(handles(several), len(several), given, samples or 0), progress)
     if sure and handle:
         each = 0 if sure is True else int(sure)
         if not long_work(lambda: lib.diagnosis_sure(handle, given, each, seed), progress):

@@ -79,7 +79,7 @@ static void fill_drive(double *u) {
 static void expect_the_mode(bool alone) {
     diagnosis_run_t run;
     TEST_ASSERT_TRUE_MESSAGE(recording_align(&recording, &failure), failure.text);
-    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, &run, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, 0, &run, &failure), failure.text);
     const answer_t *answer = &run.answer;
     if (alone) {
         TEST_ASSERT_EQUAL_INT(EXPLAINED, answer->verdict);

@@ -145,9 +145,26 @@ static void test_a_run_uses_no_more(void) {
     diagnosis_run_t run;
     make(&recording, 3 * most, 400);
     progress_cancel(true);
-    TEST_ASSERT_FALSE(diagnosis_run(NULL, &recording, 1, &run, &failure));
+    TEST_ASSERT_FALSE(diagnosis_run(NULL, &recording, 1, 0, &run, &failure));
     TEST_ASSERT_EQUAL_UINT64(most, recording.samples);
     TEST_ASSERT_EQUAL_UINT64(3 * most, recording.whole->samples);
+}
+
+/* As many as the caller says, and not so few that nothing can be said. */
+static void test_a_run_uses_what_it_is_given(void) {
+    diagnosis_run_t run;
+    recording_t both[2];
+    make(&both[0], 9000, 400);
+    make(&both[1], 1500, 400);
+    TEST_ASSERT_FALSE(diagnosis_run(NULL, both, 2, 2 * DIAGNOSIS_LEAST_SAMPLES - 1, &run, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "1999 of the samples: it takes 1000 of each"), failure.text);
+    TEST_ASSERT_EQUAL_UINT64(9000, both[0].samples);
+    progress_cancel(true);
+    TEST_ASSERT_FALSE(diagnosis_run(NULL, both, 2, 5000, &run, &failure));
+    TEST_ASSERT_EQUAL_UINT64(3500, both[0].samples);
+    TEST_ASSERT_EQUAL_UINT64(1500, both[1].samples);
+    recording_free(&both[0]);
+    recording_free(&both[1]);
 }
 
 static double peak_mb(void) {
@@ -230,6 +247,7 @@ int main(void) {
     RUN_TEST(test_shares);
     RUN_TEST(test_drive_at_rest);
     RUN_TEST(test_a_run_uses_no_more);
+    RUN_TEST(test_a_run_uses_what_it_is_given);
     RUN_TEST(test_a_long_one_takes_little_memory);
     return UNITY_END();
 }
