@@ -55,8 +55,7 @@ static size_t worth(const doings_t *part, const double range[2]) {
     return low <= range[0] + margin && high >= range[1] - margin ? states : 0;
 }
 
-/* The best window of that length. false: none sees both ends of the drive's range. */
-static bool find_window(const recording_t *recording, size_t length, size_t *first) {
+bool excerpt_window(const recording_t *recording, size_t length, size_t *first) {
     const double *drive = recording->column[COLUMN_DRIVE];
     const size_t hop = length / HOPS, hops = recording->samples / hop;
     doings_t *doings = allocate(hops, sizeof *doings);
@@ -144,7 +143,7 @@ static bool find_windows(const recording_t *recordings, size_t count, size_t sha
     bool good = true;
     for (size_t i = 0; good && i < count; i++) {
         first[i] = 0;
-        good = recordings[i].samples <= share * of || find_window(&recordings[i], share * of, &first[i]);
+        good = recordings[i].samples <= share * of || excerpt_window(&recordings[i], share * of, &first[i]);
     }
     return good;
 }

@@ -24,6 +24,10 @@ void excerpt(recording_t *recordings, size_t count, size_t most);
 /** The part that this would use of one recording, by itself: a copy to be freed. */
 void excerpt_copy(const recording_t *recording, size_t most, recording_t *part);
 
+/** The best window of so many samples, fewer than the recording has. false: none sees both ends of the drive's range.
+ */
+bool excerpt_window(const recording_t *recording, size_t samples, size_t *first);
+
 /** Of how many samples of the whole each sample is the mean; 1: the samples themselves, or nothing was left out. */
 size_t excerpt_mean_of(const recording_t *recording);
 

@@ -3,6 +3,7 @@
 #include "base/parallel.h"
 #include "chain/catalogue.h"
 #include "diagnosis/evidence/candidate.h"
+#include "diagnosis/search/windows.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -94,8 +95,8 @@ static void free_starts(starts_t *starts, size_t from) {
     free(starts->start);
 }
 
-bool contest(const samples_t *samples, const probe_setting_t *setting, const model_t *standing, const model_t *chain,
-             contest_winner_t *winner) {
+static bool find_winner(const samples_t *samples, const probe_setting_t *setting, const model_t *standing,
+                        const model_t *chain, contest_winner_t *winner) {
     joint_power_t power;
     failure_t refusal;
     starts_t starts = {0};
@@ -115,6 +116,15 @@ bool contest(const samples_t *samples, const probe_setting_t *setting, const mod
         *winner = best->entry;
     }
     free_starts(&starts, won ? 1 : 0);
+    return won;
+}
+
+bool contest(const samples_t *samples, const probe_setting_t *setting, const model_t *standing, const model_t *chain,
+             contest_winner_t *winner) {
+    windows_t windows;
+    windows_open(&windows, samples, chain, (size_t)threshold.contest_samples);
+    const bool won = find_winner(windows.samples, setting, standing, chain, winner);
+    windows_close(&windows);
     return won;
 }
 

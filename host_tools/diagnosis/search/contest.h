@@ -5,7 +5,8 @@
  * The search proper (search_round.h) asks what is missing beside a hysteresis that was fitted first. Rails that cut off
  * a tenth of the stroke, or a mode inside the band, are then partly in that hysteresis, and what is left looks like no
  * block. So here each block, from each of its probes, is fitted together with the hysteresis of a chain. Residuals
- * count as they are: what a model leaves says nothing about the noise then.
+ * count as they are: what a model leaves says nothing about the noise then. What is so strong shows in a part: of long
+ * recordings a contest uses windows (windows.h), and the winner has to stand on all samples after that.
  */
 #ifndef CONTEST_H
 #define CONTEST_H

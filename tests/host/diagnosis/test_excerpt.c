@@ -4,6 +4,7 @@
 #include "base/progress.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/question/excerpt.h"
+#include "diagnosis/search/windows.h"
 #include "interface/diagnosis_run.h"
 #include "interface/exchanged.h"
 #include "support.h"
@@ -167,6 +168,37 @@ static void test_a_run_uses_what_it_is_given(void) {
     recording_free(&both[1]);
 }
 
+/* Windows of what is longer than its share, fitted and held out by themselves; all samples where one sees no end. */
+static void test_windows_of_several(void) {
+    static const double weights[] = {0.05, 0.03}, thresholds[] = {5};
+    recording_t both[2];
+    samples_t all;
+    windows_t windows;
+    model_t bank;
+    make_bank_model(&bank, rate_hz, 1.0, 1, weights, thresholds);
+    make(&both[0], 30000, 400);
+    make(&both[1], 3000, 400);
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&all, &bank, both, 2, &failure), failure.text);
+    windows_open(&windows, &all, &bank, 10000);
+    TEST_ASSERT_EQUAL_UINT64(5000 + 3000, windows.samples->all);
+    TEST_ASSERT_TRUE(windows.samples->fitted > 4000 && windows.samples->held > 2000);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, windows.samples->recordings[0].column[COLUMN_DISPLACEMENT][0]); /* the first one */
+    windows_close(&windows);
+    windows_open(&windows, &all, &bank, 33000);
+    TEST_ASSERT_EQUAL_PTR(&all, windows.samples);
+    windows_close(&windows);
+    for (size_t k = 0; k < both[0].samples; k++) {
+        both[0].column[COLUMN_DRIVE][k] = 100.0 * (double)k / 30000.0;
+    }
+    windows_open(&windows, &all, &bank, 10000);
+    TEST_ASSERT_EQUAL_PTR(&all, windows.samples);
+    windows_close(&windows);
+    samples_close(&all);
+    recording_free(&both[0]);
+    recording_free(&both[1]);
+    model_free(&bank);
+}
+
 static double peak_mb(void) {
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
@@ -246,6 +278,7 @@ int main(void) {
     RUN_TEST(test_means_of_a_slow_drive);
     RUN_TEST(test_shares);
     RUN_TEST(test_drive_at_rest);
+    RUN_TEST(test_windows_of_several);
     RUN_TEST(test_a_run_uses_no_more);
     RUN_TEST(test_a_run_uses_what_it_is_given);
     RUN_TEST(test_a_long_one_takes_little_memory);
