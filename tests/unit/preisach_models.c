@@ -157,5 +157,5 @@ void preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *fr
     while (!hyst_preisach_carry(from, from_state, to, to_state, &carried)) {
         calls++;
     }
-    TEST_ASSERT_TRUE(calls <= 2); /* nothing is merged in between */
+    TEST_ASSERT_TRUE(calls < HYST_PREISACH_CARRY_CALLS); /* nothing is merged in between */
 }

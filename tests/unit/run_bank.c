@@ -251,6 +251,9 @@ static void lay(const run_bank_t *model, run_bank_state_t *state, uint32_t end, 
     int64_t outer = 0;
     if (state->runs > 0) {
         const run_bank_run_t *previous = &state->run[state->runs - 1U];
+        if (end > 0 && previous->side == line.side && previous->level == line.level) {
+            return; /* a line that goes on is the same run */
+        }
         outer = previous->outer + run_sum(model, previous, end);
     }
     if (end > 0) {

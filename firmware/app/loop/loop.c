@@ -49,7 +49,7 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.feeds_most = loop_samples_in(LOOP_FAULT_FEED_MS);
     loop.storing = false;
     loop.timeout = loop_samples_in(LOOP_DEFAULT_TIMEOUT_MS);
-    loop.attend = true;
+    loop.attend = ATTEND_ALL;
     loop.playing = false;
     loop.settling = loop_samples_in(LOOP_SETTLING_MS) + BOARD_LATENCY_MAX + HYST_LOOKAHEAD_MAX;
     loop.unsettled = loop.settling;
@@ -135,13 +135,19 @@ static bool taken_over(const loop_parameters_t *next) {
     return !loop.bypass && hyst_compensator_adopt(&loop.active->compensator, &next->compensator, &loop.compensator);
 }
 
-static void adopt_pending(void) {
+/* Whether nothing is pending any more. */
+static bool adopt_pending(void) {
     loop_parameters_t *next = atomic_load_explicit(&loop.pending, memory_order_acquire);
-    if (next != NULL && taken_over(next)) {
-        loop.active = next;
-        board_keep_park(loop_park_code());
-        atomic_store_explicit(&loop.pending, NULL, memory_order_release);
+    if (next == NULL) {
+        return true;
     }
+    if (!taken_over(next)) {
+        return false;
+    }
+    loop.active = next;
+    board_keep_park(loop_park_code());
+    atomic_store_explicit(&loop.pending, NULL, memory_order_release);
+    return true;
 }
 
 /* The compensator's step, with the window of this sample for limits. */
@@ -227,20 +233,26 @@ static inline void watch_hardware(uint16_t position_code, hyst_q31_t before, hys
 
 /*
  * Attention. Most samples are steady ones: on, in motion as mode and source say, nothing in the input but a position,
- * nothing to adopt, no fault that comes or goes. These ask for no more than the flag `attend`. Who changes any of it
- * sets the flag (the main loop by `take`), and the sample that finds it looks at everything, and at its end whether the
- * next one is steady again.
+ * no fault that comes or goes. These ask for no more than the word `attend`. Who changes any of it writes that
+ * (the main loop by `take`), and the sample that finds it looks at everything, and at its end whether the next one is
+ * steady again. A steady sample may adopt, too: then that is all that it does beside.
  */
 static bool steady(void) {
     return loop.power.state == POWER_ON && loop.mode != HYST_MODE_PARK && loop.conditioning.leg == CONDITIONING_OFF &&
-           !loop.bypass && loop.overruns_in_a_row == 0 && loop.standing_faults == loop.telemetry.faults_live &&
-           atomic_load_explicit(&loop.pending, memory_order_relaxed) == NULL;
+           !loop.bypass && loop.overruns_in_a_row == 0 && loop.standing_faults == loop.telemetry.faults_live;
+}
+
+static attention_t attention(void) {
+    if (!steady()) {
+        return ATTEND_ALL;
+    }
+    return atomic_load_explicit(&loop.pending, memory_order_relaxed) == NULL ? ATTEND_NOTHING : ATTEND_ADOPTION;
 }
 
 /* The end of a sample with attention, or of one in which a source ended. */
 static HYST_APART void show_everything(uint32_t faults, hyst_mode_t mode) {
     loop_report(faults, mode);
-    loop.attend = !steady();
+    loop.attend = attention();
 }
 
 static inline hyst_q31_t steady_sample(uint16_t position_code) {
@@ -260,11 +272,26 @@ static inline hyst_q31_t steady_sample(uint16_t position_code) {
     return drive;
 }
 
+/* The same while parameters wait to be adopted. */
+static HYST_APART hyst_q31_t adopting_sample(uint16_t position_code) {
+    loop.silence++;
+    if (adopt_pending()) {
+        loop.attend = ATTEND_NOTHING;
+    }
+    return steady_sample(position_code);
+}
+
+/* Of what a steady sample does not expect, this one has nothing but an adoption. */
+static bool adopts_alone(uint32_t faults) {
+    return loop.attend == ATTEND_ADOPTION && faults == 0 && loop.current <= loop.current_limit &&
+           loop.silence < loop.timeout;
+}
+
 /* The same with all that may happen. */
 static HYST_APART hyst_q31_t look_at_everything(uint16_t position_code, uint32_t faults, uint32_t missed,
                                                 uint32_t unhealthy) {
     loop_protect(faults, missed, unhealthy);
-    adopt_pending();
+    (void)adopt_pending();
     const hyst_q31_t before = loop.compensator.drive;
     hyst_mode_t mode = loop.mode;
     hyst_q31_t reference;
@@ -292,14 +319,16 @@ uint16_t loop_sample(const loop_input_t *input) {
     t->sequence++;
     const uint32_t silence = loop.silence + 1U;
     const uint32_t unhealthy = look_at_health();
-    const bool attend = ((uint32_t)loop.attend | input->faults | unhealthy) != 0 || loop.current > loop.current_limit ||
-                        silence > loop.timeout;
+    const bool happens =
+        (loop.attend | input->faults | unhealthy) != 0 || loop.current > loop.current_limit || silence > loop.timeout;
     hyst_q31_t drive;
-    if (attend) {
-        drive = look_at_everything(input->position_code, input->faults, input->missed, unhealthy);
-    } else {
+    if (!happens) {
         loop.silence = silence; /* a steady sample is one in motion */
         drive = steady_sample(input->position_code);
+    } else if (adopts_alone(input->faults | unhealthy)) {
+        drive = adopting_sample(input->position_code);
+    } else {
+        drive = look_at_everything(input->position_code, input->faults, input->missed, unhealthy);
     }
     t->cost_last = board_cost_counter() - start;
     if (t->cost_last > t->cost_max) {

@@ -9,7 +9,7 @@
 /* The main loop's way to what the interrupt owns. */
 static uint32_t take(void) {
     const uint32_t key = board_lock();
-    loop.attend = true;
+    loop.attend |= ATTEND_ALL;
     return key;
 }
 
@@ -87,7 +87,8 @@ bool loop_adopt(loop_parameters_t *next) {
     if (loop_adoption_pending()) {
         return false;
     }
-    const uint32_t key = take();
+    const uint32_t key = board_lock();
+    loop.attend |= ATTEND_ADOPTION;
     atomic_store_explicit(&loop.pending, next, memory_order_release);
     board_unlock(key);
     return true;

@@ -23,6 +23,13 @@ typedef struct {
     hyst_q31_t drive;
 } past_t;
 
+/* What the next sample has to look at beyond the input: bits. */
+typedef enum {
+    ATTEND_NOTHING = 0,
+    ATTEND_ADOPTION = 1, /* parameters wait to be adopted */
+    ATTEND_ALL = 2       /* something changed: at everything again */
+} attention_t;
+
 /*
  * Owned by the sample interrupt once it runs. The main loop touches it under board_lock, for a bounded few words at a
  * time, and hands parameters over by the pointer `pending`.
@@ -30,7 +37,7 @@ typedef struct {
 typedef struct {
     loop_parameters_t *active;
     loop_parameters_t *_Atomic pending;
-    bool attend; /* something changed: the next sample looks at everything again */
+    uint32_t attend; /* attention_t */
     hyst_mode_t mode;
     source_t source;
     reference_limit_t limit; /* of the reference */

@@ -238,15 +238,15 @@ static HYST_APART hyst_q31_t go_on_any(const hyst_compensator_t *c, hyst_compens
 }
 
 /* Any other sample: without a model, the first with one, or with new parameters. */
-static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                           hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
-                                           unsigned *events) {
+static HYST_WITHIN hyst_q31_t begin_with(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events,
+                                         unsigned stages) {
     hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
     const bool compensates = mode == HYST_MODE_COMPENSATE;
     hyst_hysteresis_found_t found;
     stage_drive_t stage;
     if (compensates) {
-        stage = compensate(c, state, memory, reference, &found, events, any_of(c), state->settled);
+        stage = compensate(c, state, memory, reference, &found, events, stages, state->settled);
     } else {
         *events = 0;
         stage = same(without_model(c, mode, reference));
@@ -263,7 +263,17 @@ static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_com
     state->adopted = false;
     state->settled = compensates; /* without a model the filters stand still */
     state->continues = compensates;
-    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, events, any_of(c));
+    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, events, stages);
+}
+
+/* As before, a copy for play operators with filters alone. */
+static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                           hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
+                                           unsigned *events) {
+    if ((c->stages & ~FILTERS) == 0) {
+        return begin_with(c, state, mode, reference, low, high, events, c->stages & FILTERS);
+    }
+    return begin_with(c, state, mode, reference, low, high, events, any_of(c));
 }
 
 /* Inline where the program is compiled as a whole. */
@@ -290,13 +300,16 @@ HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hys
                                        hyst_compensator_state_t *state) {
     const uint32_t next = 1U - state->memory_in_use;
     hyst_hysteresis_state_t *memory = &state->memory[next];
-    if (!hyst_hysteresis_carry(&from->hysteresis, hyst_compensator_memory(state), &to->hysteresis, memory,
-                               curved(to, state->drive), &state->carried)) {
+    /* Asked for only where nothing can be carried. */
+    const bool other_family = from->hysteresis.family != to->hysteresis.family;
+    const hyst_q31_t seen = other_family ? curved(to, state->drive) : state->drive;
+    if (!hyst_hysteresis_carry(&from->hysteresis, hyst_compensator_memory(state), &to->hysteresis, memory, seen,
+                               &state->carried)) {
         return false;
     }
     state->memory_in_use = next;
     state->carried = 0;
-    if (from->creep.cells != to->creep.cells || from->hysteresis.family != to->hysteresis.family) {
+    if (from->creep.cells != to->creep.cells || other_family) {
         hyst_creep_settle(&to->creep, &state->creep, hyst_hysteresis_output(&to->hysteresis, memory));
     }
     if (from->reference_curved || to->reference_curved || from->cascades != to->cascades) {

@@ -9,7 +9,7 @@ enum { BASE = 850, SECTION = 64, CELL = 42, CURVE = 60 };
 enum {
     PLAY = 200,
     PLAY_HALVING = 16,
-    PREISACH = 1700,
+    PREISACH = 1150,
     BOUC_WEN = 340,
     BOUC_WEN_HALVING = 16,
     MODIFIED_PLAY = 440,

@@ -112,13 +112,15 @@ static inline hyst_q31_t rounded(int64_t sum, int32_t *remainder, bool *saturate
 HYST_APART hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
     hyst_q31_t settled = x;
     state->x1 = state->x2 = x;
-    for (uint32_t i = 0; i < iir->sections; i++) {
-        const hyst_iir_coefficients_t *s = &iir->section[i];
-        hyst_iir_section_state_t *past = &state->section[i];
+    hyst_iir_section_state_t *past = state->section;
+    const hyst_iir_coefficients_t *const end = iir->section + iir->sections;
+    for (const hyst_iir_coefficients_t *s = iir->section; s < end; s++, past++) {
         int64_t rest;
         const hyst_q31_t y = at_dc(s, settled, &rest);
-        const int64_t sum =
-            rest + HALF_UNIT + hyst_product(y, HYST_Q28_ONE) + (hyst_product(s->b0, x) - hyst_product(s->b0, settled));
+        int64_t sum = rest + HALF_UNIT;
+        sum += hyst_product(y, HYST_Q28_ONE);
+        sum += hyst_product(s->b0, x);
+        sum -= hyst_product(s->b0, settled);
         past->y2 = y;
         x = rounded(sum, &past->remainder, saturated);
         past->y1 = x;

@@ -2,75 +2,73 @@
 /* The memory of a play bank, carried over to another one. Bounds as in prandtl_ishlinskii.c. */
 #include "prandtl_ishlinskii_runs.h"
 
-/* A straight piece of the memory curve: memory = level + side * threshold. */
+/* A straight piece of the memory curve: memory = level + side * threshold. A memory fits, so 32 bits with wrap-around
+ * lead there although the level may need 33. */
 typedef struct {
-    int64_t level;
+    uint32_t level;
     int side;
 } line_t;
 
-static int64_t on_line(line_t line, hyst_q31_t threshold) {
-    return line.level + hyst_product(line.side, threshold);
+static inline hyst_q31_t on_line(line_t line, hyst_q31_t threshold) {
+    return (hyst_q31_t)(line.level + (uint32_t)line.side * (uint32_t)threshold);
 }
 
-/* Number of operators whose threshold is at most `threshold`, among the first `high`: often all of them. */
-static inline uint32_t operators_up_to(const hyst_pi_t *model, int64_t threshold, uint32_t high) {
-    if (high == 0 || threshold < model->threshold[0]) {
-        return 0;
-    }
-    if (threshold >= model->threshold[high - 1U]) {
-        return high;
-    }
-    return hyst_pi_last_within(model, (uint32_t)threshold) + 1U; /* within Q31, and below the last one */
+static inline line_t line_of(const hyst_pi_run_t *run) {
+    return (line_t){(uint32_t)run->level, run->side};
 }
 
-/* The line of a run: through its last operator. */
-static line_t line_in(const hyst_pi_t *model, const hyst_pi_run_t *run) {
-    const uint32_t last = run->end - 1U;
-    return (line_t){hyst_pi_memory_in(model, run, last) - (int64_t)run->side * model->threshold[last], run->side};
+/* Number of operators whose threshold is at most `threshold`, which is below the largest number: that is what searches
+ * are filled up with. */
+static inline uint32_t operators_up_to(const hyst_pi_t *model, uint32_t threshold) {
+    return threshold < (uint32_t)model->threshold[0] ? 0 : hyst_pi_last_within(model, threshold) + 1U;
 }
 
 /*
- * Base (hyst_pi_base) of a run on `line` up to operator `end`, inside of one on `outer`, whose base is known. The bases
- * differ by what both lines give over these operators, w_0 u + sum of w_i z_i with the drive where the line begins:
- * S_end level + side M_end each, M_end = w_1 a_1 + ... = S_end a_end - T_end. Within 2^63 on the way, in 64 bits.
+ * The first `end` operators lie on the line. Where the innermost run begins is not worked out before all is laid
+ * (begin_innermost); until then both responses hold its base, and so their mean. A line that goes on is the same run.
+ *
+ * Its base (hyst_pi_base) and that of the run around it differ by what both lines give over these operators, w_0 u +
+ * sum of w_i z_i with the drive where the line begins: S_end level + side M_end each, M_end = w_1 a_1 + ... = S_end
+ * a_end - T_end. So it is S_end times how far the lines are apart at a_end, less T_end for each side that they differ
+ * by. The sum is within 2^63, and on the way it may wrap around.
  */
-static int64_t base_inside(const hyst_pi_t *model, uint32_t end, line_t line, line_t outer, int64_t outer_base) {
-    const uint32_t slope = (uint32_t)model->slope[end].value;
-    uint64_t base = (uint64_t)outer_base + (uint64_t)(line.level - outer.level) * slope;
-    const int turns = line.side - outer.side;
-    if (turns != 0) {
-        const int64_t moment =
-            hyst_product(model->slope[end].value, model->threshold[end - 1U]) - (model->turn[end - 1U] >> 1);
-        base += (uint64_t)(turns * moment); /* |moment| <= 2^61 */
+static HYST_APART void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, uint32_t level, int side) {
+    hyst_pi_run_t *run = &state->run[state->runs];
+    /* Runs without operators vanish: one, or all that were laid after what has turned out to be outdated
+     * (hyst_pi_carry). At most HYST_PI_MAX_OPERATORS. */
+    while (run > state->run && run[-1].end <= end) {
+        run--;
     }
-    return (int64_t)base;
-}
-
-/*
- * The first `end` operators lie on this line. Where the innermost run begins is not worked out before all is laid
- * (begin_innermost); until then both responses hold its base, and so their mean. Runs that are left without operators
- * vanish: one, or all that were laid after what has turned out to be outdated (hyst_pi_carry).
- */
-static void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, line_t line) {
-    while (state->runs > 0 && state->run[state->runs - 1U].end <= end) {
-        state->runs--; /* from at most HYST_PI_MAX_OPERATORS */
-    }
+    state->runs = (uint32_t)(run - state->run);
     if (end == 0) {
         return;
     }
-    hyst_pi_run_t *run = &state->run[state->runs];
-    line_t outer = {0, 0}; /* outside of all: nothing */
-    int64_t outer_base = 0;
-    if (state->runs > 0) {
-        outer = line_in(model, run - 1);
-        outer_base = hyst_pi_base(run - 1);
+    const line_t line = {level, side};
+    const hyst_q31_t threshold = model->threshold[end - 1U];
+    const hyst_q28_t slope = model->slope[end].value;
+    uint64_t base = (uint64_t)hyst_product(slope, on_line(line, threshold));
+    int turns = side;
+    if (run > state->run) { /* else outside of it is nothing */
+        const line_t outer = line_of(run - 1);
+        if (outer.side == side && outer.level == level) {
+            return;
+        }
+        const int64_t outer_base = hyst_pi_base(run - 1);
         hyst_pi_begin_at(model, run - 1, outer_base, end);
+        /* That run could go on so far in, and so its line is a memory here, too. */
+        base += (uint64_t)outer_base + (uint64_t)hyst_product(-slope, on_line(outer, threshold));
+        turns -= outer.side;
     }
-    run->level = (hyst_q31_t)(uint32_t)line.level;
-    run->side = (int8_t)line.side;
+    const int64_t turn = model->turn[end - 1U]; /* 2 T, even */
+    const int64_t turned = (turns & 1) != 0 ? turn >> 1 : turn;
+    if (turns != 0) {
+        base -= (uint64_t)(turns > 0 ? turned : -turned);
+    }
+    run->level = (hyst_q31_t)level;
+    run->side = (int8_t)side;
     run->end = (uint16_t)end;
-    run->response[HYST_PI_DOWN] = run->response[HYST_PI_UP] = base_inside(model, end, line, outer, outer_base);
-    state->runs++; /* <= operators: every run has at least one */
+    run->response[HYST_PI_DOWN] = run->response[HYST_PI_UP] = (int64_t)base;
+    state->runs = (uint32_t)(run - state->run) + 1U; /* <= operators: every run has at least one */
 }
 
 static void begin_innermost(const hyst_pi_t *model, hyst_pi_state_t *state) {
@@ -81,30 +79,20 @@ static void begin_innermost(const hyst_pi_t *model, hyst_pi_state_t *state) {
 }
 
 /*
- * Inwards of the known point (threshold, memory) the curve is `line`, as far as it may be: a curve of slope at most 1
- * through the point stays between the lines of slope -1 and +1 through it. Where `line` would leave these bounds, the
- * bound takes its place.
+ * Inwards of the known point (threshold, memory) the curve is a line, as far as it may be: a curve of slope at most 1
+ * through the point stays between the lines of slope -1 and +1 through it. Where the line would leave these bounds, the
+ * bound takes its place: up to how far in they meet, `back`, rounded up.
  */
-static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t threshold, int64_t memory,
-                           line_t line) {
-    const line_t highest = {memory + threshold, -1};
-    const line_t lowest = {memory - threshold, 1};
-    const line_t bound = on_line(line, threshold) > memory ? highest : lowest;
-    /* The line is within bounds up to the threshold where it meets the bound; parallel to it, everywhere or nowhere. */
-    const int64_t slope = line.side - bound.side;
-    const int64_t distance = bound.level - line.level;
-    int64_t meets = threshold;
-    if (slope > 0) {
-        meets = distance >> (slope - 1); /* rounded down: slope is 1 or 2 */
-    } else if (slope < 0) {
-        meets = -distance >> (-slope - 1);
-    }
-    const uint32_t inside = operators_up_to(model, threshold - 1, model->operators);
-    const uint32_t on_it = operators_up_to(model, meets, inside);
-    if (on_it < inside) {
-        lay(model, state, inside, bound);
-    }
-    lay(model, state, on_it, line);
+
+/* How many operators are inwards of where they meet. */
+static inline uint32_t operators_on_it(const hyst_pi_t *model, hyst_q31_t threshold, uint32_t back) {
+    const uint32_t known = (uint32_t)threshold;
+    return back < known ? operators_up_to(model, known - (back > 0 ? back : 1U)) : 0;
+}
+
+/* The level of the bound, of slope `side`, through this point. */
+static inline uint32_t level_of_bound(hyst_q31_t threshold, hyst_q31_t memory, int side) {
+    return (uint32_t)memory - (uint32_t)side * (uint32_t)threshold;
 }
 
 /* The outermost run, and what lies outside of it. There the memory keeps the last operator's value, as far as a play
@@ -112,56 +100,85 @@ static void lay_inwards_of(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 static void lay_outermost(const hyst_pi_t *from, const hyst_pi_run_t *outermost, const hyst_pi_t *to,
                           hyst_pi_state_t *to_state) {
     const hyst_q31_t last = from->threshold[from->operators - 1U];
-    const line_t line = line_in(from, outermost);
-    const int64_t memory = on_line(line, last);
-    const line_t constant = {memory, 0};
-    const line_t farthest = memory >= 0 ? (line_t){HYST_Q31_MAX, -1} : (line_t){HYST_Q31_MIN, 1};
-    const int64_t meets = memory >= 0 ? HYST_Q31_MAX - memory : memory - HYST_Q31_MIN;
-    const uint32_t known = operators_up_to(to, last, to->operators);
-    const uint32_t kept = operators_up_to(to, meets, to->operators);
+    const hyst_q31_t memory = on_line(line_of(outermost), last);
+    const uint32_t operators = to->operators;
+    uint32_t known = operators;
     to_state->runs = 0;
-    if (kept < to->operators) {
-        lay(to, to_state, to->operators, farthest);
+    if (operators > 0 && last < to->threshold[operators - 1U]) {
+        const uint32_t meets = memory >= 0 ? (uint32_t)(HYST_Q31_MAX - memory) : (uint32_t)(memory - HYST_Q31_MIN);
+        const uint32_t kept = meets < (uint32_t)to->threshold[operators - 1U] ? operators_up_to(to, meets) : operators;
+        known = operators_up_to(to, (uint32_t)last);
+        if (kept < operators) {
+            lay(to, to_state, operators, (uint32_t)(memory >= 0 ? HYST_Q31_MAX : HYST_Q31_MIN), memory >= 0 ? -1 : 1);
+        }
+        if (known < kept) {
+            lay(to, to_state, kept, (uint32_t)memory, 0);
+        }
     }
-    if (known < kept) {
-        lay(to, to_state, kept, constant);
-    }
-    lay(to, to_state, known, line);
+    lay(to, to_state, known, (uint32_t)outermost->level, outermost->side);
 }
 
-/* Run k >= 1, inwards of the last known point of the run around it. */
-static void lay_run(const hyst_pi_t *from, const hyst_pi_run_t run[], uint32_t k, const hyst_pi_t *to,
-                    hyst_pi_state_t *to_state) {
-    const hyst_q31_t next = from->threshold[run[k].end];
-    lay_inwards_of(to, to_state, next, on_line(line_in(from, &run[k - 1U]), next), line_in(from, &run[k]));
+/* Run k >= 1, inwards of the last known point of the run around it. Both memories are less apart than the thresholds:
+ * nesting. So a line that is not level leaves the point on its own side. */
+static void lay_run(const hyst_pi_t *from, const hyst_pi_run_t *run, const hyst_pi_t *to, hyst_pi_state_t *to_state) {
+    const hyst_q31_t *next = &from->threshold[run->end];
+    const line_t line = line_of(run);
+    const hyst_q31_t memory = on_line(line_of(run - 1), next[0]);
+    const int32_t rise = (int32_t)((uint32_t)on_line(line, next[-1]) - (uint32_t)memory);
+    const int above = line.side != 0 ? line.side : rise > 0 ? 1 : -1;
+    uint32_t back = (uint32_t)above * (uint32_t)rise;
+    if (line.side != 0) { /* they approach by two for each one further in */
+        back += (uint32_t)next[0] - (uint32_t)next[-1];
+        back = (back >> 1) + (back & 1U);
+    }
+    const uint32_t inside = operators_up_to(to, (uint32_t)next[0] - 1U);
+    const uint32_t on_it = operators_on_it(to, next[0], back);
+    if (on_it < inside) {
+        lay(to, to_state, inside, level_of_bound(next[0], memory, -above), -above);
+    }
+    lay(to, to_state, on_it, line.level, line.side);
 }
 
-bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
-                   hyst_pi_state_t *to_state, uint32_t *carried) {
+/* The curve begins at the drive for threshold 0. The bound is the innermost run's line most often. */
+static void lay_drive(const hyst_pi_t *from, const hyst_pi_run_t *innermost, hyst_q31_t drive, const hyst_pi_t *to,
+                      hyst_pi_state_t *to_state) {
+    const hyst_q31_t first = from->threshold[0];
+    const hyst_q31_t memory = on_line(line_of(innermost), first);
+    const int above = drive > memory ? 1 : -1;
+    const uint32_t back = (uint32_t)above * ((uint32_t)drive - (uint32_t)memory);
+    const uint32_t on_it = operators_on_it(to, first, back);
+    const uint32_t bound = level_of_bound(first, memory, -above);
+    const hyst_pi_run_t *behind = to_state->run + to_state->runs;
+    if (to_state->runs == 0 || behind[-1].side != -above || (uint32_t)behind[-1].level != bound) {
+        const uint32_t inside = operators_up_to(to, (uint32_t)first - 1U);
+        if (on_it < inside) {
+            lay(to, to_state, inside, bound, -above);
+        }
+    }
+    lay(to, to_state, on_it, (uint32_t)drive, 0);
+}
+
+_Static_assert(HYST_PI_CARRY_RUNS == 1, "a call takes one run over");
+
+HYST_APART bool hyst_pi_carry(const hyst_pi_t *from, const hyst_pi_state_t *from_state, const hyst_pi_t *to,
+                              hyst_pi_state_t *to_state, uint32_t *carried) {
     const uint32_t runs = from_state->runs;
-    const line_t at_drive = {from_state->drive, 0};
     if (runs == 0) {
         to_state->runs = 0;
-        lay(to, to_state, to->operators, at_drive);
+        lay(to, to_state, to->operators, (uint32_t)from_state->drive, 0);
     } else {
         /* A sample takes runs off the inner end and puts one there: all but the innermost are what they were. */
-        uint32_t k = *carried < runs ? *carried : runs - 1U;
-        const uint32_t portion_end = k + HYST_PI_CARRY_RUNS < runs ? k + HYST_PI_CARRY_RUNS : runs;
-        for (; k < portion_end; k++) {
-            if (k == 0) {
-                lay_outermost(from, &from_state->run[0], to, to_state);
-            } else {
-                lay_run(from, from_state->run, k, to, to_state);
-            }
+        const uint32_t k = *carried < runs ? *carried : runs - 1U;
+        if (k == 0) {
+            lay_outermost(from, &from_state->run[0], to, to_state);
+        } else {
+            lay_run(from, &from_state->run[k], to, to_state);
         }
-        *carried = k;
-        if (k < runs) {
-            begin_innermost(to, to_state); /* the next call goes on from there, or from a run that encloses it */
+        *carried = k + 1U;
+        if (k + 1U < runs) {
             return false;
         }
-        /* The curve begins at the drive for threshold 0. */
-        const hyst_q31_t first = from->threshold[0];
-        lay_inwards_of(to, to_state, first, on_line(line_in(from, &from_state->run[runs - 1U]), first), at_drive);
+        lay_drive(from, &from_state->run[runs - 1U], from_state->drive, to, to_state);
     }
     begin_innermost(to, to_state);
     to_state->drive = from_state->drive;

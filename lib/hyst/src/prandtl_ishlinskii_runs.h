@@ -39,10 +39,16 @@ static inline void hyst_pi_begin_at(const hyst_pi_t *model, hyst_pi_run_t *run, 
     run->first = (uint8_t)first;
     const hyst_q31_t memory = hyst_pi_memory_in(model, run, first);
     const int64_t turn = model->turn[first]; /* 2 T, even: (side + outward) T is one of -2 T, -T, 0, T and 2 T */
-    const int64_t down = run->side > 0 ? 0 : turn;
-    const int64_t up = run->side < 0 ? 0 : turn;
-    run->response[HYST_PI_DOWN] = base - (run->side == 0 ? turn >> 1 : down);
-    run->response[HYST_PI_UP] = base + (run->side == 0 ? turn >> 1 : up);
+    if (run->side == 0) {
+        run->response[HYST_PI_DOWN] = base - (turn >> 1);
+        run->response[HYST_PI_UP] = base + (turn >> 1);
+    } else if (run->side > 0) {
+        run->response[HYST_PI_DOWN] = base;
+        run->response[HYST_PI_UP] = base + turn;
+    } else {
+        run->response[HYST_PI_DOWN] = base - turn;
+        run->response[HYST_PI_UP] = base;
+    }
     run->corner[HYST_PI_DOWN] = hyst_subtract(memory, model->threshold[first]);
     run->corner[HYST_PI_UP] = hyst_add(memory, model->threshold[first]);
 }

@@ -135,12 +135,12 @@ static uint32_t remaining(const hyst_preisach_state_t *state, goal_t goal, bool 
 _Static_assert(HYST_PREISACH_MAX_EXTREMES % 2 == 0, "a full stack ends with a maximum");
 
 /*
- * In a full stack, the last k >= 1 with the smallest gap: the distance in drive of reversal k from the next of the same
- * kind, k + 2, which lies further in. Minima (even) rise inwards, maxima sink. Behind the last minimum stands the
- * present drive. The lower end stays: its gap is enclosed by reversals 1 and 2 from the other side, and counts as that
- * of 1.
+ * In a stack that has become full, the last k >= 1 with the smallest gap: the distance in drive of reversal k from the
+ * next of the same kind, k + 2, which lies further in. Minima (even) rise inwards, maxima sink. The lower end stays:
+ * its gap is enclosed by reversals 1 and 2 from the other side, and counts as that of 1. Noted when the stack becomes
+ * full, because the sample that needs it has enough to do (merge).
  */
-static uint32_t smallest_gap(const hyst_preisach_state_t *state) {
+static HYST_APART void note_gaps(hyst_preisach_state_t *state) {
     const hyst_preisach_point_t *point = &state->extreme[2];
     uint32_t minimum = (uint32_t)point[0].drive;
     uint32_t maximum = (uint32_t)point[1].drive;
@@ -164,7 +164,23 @@ static uint32_t smallest_gap(const hyst_preisach_state_t *state) {
         minimum = next_minimum;
         maximum = next_maximum;
     }
-    return (uint32_t)state->now.drive - minimum <= least ? HYST_PREISACH_MAX_EXTREMES - 2U : smallest;
+    state->smallest = smallest;
+    state->least = least;
+}
+
+/* Behind the last minimum stands the present drive, and that gap is the last one. */
+static uint32_t smallest_gap(const hyst_preisach_state_t *state) {
+    const uint32_t last = HYST_PREISACH_MAX_EXTREMES - 2U;
+    const uint32_t rise = (uint32_t)state->now.drive - (uint32_t)state->extreme[last].drive;
+    return rise <= state->least ? last : state->smallest;
+}
+
+/* The points from `next` to before `end` take the place of the two before them, their outputs moved by `change`. */
+static inline void close_up(hyst_preisach_point_t *next, const hyst_preisach_point_t *end, int64_t change) {
+    for (; next < end; next++) {
+        next[-2].drive = next->drive;
+        next[-2].output = next->output + change;
+    }
 }
 
 /*
@@ -173,22 +189,22 @@ static uint32_t smallest_gap(const hyst_preisach_state_t *state) {
  * further in move by the same number: the weight of the rectangle of the Preisach plane that changes hands.
  */
 static void merge(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
-    const uint32_t smallest = smallest_gap(state);
-    const uint32_t next = smallest + 2U;
-    hyst_preisach_point_t *inner = next < state->extremes ? &state->extreme[next] : &state->now;
-    const int64_t change = on_branch(model, &state->extreme[smallest - 1U], inner->drive).output - inner->output;
-    for (uint32_t k = next; k < state->extremes; k++) {
-        state->extreme[k - 2U] = state->extreme[k];
-        state->extreme[k - 2U].output += change;
-    }
+    hyst_preisach_point_t *const end = &state->extreme[HYST_PREISACH_MAX_EXTREMES];
+    hyst_preisach_point_t *const next = &state->extreme[smallest_gap(state) + 2U];
+    const hyst_preisach_point_t *inner = next < end ? next : &state->now;
+    const int64_t change = on_branch(model, next - 3, inner->drive).output - inner->output;
+    close_up(next, end, change);
     state->now.output += change;
-    state->extremes -= 2U;
+    state->extremes = HYST_PREISACH_MAX_EXTREMES - 2U;
 }
 
 /* The present point becomes a reversal. */
-static void turn(hyst_preisach_state_t *state) {
+static inline void turn(hyst_preisach_state_t *state) {
     state->extreme[state->extremes] = state->now;
     state->extremes++; /* <= HYST_PREISACH_MAX_EXTREMES: merge() makes room, a reset has 30 */
+    if (state->extremes == HYST_PREISACH_MAX_EXTREMES) {
+        note_gaps(state);
+    }
 }
 
 HYST_APART void hyst_preisach_advance(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
@@ -215,6 +231,7 @@ static void begin(const hyst_preisach_t *model, hyst_preisach_state_t *state) {
     state->extreme[0] =
         (hyst_preisach_point_t){.drive = HYST_Q31_MIN, .output = model->offset * ((int64_t)1 << 29) - half};
     state->now = state->extreme[0];
+    state->smallest = state->least = 0; /* not full yet */
 }
 
 void hyst_preisach_reset(const hyst_preisach_t *model, hyst_preisach_state_t *state, hyst_q31_t drive) {
@@ -290,13 +307,34 @@ hyst_q31_t hyst_preisach_inverse(const hyst_preisach_t *model, hyst_preisach_sta
     return drive;
 }
 
-/* Reversals of the first `carried` that are the same in both memories. Their outputs follow from them alone. */
-static uint32_t unchanged(const hyst_preisach_state_t *a, const hyst_preisach_state_t *b, uint32_t carried) {
-    uint32_t k = 1; /* the lower end always is */
-    while (k < carried && k < a->extremes && a->extreme[k].drive == b->extreme[k].drive) {
-        k++;
+/*
+ * How many reversals are carried. One sample since the last call has put one on top of the stack, or taken some off:
+ * then what was carried is what it was. Or it merged, from some reversal on: each of them is now another one, that lies
+ * further in, and so bisection finds the first. Those behind it are the old ones moved up by two.
+ */
+static uint32_t still_carried(const hyst_preisach_state_t *from, const hyst_preisach_t *to,
+                              hyst_preisach_state_t *to_state, uint32_t carried) {
+    const hyst_preisach_point_t *now = from->extreme;
+    hyst_preisach_point_t *then = to_state->extreme;
+    const uint32_t most = carried < from->extremes ? carried : from->extremes;
+    if (now[most - 1U].drive == then[most - 1U].drive) {
+        return most;
     }
-    return k;
+    uint32_t first = 1; /* the lower end stays */
+    for (uint32_t end = most - 1U; first < end;) {
+        const uint32_t middle = first + (end - first) / 2U;
+        if (now[middle].drive == then[middle].drive) {
+            first = middle + 1U;
+        } else {
+            end = middle;
+        }
+    }
+    if (carried <= first + 2U) {
+        return first;
+    }
+    hyst_preisach_point_t *next = &then[first + 2U];
+    close_up(next, &then[carried], on_branch(to, &then[first - 1U], next->drive).output - next->output);
+    return carried - 2U;
 }
 
 bool hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
@@ -305,7 +343,7 @@ bool hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_
     if (*carried == 0) {
         begin(to, to_state);
     }
-    uint32_t k = unchanged(from_state, to_state, *carried);
+    uint32_t k = *carried > 0 ? still_carried(from_state, to, to_state, *carried) : 1U;
     const uint32_t extremes = from_state->extremes;
     const uint32_t portion_end =
         k + HYST_PREISACH_CARRY_EXTREMES < extremes ? k + HYST_PREISACH_CARRY_EXTREMES : extremes;
@@ -317,6 +355,8 @@ bool hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_
         return false;
     }
     to_state->extremes = extremes;
+    to_state->smallest = from_state->smallest; /* where it is full, so is the other, and gaps are drives */
+    to_state->least = from_state->least;
     to_state->now = on_branch(to, &to_state->extreme[extremes - 1U], from_state->now.drive);
     return true;
 }

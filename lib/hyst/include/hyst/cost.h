@@ -11,7 +11,7 @@
  *
  * Limitations. Observed, not proven. Instructions are not cycles: how many cycles one takes has not been measured on
  * silicon, and HYST_COST_CYCLES_PER_INSTRUCTION is an assumption. The samples that adopt an image take more than what
- * is stated here: some 3000 instructions with a play bank, up to 6500 with other families. Where that exceeds the
+ * is stated here: some 2700 instructions with a play bank, up to 6100 with other families. Where that exceeds the
  * period, they come late, are counted, and do not trip (firmware/app/loop/loop.h).
  *
  * May be called from: main loop, host.

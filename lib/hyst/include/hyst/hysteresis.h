@@ -107,9 +107,9 @@ void hyst_hysteresis_begin_sine(const hyst_hysteresis_t *model, hyst_hysteresis_
 /**
  * Carries the memory over to another model, a bounded portion a call. Set *carried to 0, then call until the answer is
  * true; between two calls from_state may be advanced once, by `from`. Within a family as its header says; a play bank
- * takes HYST_PI_CARRY_CALLS calls at most, a Preisach model 3, a Bouc-Wen model HYST_BOUC_WEN_CARRY_CALLS, a modified
- * play model 1. Between families nothing can be carried, and the memory is that of a reset at `drive`, the last one:
- * condition the actuator again. to_state may not be from_state.
+ * takes HYST_PI_CARRY_CALLS calls at most, a Preisach model HYST_PREISACH_CARRY_CALLS, a Bouc-Wen model
+ * HYST_BOUC_WEN_CARRY_CALLS, a modified play model 1. Between families nothing can be carried, and the memory is that
+ * of a reset at `drive`, the last one: condition the actuator again. to_state may not be from_state.
  */
 bool hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_state_t *from_state,
                            const hyst_hysteresis_t *to, hyst_hysteresis_state_t *to_state, hyst_q31_t drive,

@@ -54,8 +54,9 @@
 #define HYST_PREISACH_MAX_ELEMENTS        HYST_PREISACH_ELEMENTS(HYST_PREISACH_MAX_INTERVALS)
 /** Reversals that are remembered, the lower end of the range included. */
 #define HYST_PREISACH_MAX_EXTREMES 64
-/** Reversals that one call of hyst_preisach_carry takes over: half of them. */
-#define HYST_PREISACH_CARRY_EXTREMES (HYST_PREISACH_MAX_EXTREMES / 2)
+/** Reversals that one call of hyst_preisach_carry takes over, and the calls that a full stack takes at most. */
+#define HYST_PREISACH_CARRY_EXTREMES 8
+#define HYST_PREISACH_CARRY_CALLS    9
 /** Slopes of a branch, position full scale per drive full scale, that are accepted: 2^-8 to 4. */
 #define HYST_PREISACH_MIN_SLOPE (HYST_Q28_ONE / 256)
 #define HYST_PREISACH_MAX_SLOPE (4 * (int64_t)HYST_Q28_ONE)
@@ -84,6 +85,8 @@ typedef struct {
     hyst_preisach_point_t
         extreme[HYST_PREISACH_MAX_EXTREMES]; /**< [0] the lower end, [1] a maximum, [2] a minimum .. */
     hyst_preisach_point_t now;
+    uint32_t smallest; /**< in a full stack: the reversal behind which the smallest gap lies (preisach.c, note_gaps) */
+    uint32_t least;    /**< that gap, units of 2^-31 */
 } hyst_preisach_state_t;
 
 /** Why a model is refused. Values are part of the Modbus interface: append only. */
@@ -145,10 +148,10 @@ hyst_q31_t hyst_preisach_inverse(const hyst_preisach_t *model, hyst_preisach_sta
  * their outputs are those of the new table. to_state may not be from_state.
  *
  * Set *carried to 0, then call until the answer is true: HYST_PREISACH_CARRY_EXTREMES reversals a call. Between two
- * calls from_state may be advanced once (not more, and not reset): reversals that are still the same are not carried
- * again. The result is that of all reversals carried after the last sample. Done after 3 calls at most: 2 take a whole
- * stack, and only the merging of a full one changes reversals further out, which leaves room so that the sample after
- * it does not merge.
+ * calls from_state may be advanced once (not more, and not reset). What is carried stays right, but for the merging of
+ * a full stack: then two reversals less are carried, and the outputs of those behind them are moved. The result is that
+ * of all reversals carried after the last sample. Done after HYST_PREISACH_CARRY_CALLS calls at most: a sample that
+ * merges leaves room, so that the next one does not, and two calls get 14 reversals further at least.
  */
 bool hyst_preisach_carry(const hyst_preisach_t *from, const hyst_preisach_state_t *from_state,
                          const hyst_preisach_t *to, hyst_preisach_state_t *to_state, uint32_t *carried);
