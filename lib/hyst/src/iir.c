@@ -107,7 +107,7 @@ static inline hyst_q31_t rounded(int64_t sum, int32_t *remainder, bool *saturate
 /*
  * Each section settles for what the one before it settled at, and gets what that one makes of its first sample. With
  * x gain = y (1 + a1 + a2) + rest the first sum, b0 x' + (b1 + b2) x - (a1 + a2) y + 1/2, is y + rest + 1/2 + b0 (x' -
- * x): the bound of every sum.
+ * x): the bound of every sum. On the way it may wrap around.
  */
 HYST_APART hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
     hyst_q31_t settled = x;
@@ -117,12 +117,12 @@ HYST_APART hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *st
     for (const hyst_iir_coefficients_t *s = iir->section; s < end; s++, past++) {
         int64_t rest;
         const hyst_q31_t y = at_dc(s, settled, &rest);
-        int64_t sum = rest + HALF_UNIT;
-        sum += hyst_product(y, HYST_Q28_ONE);
-        sum += hyst_product(s->b0, x);
-        sum -= hyst_product(s->b0, settled);
+        uint64_t sum = (uint64_t)(rest + HALF_UNIT);
+        sum += (uint64_t)hyst_product(y, HYST_Q28_ONE);
+        sum += (uint64_t)hyst_product(s->b0, x);
+        sum -= (uint64_t)hyst_product(s->b0, settled);
         past->y2 = y;
-        x = rounded(sum, &past->remainder, saturated);
+        x = rounded((int64_t)sum, &past->remainder, saturated);
         past->y1 = x;
         settled = y;
     }
