@@ -7,7 +7,7 @@
 #include "command_line/waveform_options.h"
 #include "commands/command.h"
 #include "compile/compile.h"
-#include "recording/table.h"
+#include "recording/table/table.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -60,20 +60,6 @@ static bool make_folder(const char *path, failure_t *failure) {
     return mkdir(path, 0777) == 0 || errno == EEXIST || fail(failure, "%s: %s", path, strerror(errno));
 }
 
-/* What is diagnosed: from the change on. */
-static void cut(const recording_t *record, size_t from, recording_t *part) {
-    recording_create(part, record->name, record->sample_rate_hz, record->samples - from);
-    for (int c = 0; c < (int)COLUMN_COUNT; c++) {
-        if (c != COLUMN_REFERENCE && record->column[c] != NULL) {
-            double *to = recording_add_column(part, (column_t)c);
-            memcpy(to, record->column[c] + from, part->samples * sizeof *to);
-        }
-    }
-    for (size_t k = 0; k < record->keys; k++) {
-        recording_set_key(part, record->key[k].key, record->key[k].value);
-    }
-}
-
 /* Whether what was found can be compiled; the reason goes to the page. */
 static bool can_compile(const model_t *model, failure_t *why) {
     const compile_options_t options = {0};
@@ -112,7 +98,8 @@ static bool diagnose_warning(warning_t *warning, failure_t *failure) {
     const double from_s = isnan(changed_s) ? 0.0 : fmax(0.0, fmin(changed_s, most_s));
     recording_t part;
     diagnosis_run_t run;
-    cut(record, (size_t)(from_s * record->sample_rate_hz), &part);
+    const size_t from = (size_t)(from_s * record->sample_rate_hz);
+    recording_copy(&part, record, from, record->samples - from); /* from the change on */
     bool good = diagnosis_run(&model, &part, 1, 0, &run, failure);
     if (good) {
         good = write_files(warning, &run, &part, failure);

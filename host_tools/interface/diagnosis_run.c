@@ -18,7 +18,7 @@
 static bool evidence_undone(const recording_t *recording, const look_t *look, const fault_t *fault,
                             double *log_evidence) {
     recording_t one;
-    recording_copy(&one, recording);
+    recording_copy(&one, recording, 0, recording->samples);
     const double log_gain = fault->kind->undo(fault, look, &one);
     const double spread = exp(log_gain / (double)one.samples);
     for (size_t k = 0; k < one.samples; k++) {

@@ -10,7 +10,7 @@
 recording_t *interface_recordings(const hyst_host_recording_t *const *recordings, size_t count) {
     recording_t *copies = allocate(count, sizeof *copies);
     for (size_t i = 0; i < count; i++) {
-        recording_copy(&copies[i], &recordings[i]->recording);
+        recording_copy(&copies[i], &recordings[i]->recording, 0, recordings[i]->recording.samples);
         if (!recording_align(&copies[i], interface_failure())) {
             interface_recordings_free(copies, i + 1);
             return NULL;
@@ -233,7 +233,7 @@ hyst_host_recording_t *hyst_host_recording_aligned(const hyst_host_recording_t *
 
 hyst_host_recording_t *hyst_host_recording_span(const hyst_host_recording_t *recording, double from_s, double to_s) {
     recording_t copy;
-    recording_copy(&copy, &recording->recording);
+    recording_copy(&copy, &recording->recording, 0, recording->recording.samples);
     if (!recording_span(&copy, from_s, to_s, interface_failure())) {
         recording_free(&copy);
         return NULL;

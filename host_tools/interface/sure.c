@@ -264,7 +264,7 @@ static bool ask_once(sure_work_t *work, size_t index, size_t number, const model
     bool good = true;
     for (size_t r = 0; r < count; r++) {
         const uint64_t seed = ((work->sure.seed * SURE_MOST_WORLDS + index) * 1000003U + number) * 101U + r;
-        recording_copy(&like[r], &recordings[r]);
+        recording_copy(&like[r], &recordings[r], 0, recordings[r].samples);
         drop_measured_columns(&like[r]);
         good = good && simulate(answer, &world->model, r, seed, like[r].column[COLUMN_DISPLACEMENT], failure);
     }

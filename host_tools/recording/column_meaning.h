@@ -12,8 +12,8 @@
 #ifndef COLUMN_MEANING_H
 #define COLUMN_MEANING_H
 
-#include "recording/table.h"
-#include "recording/units.h"
+#include "recording/table/table.h"
+#include "recording/table/units.h"
 
 typedef enum {
     MEANING_UNKNOWN,

@@ -3,7 +3,7 @@
 #ifndef COLUMN_PATTERN_H
 #define COLUMN_PATTERN_H
 
-#include "recording/table.h"
+#include "recording/table/table.h"
 
 /** Length of a pattern in bytes, with its end. */
 enum { COLUMN_PATTERN = 100 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The drive before a recording: its header key, and what of it and of the beginning counts where that is left out. */
-#include "recording/decimal.h"
 #include "recording/recording.h"
+#include "recording/table/decimal.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

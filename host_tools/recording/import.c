@@ -2,8 +2,8 @@
 #include "recording/import.h"
 #include "recording/column_choice.h"
 #include "recording/column_pattern.h"
+#include "recording/table/units.h"
 #include "recording/time_axis.h"
-#include "recording/units.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

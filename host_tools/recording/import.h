@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * Converts a table of any kind (table.h) to a recording: identifies its columns, units and sample times.
+ * Converts a table of any kind (table/table.h) to a recording: identifies its columns, units and sample times.
  *
  * What the caller leaves open is inferred from names and units of the columns, then from their order; what is not clear
  * is refused (column_choice.h). The interpretation can be printed; all faults are reported in one line.
@@ -16,7 +16,7 @@
 
 #include "recording/import_account.h"
 #include "recording/import_options.h"
-#include "recording/table.h"
+#include "recording/table/table.h"
 
 /** Options with everything left open. */
 import_options_t import_nothing_said(void);

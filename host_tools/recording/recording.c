@@ -13,17 +13,6 @@ enum {
     EXTRA_NUMBER = 22, /* room for "_" and the number behind a name that another column has */
 };
 
-const char *column_name(column_t column) {
-    static const char *const names[COLUMN_COUNT] = {"drive",   "displacement", "reference",
-                                                    "voltage", "current",      "temperature"};
-    return names[column];
-}
-
-const char *column_unit(column_t column) {
-    static const char *const units[COLUMN_COUNT] = {"V", "um", "um", "V", "A", "degC"};
-    return units[column];
-}
-
 void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples) {
     memset(recording, 0, sizeof *recording);
     recording->name = copy_text(shown_name(name));
@@ -91,32 +80,40 @@ void recording_add_extra(recording_t *recording, const char *name, const char *l
     memcpy(extra->value, value, recording->samples * sizeof(double));
 }
 
-void recording_copy(recording_t *copy, const recording_t *recording) {
-    const size_t size = recording->samples * sizeof(double);
-    recording_create(copy, recording->name, recording->sample_rate_hz, recording->samples);
+/* It begins so many samples later than it did. */
+static void begin_later(recording_t *recording, size_t samples) {
+    const double later_s = (double)samples / recording->sample_rate_hz;
+    recording->start_s += later_s;
+    recording->clock_s += recording->clock_s != 0.0 ? later_s : 0.0;
+}
+
+void recording_copy(recording_t *copy, const recording_t *recording, size_t first, size_t samples) {
+    recording_create(copy, recording->name, recording->sample_rate_hz, samples);
     copy->start_s = recording->start_s;
     copy->clock_s = recording->clock_s;
+    begin_later(copy, first);
     copy->held = recording->held;
     copy->held_since = recording->held_since;
     copy->steps = recording->steps;
     for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
         if (recording->column[column] != NULL) {
-            memcpy(recording_add_column(copy, column), recording->column[column], size);
+            memcpy(recording_add_column(copy, column), recording->column[column] + first, samples * sizeof(double));
         }
     }
     for (size_t i = 0; i < recording->extras; i++) {
         const recording_extra_t *extra = &recording->extra[i];
-        recording_add_extra(copy, extra->name, extra->long_name, extra->unit, extra->value);
+        recording_add_extra(copy, extra->name, extra->long_name, extra->unit, extra->value + first);
     }
     for (size_t i = 0; i < recording->keys; i++) {
         recording_set_key(copy, recording->key[i].key, recording->key[i].value);
     }
+    recording_move_before(copy, recording->column[COLUMN_DRIVE], first);
     if (recording->understood != NULL) {
         copy->understood = copy_text(recording->understood);
     }
     if (recording->masked != NULL) {
-        copy->masked = allocate(recording->samples, 1);
-        memcpy(copy->masked, recording->masked, recording->samples);
+        copy->masked = allocate(samples, 1);
+        memcpy(copy->masked, recording->masked + first, samples);
     }
 }
 
@@ -181,8 +178,7 @@ void recording_keep(recording_t *recording, size_t first, size_t samples) {
         memmove(recording->masked, recording->masked + first, samples);
     }
     recording->samples = samples;
-    recording->start_s += (double)first / recording->sample_rate_hz;
-    recording->clock_s += recording->clock_s != 0.0 ? (double)first / recording->sample_rate_hz : 0.0;
+    begin_later(recording, first);
 }
 
 double recording_time(const recording_t *recording, double sample) {

@@ -22,6 +22,7 @@
 #define RECORDING_H
 
 #include "base/failure.h"
+#include "recording/table/column.h"
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -35,19 +36,6 @@
 #define RECORDING_CSV_EXTRAS 240
 /** Longest line of a recording in characters: as many columns with the longest names. */
 #define RECORDING_MAX_LINE 32000
-/** Header keys of an extra column, behind its name. */
-#define RECORDING_UNIT_KEY      "_unit"
-#define RECORDING_LONG_NAME_KEY "_long_name"
-
-typedef enum {
-    COLUMN_DRIVE,        /**< V */
-    COLUMN_DISPLACEMENT, /**< um */
-    COLUMN_REFERENCE,    /**< um */
-    COLUMN_VOLTAGE,      /**< V, measured at the actuator */
-    COLUMN_CURRENT,      /**< A */
-    COLUMN_TEMPERATURE,  /**< degC */
-    COLUMN_COUNT
-} column_t;
 
 /** A column without a meaning here, as its file has it: kept, and used by nothing. */
 typedef struct {
@@ -83,11 +71,6 @@ typedef struct recording {
         *whole; /**< of which this is a part (diagnosis/question/excerpt.h), freed with it; NULL: it is whole */
 } recording_t;
 
-/** Name of a column as the file writes it. */
-const char *column_name(column_t column);
-/** Its unit: "V", "um", "A", "degC". */
-const char *column_unit(column_t column);
-
 /** Reads and checks a file. On success the caller frees *recording with recording_free. */
 bool recording_read(recording_t *recording, const char *path, failure_t *failure);
 
@@ -104,8 +87,9 @@ bool recording_write(const recording_t *recording, const char *path, failure_t *
 /** An empty recording of `samples` zeroed samples with drive and displacement. Further columns: recording_add_column.
  */
 void recording_create(recording_t *recording, const char *name, double sample_rate_hz, size_t samples);
-/** A copy with all its columns, keys and marks, but without what it may be a part of; free both. */
-void recording_copy(recording_t *copy, const recording_t *recording);
+/** A copy of so many samples from `first` on, with all its columns, keys and marks, but without what it may be a part
+ * of. They keep their times, and the drives before them (below). Free both. */
+void recording_copy(recording_t *copy, const recording_t *recording, size_t first, size_t samples);
 /** Adds a zeroed column unless it exists. Returns its values. */
 double *recording_add_column(recording_t *recording, column_t column);
 /** Adds a column without a meaning here. Of its name a safe one is made that no other column has. long_name: as its

@@ -5,7 +5,7 @@
 #include "base/output_file.h"
 #include "base/provenance.h"
 #include "base/shown_name.h"
-#include "recording/hdf5_text.h"
+#include "recording/table/hdf5_text.h"
 #include <hdf5.h>
 #include <hdf5_hl.h>
 #include <math.h>

@@ -2,11 +2,11 @@
 /* Reading a recording: lines, header, column names, numbers, time. Every message names the file and the line. */
 #include "base/provenance.h"
 #include "base/shown_name.h"
-#include "recording/decimal.h"
 #include "recording/import.h"
 #include "recording/recording.h"
 #include "recording/recording_hdf5.h"
-#include "recording/units.h"
+#include "recording/table/decimal.h"
+#include "recording/table/units.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -418,8 +418,8 @@ static void keep_further(reader_t *reader) {
     for (size_t i = 0; i < reader->columns; i++) {
         const further_t *further = &reader->further[i];
         if (further->numbers) {
-            char *unit = take_key(reader->recording, further->name, RECORDING_UNIT_KEY),
-                 *long_name = take_key(reader->recording, further->name, RECORDING_LONG_NAME_KEY);
+            char *unit = take_key(reader->recording, further->name, COLUMN_UNIT_KEY),
+                 *long_name = take_key(reader->recording, further->name, COLUMN_LONG_NAME_KEY);
             recording_add_extra(reader->recording, further->name, long_name, unit, further->value);
             free(unit);
             free(long_name);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Writing a recording: as CSV, or as HDF5 by the name of the file. */
 #include "base/output_file.h"
-#include "recording/decimal.h"
 #include "recording/recording.h"
 #include "recording/recording_hdf5.h"
+#include "recording/table/decimal.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -68,10 +68,10 @@ bool recording_write(const recording_t *recording, const char *path, failure_t *
     for (size_t i = 0; i < extras_written(recording); i++) {
         const recording_extra_t *extra = &recording->extra[i];
         if (extra->unit[0] != '\0') {
-            write_key(file, extra->name, RECORDING_UNIT_KEY, extra->unit);
+            write_key(file, extra->name, COLUMN_UNIT_KEY, extra->unit);
         }
         if (extra->long_name[0] != '\0') {
-            write_key(file, extra->name, RECORDING_LONG_NAME_KEY, extra->long_name);
+            write_key(file, extra->name, COLUMN_LONG_NAME_KEY, extra->long_name);
         }
     }
     fputc('t', file);

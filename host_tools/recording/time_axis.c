@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/time_axis.h"
-#include "recording/units.h"
+#include "recording/table/units.h"
 #include <gsl/gsl_interp.h>
 #include <math.h>
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #define TIME_AXIS_H
 
 #include "recording/recording.h"
-#include "recording/table.h"
+#include "recording/table/table.h"
 
 typedef struct {
     double sample_rate_hz, start_s;

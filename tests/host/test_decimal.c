@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Numbers are written as printf writes them and read as strtod reads them, to the last digit. */
 #include "random.h"
-#include "recording/decimal.h"
+#include "recording/table/decimal.h"
 #include "unity.h"
 #include <math.h>
 #include <stdio.h>

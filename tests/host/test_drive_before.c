@@ -74,7 +74,7 @@ static void test_a_part_keeps_its_past(void) {
     recording_set_key(&longer, "drive_before_v", "0, 140, -15, 120, 0");
     for (size_t i = 0; i < sizeof from / sizeof from[0]; i++) {
         double *all = malloc(longer.samples * sizeof *all), *alone = malloc(longer.samples * sizeof *alone);
-        recording_copy(&cut, &longer);
+        recording_copy(&cut, &longer, 0, longer.samples);
         TEST_ASSERT_TRUE_MESSAGE(recording_span(&cut, (double)from[i] / rate_hz, HUGE_VAL, &failure), failure.text);
         TEST_ASSERT_EQUAL_UINT64(longer.samples - from[i], cut.samples);
         TEST_ASSERT_TRUE_MESSAGE(chain_simulate(&model, &longer, 0, all, &failure), failure.text);

@@ -195,7 +195,7 @@ static void test_what_comes_out_of_a_lag_is_smooth(void) {
     recording.held_since = 1.0;
     TEST_ASSERT_TRUE(chain_simulate(&model, &recording, 0, position, &failure));
     TEST_ASSERT_TRUE(chain_simulate(&lag, &recording, 0, first, &failure));
-    recording_copy(&between, &recording);
+    recording_copy(&between, &recording, 0, recording.samples);
     between.held = false;
     for (size_t k = 0; k < SAMPLES; k++) {
         between.column[COLUMN_DRIVE][k] = first[k];
@@ -217,7 +217,7 @@ static void test_the_header_says_it(void) {
     } cases[] = {{NULL, 0.0, 0, 0}, {"0.000185", 0.37, 0, 0}, {"0.0005", 1.0, 0, 0}, {"0.0012", 0.4, 2, 2}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         recording_t read;
-        recording_copy(&read, &recording);
+        recording_copy(&read, &recording, 0, recording.samples);
         read.held = false;
         recording_set_key(&read, "drive_between_samples", "held");
         if (cases[i].after != NULL) {

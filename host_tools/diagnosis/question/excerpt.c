@@ -76,14 +76,16 @@ bool excerpt_window(const recording_t *recording, size_t length, size_t *first) 
     return most > 0;
 }
 
-static void mean_column(double *to, const double *from, size_t rows, size_t of) {
+/* Means of so many values, in their place; what they leave over is given back. */
+static double *mean_values(double *value, size_t rows, size_t of) {
     for (size_t k = 0; k < rows; k++) {
         double sum = 0.0;
         for (size_t i = 0; i < of; i++) {
-            sum += from[k * of + i];
+            sum += value[k * of + i];
         }
-        to[k] = sum / (double)of;
+        value[k] = sum / (double)of;
     }
+    return reallocate(value, rows, sizeof *value);
 }
 
 static void mean_mask(recording_t *part, const unsigned char *masked, size_t of) {
@@ -93,25 +95,34 @@ static void mean_mask(recording_t *part, const unsigned char *masked, size_t of)
     }
 }
 
-static void copy_part(const recording_t *whole, size_t first, size_t rows, size_t of, recording_t *part) {
-    const double later_s = ((double)first + 0.5 * (double)(of - 1)) / whole->sample_rate_hz;
-    recording_create(part, whole->name, whole->sample_rate_hz / (double)of, rows);
-    part->start_s = whole->start_s + later_s;
-    part->clock_s = whole->clock_s + (whole->clock_s != 0.0 ? later_s : 0.0);
+/* A mean of drives is what no converter held. */
+static void become_means(recording_t *part, size_t rows, size_t of) {
+    const double later_s = 0.5 * (double)(of - 1) / part->sample_rate_hz;
+    unsigned char *masked = part->masked;
+    part->samples = rows;
+    part->sample_rate_hz /= (double)of;
+    part->start_s += later_s;
+    part->clock_s += part->clock_s != 0.0 ? later_s : 0.0;
+    part->held = false;
+    part->steps = 0;
     for (column_t column = COLUMN_DRIVE; column < COLUMN_COUNT; column++) {
-        if (whole->column[column] != NULL) {
-            mean_column(recording_add_column(part, column), whole->column[column] + first, rows, of);
+        if (part->column[column] != NULL) {
+            part->column[column] = mean_values(part->column[column], rows, of);
         }
     }
-    for (size_t i = 0; i < whole->keys; i++) {
-        recording_set_key(part, whole->key[i].key, whole->key[i].value);
+    for (size_t i = 0; i < part->extras; i++) {
+        part->extra[i].value = mean_values(part->extra[i].value, rows, of);
     }
-    recording_move_before(part, whole->column[COLUMN_DRIVE], first);
-    if (whole->understood != NULL) {
-        part->understood = copy_text(whole->understood);
+    if (masked != NULL) {
+        mean_mask(part, masked, of);
+        free(masked);
     }
-    if (whole->masked != NULL) {
-        mean_mask(part, whole->masked + first, of);
+}
+
+static void copy_part(const recording_t *whole, size_t first, size_t rows, size_t of, recording_t *part) {
+    recording_copy(part, whole, first, rows * of);
+    if (of > 1) {
+        become_means(part, rows, of);
     }
 }
 

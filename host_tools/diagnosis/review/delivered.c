@@ -97,7 +97,7 @@ bool delivered_plain(const samples_t *samples, size_t plays, model_t *model) {
     }
     recording_t *moved = allocate(samples->count, sizeof *moved);
     for (size_t i = 0; i < samples->count; i++) {
-        recording_copy(&moved[i], &samples->recordings[i]);
+        recording_copy(&moved[i], &samples->recordings[i], 0, samples->recordings[i].samples);
     }
     for (size_t round = 1; good && round < ROUNDS; round++) {
         take_zeros(samples, model, moved);

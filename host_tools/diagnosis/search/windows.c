@@ -5,11 +5,8 @@
 
 static bool take_window(const recording_t *recording, size_t most, recording_t *window) {
     size_t first = 0;
-    recording_copy(window, recording);
     const bool good = recording->samples <= most || excerpt_window(recording, most, &first);
-    if (good && recording->samples > most) {
-        recording_keep(window, first, most);
-    }
+    recording_copy(window, recording, first, recording->samples < most ? recording->samples : most);
     return good;
 }
 

@@ -102,6 +102,8 @@ static void test_means_of_a_slow_drive(void) {
     make(&recording, 64000, 16000);
     recording.masked = allocate(64000, 1);
     recording.masked[9] = 1;
+    recording.held = true;
+    recording_add_extra(&recording, "lamp", "", "", recording.column[COLUMN_DISPLACEMENT]);
     excerpt(&recording, 1, 4000);
     TEST_ASSERT_EQUAL_UINT64(4000, recording.samples);
     TEST_ASSERT_EQUAL_UINT64(2, excerpt_mean_of(&recording)); /* half a period is 8000 */
@@ -109,8 +111,10 @@ static void test_means_of_a_slow_drive(void) {
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.0 + 0.5 / rate_hz, recording_time(&recording, 0.0));
     for (size_t k = 0; k < 4000; k++) {
         TEST_ASSERT_EQUAL_DOUBLE(2.0 * (double)k + 0.5, recording.column[COLUMN_DISPLACEMENT][k]);
+        TEST_ASSERT_EQUAL_DOUBLE(2.0 * (double)k + 0.5, recording.extra[0].value[k]);
         TEST_ASSERT_EQUAL_UINT8(k == 4, recording.masked[k]);
     }
+    TEST_ASSERT_FALSE(recording.held); /* means of held values are none */
     char text[EXCERPT_LINE];
     TEST_ASSERT_TRUE(excerpt_text(&recording, text));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "8000 of 64000 samples"), text);

@@ -3,9 +3,9 @@
 #ifndef TEXT_NAMES_H
 #define TEXT_NAMES_H
 
-#include "recording/table.h"
-#include "recording/text_fields.h"
-#include "recording/text_source.h"
+#include "recording/table/table.h"
+#include "recording/table/text_fields.h"
+#include "recording/table/text_source.h"
 
 typedef struct {
     dialect_t dialect;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/text_signs.h"
+#include "recording/table/text_signs.h"
 #include <ctype.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/units.h"
+#include "recording/table/units.h"
 #include <ctype.h>
 #include <stddef.h>
 #include <stdio.h>

@@ -3,8 +3,8 @@
 #ifndef TEXT_HEADER_H
 #define TEXT_HEADER_H
 
-#include "recording/table.h"
-#include "recording/units.h"
+#include "recording/table/table.h"
+#include "recording/table/units.h"
 
 enum { TEXT_FIELD = UNIT_FIELD };
 

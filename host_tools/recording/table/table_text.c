@@ -4,14 +4,14 @@
  * sign are those that give the most columns of numbers in lines from the whole file. The data begin where lines of that
  * shape begin; above them are names, units and facts.
  */
-#include "recording/decimal.h"
-#include "recording/table.h"
-#include "recording/text_fields.h"
-#include "recording/text_header.h"
-#include "recording/text_igor.h"
-#include "recording/text_names.h"
-#include "recording/text_signs.h"
-#include "recording/text_source.h"
+#include "recording/table/decimal.h"
+#include "recording/table/table.h"
+#include "recording/table/text_fields.h"
+#include "recording/table/text_header.h"
+#include "recording/table/text_igor.h"
+#include "recording/table/text_names.h"
+#include "recording/table/text_signs.h"
+#include "recording/table/text_source.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

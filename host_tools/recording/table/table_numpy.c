@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* NumPy's .npy, format versions 1 to 3, and .npz by libzip. The header is a Python literal with three known keys. */
-#include "recording/table.h"
+#include "recording/table/table.h"
 #include <ctype.h>
 #include <errno.h>
 #include <limits.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* MATLAB files of version 5, by libmatio: arrays of numbers, in structures, too. */
-#include "recording/table.h"
+#include "recording/table/table.h"
 #include <matio.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
  * 2^(q + d). For the numbers of recordings that is a product below 2^128 and a shift to the right. The digits shifted
  * out say how to round: to nearest, halves to even, as printf does. What lies outside of that is left to printf.
  */
-#include "recording/decimal.h"
+#include "recording/table/decimal.h"
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>

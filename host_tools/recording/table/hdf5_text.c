@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #define H5_USE_110_API /* the interface that Debian 12 has; later ones keep it */
-#include "recording/hdf5_text.h"
+#include "recording/table/hdf5_text.h"
 #include <string.h>
 
 void hdf5_read_text(hid_t object, const char *name, char *text, size_t room) {

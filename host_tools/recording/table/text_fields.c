@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/text_fields.h"
-#include "recording/decimal.h"
-#include "recording/units.h"
+#include "recording/table/text_fields.h"
+#include "recording/table/decimal.h"
+#include "recording/table/units.h"
 #include <ctype.h>
 #include <math.h>
 #include <string.h>

@@ -18,7 +18,9 @@
 #ifndef TABLE_H
 #define TABLE_H
 
-#include "recording/recording.h"
+#include "base/failure.h"
+#include "recording/table/column.h"
+#include <stdbool.h>
 #include <stddef.h>
 
 typedef struct {

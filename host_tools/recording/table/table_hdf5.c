@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* HDF5, which MATLAB 7.3 files are, too: every data set of numbers with one or two dimensions. */
 #define H5_USE_110_API /* the interface that Debian 12 has; later ones keep it */
-#include "recording/hdf5_text.h"
-#include "recording/table.h"
+#include "recording/table/hdf5_text.h"
+#include "recording/table/table.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/text_names.h"
-#include "recording/decimal.h"
-#include "recording/text_header.h"
+#include "recording/table/text_names.h"
+#include "recording/table/decimal.h"
+#include "recording/table/text_header.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

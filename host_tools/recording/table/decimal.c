@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/decimal.h"
+#include "recording/table/decimal.h"
 #include <ctype.h>
 #include <math.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/table.h"
+#include "recording/table/table.h"
 #include "base/shown_name.h"
-#include "recording/units.h"
+#include "recording/table/units.h"
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/text_header.h"
-#include "recording/decimal.h"
-#include "recording/units.h"
+#include "recording/table/text_header.h"
+#include "recording/table/decimal.h"
+#include "recording/table/units.h"
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -159,8 +159,8 @@ void text_find_further(table_t *table, const char *const *line, size_t lines) {
             known = known || strcmp(column->written, column_name(role)) == 0; /* text_find_role_units */
         }
         for (size_t i = 0; i < lines && !known; i++) {
-            char *unit = further_key(line[i], column->written, RECORDING_UNIT_KEY);
-            char *origin = unit == NULL ? further_key(line[i], column->written, RECORDING_LONG_NAME_KEY) : NULL;
+            char *unit = further_key(line[i], column->written, COLUMN_UNIT_KEY);
+            char *origin = unit == NULL ? further_key(line[i], column->written, COLUMN_LONG_NAME_KEY) : NULL;
             if (unit != NULL || origin != NULL) {
                 take_over(&column->name, copy_text(column->written));
                 take_over(unit != NULL ? &column->unit : &column->origin, unit != NULL ? unit : origin);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/text_source.h"
+#include "recording/table/text_source.h"
 #include <errno.h>
 #include <iconv.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/text_igor.h"
-#include "recording/decimal.h"
-#include "recording/units.h"
+#include "recording/table/text_igor.h"
+#include "recording/table/decimal.h"
+#include "recording/table/units.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

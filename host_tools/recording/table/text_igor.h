@@ -3,7 +3,7 @@
 #ifndef TEXT_IGOR_H
 #define TEXT_IGOR_H
 
-#include "recording/table.h"
+#include "recording/table/table.h"
 
 /** From lines such as `X SetScale/P x 0,0.001,"s", drive; SetScale y 0,0,"V", drive`: interval and start of the table,
  * and units of the columns that have none. */
