@@ -143,9 +143,9 @@ static void test_free_run_follows_long_double(void) {
 static hyst_q28_t steepest_of(const hyst_modified_play_t *model) {
     hyst_q28_t steepest = 0;
     for (uint32_t down = 0; down < 2U; down++) {
-        for (uint32_t zone = 0; zone < model->parameters.divisions + 2U; zone++) {
-            for (uint32_t row = 0; row < model->parameters.divisions; row++) {
-                const hyst_q28_t slope = model->branch[down][zone][row];
+        for (uint32_t zone = 0; zone <= model->parameters.divisions; zone++) {
+            for (uint32_t row = 0; row < model->parameters.divisions && row <= zone + 1U; row++) {
+                const hyst_q28_t slope = model->branch[down][HYST_MODIFIED_PLAY_ZONE(zone) + row];
                 steepest = slope > steepest ? slope : steepest;
             }
         }

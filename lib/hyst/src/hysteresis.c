@@ -86,11 +86,11 @@ bool hyst_hysteresis_carry(const hyst_hysteresis_t *from, const hyst_hysteresis_
         return hyst_pi_carry(&from->prandtl_ishlinskii, &from_state->prandtl_ishlinskii, &to->prandtl_ishlinskii,
                              &to_state->prandtl_ishlinskii, carried);
     }
-    if (to->family == HYST_FAMILY_PREISACH) {
-        return hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach, carried);
-    }
     if (to->family == HYST_FAMILY_BOUC_WEN) {
         return hyst_bouc_wen_carry(&from->bouc_wen, &from_state->bouc_wen, &to->bouc_wen, &to_state->bouc_wen, carried);
+    }
+    if (to->family == HYST_FAMILY_PREISACH) {
+        return hyst_preisach_carry(&from->preisach, &from_state->preisach, &to->preisach, &to_state->preisach, carried);
     }
     hyst_modified_play_carry(&from->modified_play, &from_state->modified_play, &to->modified_play,
                              &to_state->modified_play);

@@ -73,29 +73,44 @@ static int64_t known_of(const hyst_modified_play_t *model, const hyst_modified_p
     return sum + hyst_round_shift(in_phase + ahead, 3); /* Q62, sum of all |A| <= 1: within 2^62 */
 }
 
-/* Share in H of a play whose row has these cells, Q59. width: 2 pitch, below 2^31, as rows are there from two divisions
- * on. */
-static inline int64_t share_of_row(const int64_t base[], const hyst_q28_t slope[], hyst_q31_t play, uint32_t cells,
-                                   uint32_t width) {
-    const hyst_q31_t end = (hyst_q31_t)(cells * (width / 2U)); /* 1 - r_i: the cells cover -end .. end */
-    const uint32_t above = (uint32_t)hyst_clamp(play, -end, end) + (uint32_t)end; /* 0 .. 2^32 - 2 */
-    const uint32_t along = above / width;
-    const uint32_t cell = along < cells ? along : cells - 1U;
-    return base[cell] + hyst_product(slope[cell], (int32_t)(above - cell * width)); /* 0 .. width */
+/* A reach (see hyst_modified_play_t): its zone's entry in the tables, without rows, and how far it is into the zone. */
+typedef struct {
+    uint32_t entry;
+    hyst_q31_t inset; /* below 2 pitch: behind all columns there are N units at most */
+} spot_t;
+
+/* Of models with rows: with one division 2 pitch is nearly 2^32. */
+static HYST_WITHIN spot_t spot_of(const hyst_modified_play_t *model, uint32_t reach) {
+    const uint32_t width = 2U * (uint32_t)model->pitch;
+    const uint32_t along = reach / width;
+    const uint32_t zone = along < model->parameters.divisions ? along : model->parameters.divisions;
+    return (spot_t){.entry = HYST_MODIFIED_PLAY_ZONE(zone), .inset = (hyst_q31_t)(reach - zone * width)};
 }
 
-/* H of these plays, Q59. */
-static int64_t share_of(const hyst_modified_play_t *model, const hyst_q31_t play[]) {
-    const uint32_t width = 2U * (uint32_t)model->pitch;
-    const int64_t *base = model->base;
-    const hyst_q28_t *slope = model->parameters.slope;
+/* 2A reach (going down: -2A reach) and the share of the first `rows` rows, for a reach that carries them. Q59 */
+static HYST_WITHIN int64_t level_at(const hyst_modified_play_t *model, int outward, spot_t spot, uint32_t rows) {
+    const unsigned down = outward > 0 ? 0 : 1;
+    return model->level[down][spot.entry + rows] +
+           hyst_product(model->branch[down][spot.entry + rows], outward * spot.inset);
+}
+
+/* The reach that begins to carry a row. 0 .. 2^32 - 1, as |p| + r <= 2^31. */
+static HYST_WITHIN uint32_t corner_of(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
+                                      int outward, uint32_t row) {
+    return (uint32_t)(outward * state->play[row]) + (model->parameters.divisions + row + 1U) * (uint32_t)model->pitch;
+}
+
+/* The shares of all plays. What the tables have for a row more is that row's share, if the drive's part is the same. */
+static void sum_shares(const hyst_modified_play_t *model, hyst_modified_play_state_t *state) {
     int64_t sum = 0;
-    for (uint32_t cells = rows_of(model); cells > 0; cells--) {
-        sum += share_of_row(base, slope, *play++, cells, width);
-        base += cells;
-        slope += cells;
+    state->share[rows_of(model)] = 0;
+    for (uint32_t row = rows_of(model); row-- > 0;) {
+        const spot_t spot = spot_of(model, corner_of(model, state, 1, row));
+        const int64_t *const level = &model->level[0][spot.entry + row];
+        const hyst_q28_t *const branch = &model->branch[0][spot.entry + row];
+        sum += level[1] - level[0] + hyst_product(branch[1] - branch[0], spot.inset); /* the slope of its cell */
+        state->share[row] = sum;
     }
-    return sum;
 }
 
 /* Q59 to a signal, halves away from zero: C divides towards zero. divisor > 0; |x| < 1.8 * 2^62. */
@@ -120,11 +135,12 @@ void hyst_modified_play_reset(const hyst_modified_play_t *model, hyst_modified_p
     for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_FEEDBACK; i++) {
         bracket -= p->feedback[i];
     }
-    state->share = share_of(model, state->play);
+    sum_shares(model, state);
     const int64_t sum =
-        hyst_product(p->offset, HYST_Q28_ONE) + hyst_product(p->direct, drive) + state->share; /* < 2^62 */
+        hyst_product(p->offset, HYST_Q28_ONE) + hyst_product(p->direct, drive) + state->share[0]; /* < 2^62 */
+    const hyst_q31_t position = hyst_saturate(divide(sum, bracket));
     for (uint32_t i = 0; i < HYST_MODIFIED_PLAY_FEEDBACK; i++) {
-        state->position[i] = hyst_saturate(divide(sum, bracket));
+        state->position[i] = position;
     }
     state->remainder = 0;
     state->drive = drive;
@@ -132,31 +148,54 @@ void hyst_modified_play_reset(const hyst_modified_play_t *model, hyst_modified_p
     hyst_modified_play_set_phase(model, state, p->phase);
 }
 
-/* All plays, and their share. A bound that saturates does not bind: the play is within the range. */
-static inline void move_plays(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, hyst_q31_t drive) {
+/*
+ * A reach that carries the first row. By nesting, the rows that it carries are the first ones. The others keep their
+ * share, and of these the table has it.
+ */
+static HYST_WITHIN void carry_rows(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, int outward,
+                                   uint32_t reach) {
+    const uint32_t all = rows_of(model);
     const hyst_q31_t pitch = model->pitch;
-    const int64_t *base = model->base;
-    const hyst_q28_t *slope = model->parameters.slope;
-    hyst_q31_t low = hyst_saturate(drive - widening(model, state, 1));
-    hyst_q31_t high = hyst_saturate(drive + widening(model, state, -1));
-    hyst_q31_t *play = state->play;
-    int64_t sum = 0;
-    for (uint32_t cells = rows_of(model); cells > 0; cells--) {
-        low = hyst_subtract(low, pitch); /* less r_i */
-        high = hyst_add(high, pitch);
-        *play = hyst_clamp(*play, low, high);
-        sum += share_of_row(base, slope, *play++, cells, 2U * (uint32_t)pitch);
-        base += cells;
-        slope += cells;
+    hyst_q31_t *const play = state->play;
+    /* Where the next row is carried to, outward. It is above where the last one stood, less the pitch: -2^31 or more.
+     */
+    hyst_q31_t to = (hyst_q31_t)(reach - (model->parameters.divisions + 1U) * (uint32_t)pitch);
+    uint32_t rows = 0;
+    do {
+        play[rows++] = outward * to;
+        to -= pitch;
+    } while (rows < all && outward * play[rows] < to);
+    const spot_t spot = spot_of(model, reach);
+    const int64_t sum = state->share[rows] + level_at(model, outward, spot, rows);
+    for (uint32_t row = 0; row < rows; row++) {
+        state->share[row] = sum - level_at(model, outward, spot, row);
     }
-    state->share = sum;
+}
+
+/* At most one of both directions carries anything: the widening is not negative. */
+static inline void move_plays(const hyst_modified_play_t *model, hyst_modified_play_state_t *state, hyst_q31_t drive) {
+    if (rows_of(model) == 0) {
+        return;
+    }
+    const int64_t ahead = (int64_t)drive - state->play[0];
+    if (ahead > model->pitch) {
+        const int64_t beyond = ahead - model->pitch - widening(model, state, 1);
+        if (beyond > 0) {
+            carry_rows(model, state, 1, corner_of(model, state, 1, 0) + (uint32_t)beyond);
+        }
+    } else if (-ahead > model->pitch) {
+        const int64_t beyond = -ahead - model->pitch - widening(model, state, -1);
+        if (beyond > 0) {
+            carry_rows(model, state, -1, corner_of(model, state, -1, 0) + (uint32_t)beyond);
+        }
+    }
 }
 
 HYST_APART void hyst_modified_play_advance(const hyst_modified_play_t *model, hyst_modified_play_state_t *state,
                                            hyst_q31_t drive) {
     const hyst_modified_play_parameters_t *p = &model->parameters;
     move_plays(model, state, drive);
-    const int64_t sum = state->known + hyst_product(p->direct, drive) + state->share;
+    const int64_t sum = state->known + hyst_product(p->direct, drive) + state->share[0];
     const int64_t rounded = hyst_round_shift(sum, 28);
     state->position[2] = state->position[1];
     state->position[1] = state->position[0];
@@ -174,65 +213,46 @@ hyst_q31_t hyst_modified_play_output(const hyst_modified_play_t *model, const hy
     return state->position[0];
 }
 
-/* No column or row lies farther out. */
-#define NOTHING UINT32_MAX
-
 /*
- * Outward from where the drive begins to carry the first play. Lengths are measured outward (times +1 or -1) and
- * without the widening, so that up and down are one walk. The play i begins to move at outward p_i + r_i, which rises
- * with i (nesting), and columns begin at (2 j - N) / N. `remaining` > 0 is what the output has left to go. Returns
- * where that is used up, or 2^32 further than where the last step began if it is more. At most 2 N steps: each passes a
- * column or takes up a row.
+ * The reach at which 2A reach + H (going down: -2A reach + H) is `goal`, which lies beyond the first row's corner. 2^32
+ * further than its zone begins, or more: out of the range. At a corner the row that is taken up still stands where it
+ * stood, so H there is the share of the rows within, carried, and that of the memory from this row on. By nesting,
+ * corners lie further out from row to row, and by slopes > 0, so do levels. From the last corner that is passed, a zone
+ * or two begin before the next, and between them all is straight.
  *
- * All places are within -1 .. 1 (|p_i| + r_i <= 1), so distances are below 2^32 - 1.
+ * Outward, in units of 2^59: levels with their shares are -2 .. 10 (2A <= 4), the goal is between that of the first
+ * corner and 12. So differences fit.
  */
-static int64_t walk(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state, int outward,
-                    uint64_t remaining) {
-    const uint32_t divisions = model->parameters.divisions;
-    const uint32_t pitch = (uint32_t)model->pitch;
-    const hyst_q31_t *play = state->play;
-    const hyst_q31_t *const last_play = play + rows_of(model) - 1U;
-    const int64_t start = (int64_t)outward * *play + model->pitch;
-    const int64_t beyond = start + (int64_t)divisions * model->pitch; /* the beginning of column 0 */
-    uint32_t zone = beyond < 0 ? 0U : (uint32_t)beyond / (2U * pitch) + 1U;
-    zone = zone < divisions + 1U ? zone : divisions + 1U; /* the last zone, behind all columns */
-    uint32_t columns = divisions + 1U - zone;             /* that begin farther out */
-    const hyst_q28_t *slope = &model->branch[outward > 0 ? 0 : 1][zone][1];
-    uint32_t to_column = columns > 0 ? (uint32_t)((int64_t)zone * 2 * model->pitch - beyond) : NOTHING;
-    uint32_t to_row = 0;
-    uint32_t travelled = 0;
-#define NEXT_ROW()                                                                                                     \
-    (play < last_play ? (play++, pitch + (uint32_t)outward * ((uint32_t)play[0] - (uint32_t)play[-1])) : NOTHING)
-    to_row = NEXT_ROW();
-    for (;;) {
-        const uint32_t step = to_column < to_row ? to_column : to_row;
-        const uint64_t change = (uint64_t)(uint32_t)*slope * step;
-        if (change >= remaining || step == NOTHING) {
-            return start + travelled + (int64_t)hyst_divide_once(remaining + (uint32_t)*slope / 2U, (uint32_t)*slope);
-        }
-        remaining -= change;
-        travelled += step;
-        const bool takes_up = to_row == step;
-        if (to_column == step) {
-            slope += HYST_MODIFIED_PLAY_MAX_ROWS + 1;
-            columns--;
-            to_column = columns > 0 ? 2U * pitch : NOTHING;
-        } else if (to_column != NOTHING) {
-            to_column -= step;
-        }
-        if (takes_up) {
-            slope++;
-            to_row = NEXT_ROW();
-        } else if (to_row != NOTHING) {
-            to_row -= step;
+static HYST_WITHIN int64_t reach_of(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
+                                    int outward, int64_t goal) {
+    const uint32_t all = rows_of(model);
+    const unsigned down = outward > 0 ? 0 : 1;
+    uint32_t row = 0;
+    for (uint32_t step = (HYST_MODIFIED_PLAY_MAX_ROWS + 1) / 2; step > 0; step /= 2U) {
+        const uint32_t next = row + step;
+        if (next < all) {
+            const spot_t spot = spot_of(model, corner_of(model, state, outward, next));
+            const int64_t there = level_at(model, outward, spot, next) + state->share[next];
+            row = outward > 0 ? (there < goal ? next : row) : (there > goal ? next : row);
         }
     }
-#undef NEXT_ROW
+    const uint32_t width = 2U * (uint32_t)model->pitch;
+    const uint32_t along = corner_of(model, state, outward, row) / width;
+    uint32_t zone = along < model->parameters.divisions ? along : model->parameters.divisions;
+    const int64_t *level = &model->level[down][row + 1U];
+    goal -= state->share[row + 1U];
+    while (zone < model->parameters.divisions && outward * (goal - level[HYST_MODIFIED_PLAY_ZONE(zone + 1U)]) > 0) {
+        zone++;
+    }
+    const uint32_t entry = HYST_MODIFIED_PLAY_ZONE(zone);
+    const uint32_t slope = (uint32_t)model->branch[down][entry + row + 1U];
+    const uint64_t left = (uint64_t)(outward * (goal - level[entry]));
+    return (int64_t)zone * width + (int64_t)hyst_divide_once(left + slope / 2U, slope);
 }
 
 /* What 2A u has to be at the next sample while no play moves, Q59. */
 static int64_t goal_of(const hyst_modified_play_state_t *state, hyst_q31_t position) {
-    return hyst_product(position, HYST_Q28_ONE) - state->known - state->share;
+    return hyst_product(position, HYST_Q28_ONE) - state->known - state->share[0];
 }
 
 /* As divide, or 2^32 and its sign where that is more. divisor: 32 bits. */
@@ -249,23 +269,34 @@ static hyst_q31_t within_range(int64_t drive, bool *saturated) {
     return hyst_saturate(drive);
 }
 
+/* True if the position lies where a drive outward carries plays. *drive is that drive, in the range or out of it. */
+static HYST_WITHIN bool solve_outward(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
+                                      int outward, int64_t rest, int64_t *drive) {
+    const hyst_q28_t direct = model->parameters.direct;
+    /* Where the drive begins to carry the first play. Out of the range it carries none. */
+    const int64_t from_reach = widening(model, state, outward) - (int64_t)model->parameters.divisions * model->pitch;
+    const int64_t corner = outward * (corner_of(model, state, outward, 0) + from_reach);
+    if (corner < HYST_Q31_MIN || corner > HYST_Q31_MAX) {
+        return false;
+    }
+    if (outward * (rest - direct * corner) <= 0) { /* |direct u| <= 2^61, counted in the 1.7 */
+        return false;
+    }
+    const int64_t goal = rest + state->share[0] - outward * direct * from_reach; /* |from_reach| <= 2^31, as corner */
+    *drive = outward * (reach_of(model, state, outward, goal) + from_reach);
+    return true;
+}
+
 HYST_APART hyst_q31_t hyst_modified_play_solve(const hyst_modified_play_t *model,
                                                const hyst_modified_play_state_t *state, hyst_q31_t position,
                                                bool *saturated) {
-    const hyst_q28_t direct = model->parameters.direct;
     const int64_t rest = goal_of(state, position);
-    for (int outward = -1; outward <= 1 && rows_of(model) > 0; outward += 2) {
-        /* Where the drive begins to carry the first play. Out of the range it carries none. */
-        const int64_t growth = widening(model, state, outward);
-        const int64_t corner = outward * ((int64_t)outward * state->play[0] + model->pitch + growth);
-        if (corner >= HYST_Q31_MIN && corner <= HYST_Q31_MAX) {
-            const int64_t remaining = outward * (rest - direct * corner); /* |direct u| <= 2^61, counted in the 1.7 */
-            if (remaining > 0) {
-                return within_range(outward * (walk(model, state, outward, (uint64_t)remaining) + growth), saturated);
-            }
-        }
+    int64_t drive = 0;
+    if (rows_of(model) == 0 ||
+        (!solve_outward(model, state, 1, rest, &drive) && !solve_outward(model, state, -1, rest, &drive))) {
+        drive = quotient(rest, model->parameters.direct);
     }
-    return within_range(quotient(rest, direct), saturated);
+    return within_range(drive, saturated);
 }
 
 hyst_q31_t hyst_modified_play_direct_inverse(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
@@ -287,33 +318,47 @@ hyst_q31_t hyst_modified_play_inverse(const hyst_modified_play_t *model, hyst_mo
     return drive;
 }
 
-/* The old plays as a curve over the threshold, straight between them, from the drive at 0. */
-static int64_t read_curve(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state, hyst_q31_t at) {
+/* The old plays as a curve over the threshold, straight between them, from the drive at 0. The pitch's reciprocal. */
+static HYST_WITHIN hyst_q31_t read_curve(const hyst_modified_play_t *model, const hyst_modified_play_state_t *state,
+                                         hyst_q31_t at, uint32_t reciprocal) {
     const uint32_t rows = rows_of(model);
-    const uint32_t below = (uint32_t)(at / model->pitch);
-    const int64_t low = below > 0 ? state->play[(below < rows ? below : rows) - 1U] : state->drive;
+    const uint32_t pitch = (uint32_t)model->pitch;
+    const uint32_t below = (uint32_t)at / pitch;
     if (below >= rows) {
-        return rows > 0 ? low : state->drive;
+        return rows > 0 ? state->play[rows - 1U] : state->drive;
     }
-    const int64_t beyond = at - (int64_t)below * model->pitch; /* < pitch <= 2^31; the product is below 2^63 */
-    return low + (state->play[below] - low) * beyond / model->pitch;
+    const hyst_q31_t near = below > 0 ? state->play[below - 1U] : state->drive;
+    const hyst_q31_t far = state->play[below];
+    const uint32_t beyond = (uint32_t)at - below * pitch; /* < pitch */
+    /* Distances are below 2^32, and a part of one is no farther than the whole: what it leads to fits. */
+    const uint32_t whole = far < near ? (uint32_t)near - (uint32_t)far : (uint32_t)far - (uint32_t)near;
+    uint32_t rest;
+    const uint32_t part = hyst_divide((uint64_t)whole * beyond, pitch, reciprocal, &rest);
+    return (hyst_q31_t)(far < near ? (uint32_t)near - part : (uint32_t)near + part);
 }
 
-void hyst_modified_play_carry(const hyst_modified_play_t *from, const hyst_modified_play_state_t *from_state,
-                              const hyst_modified_play_t *to, hyst_modified_play_state_t *to_state) {
-    *to_state = *from_state;
-    const bool same_rows = from->parameters.divisions == to->parameters.divisions;
-    for (uint32_t row = same_rows ? 0 : rows_of(to); row-- > 0;) {
-        /* A play can be displaced as far as |p| + r <= 1, and from the next outer one by the pitch: nesting. */
-        const hyst_q31_t r = threshold(to, row);
-        const hyst_q31_t farthest = HYST_Q31_MAX - r;
-        hyst_q31_t play = hyst_clamp(hyst_saturate(read_curve(from, from_state, r)), -farthest, farthest);
-        if (row + 1U < rows_of(to)) {
-            const hyst_q31_t outer = to_state->play[row + 1U];
-            play = hyst_clamp(play, hyst_subtract(outer, to->pitch), hyst_add(outer, to->pitch));
-        }
+static HYST_WITHIN void read_plays(const hyst_modified_play_t *from, const hyst_modified_play_state_t *from_state,
+                                   const hyst_modified_play_t *to, hyst_modified_play_state_t *to_state) {
+    const uint32_t reciprocal = hyst_reciprocal((uint32_t)from->pitch);
+    hyst_q31_t r = threshold(to, rows_of(to)) - to->pitch;
+    /* A play can be displaced as far as |p| + r <= 1, and from the next outer one by the pitch: nesting. */
+    hyst_q31_t high = HYST_Q31_MAX - r;
+    hyst_q31_t low = -high;
+    for (uint32_t row = rows_of(to); row-- > 0;) {
+        const hyst_q31_t play = hyst_clamp(read_curve(from, from_state, r, reciprocal), low, high);
         to_state->play[row] = play;
+        low = play - to->pitch; /* |p| + pitch <= 1, as r is the pitch or more */
+        high = play + to->pitch;
+        r -= to->pitch;
     }
-    to_state->share = share_of(to, to_state->play);
+}
+
+HYST_APART void hyst_modified_play_carry(const hyst_modified_play_t *from, const hyst_modified_play_state_t *from_state,
+                                         const hyst_modified_play_t *to, hyst_modified_play_state_t *to_state) {
+    *to_state = *from_state;
+    if (from->parameters.divisions != to->parameters.divisions) {
+        read_plays(from, from_state, to, to_state);
+    }
+    sum_shares(to, to_state);
     hyst_modified_play_set_phase(to, to_state, from_state->phase);
 }

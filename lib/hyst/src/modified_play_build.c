@@ -118,29 +118,35 @@ static hyst_modified_play_status_t check_branches(const hyst_modified_play_param
     return status;
 }
 
+/* Share of row i in H where its play is at the lower end of cell `cell`, or at the upper end of the last. Q59, in all
+ * rows together within 2^60. */
+static int64_t share_at(const hyst_modified_play_parameters_t *p, hyst_q31_t pitch, uint32_t row, uint32_t cell) {
+    const hyst_q28_t *slope = p->slope + row_begin(p->divisions, row);
+    int64_t share = 0;
+    for (uint32_t i = 0; i < p->divisions - row; i++) {
+        const int64_t weight = hyst_product(slope[i], pitch);
+        share += i < cell ? weight : -weight;
+    }
+    return share;
+}
+
 static void fill_tables(hyst_modified_play_t *model) {
     const hyst_modified_play_parameters_t *p = &model->parameters;
     const uint32_t n = p->divisions;
     for (uint32_t down = 0; down < 2U; down++) {
-        for (uint32_t zone = 0; zone < n + 2U; zone++) { /* zone 0 and n + 1 lie outside the columns */
-            hyst_q28_t *branch = model->branch[down][zone];
+        for (uint32_t zone = 0; zone <= n; zone++) {
+            int64_t *level = model->level[down] + HYST_MODIFIED_PLAY_ZONE(zone);
+            hyst_q28_t *branch = model->branch[down] + HYST_MODIFIED_PLAY_ZONE(zone);
+            const int64_t carried = hyst_product(p->direct, model->pitch) * 2 * zone; /* below 2^62 */
+            level[0] = down != 0 ? -carried : carried;
             branch[0] = p->direct;
-            for (uint32_t row = 1; row < n; row++) {
+            for (uint32_t row = 1; row < n && row <= zone + 1U; row++) {
                 uint32_t cell = 0;
-                const bool within = zone >= 1U && zone <= n && cell_of(n, down != 0, zone - 1U, row, &cell);
+                const bool within = zone < n && cell_of(n, down != 0, zone, row, &cell);
                 branch[row] = branch[row - 1U] + (within ? p->slope[cell] : 0); /* accepted: 2^16 .. 2^30 */
+                const uint32_t passed = zone > row ? zone - row : 0;            /* cells, n - row at most */
+                level[row] = level[row - 1U] + share_at(p, model->pitch, row, down != 0 ? n - row - passed : passed);
             }
-        }
-    }
-    for (uint32_t row = 1; row < n; row++) {
-        const uint32_t begin = row_begin(n, row);
-        int64_t share = 0; /* all ramps at -1: minus the sum of the weights, |.| <= 2^60 */
-        for (uint32_t cell = begin; cell < begin + n - row; cell++) {
-            share -= hyst_product(p->slope[cell], model->pitch);
-        }
-        for (uint32_t cell = begin; cell < begin + n - row; cell++) {
-            model->base[cell] = share;
-            share += 2 * hyst_product(p->slope[cell], model->pitch);
         }
     }
 }

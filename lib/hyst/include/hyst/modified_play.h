@@ -20,8 +20,9 @@
  * are common to all rows), so a rising drive begins to carry row 1, then row 2 and so on. As r_i and the cells share
  * one grid of 1 / N, the rows that are carried pass from cell to cell at the same drives. The slope between two such
  * events is one of N x N sums of omega for rising and as many for falling drives; all positive makes y a rising
- * function of u. The solver walks from event to event, at most 2 N of them, and divides once. Forward after inverse is
- * the identity up to the rounding of u (half a unit, times the slope) and of y (half a unit):
+ * function of u. What 2A u + H is at such an event is a sum as well: over the rows that are carried one of a table,
+ * over the others one of the memory. So the solver finds the last row that is carried by bisection, and divides once.
+ * Forward after inverse is the identity up to the rounding of u (half a unit, times the slope) and of y (half a unit):
  * tests/unit/test_modified_play.c.
  *
  * Why the inverse is stable. Its y history is the reference: a sum of past references, which cannot diverge. What feeds
@@ -43,7 +44,7 @@
  * Formats: drive, position, plays Q31; coefficients Q28, slopes omega N Q28; alpha, beta Q20 samples; q Q30.
  * Preconditions: a hyst_modified_play_t that hyst_modified_play_build accepted. Total for such a model and any input.
  * May be called from: interrupt, main loop, host (hyst_modified_play_build: not per sample). Reentrant; the caller owns
- * model and state. Cost per call goes with N.
+ * model and state. Cost per call goes with the rows that move.
  */
 #ifndef HYST_MODIFIED_PLAY_H
 #define HYST_MODIFIED_PLAY_H
@@ -82,14 +83,27 @@ typedef struct {
     uint32_t phase_step; /**< f dt in turns / 2^32 */
 } hyst_modified_play_parameters_t;
 
-/** Coefficients. Written by hyst_modified_play_build only; constant afterwards. */
+/** Where the entries of zone z begin in the tables of a model: zone z has those of m = 0..z + 1 rows, m < N. */
+#define HYST_MODIFIED_PLAY_ZONE(zone) ((zone) * ((zone) + 3U) / 2U)
+#define HYST_MODIFIED_PLAY_ENTRIES                                                                                     \
+    (HYST_MODIFIED_PLAY_ZONE((unsigned)HYST_MODIFIED_PLAY_MAX_DIVISIONS) + HYST_MODIFIED_PLAY_MAX_DIVISIONS)
+
+/**
+ * Coefficients. Written by hyst_modified_play_build only; constant afterwards.
+ *
+ * The tables are for a drive that carries the first m rows. Its reach is how far it has come in its direction, less
+ * what widens the plays, counted from -N pitch: u - alpha |v| + N pitch going up [0], -u - beta |v| + N pitch going
+ * down [1]. Zone z < N begins at 2 z pitch and is column z in that direction, zone N is behind all columns. As row m
+ * ends at 1 - r_m, it is carried in zones m - 1 (within N units of the end), m and so on: entry
+ * HYST_MODIFIED_PLAY_ZONE(z) + m.
+ */
 typedef struct {
     hyst_modified_play_parameters_t parameters;
-    hyst_q31_t pitch;                           /**< 1 / N, rounded down: r_i = i pitch */
-    int64_t base[HYST_MODIFIED_PLAY_MAX_CELLS]; /**< share of row i at the lower end of cell j, Q59, sums below 2^60 */
-    /** Slope going up [0] or down [1], with the drive left of all columns, in column 0.. or right of them (counted in
-     * the direction of travel), and the first m rows moving. */
-    hyst_q28_t branch[2][HYST_MODIFIED_PLAY_MAX_DIVISIONS + 2][HYST_MODIFIED_PLAY_MAX_ROWS + 1];
+    hyst_q31_t pitch; /**< 1 / N, rounded down: r_i = i pitch */
+    /** 2A reach (going down: -2A reach) and the share of the first m rows in H, where the zone begins. Q59, below 2^62
+     * + 2^60 */
+    int64_t level[2][HYST_MODIFIED_PLAY_ENTRIES];
+    hyst_q28_t branch[2][HYST_MODIFIED_PLAY_ENTRIES]; /**< slope of y over u in that zone */
 } hyst_modified_play_t;
 
 /** Memory. */
@@ -100,8 +114,9 @@ typedef struct {
     hyst_q31_t drive;                                 /**< u[k] */
     hyst_q30_t rate;                                  /**< v[k], |v| <= 2 */
     uint32_t phase;                                   /**< theta[k], see hyst_modified_play_set_phase */
-    int64_t share;                                    /**< H[u[k]], Q59 */
     int64_t known;                                    /**< all of y[k+1] but 2A u + H, Q59 */
+    /** What the rows behind the first m have in H[u[k]], Q59: [0] is H, [N - 1] is 0; behind that, nothing is said. */
+    int64_t share[HYST_MODIFIED_PLAY_MAX_ROWS + 1];
 } hyst_modified_play_state_t;
 
 /** Why a model is refused. Values are part of the Modbus interface: append only. */
