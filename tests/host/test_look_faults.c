@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Each fault of a recording, put into clean recordings of three drives, is found with its numbers; clean ones are
  * silent. A number is right within four of the standard errors that come with it (once in 16000). */
-#include "interface/exchanged.h"
-#include "look/swapped.h"
 #include "looked_at.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
@@ -473,15 +471,10 @@ static void test_sensor_rezero(void) {
 static void test_columns(void) {
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         double *y = record(which), *u = recordings[0].column[COLUMN_DRIVE];
-        failure_t failure;
-        TEST_ASSERT_TRUE_MESSAGE(exchanged_refuse(recordings, 1, NULL, &failure), failure.text);
         recordings[0].column[COLUMN_DRIVE] = y;
         recordings[0].column[COLUMN_DISPLACEMENT] = u;
         look_at_them(1);
         TEST_ASSERT_TRUE_MESSAGE(fault_found(&faults, &fault_swapped_columns, 0), found(which));
-        TEST_ASSERT_FALSE(exchanged_refuse(recordings, 1, "a hint", &failure));
-        TEST_ASSERT_NOT_NULL(strstr(failure.text, ": drive and displacement are exchanged: "));
-        TEST_ASSERT_NOT_NULL(strstr(failure.text, "; a hint"));
         close_all(1);
         y = record(which);
         for (size_t k = 0; k < SCENE_SAMPLES; k++) {
@@ -498,26 +491,6 @@ static void test_columns(void) {
         only(which, &fault_scale_error);
         close_all(1);
     }
-}
-
-/* What looks exchanged and is not: a measured drive with noise, and a position that is early. The fits decide. */
-static void test_early_position_is_right(void) {
-    size_t suspected = 0;
-    for (size_t which = 0; which < SCENE_DRIVES; which++) {
-        enum { LATE = 40 };
-        failure_t failure;
-        record(which);
-        double *u = recordings[0].column[COLUMN_DRIVE], range[2];
-        values_range(u, SCENE_SAMPLES, range);
-        for (size_t k = SCENE_SAMPLES; k-- > 0;) {
-            u[k] = u[k >= LATE ? k - LATE : 0] + 0.003 * (range[1] - range[0]) * random_normal(&rng);
-        }
-        suspected += swapped_suspected(&recordings[0]) ? 1 : 0;
-        TEST_ASSERT_TRUE_MESSAGE(exchanged_refuse(recordings, 1, NULL, &failure), failure.text);
-        recording_free(&recordings[0]);
-        scene_close(&scene);
-    }
-    TEST_ASSERT_TRUE_MESSAGE(suspected > 0, "this tests nothing");
 }
 
 static void test_file_offset(void) {
@@ -590,7 +563,6 @@ int main(void) {
     RUN_TEST(test_gain_switch);
     RUN_TEST(test_sensor_rezero);
     RUN_TEST(test_columns);
-    RUN_TEST(test_early_position_is_right);
     RUN_TEST(test_file_offset);
     RUN_TEST(test_noisy_drive);
     RUN_TEST(test_masking);
