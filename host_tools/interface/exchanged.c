@@ -64,8 +64,7 @@ static void move_drive(const recording_t *recording, recording_t *moved) {
         least = fmin(leaves, least);
         lead *= 1.1;
     }
-    recording_copy(moved, recording, 0, recording->samples);
-    recording_keep(moved, 0, count);
+    recording_copy(moved, recording, 0, count);
     for (size_t k = 0; k < count; k++) {
         moved->column[COLUMN_DRIVE][k] = drive_at(recording, (double)k + best);
     }

@@ -79,11 +79,15 @@ typedef struct {
     hyst_q31_t inset; /* below 2 pitch: behind all columns there are N units at most */
 } spot_t;
 
-/* Of models with rows: with one division 2 pitch is nearly 2^32. */
+/* Of models with rows: with one division a column's width, 2 pitch, is nearly 2^32. */
+static HYST_WITHIN uint32_t zone_of(const hyst_modified_play_t *model, uint32_t reach, uint32_t width) {
+    const uint32_t along = reach / width;
+    return along < model->parameters.divisions ? along : model->parameters.divisions;
+}
+
 static HYST_WITHIN spot_t spot_of(const hyst_modified_play_t *model, uint32_t reach) {
     const uint32_t width = 2U * (uint32_t)model->pitch;
-    const uint32_t along = reach / width;
-    const uint32_t zone = along < model->parameters.divisions ? along : model->parameters.divisions;
+    const uint32_t zone = zone_of(model, reach, width);
     return (spot_t){.entry = HYST_MODIFIED_PLAY_ZONE(zone), .inset = (hyst_q31_t)(reach - zone * width)};
 }
 
@@ -237,8 +241,7 @@ static HYST_WITHIN int64_t reach_of(const hyst_modified_play_t *model, const hys
         }
     }
     const uint32_t width = 2U * (uint32_t)model->pitch;
-    const uint32_t along = corner_of(model, state, outward, row) / width;
-    uint32_t zone = along < model->parameters.divisions ? along : model->parameters.divisions;
+    uint32_t zone = zone_of(model, corner_of(model, state, outward, row), width);
     const int64_t *level = &model->level[down][row + 1U];
     goal -= state->share[row + 1U];
     while (zone < model->parameters.divisions && outward * (goal - level[HYST_MODIFIED_PLAY_ZONE(zone + 1U)]) > 0) {
