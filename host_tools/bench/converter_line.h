@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The converter line of the bench, seen from the actuator's side: position codes go out, drive codes come back.
+ * The converter line of the bench, seen from the actuator's side: two pipes, one each way, in lock step.
  *
- * docs/DESIGN.md, section 6: a 16-bit code is three bytes, and only the first has bit 7 set. Each position code is
- * answered by one drive code before the next is sent. Position codes carry the supply of the stage with them, a part in
- * each (converter_beside_t).
+ * docs/DESIGN.md, section 6. The bench asks, with the drive code that answers the last position; the next position goes
+ * back, and with it the supply of the stage. Every ask is answered at once, if only to say that the next sample is not
+ * due yet: the emulator stands still while it waits. Numbers are little-endian.
  */
 #ifndef CONVERTER_LINE_H
 #define CONVERTER_LINE_H
@@ -13,43 +13,16 @@
 #include <signal.h>
 #include <stdint.h>
 
-#define CONVERTER_FRAME_BYTES 3
-
-void converter_encode(uint16_t code, uint8_t frame[CONVERTER_FRAME_BYTES]);
-
-/** A slow number beside the codes, in the spare bits 6 to 2 of their first bytes: in CONVERTER_BESIDE_CODES codes in a
- * row four bits each, the highest first, and bit 6 marks the first of them. Zero-initialised: begins. */
-typedef struct {
-    uint32_t word; /**< what of it is still to come, at bit 19 */
-    unsigned left; /**< codes */
-} converter_beside_t;
-
-#define CONVERTER_BESIDE_CODES 5U
-#define CONVERTER_BESIDE_MOST  0xFFFFFU /**< the largest number */
-
-/** Puts the next part of the number into a frame. It is looked at where one begins, so it is sent whole. 0: there is
- * none, and nothing is sent. */
-void converter_put_beside(converter_beside_t *beside, uint32_t number, uint8_t frame[CONVERTER_FRAME_BYTES]);
-
-/** Bytes of the incoming frame. Zero-initialised: waits for a first byte. */
-typedef struct {
-    unsigned bytes;
-    uint32_t bits;
-} converter_decoder_t;
-
-/** Takes one byte. Returns true when it completes a frame; then *code is valid. Other bytes are skipped. */
-bool converter_decode(converter_decoder_t *decoder, uint8_t byte, uint16_t *code);
+/** An ask: the drive code, 2 bytes, and whether it is one, 2 bytes. An answer: the position code, 2 bytes, whether
+ * there is one, 2 bytes, the supply of the stage in mV (0: not measured), 4 bytes. */
+enum { CONVERTER_ASK_BYTES = 4, CONVERTER_ANSWER_BYTES = 8 };
 
 /** The open line. */
 typedef struct {
-    int file;
+    int asks, answers;                 /**< read from and written to; -1: closed */
     const char *name;                  /**< for messages */
     const volatile sig_atomic_t *stop; /**< ends every wait when it becomes nonzero */
-    unsigned long repetitions;         /**< frames that were sent again because no answer came */
-    bool answered;                     /**< once */
-    converter_decoder_t decoder;
-    uint32_t supply_mv; /**< of the stage, at most CONVERTER_BESIDE_MOST, sent beside the positions; 0: not measured */
-    converter_beside_t beside;
+    bool asked;                        /**< once */
 } converter_line_t;
 
 typedef enum {
@@ -59,17 +32,23 @@ typedef enum {
 } converter_status_t;
 
 /**
- * Opens `path`: a serial device or pseudo-terminal that exists, or a Unix socket that is created, listened on until one
- * partner connects, and then removed.
+ * Makes the named pipes `path`.asks and `path`.answers, waits until a bench has opened both, and removes the names.
  */
 converter_status_t converter_open(converter_line_t *line, const char *path, const volatile sig_atomic_t *stop,
                                   failure_t *failure);
 
 /**
- * Sends a position code and waits for the drive code. A partner that has never answered may still be starting: the
- * frame is repeated without limit. Later the limit is ten seconds.
+ * Waits for an ask: without limit for the first, since a bench has to start, later ten seconds. *driven tells whether
+ * it has a drive code; then *drive is valid.
  */
-converter_status_t converter_exchange(converter_line_t *line, uint16_t position, uint16_t *drive, failure_t *failure);
+converter_status_t converter_wait(converter_line_t *line, bool *driven, uint16_t *drive, failure_t *failure);
+
+/** Answers the ask with a position. */
+converter_status_t converter_answer(const converter_line_t *line, uint16_t position, uint32_t supply_mv,
+                                    failure_t *failure);
+
+/** Answers that the next sample is not due yet: the bench asks again, within about a millisecond. */
+converter_status_t converter_not_yet(const converter_line_t *line, failure_t *failure);
 
 void converter_close(converter_line_t *line);
 

@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
@@ -27,20 +26,43 @@ static void close_file(int *file) {
     }
 }
 
-/* In the child process. */
-static void run_emulator(const char *program, const char *image, int converter_line, int output, int trouble,
-                         pid_t parent) {
+enum { READ_END, WRITE_END };
+
+/* Between the two processes: each inherits one end of it and must not keep the other. */
+typedef struct {
+    int asks[2], answers[2]; /* of the converter line */
+    int output[2];           /* of the emulator */
+    int trouble[2];          /* why the program did not start */
+} pipes_t;
+
+static bool make_pipe(int ends[2], failure_t *failure) {
+    return (pipe(ends) == 0 && fcntl(ends[READ_END], F_SETFD, FD_CLOEXEC) == 0 &&
+            fcntl(ends[WRITE_END], F_SETFD, FD_CLOEXEC) == 0) ||
+           fail(failure, "cannot make a pipe: %s", strerror(errno));
+}
+
+static bool make_pipes(pipes_t *pipes, failure_t *failure) {
+    *pipes = (pipes_t){{CLOSED, CLOSED}, {CLOSED, CLOSED}, {CLOSED, CLOSED}, {CLOSED, CLOSED}};
+    return make_pipe(pipes->asks, failure) && make_pipe(pipes->answers, failure) && make_pipe(pipes->output, failure) &&
+           make_pipe(pipes->trouble, failure);
+}
+
+/* In the child process. The image opens its ends of the converter line by name, which are the arguments. */
+static void run_emulator(const char *program, const char *image, const pipes_t *pipes, pid_t parent) {
     (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) { /* the parent ended before the signal was set up */
         _exit(STATUS_FAILED);
     }
-    char converter[64];
-    (void)snprintf(converter, sizeof converter, "socket,id=converter,fd=%d", converter_line);
-    (void)dup2(output, STDOUT_FILENO);
+    char semihosting[128];
+    (void)snprintf(semihosting, sizeof semihosting, "enable=on,target=native,arg=/dev/fd/%d,arg=/dev/fd/%d",
+                   pipes->asks[WRITE_END], pipes->answers[READ_END]);
+    (void)fcntl(pipes->asks[WRITE_END], F_SETFD, 0);
+    (void)fcntl(pipes->answers[READ_END], F_SETFD, 0);
+    (void)dup2(pipes->output[WRITE_END], STDOUT_FILENO);
     (void)execlp(program, program, "-M", "netduinoplus2", "-kernel", image, "-display", "none", "-monitor", "none",
-                 "-serial", "pty", "-chardev", converter, "-serial", "chardev:converter", (char *)NULL);
+                 "-serial", "pty", "-semihosting-config", semihosting, (char *)NULL);
     const int error = errno;
-    (void)!write(trouble, &error, sizeof error);
+    (void)!write(pipes->trouble[WRITE_END], &error, sizeof error);
     _exit(STATUS_FAILED);
 }
 
@@ -153,51 +175,39 @@ static bool hold_port(emulator_t *emulator, failure_t *failure) {
 }
 
 bool emulator_start(emulator_t *emulator, const char *program, const char *image, failure_t *failure) {
-    *emulator = (emulator_t){.process = -1, .converter_line = CLOSED, .output = CLOSED, .port_holder = CLOSED};
+    *emulator = (emulator_t)EMULATOR_NONE;
     if (access(image, R_OK) != 0) { /* before the emulator prints a message about it */
         return fail(failure, "%s: %s", image, strerror(errno));
     }
-    int lines[2];
-    int output[2];
-    int trouble[2];
-    if (socketpair(AF_UNIX, SOCK_STREAM, 0, lines) != 0) {
-        return fail(failure, "cannot make the converter line: %s", strerror(errno));
+    pipes_t pipes;
+    bool ok = make_pipes(&pipes, failure);
+    if (ok) {
+        const pid_t parent = getpid();
+        emulator->process = fork();
+        if (emulator->process == 0) {
+            run_emulator(program, image, &pipes, parent);
+        }
+        ok = emulator->process > 0 || fail(failure, "cannot start a process: %s", strerror(errno));
     }
-    if (pipe(output) != 0) {
-        (void)close(lines[0]);
-        (void)close(lines[1]);
-        return fail(failure, "cannot make a pipe: %s", strerror(errno));
-    }
-    if (pipe(trouble) != 0) {
-        (void)close(lines[0]);
-        (void)close(lines[1]);
-        (void)close(output[0]);
-        (void)close(output[1]);
-        return fail(failure, "cannot make a pipe: %s", strerror(errno));
-    }
-    (void)fcntl(lines[0], F_SETFD, FD_CLOEXEC);
-    (void)fcntl(output[0], F_SETFD, FD_CLOEXEC);
-    (void)fcntl(trouble[0], F_SETFD, FD_CLOEXEC);
-    (void)fcntl(trouble[1], F_SETFD, FD_CLOEXEC);
-    const pid_t parent = getpid();
-    emulator->process = fork();
-    if (emulator->process == 0) {
-        run_emulator(program, image, lines[1], output[1], trouble[1], parent);
-    }
-    (void)close(lines[1]);
-    (void)close(output[1]);
-    (void)close(trouble[1]);
-    emulator->converter_line = lines[0];
-    emulator->output = output[0];
-    bool ok = emulator->process > 0 || fail(failure, "cannot start a process: %s", strerror(errno));
-    ok = ok && runs(program, trouble[0], failure);
-    (void)close(trouble[0]);
+    close_file(&pipes.asks[WRITE_END]);
+    close_file(&pipes.answers[READ_END]);
+    close_file(&pipes.output[WRITE_END]);
+    close_file(&pipes.trouble[WRITE_END]);
+    emulator->asks = pipes.asks[READ_END];
+    emulator->answers = pipes.answers[WRITE_END];
+    emulator->output = pipes.output[READ_END];
+    ok = ok && runs(program, pipes.trouble[READ_END], failure);
+    close_file(&pipes.trouble[READ_END]);
     ok = ok && read_port(emulator, failure) && hold_port(emulator, failure);
     if (!ok) {
         failure_t ignored;
         (void)emulator_stop(emulator, &ignored);
     }
     return ok;
+}
+
+converter_line_t emulator_converter_line(const emulator_t *emulator, const volatile sig_atomic_t *stop) {
+    return (converter_line_t){.asks = emulator->asks, .answers = emulator->answers, .name = "bench", .stop = stop};
 }
 
 bool emulator_stop(emulator_t *emulator, failure_t *failure) {
@@ -214,7 +224,8 @@ bool emulator_stop(emulator_t *emulator, failure_t *failure) {
         }
         emulator->process = -1;
     }
-    close_file(&emulator->converter_line);
+    close_file(&emulator->asks);
+    close_file(&emulator->answers);
     close_file(&emulator->output);
     close_file(&emulator->port_holder);
     return ok;

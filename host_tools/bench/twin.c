@@ -10,8 +10,8 @@
 #define CODES       65536.0
 #define CODE_MIDDLE 32768.0
 
-/* Sleeping less than this is not worth a call into the kernel: the samples come in short bursts that keep the rate. */
-#define PACE_GRAIN_S 0.002
+/* As much as a board takes for a supply (firmware/boards/bench). */
+#define SUPPLY_MOST_MV 1048575.0
 /* A delay longer than this is not made up for by faster samples. */
 #define PACE_LATE_S 0.1
 
@@ -117,7 +117,7 @@ static bool sags(const twin_t *twin) {
 
 uint32_t twin_supply_mv(const twin_t *twin) {
     const double whole_v = twin->options.drive_range_v[1], supply_v = sags(twin) ? twin->options.sag_v : whole_v;
-    return whole_v > 0.0 ? (uint32_t)fmin(fmax(round(1e3 * supply_v), 1.0), CONVERTER_BESIDE_MOST) : 0;
+    return whole_v > 0.0 ? (uint32_t)fmin(fmax(round(1e3 * supply_v), 1.0), SUPPLY_MOST_MV) : 0;
 }
 
 static void log_append(log_t *log, double drive_v, double position_um) {
@@ -174,13 +174,42 @@ static bool log_write(const twin_t *twin, failure_t *failure) {
     return written;
 }
 
-/* Waits for the time at which a sample is due, counted from *start_s, so that errors do not add up. */
-static void pace(double *start_s, double due_s) {
+/* Whether the next sample is due by now, which counts from *start_s, so that errors do not add up. */
+static bool is_due(double *start_s, double due_s) {
     const double early_s = *start_s + due_s - monotonic_s();
-    if (early_s > PACE_GRAIN_S) {
-        sleep_until(*start_s + due_s);
-    } else if (early_s < -PACE_LATE_S) {
+    if (early_s < -PACE_LATE_S) {
         *start_s -= early_s;
+    }
+    return early_s <= 0.0;
+}
+
+static converter_status_t serve(twin_t *twin, converter_line_t *line, void (*ready)(void *context), void *context,
+                                twin_run_t *run, double *begin_s, failure_t *failure) {
+    double pace_start_s = 0.0;
+    for (;;) {
+        bool driven = false;
+        uint16_t drive_code = 0;
+        converter_status_t status = converter_wait(line, &driven, &drive_code, failure);
+        if (status != CONVERTER_DONE) {
+            return status;
+        }
+        if (driven) {
+            if (run->samples == 0) {
+                *begin_s = pace_start_s = monotonic_s();
+                if (ready != NULL) {
+                    ready(context);
+                }
+            }
+            twin_step(twin, drive_code);
+            run->samples++;
+        }
+        const bool waits = twin->options.real_time && run->samples > 0 &&
+                           !is_due(&pace_start_s, (double)run->samples / twin->options.sample_rate_hz);
+        status = waits ? converter_not_yet(line, failure)
+                       : converter_answer(line, twin_position_code(twin), twin_supply_mv(twin), failure);
+        if (status != CONVERTER_DONE) {
+            return status;
+        }
     }
 }
 
@@ -188,29 +217,8 @@ bool twin_run(twin_t *twin, converter_line_t *line, void (*ready)(void *context)
               failure_t *failure) {
     *run = (twin_run_t){0};
     double begin_s = 0.0;
-    double pace_start_s = 0.0;
-    converter_status_t status = CONVERTER_DONE;
-    while (status == CONVERTER_DONE) {
-        uint16_t drive_code = 0;
-        line->supply_mv = twin_supply_mv(twin);
-        status = converter_exchange(line, twin_position_code(twin), &drive_code, failure);
-        if (status != CONVERTER_DONE) {
-            break;
-        }
-        if (run->samples == 0) {
-            begin_s = pace_start_s = monotonic_s();
-            if (ready != NULL) {
-                ready(context);
-            }
-        }
-        twin_step(twin, drive_code);
-        run->samples++;
-        if (twin->options.real_time) {
-            pace(&pace_start_s, (double)run->samples / twin->options.sample_rate_hz);
-        }
-    }
+    const converter_status_t status = serve(twin, line, ready, context, run, &begin_s, failure);
     run->seconds = run->samples > 0 ? monotonic_s() - begin_s : 0.0;
-    run->repetitions = line->repetitions;
     failure_t log_failure;
     const bool logged = twin->options.log == NULL || log_write(twin, &log_failure);
     if (status == CONVERTER_FAILED) {

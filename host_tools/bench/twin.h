@@ -24,7 +24,7 @@ typedef struct {
     bool sags;                    /**< the supply: no voltage above sag_v from sag_at_s on */
     double sag_v, sag_at_s;
     unsigned long seed; /**< of the noise */
-    bool real_time;     /**< pace the samples by the clock, else as fast as they are answered */
+    bool real_time;     /**< pace the samples by the clock, else as fast as they are asked for */
     const char *log;    /**< CSV recording of voltage and unconverted position, or NULL */
 } twin_options_t;
 
@@ -48,13 +48,12 @@ void twin_close(twin_t *twin);
 /** Statistics of a run. */
 typedef struct {
     unsigned long samples;
-    double seconds; /**< of the clock, from the first answer on */
-    unsigned long repetitions;
+    double seconds; /**< of the clock, from the first drive code on */
 } twin_run_t;
 
 /**
  * Serves the line until its other end closes it, until a stop is requested, or until it fails (then false). Calls
- * ready(context) once, after the first answer; ready may be NULL. Afterwards writes the log.
+ * ready(context) once, after the first drive code; ready may be NULL. Afterwards writes the log.
  */
 bool twin_run(twin_t *twin, converter_line_t *line, void (*ready)(void *context), void *context, twin_run_t *run,
               failure_t *failure);

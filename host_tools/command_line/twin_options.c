@@ -57,7 +57,6 @@ int twin_options_check(const command_t *command, twin_settings_t *settings) {
 
 void twin_print_run(const twin_run_t *run, const twin_settings_t *settings) {
     const double rate_hz = run->seconds > 0.0 ? (double)run->samples / run->seconds : 0.0;
-    (void)fprintf(stderr,
-                  "twin: %lu samples in %.2f s, %.0f samples/s, %.2f times real time; %lu repeated at the start\n",
-                  run->samples, run->seconds, rate_hz, rate_hz / settings->twin.sample_rate_hz, run->repetitions);
+    (void)fprintf(stderr, "twin: %lu samples in %.2f s, %.0f samples/s, %.2f times real time\n", run->samples,
+                  run->seconds, rate_hz, rate_hz / settings->twin.sample_rate_hz);
 }

@@ -72,7 +72,7 @@ static bool bench(const char *program, const char *image, const char *model, con
         twin_close(twin);
         return false;
     }
-    converter_line_t line = {.file = emulator.converter_line, .name = "bench", .stop = stop};
+    converter_line_t line = emulator_converter_line(&emulator, stop);
     announcement_t announcement = {&emulator, json};
     twin_run_t run;
     bool ok = twin_run(twin, &line, announce, &announcement, &run, failure);

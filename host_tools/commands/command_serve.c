@@ -52,7 +52,7 @@ static bool bench_open(bench_t *bench, const settings_t *s, failure_t *failure) 
         twin_close(bench->twin);
         return false;
     }
-    bench->line = (converter_line_t){.file = bench->emulator.converter_line, .name = "bench", .stop = &bench->stop};
+    bench->line = emulator_converter_line(&bench->emulator, &bench->stop);
     if (pthread_create(&bench->thread, NULL, run_twin, bench) != 0) {
         failure_t ignored;
         (void)emulator_stop(&bench->emulator, &ignored);

@@ -7,10 +7,9 @@
 #include <stdio.h>
 
 static bool report(const twin_run_t *run, failure_t *failure) {
-    return json_print(json_pack("{s:s, s:I, s:f, s:f, s:I}", "format", "hyst-twin-1", "samples",
-                                (json_int_t)run->samples, "seconds", run->seconds, "samples_per_second",
-                                run->seconds > 0.0 ? (double)run->samples / run->seconds : 0.0, "repetitions",
-                                (json_int_t)run->repetitions),
+    return json_print(json_pack("{s:s, s:I, s:f, s:f}", "format", "hyst-twin-1", "samples", (json_int_t)run->samples,
+                                "seconds", run->seconds, "samples_per_second",
+                                run->seconds > 0.0 ? (double)run->samples / run->seconds : 0.0),
                       JSON_INDENT(2), failure);
 }
 
@@ -42,8 +41,8 @@ static int run(int argc, char **argv) {
     const char *converter = NULL;
     bool json = false;
     const option_t options[] = {
-        {"--converter", "-c", OPTION_TEXT, "PATH", "converter line: a serial device, or a Unix socket to listen on",
-         &converter},
+        {"--converter", "-c", OPTION_TEXT, "PATH",
+         "converter line: the named pipes PATH.asks and PATH.answers are made", &converter},
         TWIN_OPTIONS(settings),
         JSON_OPTION(&json),
     };
@@ -73,5 +72,8 @@ const command_t command_twin = {
                "closed or Ctrl-C. `hyst bench` starts the emulated amplifier and its twin together.",
     .run = run,
     .files = FILE_MODEL "CSV: a recording, as above, of what the twin put out before its converters.\n",
-    .examples = "# A twin with sensor noise and a mode at 2 kHz, for a bench that listens on a socket\n"
-                "hyst twin twin.json --converter converter.socket --noise-um 0.05 --resonance 2000:0.02\n"};
+    .examples = "# A twin with sensor noise and a mode at 2 kHz\n"
+                "hyst twin twin.json --converter line --noise-um 0.05 --resonance 2000:0.02\n"
+                "# In another terminal, in the same folder, an emulator started by hand\n"
+                "qemu-system-arm -M netduinoplus2 -kernel bench.elf -display none -serial pty \\\n"
+                "    -semihosting-config enable=on,target=native,arg=line.asks,arg=line.answers\n"};

@@ -4,15 +4,14 @@
 #include "bench/converter_line.h"
 #include "bench/twin.h"
 #include "chain/catalogue.h"
-#include "random.h"
 #include "recording/recording.h"
 #include "unity.h"
+#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -36,52 +35,6 @@ void setUp(void) {
 void tearDown(void) {
     twin_close(twin);
     model_free(&model);
-}
-
-static void test_every_code_survives_the_line(void) {
-    converter_decoder_t decoder = {0};
-    for (unsigned code = 0; code < 65536; code++) {
-        uint8_t frame[CONVERTER_FRAME_BYTES];
-        uint16_t back = 0;
-        converter_encode((uint16_t)code, frame);
-        TEST_ASSERT_FALSE(converter_decode(&decoder, frame[0], &back));
-        TEST_ASSERT_FALSE(converter_decode(&decoder, frame[1], &back));
-        TEST_ASSERT_TRUE(converter_decode(&decoder, frame[2], &back));
-        TEST_ASSERT_EQUAL_HEX16(code, back);
-        TEST_ASSERT_EQUAL_HEX8(0x80, frame[0] & 0xFC); /* as docs/DESIGN.md has it */
-        TEST_ASSERT_EQUAL_HEX8(0, (frame[1] | frame[2]) & 0x80);
-    }
-}
-
-/* Any one byte of a stream is lost, or any byte is inserted: at most two frames suffer, and none is made up after them.
- */
-static void test_the_line_recovers_from_lost_and_foreign_bytes(void) {
-    enum { FRAMES = 6 };
-    for (unsigned hit = 0; hit < 2 * 3 * CONVERTER_FRAME_BYTES; hit++) {
-        for (unsigned foreign = 0; foreign < 257; foreign++) { /* 256: the byte is lost */
-            converter_decoder_t decoder = {0};
-            uint16_t last = 0;
-            unsigned position = 0;
-            unsigned complete = 0;
-            for (unsigned f = 0; f < FRAMES; f++) {
-                uint8_t frame[CONVERTER_FRAME_BYTES];
-                converter_encode((uint16_t)(0x1111U * (f + 1)), frame);
-                for (unsigned b = 0; b < CONVERTER_FRAME_BYTES; b++, position++) {
-                    if (position == hit && foreign < 256) {
-                        complete += converter_decode(&decoder, (uint8_t)foreign, &last);
-                    }
-                    if (position != hit || foreign < 256) {
-                        complete += converter_decode(&decoder, frame[b], &last);
-                    }
-                }
-            }
-            if (hit < (FRAMES - 1) * CONVERTER_FRAME_BYTES) {
-                TEST_ASSERT_EQUAL_HEX16(0x1111 * FRAMES, last);
-            }
-            TEST_ASSERT_GREATER_OR_EQUAL_UINT(FRAMES - 1, complete);
-            TEST_ASSERT_LESS_OR_EQUAL_UINT(FRAMES, complete);
-        }
-    }
 }
 
 static twin_options_t options_of(void) {
@@ -161,62 +114,13 @@ static void test_the_supply_sags_at_its_time(void) {
     }
 }
 
-/* As the board takes it from the line: what came twice alike. A number of two halves needs two codes lost in a row; one
- * that counts needs that twice. Of 50 codes one is lost here: one in 10^5 runs with another seed would see it. */
-static void test_the_supply_goes_beside_the_codes(void) {
-    twin_options_t options = options_of();
-    options.sags = true;
-    options.sag_v = 40.123;
-    options.sag_at_s = 0.01;
-    open_twin(&options);
-    converter_beside_t beside = {0};
-    uint32_t bits = 0, last_mv = 0, seen[2] = {0};
-    unsigned parts = CONVERTER_BESIDE_CODES;
-    random_t rng = random_start("device_twin, supply", 20261124);
-    for (unsigned i = 0; i < 800; i++) {
-        uint8_t frame[CONVERTER_FRAME_BYTES];
-        uint16_t code = 0;
-        converter_decoder_t decoder = {0};
-        converter_encode((uint16_t)(331U * i), frame);
-        converter_put_beside(&beside, twin_supply_mv(twin), frame);
-        TEST_ASSERT_EQUAL_HEX8(0x80, frame[0] & 0x80);
-        TEST_ASSERT_FALSE(converter_decode(&decoder, frame[0], &code));
-        TEST_ASSERT_FALSE(converter_decode(&decoder, frame[1], &code));
-        TEST_ASSERT_TRUE(converter_decode(&decoder, frame[2], &code));
-        TEST_ASSERT_EQUAL_UINT16((uint16_t)(331U * i), code);
-        twin_step(twin, 32768);
-        if (random_between(&rng, 0, 49) == 0) {
-            continue; /* lost */
-        }
-        parts = (frame[0] & 0x40) != 0 ? 0 : parts;
-        bits = bits << 4 | (frame[0] >> 2 & 0xFU);
-        if (parts < CONVERTER_BESIDE_CODES && ++parts == CONVERTER_BESIDE_CODES) {
-            const uint32_t mv = bits & CONVERTER_BESIDE_MOST;
-            if (mv == last_mv) {
-                TEST_ASSERT_TRUE(mv == 100000 || mv == 40123);
-                TEST_ASSERT_TRUE(seen[1] == 0 || mv == 40123);
-                seen[mv == 40123]++;
-            }
-            last_mv = mv;
-        }
-    }
-    TEST_ASSERT_TRUE(seen[0] > 0 && seen[1] > 0);
-}
-
-/* A stage whose converter does not go above 0 V has no such supply: the line is as it was without. */
+/* A stage whose converter does not go above 0 V has no such supply. */
 static void test_no_supply_is_not_sent(void) {
-    converter_beside_t beside = {0};
     twin_options_t options = options_of();
-    uint8_t frame[CONVERTER_FRAME_BYTES], plain[CONVERTER_FRAME_BYTES];
     options.drive_range_v[0] = -100.0;
     options.drive_range_v[1] = 0.0;
     open_twin(&options);
-    for (int i = 0; i < 12; i++) {
-        converter_encode(0xFFFF, frame);
-        converter_encode(0xFFFF, plain);
-        converter_put_beside(&beside, twin_supply_mv(twin), frame);
-        TEST_ASSERT_EQUAL_MEMORY(plain, frame, sizeof plain);
-    }
+    TEST_ASSERT_EQUAL_UINT32(0, twin_supply_mv(twin));
 }
 
 /* Until its time the load is not there; then a step rings with its mode. */
@@ -260,79 +164,133 @@ static void test_resonance_rings(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * 25.0, 25.0 * exp(-acos(-1.0) * 0.02 / sqrt(1.0 - 0.02 * 0.02)), overshoot_um);
 }
 
-/* The partner: drops the first `deaf` frames, answers each further one with code + 1, and closes after `answers`. */
-static pid_t start_partner(converter_line_t *line, int deaf, int answers, int delay_ms) {
-    int ends[2];
-    TEST_ASSERT_EQUAL_INT(0, socketpair(AF_UNIX, SOCK_STREAM, 0, ends));
+/* The bench's side, as its firmware has it: asks `asks` times, each drive code is the position and 1, and leaves.
+ * Between two parts of an ask, of `part` bytes each, and before each ask it waits. Writes the answers into a file of
+ * its own. */
+typedef struct {
+    int asks;
+    size_t part;
+    int delay_ms;
+} bench_t;
+
+#define HEARD "twin-answers.bin"
+
+static bool written(int file, const uint8_t *bytes, size_t size, size_t part) {
+    for (size_t done = 0; done < size;) {
+        const size_t next = size - done < part ? size - done : part;
+        const ssize_t count = write(file, bytes + done, next);
+        if (count < 0) {
+            return false;
+        }
+        done += (size_t)count;
+    }
+    return true;
+}
+
+static void ask_as_a_bench(bench_t bench, int asks, int answers) {
+    uint8_t ask[CONVERTER_ASK_BYTES] = {0}, answer[CONVERTER_ANSWER_BYTES];
+    FILE *heard = fopen(HEARD, "wb");
+    for (int i = 0; i < bench.asks; i++) {
+        sleep_until(monotonic_s() + bench.delay_ms / 1000.0);
+        if (!written(asks, ask, sizeof ask, bench.part) || read(answers, answer, sizeof answer) != sizeof answer) {
+            break;
+        }
+        (void)fwrite(answer, 1, sizeof answer, heard);
+        const unsigned drive = (answer[0] | (unsigned)answer[1] << 8) + 1U;
+        memcpy(ask, (uint8_t[]){(uint8_t)drive, (uint8_t)(drive >> 8), answer[2], 0}, sizeof ask);
+    }
+    (void)fclose(heard);
+}
+
+static pid_t start_bench(converter_line_t *line, bench_t bench) {
+    int asks[2], answers[2];
+    TEST_ASSERT_EQUAL_INT(0, pipe(asks));
+    TEST_ASSERT_EQUAL_INT(0, pipe(answers));
     const pid_t partner = fork();
     if (partner == 0) {
-        (void)close(ends[0]);
-        converter_decoder_t decoder = {0};
-        uint8_t byte;
-        while (answers > 0 && read(ends[1], &byte, 1) == 1) {
-            uint16_t code;
-            if (!converter_decode(&decoder, byte, &code) || deaf-- > 0) {
-                continue;
-            }
-            uint8_t frame[CONVERTER_FRAME_BYTES];
-            converter_encode((uint16_t)(code + 1U), frame);
-            sleep_until(monotonic_s() + delay_ms / 1000.0);
-            if (write(ends[1], frame, sizeof frame) != sizeof frame) {
-                break;
-            }
-            answers--;
-        }
+        (void)close(asks[0]);
+        (void)close(answers[1]);
+        ask_as_a_bench(bench, asks[1], answers[0]);
         _exit(0);
     }
     TEST_ASSERT_TRUE(partner > 0);
-    (void)close(ends[1]);
-    *line = (converter_line_t){.file = ends[0], .name = "test", .stop = &stop};
+    (void)close(asks[1]);
+    (void)close(answers[0]);
+    *line = (converter_line_t){.asks = asks[0], .answers = answers[1], .name = "test", .stop = &stop};
     return partner;
 }
 
-static void end_partner(converter_line_t *line, pid_t partner) {
+static void end_bench(converter_line_t *line, pid_t partner) {
     converter_close(line);
     TEST_ASSERT_EQUAL_INT(partner, waitpid(partner, NULL, 0));
 }
 
-static void test_frames_are_repeated_until_the_board_is_up_and_paired_afterwards(void) {
-    converter_line_t line;
-    const pid_t partner = start_partner(&line, 3, 1000, 0);
-    for (unsigned i = 0; i < 200; i++) {
+/* Every code, whole or in parts, and every number beside it. */
+static void test_every_code_survives_the_line(void) {
+    for (size_t part = 1; part <= CONVERTER_ASK_BYTES; part++) {
+        converter_line_t line;
+        const pid_t partner =
+            start_bench(&line, (bench_t){.asks = part == CONVERTER_ASK_BYTES ? 65537 : 1000, .part = part});
+        bool driven = true;
         uint16_t drive = 0;
-        TEST_ASSERT_EQUAL_INT_MESSAGE(CONVERTER_DONE, converter_exchange(&line, (uint16_t)(300 * i), &drive, &failure),
-                                      failure.text);
-        TEST_ASSERT_EQUAL_HEX16((uint16_t)(300 * i + 1), drive);
+        uint32_t position = 0;
+        for (; position < 65537; position++) {
+            const converter_status_t status = converter_wait(&line, &driven, &drive, &failure);
+            if (status == CONVERTER_ENDED) {
+                break;
+            }
+            TEST_ASSERT_EQUAL_INT_MESSAGE(CONVERTER_DONE, status, failure.text);
+            TEST_ASSERT_EQUAL(position > 0, driven);
+            TEST_ASSERT_EQUAL_HEX16(driven ? position : 0, drive);
+            TEST_ASSERT_EQUAL_INT(CONVERTER_DONE,
+                                  converter_answer(&line, (uint16_t)position, 0x01020304U * position, &failure));
+        }
+        end_bench(&line, partner);
+        TEST_ASSERT_EQUAL_UINT32(part == CONVERTER_ASK_BYTES ? 65537 : 1000, position);
     }
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT(3, line.repetitions);
-    end_partner(&line, partner);
+    FILE *heard = fopen(HEARD, "rb");
+    TEST_ASSERT_NOT_NULL(heard);
+    uint8_t answer[CONVERTER_ANSWER_BYTES];
+    for (uint32_t i = 0; i < 1000; i++) {
+        TEST_ASSERT_EQUAL_UINT(1, fread(answer, sizeof answer, 1, heard));
+        const uint32_t mv = 0x01020304U * i;
+        const uint8_t expected[CONVERTER_ANSWER_BYTES] = {
+            (uint8_t)i,          (uint8_t)(i >> 8),  1, 0, (uint8_t)mv, (uint8_t)(mv >> 8),
+            (uint8_t)(mv >> 16), (uint8_t)(mv >> 24)};
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, answer, sizeof answer);
+    }
+    (void)fclose(heard);
 }
 
-/* A board that boots slowly answers the first frame only after it was repeated: the extra answers must not be taken for
- * those of the following codes. */
-static void test_answers_to_repeated_frames_are_dropped(void) {
+/* A sample that is not due has no drive code, and makes none. */
+static void test_an_answer_of_nothing_makes_no_sample(void) {
     converter_line_t line;
-    const pid_t partner = start_partner(&line, 0, 1000, 50);
+    const pid_t partner = start_bench(&line, (bench_t){.asks = 100, .part = CONVERTER_ASK_BYTES});
+    bool driven = false, expected = false;
     uint16_t drive = 0;
-    TEST_ASSERT_EQUAL_INT(CONVERTER_DONE, converter_exchange(&line, 1000, &drive, &failure));
-    TEST_ASSERT_EQUAL_HEX16(1001, drive);
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT(1, line.repetitions);
-    for (unsigned i = 2; i < 6; i++) {
-        TEST_ASSERT_EQUAL_INT(CONVERTER_DONE, converter_exchange(&line, (uint16_t)(1000 * i), &drive, &failure));
-        TEST_ASSERT_EQUAL_HEX16(1000 * i + 1, drive);
+    unsigned position = 500, samples = 0;
+    for (unsigned i = 0; converter_wait(&line, &driven, &drive, &failure) == CONVERTER_DONE; i++) {
+        TEST_ASSERT_EQUAL(expected, driven);
+        TEST_ASSERT_TRUE(!driven || drive == position + 1);
+        samples += driven;
+        expected = i % 3 == 0;
+        position += expected;
+        TEST_ASSERT_EQUAL_INT(CONVERTER_DONE, expected ? converter_answer(&line, (uint16_t)position, 0, &failure)
+                                                       : converter_not_yet(&line, &failure));
     }
-    end_partner(&line, partner);
+    TEST_ASSERT_EQUAL_UINT(33, samples); /* 34 positions; the last one is not answered any more */
+    end_bench(&line, partner);
 }
 
 static void test_a_partner_that_leaves_ends_the_run_cleanly(void) {
     const twin_options_t options = options_of();
     open_twin(&options);
     converter_line_t line;
-    const pid_t partner = start_partner(&line, 0, 500, 0);
+    const pid_t partner = start_bench(&line, (bench_t){.asks = 501, .part = 4});
     twin_run_t run;
     TEST_ASSERT_TRUE_MESSAGE(twin_run(twin, &line, NULL, NULL, &run, &failure), failure.text);
-    TEST_ASSERT_EQUAL_UINT(500, run.samples + run.repetitions);
-    end_partner(&line, partner);
+    TEST_ASSERT_EQUAL_UINT(500, run.samples);
+    end_bench(&line, partner);
 }
 
 static void request_stop(void *context) {
@@ -344,24 +302,30 @@ static void test_a_wish_to_stop_ends_the_run_cleanly(void) {
     const twin_options_t options = options_of();
     open_twin(&options);
     converter_line_t line;
-    const pid_t partner = start_partner(&line, 0, 1000, 0);
+    const pid_t partner = start_bench(&line, (bench_t){.asks = 1001, .part = 4});
     twin_run_t run;
     TEST_ASSERT_TRUE_MESSAGE(twin_run(twin, &line, request_stop, NULL, &run, &failure), failure.text);
     TEST_ASSERT_EQUAL_UINT(1, run.samples);
-    end_partner(&line, partner);
+    end_bench(&line, partner);
 }
 
-/* Never faster than the clock: 1000 samples of 100 us. How much slower is the machine's affair. */
+/* Never faster than the clock: of 1000 asks, a millisecond and no less apart from 100 us samples, or as fast as they
+ * come, no sample comes before its time. How much slower is the machine's affair. */
 static void test_real_time_is_kept_from_below(void) {
-    twin_options_t options = options_of();
-    options.real_time = true;
-    open_twin(&options);
-    converter_line_t line;
-    const pid_t partner = start_partner(&line, 0, 1000, 0);
-    twin_run_t run;
-    TEST_ASSERT_TRUE_MESSAGE(twin_run(twin, &line, NULL, NULL, &run, &failure), failure.text);
-    TEST_ASSERT_TRUE(run.seconds > ((double)run.samples - 1.0) / 10000.0 - 0.0021);
-    end_partner(&line, partner);
+    for (int delay_ms = 0; delay_ms < 2; delay_ms++) {
+        twin_options_t options = options_of();
+        options.real_time = true;
+        open_twin(&options);
+        converter_line_t line;
+        const pid_t partner = start_bench(&line, (bench_t){.asks = 1000, .part = 4, .delay_ms = delay_ms});
+        twin_run_t run;
+        TEST_ASSERT_TRUE_MESSAGE(twin_run(twin, &line, NULL, NULL, &run, &failure), failure.text);
+        /* One sample more than periods. The run ends when the bench has gone, after the last. */
+        TEST_ASSERT_TRUE(run.samples >= 1 && run.seconds > ((double)run.samples - 2.0) / 10000.0);
+        end_bench(&line, partner);
+        twin_close(twin);
+        twin = NULL;
+    }
 }
 
 static void test_the_log_is_a_recording_of_what_happened(void) {
@@ -373,10 +337,10 @@ static void test_the_log_is_a_recording_of_what_happened(void) {
     options.log = path;
     open_twin(&options);
     converter_line_t line;
-    const pid_t partner = start_partner(&line, 0, 300, 0);
+    const pid_t partner = start_bench(&line, (bench_t){.asks = 301, .part = 4});
     twin_run_t run;
     TEST_ASSERT_TRUE_MESSAGE(twin_run(twin, &line, NULL, NULL, &run, &failure), failure.text);
-    end_partner(&line, partner);
+    end_bench(&line, partner);
     recording_t log;
     const bool read_back = recording_read(&log, path, &failure);
     (void)unlink(path);
@@ -388,37 +352,77 @@ static void test_the_log_is_a_recording_of_what_happened(void) {
     recording_free(&log);
 }
 
-static void test_a_socket_path_that_is_taken_or_too_long_is_one_line(void) {
+/* By name, as an emulator that was started by hand opens them: asks first. The names are gone when both are open. */
+static void test_the_line_is_two_named_pipes(void) {
+    (void)unlink("line.asks");
+    (void)unlink("line.answers");
+    const pid_t partner = fork();
+    if (partner == 0) {
+        int asks, answers;
+        while ((asks = open("line.asks", O_WRONLY)) < 0) { /* not made yet */
+            sleep_until(monotonic_s() + 0.001);
+        }
+        while ((answers = open("line.answers", O_RDONLY)) < 0) {
+            sleep_until(monotonic_s() + 0.001);
+        }
+        ask_as_a_bench((bench_t){.asks = 11, .part = 4}, asks, answers);
+        _exit(0);
+    }
+    const twin_options_t options = options_of();
+    open_twin(&options);
     converter_line_t line;
-    char path[300];
-    memset(path, 'x', sizeof path);
-    path[sizeof path - 1] = '\0';
+    twin_run_t run;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(CONVERTER_DONE, converter_open(&line, "line", &stop, &failure), failure.text);
+    TEST_ASSERT_EQUAL_INT(-1, access("line.asks", F_OK));
+    TEST_ASSERT_EQUAL_INT(-1, access("line.answers", F_OK));
+    TEST_ASSERT_TRUE_MESSAGE(twin_run(twin, &line, NULL, NULL, &run, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT(10, run.samples);
+    end_bench(&line, partner);
+}
+
+static void test_a_wish_to_stop_ends_the_wait_for_a_bench(void) {
+    converter_line_t line;
+    stop = 1;
+    TEST_ASSERT_EQUAL_INT(CONVERTER_ENDED, converter_open(&line, "line", &stop, &failure));
+    TEST_ASSERT_EQUAL_INT(-1, access("line.asks", F_OK));
+    TEST_ASSERT_EQUAL_INT(-1, access("line.answers", F_OK));
+}
+
+static void test_a_name_that_is_taken_or_too_long_is_one_line(void) {
+    converter_line_t line;
+    static char path[5000];
+    memset(path, 'x', sizeof path - 1);
     TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_open(&line, path, &stop, &failure));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "too long for a socket"), failure.text);
-    TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_open(&line, ".", &stop, &failure));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "cannot listen there"), failure.text);
-    TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_open(&line, "/dev/null", &stop, &failure));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "cannot be opened as a serial line"), failure.text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "too long for a file's name"), failure.text);
+    TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_open(&line, "no/folder", &stop, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "no/folder.asks: cannot be made"), failure.text);
+    FILE *taken = fopen("taken.answers", "w");
+    TEST_ASSERT_NOT_NULL(taken);
+    (void)fclose(taken);
+    TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_open(&line, "taken", &stop, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "taken.answers: cannot be made"), failure.text);
+    TEST_ASSERT_EQUAL_INT(-1, access("taken.asks", F_OK)); /* made, and removed again */
+    TEST_ASSERT_EQUAL_INT(0, access("taken.answers", F_OK));
+    (void)unlink("taken.answers");
 }
 
 int main(void) {
     (void)signal(SIGPIPE, SIG_IGN);
     UNITY_BEGIN();
     RUN_TEST(test_every_code_survives_the_line);
-    RUN_TEST(test_the_line_recovers_from_lost_and_foreign_bytes);
+    RUN_TEST(test_an_answer_of_nothing_makes_no_sample);
     RUN_TEST(test_codes_are_linear_in_volts_and_micrometres_and_saturate);
     RUN_TEST(test_noise_has_its_size_and_its_seed);
     RUN_TEST(test_the_supply_sags_at_its_time);
-    RUN_TEST(test_the_supply_goes_beside_the_codes);
     RUN_TEST(test_no_supply_is_not_sent);
     RUN_TEST(test_the_load_comes_at_its_time);
     RUN_TEST(test_resonance_rings);
-    RUN_TEST(test_frames_are_repeated_until_the_board_is_up_and_paired_afterwards);
-    RUN_TEST(test_answers_to_repeated_frames_are_dropped);
     RUN_TEST(test_a_partner_that_leaves_ends_the_run_cleanly);
     RUN_TEST(test_a_wish_to_stop_ends_the_run_cleanly);
     RUN_TEST(test_real_time_is_kept_from_below);
     RUN_TEST(test_the_log_is_a_recording_of_what_happened);
-    RUN_TEST(test_a_socket_path_that_is_taken_or_too_long_is_one_line);
+    RUN_TEST(test_the_line_is_two_named_pipes);
+    RUN_TEST(test_a_wish_to_stop_ends_the_wait_for_a_bench);
+    RUN_TEST(test_a_name_that_is_taken_or_too_long_is_one_line);
     return UNITY_END();
 }

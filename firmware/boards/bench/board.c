@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The application under `qemu-system-arm -M netduinoplus2`. First -serial: USART1, the Modbus line. Second -serial:
- * USART2, the converter line, on which `hyst twin` stands for converters and actuator, in lock step (docs/DESIGN.md,
- * section 6).
+ * The application under `qemu-system-arm -M netduinoplus2`. First -serial: USART1, the Modbus line. The converter line
+ * goes by semihosting, through two pipes on which `hyst twin` stands for converters and actuator, in lock step
+ * (docs/DESIGN.md, section 6): one system call of the emulator each way, where a byte of an emulated serial line takes
+ * it some fifteen.
  *
  * Time. There is no sample clock here: the twin's next position is the next sample, whenever it comes, so the loop's
  * notion of time is exact however fast or slow the emulation runs. The twin holds drive k until it sends position k +
- * 1: latency_samples is 1.
+ * 1: latency_samples is 1. The interrupt that runs the loop is raised by software: whenever the main loop is idle, and
+ * every millisecond, so that samples go on, and interrupt it anywhere, while it is busy.
  *
  * Limitations. QEMU 7.2 runs the timers from a fixed 1 GHz, whatever the clock control says, and has no cycle counter.
  * TIM5 therefore counts nanoseconds of QEMU's virtual time: under `-icount shift=0` that is executed instructions,
@@ -16,8 +18,10 @@
 #include "board.h"
 #include "loop/loop.h"
 #include "modbus_line.h"
+#include "semihosting.h"
 #include "startup.h"
 #include "stm32f405.h"
+#include <string.h>
 
 #define QEMU_TIMER_HZ     1000000000U
 #define QEMU_CORE_HZ      168000000U
@@ -47,28 +51,27 @@ const board_info_t board_info = {
                      .filter_gain_max = 64},
 };
 
-/* One code crosses the line as three bytes; only the first has bit 7 set, so a lost byte costs one sample and no more.
- */
-static struct {
-    uint32_t code;
-    unsigned bytes;
-} arriving;
+/* What crosses the line (host_tools/bench/converter_line.h has the twin's side). */
+typedef struct {
+    uint16_t drive_code;
+    uint16_t answers; /* 1: the last position. 0: it only asks for one */
+} ask_t;
+typedef struct {
+    uint16_t position_code;
+    uint16_t there;     /* 0: the next sample is not due yet */
+    uint32_t supply_mv; /* of the stage, 0 not measured */
+} answer_t;
 
-/* The stage's supply in mV, four bits in the spare bits 5 to 2 of each code's first byte, the highest first; bit 6
- * marks the first of five. It counts when it has come twice alike: of two numbers that lost codes a third could be
- * made. */
-#define SUPPLY_PARTS 5U
 static struct {
-    uint32_t bits, before;
-    unsigned parts;
-    int32_t mv;
-} supply;
+    intptr_t asks, answers; /* files of the emulator's */
+    ask_t ask;
+    bool sampled; /* the last time that it was asked */
+} line;
+static int32_t supply_mv = HEALTH_ABSENT; /* not sent yet */
 
 board_start_t board_init(void) {
-    supply.parts = SUPPLY_PARTS;
-    supply.mv = HEALTH_ABSENT;                    /* not sent yet */
     const last_run_t last = last_run_take(false); /* the emulator's memory begins as zeros */
-    RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM5 | RCC_APB1ENR_USART2;
+    RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM5;
     TIM5->CR1 = TIM_CR1_CEN;
     TIM2->PSC = QEMU_TIMER_HZ / 1000000U - 1U;
     TIM2->CR1 = TIM_CR1_CEN;
@@ -84,7 +87,7 @@ board_start_t board_init(void) {
 }
 
 int32_t board_health(health_channel_t channel) {
-    return channel == HEALTH_HIGH_VOLTAGE ? supply.mv : HEALTH_ABSENT;
+    return channel == HEALTH_HIGH_VOLTAGE ? supply_mv : HEALTH_ABSENT;
 }
 
 /* The twin is the converter. */
@@ -132,61 +135,57 @@ bool board_store_program(unsigned sector, size_t word, uint32_t value) {
     return true;
 }
 
+/* Opens the file of the next name in a list, and ends the name in place. */
+static intptr_t open_next(char **list, uintptr_t mode) {
+    char *const name = *list;
+    const uintptr_t length = strcspn(name, " ");
+    *list += name[length] == ' ' ? length + 1U : length;
+    name[length] = '\0';
+    const uintptr_t block[] = {(uintptr_t)name, mode, length};
+    return semihosting(SYS_OPEN, (uintptr_t)block);
+}
+
 void board_start(uint16_t drive_code) {
+    static char names[256];
+    const uintptr_t block[] = {(uintptr_t)names, sizeof names};
+    char *next = names;
     (void)drive_code; /* the first sample says it */
-    USART2->CR1 = USART_CR1_UE | USART_CR1_TE | USART_CR1_RE | USART_CR1_RXNEIE;
-    nvic_enable(IRQ_USART2, PRIORITY_SAMPLE);
+    (void)semihosting(SYS_GET_CMDLINE, (uintptr_t)block);
+    line.asks = open_next(&next, SEMIHOSTING_WRITE);
+    line.answers = open_next(&next, SEMIHOSTING_READ);
+    nvic_enable(IRQ_TIM2, PRIORITY_SAMPLE);
 }
 
-/* The emulated transmitter is always ready. */
-static void send_code(uint16_t code) {
-    USART2->DR = 0x80U | (uint32_t)code >> 14;
-    USART2->DR = (uint32_t)code >> 7 & 0x7FU;
-    USART2->DR = (uint32_t)code & 0x7FU;
+/* Whether all of it went through: what is left over of `size` is 0. */
+static bool transfer(uint32_t operation, intptr_t file, void *memory, uint32_t size) {
+    const uintptr_t block[] = {(uintptr_t)file, (uintptr_t)memory, size};
+    return semihosting(operation, (uintptr_t)block) == 0;
 }
 
-/* Those five bits of a code. */
-static void receive_supply(uint32_t spare) {
-    if ((spare & 0x10U) != 0) {
-        supply.bits = 0;
-        supply.parts = 0;
-    }
-    if (supply.parts == SUPPLY_PARTS) {
-        return; /* waits for a beginning */
-    }
-    supply.bits = supply.bits << 4 | (spare & 0xFU);
-    supply.parts++;
-    if (supply.parts == SUPPLY_PARTS) {
-        supply.mv = supply.bits == supply.before ? (int32_t)supply.bits : supply.mv;
-        supply.before = supply.bits;
+/* The loop. The twin answers every ask at once, so that the emulator does not stand still. */
+void tim2_handler(void) {
+    answer_t answer;
+    line.sampled = transfer(SYS_WRITE, line.asks, &line.ask, sizeof line.ask) &&
+                   transfer(SYS_READ, line.answers, &answer, sizeof answer) && answer.there != 0;
+    line.ask.answers = 0;
+    if (line.sampled) {
+        supply_mv = answer.supply_mv != 0 ? (int32_t)answer.supply_mv : HEALTH_ABSENT;
+        const loop_input_t input = {.position_code = answer.position_code};
+        line.ask = (ask_t){.drive_code = loop_sample(&input), .answers = 1};
     }
 }
 
-/* The byte that completes a code is answered. */
-static void receive(uint32_t byte) {
-    if ((byte & 0x80U) != 0) {
-        arriving.code = 0;
-        arriving.bytes = 0;
-    }
-    arriving.code = arriving.code << 7 | (byte & 0x7FU);
-    arriving.bytes++;
-    if (arriving.bytes == 3) {
-        receive_supply(arriving.code >> 16 & 0x1FU);
-        const loop_input_t input = {.position_code = (uint16_t)arriving.code};
-        send_code(loop_sample(&input));
+/* After a sample the main loop turns once more before the next. */
+void board_idle(void) {
+    nvic_raise(IRQ_TIM2);
+    if (!line.sampled) {
+        __asm__ volatile("wfi");
     }
 }
 
-/* The loop, once every three bytes. QEMU hands over one byte at a time, and a byte is one interrupt: one that looks for
- * the next byte by itself takes QEMU's lock, again and again, from the thread that is to bring it. */
-void usart2_handler(void) {
-    if ((USART2->SR & USART_SR_RXNE) != 0) {
-        receive(USART2->DR);
-    }
-}
-
-/* Ends the sleep of board_idle; there is nothing else to do. */
+/* Ends the sleep of board_idle. */
 void systick_handler(void) {
+    nvic_raise(IRQ_TIM2);
 }
 
 /* The output is the answer to the twin: without one it keeps the last code, until the next start answers. */

@@ -95,7 +95,6 @@ __attribute__((naked)) void fault_handler(void) {
 void systick_handler(void) __attribute__((weak, alias("fault_handler")));
 void tim2_handler(void) __attribute__((weak, alias("fault_handler")));
 void usart1_handler(void) __attribute__((weak, alias("fault_handler")));
-void usart2_handler(void) __attribute__((weak, alias("fault_handler")));
 
 typedef void (*handler_t)(void);
 
@@ -119,8 +118,7 @@ __attribute__((section(".vectors"), used)) const vectors_t vectors = {
         [IRQ_TIM2] = tim2_handler,
         [IRQ_TIM2 + 1 ... IRQ_USART1 - 1] = fault_handler,
         [IRQ_USART1] = usart1_handler,
-        [IRQ_USART2] = usart2_handler,
-        [IRQ_USART2 + 1 ... IRQ_COUNT - 1] = fault_handler,
+        [IRQ_USART1 + 1 ... IRQ_COUNT - 1] = fault_handler,
     },
 };
 /* clang-format on */

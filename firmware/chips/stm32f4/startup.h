@@ -19,7 +19,6 @@
 void systick_handler(void);
 void tim2_handler(void);
 void usart1_handler(void);
-void usart2_handler(void);
 
 /** What the last run left behind. Whole, or all zero: after power came on, memory holds anything. */
 typedef struct {

@@ -45,7 +45,6 @@ _Static_assert(offsetof(rcc_t, AHB1ENR) == 0x30 && offsetof(rcc_t, APB2ENR) == 0
 #define RCC_AHB1ENR_GPIOB  BIT(1)
 #define RCC_APB1ENR_TIM2   BIT(0)
 #define RCC_APB1ENR_TIM5   BIT(3)
-#define RCC_APB1ENR_USART2 BIT(17)
 #define RCC_APB1ENR_DAC    BIT(29)
 #define RCC_APB1ENR_PWR    BIT(28)
 #define RCC_CSR_RMVF       BIT(24)
@@ -124,7 +123,6 @@ typedef struct {
     volatile uint32_t SR, DR, BRR, CR1, CR2, CR3;
 } usart_t;
 #define USART1           ((usart_t *)0x40011000UL)
-#define USART2           ((usart_t *)0x40004400UL)
 #define USART_SR_PE      BIT(0)
 #define USART_SR_FE      BIT(1)
 #define USART_SR_NF      BIT(2)
@@ -200,7 +198,7 @@ _Static_assert(offsetof(dac_t, DHR12L1) == 0x0C && offsetof(dac_t, DOR1) == 0x2C
 #define DAC_CR_TSEL1_TIM2 (4UL << 3)
 
 /* Interrupt numbers, RM0090 table 62 */
-enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_USART2 = 38, IRQ_COUNT = 82 };
+enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_COUNT = 82 };
 
 /* Written at the factory: unique identifier (RM0090 section 39.1), and what the converter read at 3.3 V (STM32F405
  * datasheet, tables of the temperature sensor and of the internal reference). */
@@ -214,6 +212,7 @@ enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_USART2 = 38, IRQ_COUNT = 82 };
 
 /* Core: Armv7-M Architecture Reference Manual, sections B3 and C1 */
 #define NVIC_ISER       ((volatile uint32_t *)0xE000E100UL)
+#define NVIC_ISPR       ((volatile uint32_t *)0xE000E200UL)
 #define NVIC_IPR        ((volatile uint8_t *)0xE000E400UL)
 #define SCB_CPACR       (*(volatile uint32_t *)0xE000ED88UL)
 #define SCB_CPACR_FPU   (0xFUL << 20)
@@ -253,6 +252,12 @@ static inline void nvic_enable(unsigned irq, unsigned priority) {
 /** What was stored before has arrived. */
 static inline void wait_for_stores(void) {
     __asm__ volatile("dsb" ::: "memory");
+}
+
+/** The interrupt, as if its source had raised it. One that nothing holds back has run when this returns. */
+static inline void nvic_raise(unsigned irq) {
+    NVIC_ISPR[irq / 32U] = BIT(irq % 32U);
+    __asm__ volatile("dsb\n\tisb" ::: "memory");
 }
 
 #endif

@@ -13,7 +13,7 @@
 device_t *h405_device;
 peripheral_log_t h405_log;
 
-static emulator_t emulator = {.process = -1, .converter_line = -1, .output = -1, .port_holder = -1};
+static emulator_t emulator = EMULATOR_NONE;
 
 /* In the working folder. The log stays there, to be looked at. */
 static const char log_path[] = "h405.log";
