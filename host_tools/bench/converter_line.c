@@ -29,7 +29,7 @@ static converter_status_t wait_for_bench(converter_line_t *line, const char *ans
         if (line->answers >= 0) {
             return CONVERTER_DONE;
         }
-        if (errno != ENXIO && errno != EINTR) { /* ENXIO: nobody reads yet */
+        if (errno != ENXIO && errno != EINTR) { /* ENXIO: no reader yet */
             return broken(line, failure);
         }
         (void)poll(NULL, 0, OPEN_LOOK_MS);

@@ -24,7 +24,7 @@ typedef struct {
     bool sags;                    /**< the supply: no voltage above sag_v from sag_at_s on */
     double sag_v, sag_at_s;
     unsigned long seed; /**< of the noise */
-    bool real_time;     /**< pace the samples by the clock, else as fast as they are asked for */
+    bool real_time;     /**< pace the samples by the clock, else as fast as the bench takes them */
     const char *log;    /**< CSV recording of voltage and unconverted position, or NULL */
 } twin_options_t;
 

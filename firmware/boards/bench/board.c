@@ -2,8 +2,8 @@
 /*
  * The application under `qemu-system-arm -M netduinoplus2`. First -serial: USART1, the Modbus line. The converter line
  * goes by semihosting, through two pipes on which `hyst twin` stands for converters and actuator, in lock step
- * (docs/DESIGN.md, section 6): one system call of the emulator each way, where a byte of an emulated serial line takes
- * it some fifteen.
+ * (docs/DESIGN.md, section 6). That is one system call of the emulator each way. A byte of an emulated serial line
+ * takes it some fifteen.
  *
  * Time. There is no sample clock here: the twin's next position is the next sample, whenever it comes, so the loop's
  * notion of time is exact however fast or slow the emulation runs. The twin holds drive k until it sends position k +
@@ -65,7 +65,8 @@ typedef struct {
 static struct {
     intptr_t asks, answers; /* files of the emulator's */
     ask_t ask;
-    bool sampled; /* the last time that it was asked */
+    bool sampled;      /* the last time */
+    unsigned in_a_row; /* samples that the next interrupt may make, if more than one */
 } line;
 static int32_t supply_mv = HEALTH_ABSENT; /* not sent yet */
 
@@ -162,17 +163,27 @@ static bool transfer(uint32_t operation, intptr_t file, void *memory, uint32_t s
     return semihosting(operation, (uintptr_t)block) == 0;
 }
 
-/* The loop. The twin answers every ask at once, so that the emulator does not stand still. */
-void tim2_handler(void) {
+/* Whether there was a sample. The twin answers every ask at once, so that the emulator does not stand still. */
+static bool sample(void) {
     answer_t answer;
-    line.sampled = transfer(SYS_WRITE, line.asks, &line.ask, sizeof line.ask) &&
-                   transfer(SYS_READ, line.answers, &answer, sizeof answer) && answer.there != 0;
+    const bool there = transfer(SYS_WRITE, line.asks, &line.ask, sizeof line.ask) &&
+                       transfer(SYS_READ, line.answers, &answer, sizeof answer) && answer.there != 0;
     line.ask.answers = 0;
-    if (line.sampled) {
+    if (there) {
         supply_mv = answer.supply_mv != 0 ? (int32_t)answer.supply_mv : HEALTH_ABSENT;
         const loop_input_t input = {.position_code = answer.position_code};
         line.ask = (ask_t){.drive_code = loop_sample(&input), .answers = 1};
     }
+    return there;
+}
+
+/* The loop. */
+void tim2_handler(void) {
+    line.sampled = sample();
+    while (line.in_a_row > 1U && sample()) {
+        line.in_a_row--;
+    }
+    line.in_a_row = 0;
 }
 
 /* After a sample the main loop turns once more before the next. */
@@ -183,8 +194,9 @@ void board_idle(void) {
     }
 }
 
-/* Ends the sleep of board_idle. */
+/* Ends the sleep of board_idle. While the main loop is busy, the samples of a millisecond come at its end. */
 void systick_handler(void) {
+    line.in_a_row = SAMPLE_RATE_HZ / 1000U;
     nvic_raise(IRQ_TIM2);
 }
 

@@ -9,6 +9,7 @@
 #include "amplifier/stream_reader.h"
 #include "base/monotonic_clock.h"
 #include "bench_process.h"
+#include "board.h"
 #include "chain/chain.h"
 #include "command_line/print.h"
 #include "compile/compile.h"
@@ -280,8 +281,8 @@ static void test_counters_count_and_clear(void) {
     const double until_s = monotonic_s() + 30.0;
     do {
         must(device_read_telemetry(device, now, &failure));
-    } while (now[INDEX_drive_limited] == 0 && monotonic_s() < until_s);
-    TEST_ASSERT_GREATER_THAN_INT64(0, now[INDEX_drive_limited]);
+    } while (now[INDEX_drive_limited] <= BOARD_LATENCY_MAX && monotonic_s() < until_s); /* the drive is shown later */
+    TEST_ASSERT_GREATER_THAN_INT64((int64_t)BOARD_LATENCY_MAX, now[INDEX_drive_limited]);
     TEST_ASSERT_GREATER_THAN_INT64(now[INDEX_drive_limited], now[INDEX_samples]);
     TEST_ASSERT_EQUAL_INT64(good.drive_high, now[INDEX_drive]);
     TEST_ASSERT_EQUAL_INT64(0, now[INDEX_overruns]);
@@ -341,6 +342,10 @@ static double stream_for(double seconds, unsigned decimation) {
     return (double)streamed.frames / (monotonic_s() - begun_s);
 }
 
+/* Other tests beside this one can hold a request back for seconds, while the loop goes on. The ring has room for 16,000
+ * frames of two signals: 6.4 s then. */
+#define LEAST_DECIMATION 4U
+
 /* For docs/LIVE.md: the rate that the emulated line carries, and that of the loop meanwhile. */
 static void test_the_stream_has_no_gap(void) {
     experiment_t experiment = experiment_of(WAVEFORM_SINE, HYST_MODE_DIRECT, 7.3);
@@ -348,7 +353,8 @@ static void test_the_stream_has_no_gap(void) {
     must(experiment_start(device, &good, &experiment, 0, &failure));
     stream_pace_t pace;
     must(stream_measure(device, &pace, &failure));
-    const unsigned decimation = stream_decimation(&pace, CAPTURE_DRIVE | CAPTURE_POSITION, 0.8);
+    const unsigned asked = stream_decimation(&pace, CAPTURE_DRIVE | CAPTURE_POSITION, 0.8);
+    const unsigned decimation = asked < LEAST_DECIMATION ? LEAST_DECIMATION : asked;
     const int64_t before = value_of(INDEX_sequence);
     const double begun_s = monotonic_s();
     const double rate = stream_for(5.0, decimation);
