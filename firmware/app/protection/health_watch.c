@@ -91,7 +91,7 @@ static inline bool there(const channel_t *channel, bool stage_up) {
 }
 
 _Static_assert(HEALTH_WATCH_WARN < HEALTH_WATCH_CONVERT && HEALTH_WATCH_READ + 1 == HEALTH_WATCH_STEPS,
-               "the order in which steps are asked for");
+               "the order in which steps are tested");
 _Static_assert((HEALTH_CHANNELS & (HEALTH_CHANNELS + 1)) == 0, "a turn is a power of two");
 
 static inline void read_next(void) {
@@ -141,7 +141,7 @@ static inline void warn(bool stage_up) {
     }
 }
 
-/* Asked for in an order in which none of the four takes much more than the others. */
+/* Tested in an order in which none of the four takes much more than the others. */
 HYST_APART uint32_t health_watch_step(health_watch_step_t step, bool stage_up) {
     if (step == HEALTH_WATCH_CONVERT) {
         board_health_convert();
