@@ -150,7 +150,7 @@ static void compare_banks(generator_t *generator, uint32_t operators) {
             bool saturated = false;
             hyst_pi_found_t found;
             uint32_t before = cost_counter();
-            const hyst_q31_t drive = hyst_pi_find(&model, &state, wanted, &saturated, &found);
+            const hyst_q31_t drive = hyst_pi_find(&model, &state, wanted, &found);
             hyst_pi_follow(&model, &state, drive, &found);
             const uint32_t ours_took = cost_counter() - before - cost_of_looking();
             before = cost_counter();

@@ -183,6 +183,35 @@ static void test_refusal_leaves_the_model_alone(void) {
     TEST_ASSERT_EQUAL_MEMORY(&before, &model, sizeof model);
 }
 
+/* min(beta |v|, 1 - a_n), where it is cut and beside that. Plays of weight 0 make any beta stable, and an unsmoothed
+ * rate is half of the step. */
+static void test_growth_up_to_its_limit(void) {
+    const hyst_q28_t weight[2] = {HYST_Q28_ONE, 0};
+    unsigned cut = 0, below = 0;
+    for (int run = 0; run < 20000; run++) {
+        const hyst_q31_t threshold = random_between(&rng, 1, INT32_MAX) | (run % 100 == 0 ? INT32_MAX : 0);
+        const hyst_q20_t beta = 1 + (random_between(&rng, 0, INT32_MAX - 1) >> (random_bits(&rng) % 31U));
+        hyst_pi_t model;
+        uint32_t element;
+        TEST_ASSERT_EQUAL_INT(HYST_PI_OK,
+                              hyst_pi_build(&model, 1, 0, weight, &threshold, beta, HYST_Q30_ONE, &element));
+        const int64_t limit = INT32_MAX - threshold;
+        const int64_t at_limit = ((limit + 1) << 19) / beta; /* about where it is cut */
+        const int64_t rate = run % 4 == 3 ? random_between(&rng, 0, (1 << 30) - 1) : at_limit + run % 4 - 1;
+        if (rate < 0 || rate >= 1 << 30) {
+            continue;
+        }
+        hyst_pi_state_t state;
+        hyst_pi_reset(&model, &state, 0);
+        hyst_pi_advance(&model, &state, (hyst_q31_t)(random_unit(&rng) < 0.5 ? 2 * rate : -2 * rate));
+        const int64_t exact = (beta * rate + (1 << 18)) >> 19;
+        TEST_ASSERT_EQUAL_INT32(exact < limit ? exact : limit, state.growth);
+        cut += exact > limit ? 1U : 0U;
+        below += exact < limit ? 1U : 0U;
+    }
+    TEST_ASSERT_TRUE(cut > 1000 && below > 1000);
+}
+
 int main(void) {
     rng = random_start("test_prandtl_ishlinskii", 20261121);
     UNITY_BEGIN();
@@ -193,5 +222,6 @@ int main(void) {
     RUN_TEST(test_minor_loops_are_congruent);
     RUN_TEST(test_builder_refuses_what_is_not_invertible);
     RUN_TEST(test_refusal_leaves_the_model_alone);
+    RUN_TEST(test_growth_up_to_its_limit);
     return UNITY_END();
 }

@@ -98,8 +98,10 @@ static bool last_cycle(source_t *source) {
 /* offset + amplitude * shape. */
 static hyst_q31_t scaled(const source_settings_t *s, hyst_q31_t shape) {
     const int64_t swing = hyst_round_shift(hyst_product(s->amplitude, shape), 31); /* <= 2^31 */
-    const int32_t near = (int32_t)swing;
-    return near == swing ? hyst_add(s->offset, near) : hyst_saturate(s->offset + swing); /* 2^31 alone does not fit */
+    if (s->amplitude == HYST_Q31_MIN) { /* 2^31 alone does not fit, which -2^31 times -2^31 makes */
+        return hyst_saturate(s->offset + swing);
+    }
+    return hyst_add(s->offset, (int32_t)swing);
 }
 
 static hyst_q31_t play_sine(source_t *source) {

@@ -8,16 +8,19 @@
 
 /* At frequency 0 (sign 1) and at half the sample rate (sign -1): |numerator| > gain * denominator. */
 static bool exceeds_at(const hyst_iir_coefficients_t *s, int64_t sign, int64_t gain) {
-    const int64_t numerator = (int64_t)s->b0 + sign * s->b1 + s->b2;                      /* |.| < 15 * 2^28 */
-    const int64_t denominator = (int64_t)HYST_Q28_ONE - sign * s->minus_a1 - s->minus_a2; /* > 0, below 2^30 */
+    const int64_t numerator = s->b0 + sign * hyst_iir_first(s->b) + hyst_iir_second(s->b); /* |.| < 15 * 2^28 */
+    const int64_t denominator =
+        (int64_t)HYST_Q28_ONE - sign * hyst_iir_first(s->minus_a) - hyst_iir_second(s->minus_a); /* > 0, below 2^30 */
     return hyst_magnitude(numerator) > gain * denominator;
 }
 
-/* A pair of complex poles has the radius sqrt(a2), and minus_a2 is -a2. Real ones show at the ends of the frequency
+/* A pair of complex poles has the radius sqrt(a2). Real ones show at the ends of the frequency
  * range. */
 static bool rings_for_ever(const hyst_iir_coefficients_t *s) {
-    const int64_t discriminant = hyst_product(s->minus_a1, s->minus_a1) + 4 * (int64_t)HYST_Q28_ONE * s->minus_a2;
-    return discriminant < 0 && HYST_Q28_ONE + s->minus_a2 < POLE_DISTANCE;
+    const hyst_q28_t minus_a1 = hyst_iir_first(s->minus_a);
+    const hyst_q28_t minus_a2 = hyst_iir_second(s->minus_a);
+    const int64_t discriminant = hyst_product(minus_a1, minus_a1) + 4 * (int64_t)HYST_Q28_ONE * minus_a2;
+    return discriminant < 0 && HYST_Q28_ONE + minus_a2 < POLE_DISTANCE;
 }
 
 static bool at_rest(const hyst_iir_t *filter, const hyst_iir_state_t *state) {

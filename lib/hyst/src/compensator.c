@@ -18,6 +18,7 @@ void hyst_compensator_reset(const hyst_compensator_t *compensator, hyst_compensa
     hyst_iir_reset(&state->equalise);
     state->mode = HYST_MODE_PARK;
     state->drive = compensator->drive_park;
+    state->events = 0;
     state->transition = (hyst_transition_t){.size = 0};
     state->adopted = false;
     state->settled = false;
@@ -57,7 +58,7 @@ static inline stage_drive_t same(hyst_q31_t drive) {
 /* A cascade that is there. Its state starts settled where it does not belong to the present input. */
 static HYST_WITHIN hyst_q31_t filter(const hyst_iir_t *iir, hyst_iir_state_t *state, bool settled, hyst_q31_t x,
                                      bool *saturated) {
-    return settled ? hyst_iir_step(iir, state, x, saturated) : hyst_iir_begin(iir, state, x, saturated);
+    return settled ? hyst_iir_pass(x, iir, state, saturated) : hyst_iir_begin(iir, state, x, saturated);
 }
 
 /* The hysteresis' drive for a position. */
@@ -70,15 +71,16 @@ static HYST_WITHIN hyst_q31_t invert(const hyst_compensator_t *c, const hyst_hys
     if ((stages & HYST_STAGE_OTHER_FAMILY) != 0) {
         return hyst_hysteresis_find(&c->hysteresis, memory, position, unreachable, found);
     }
-    return hyst_pi_find(&c->hysteresis.prandtl_ishlinskii, &memory->prandtl_ishlinskii, position, unreachable,
-                        &found->prandtl_ishlinskii);
+    const hyst_q31_t drive = hyst_pi_find(&c->hysteresis.prandtl_ishlinskii, &memory->prandtl_ishlinskii, position,
+                                          &found->prandtl_ishlinskii);
+    *unreachable = found->prandtl_ishlinskii.unreachable;
+    return drive;
 }
 
 /* Of `stages` those that there may be: a constant, or those of the chain. */
 static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_compensator_state_t *state,
                                             const hyst_hysteresis_state_t *memory, hyst_q31_t reference,
-                                            hyst_hysteresis_found_t *found, unsigned *events, unsigned stages,
-                                            bool settled) {
+                                            hyst_hysteresis_found_t *found, unsigned stages, bool settled) {
     bool filter_saturated = false;
     bool unreachable = false;
     hyst_q31_t elastic = reference;
@@ -103,8 +105,8 @@ static HYST_WITHIN stage_drive_t compensate(const hyst_compensator_t *c, hyst_co
     if ((stages & HYST_STAGE_EQUALISE) != 0) {
         drive.amplifier = filter(&c->equalise, &state->equalise, settled, drive.amplifier, &filter_saturated);
     }
-    *events = (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
-              (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
+    state->events = (unreachable ? (unsigned)HYST_STEP_UNREACHABLE : 0U) |
+                    (filter_saturated ? (unsigned)HYST_STEP_FILTER_SATURATED : 0U);
     return drive;
 }
 
@@ -156,13 +158,12 @@ static inline hyst_q31_t limited(hyst_q31_t drive, hyst_transition_t transition,
 /* The drive of this sample, and what hysteresis and creep remember of it. `found`: NULL without a model. */
 static HYST_WITHIN hyst_q31_t apply(const hyst_compensator_t *c, hyst_compensator_state_t *state,
                                     hyst_hysteresis_state_t *memory, stage_drive_t stage, hyst_q31_t low,
-                                    hyst_q31_t high, const hyst_hysteresis_found_t *found, unsigned *events,
-                                    unsigned stages) {
+                                    hyst_q31_t high, const hyst_hysteresis_found_t *found, unsigned stages) {
     const hyst_transition_t transition = state->transition;
     bool met;
     const hyst_q31_t drive = limited(stage.amplifier, transition, low, high, &met);
     if (met) {
-        *events |= (unsigned)HYST_STEP_DRIVE_LIMITED;
+        state->events |= (unsigned)HYST_STEP_DRIVE_LIMITED;
     }
     state->drive = drive;
     /* Inertia and equalise sections are spent on moving the mass and on the electronics: the hysteresis sees what was
@@ -192,12 +193,12 @@ static HYST_WITHIN hyst_q31_t apply(const hyst_compensator_t *c, hyst_compensato
 
 /* A sample that goes on as the one before it (`continues`). */
 static HYST_WITHIN hyst_q31_t go_on(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_q31_t reference,
-                                    hyst_q31_t low, hyst_q31_t high, unsigned *events, unsigned stages) {
+                                    hyst_q31_t low, hyst_q31_t high, unsigned stages) {
     hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
     hyst_hysteresis_found_t found;
-    const stage_drive_t stage = compensate(c, state, memory, reference, &found, events, stages, true);
+    const stage_drive_t stage = compensate(c, state, memory, reference, &found, stages, true);
     shrink(&state->transition, c->transition_slew);
-    return apply(c, state, memory, stage, low, high, &found, events, stages);
+    return apply(c, state, memory, stage, low, high, &found, stages);
 }
 
 /* Most chains have no other stages than filters: a copy of the step for these behind play operators, one for these
@@ -213,42 +214,40 @@ static inline unsigned any_of(const hyst_compensator_t *c) {
 }
 
 static HYST_APART hyst_q31_t go_on_plays(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
+                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
     (void)mode;
-    return go_on(c, state, reference, low, high, events, c->stages & FILTERS);
+    return go_on(c, state, reference, low, high, c->stages & FILTERS);
 }
 
 static HYST_APART hyst_q31_t go_on_family(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                          hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
-                                          unsigned *events) {
+                                          hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
     (void)mode;
-    return go_on(c, state, reference, low, high, events, (c->stages & FILTERS) | FAMILY);
+    return go_on(c, state, reference, low, high, (c->stages & FILTERS) | FAMILY);
 }
 
 static HYST_APART hyst_q31_t go_on_line(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                                        hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
+                                        hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
     (void)mode;
-    return go_on(c, state, reference, low, high, events, (c->stages & FILTERS) | LINE);
+    return go_on(c, state, reference, low, high, (c->stages & FILTERS) | LINE);
 }
 
 static HYST_APART hyst_q31_t go_on_any(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                                       hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events) {
+                                       hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
     (void)mode;
-    return go_on(c, state, reference, low, high, events, any_of(c));
+    return go_on(c, state, reference, low, high, any_of(c));
 }
 
 /* Any other sample: without a model, the first with one, or with new parameters. */
 static HYST_WITHIN hyst_q31_t begin_with(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned *events,
-                                         unsigned stages) {
+                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned stages) {
     hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
     const bool compensates = mode == HYST_MODE_COMPENSATE;
     hyst_hysteresis_found_t found;
     stage_drive_t stage;
     if (compensates) {
-        stage = compensate(c, state, memory, reference, &found, events, stages, state->settled);
+        stage = compensate(c, state, memory, reference, &found, stages, state->settled);
     } else {
-        *events = 0;
+        state->events = 0;
         stage = same(without_model(c, mode, reference));
     }
     if (mode != state->mode || state->adopted) {
@@ -263,37 +262,43 @@ static HYST_WITHIN hyst_q31_t begin_with(const hyst_compensator_t *c, hyst_compe
     state->adopted = false;
     state->settled = compensates; /* without a model the filters stand still */
     state->continues = compensates;
-    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, events, stages);
+    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, stages);
 }
 
 /* As before, a copy for play operators with filters alone. */
 static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                           hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
-                                           unsigned *events) {
+                                           hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
     if ((c->stages & ~FILTERS) == 0) {
-        return begin_with(c, state, mode, reference, low, high, events, c->stages & FILTERS);
+        return begin_with(c, state, mode, reference, low, high, c->stages & FILTERS);
     }
-    return begin_with(c, state, mode, reference, low, high, events, any_of(c));
+    return begin_with(c, state, mode, reference, low, high, any_of(c));
+}
+
+static HYST_WITHIN hyst_q31_t step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
+                                   hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
+    if (mode != HYST_MODE_COMPENSATE || !state->continues) {
+        return begin_or_pass(compensator, state, mode, reference, low, high);
+    }
+    const unsigned others = compensator->stages & ~FILTERS;
+    if (others == 0) {
+        return go_on_plays(compensator, state, mode, reference, low, high);
+    }
+    if (others == FAMILY) {
+        return go_on_family(compensator, state, mode, reference, low, high);
+    }
+    if (others == LINE) {
+        return go_on_line(compensator, state, mode, reference, low, high);
+    }
+    return go_on_any(compensator, state, mode, reference, low, high);
 }
 
 /* Inline where the program is compiled as a whole. */
 inline hyst_q31_t hyst_compensator_step_within(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
                                                hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high,
                                                unsigned *events) {
-    if (mode != HYST_MODE_COMPENSATE || !state->continues) {
-        return begin_or_pass(compensator, state, mode, reference, low, high, events);
-    }
-    const unsigned others = compensator->stages & ~FILTERS;
-    if (others == 0) {
-        return go_on_plays(compensator, state, mode, reference, low, high, events);
-    }
-    if (others == FAMILY) {
-        return go_on_family(compensator, state, mode, reference, low, high, events);
-    }
-    if (others == LINE) {
-        return go_on_line(compensator, state, mode, reference, low, high, events);
-    }
-    return go_on_any(compensator, state, mode, reference, low, high, events);
+    const hyst_q31_t drive = step(compensator, state, mode, reference, low, high);
+    *events = state->events;
+    return drive;
 }
 
 HYST_APART bool hyst_compensator_adopt(const hyst_compensator_t *from, const hyst_compensator_t *to,

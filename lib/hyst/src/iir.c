@@ -19,6 +19,10 @@ static hyst_iir_status_t check(const hyst_iir_section_t *s) {
     return HYST_IIR_OK;
 }
 
+static hyst_iir_pair_t pair(hyst_q28_t first, hyst_q28_t second) {
+    return (uint64_t)(uint32_t)second << 32 | (uint32_t)first;
+}
+
 hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_iir_section_t section[],
                                  uint32_t *element) {
     *element = 0;
@@ -37,11 +41,9 @@ hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_
         const hyst_iir_section_t *s = &section[i];
         /* |a1| < 2 and |a2| < 1, so the signs can be changed; 1 + a1 + a2 is positive: the stability triangle. */
         iir->section[i] =
-            (hyst_iir_coefficients_t){.b0 = s->b0,
-                                      .b1 = s->b1,
-                                      .b2 = s->b2,
-                                      .minus_a1 = -s->a1,
-                                      .minus_a2 = -s->a2,
+            (hyst_iir_coefficients_t){.b = pair(s->b1, s->b2),
+                                      .minus_a = pair(-s->a1, -s->a2),
+                                      .b0 = s->b0,
                                       .at_rest = (uint32_t)(HYST_Q28_ONE + s->a1 + s->a2),
                                       .reciprocal = hyst_reciprocal((uint32_t)(HYST_Q28_ONE + s->a1 + s->a2)),
                                       .gain = (int64_t)s->b0 + s->b1 + s->b2};
@@ -136,11 +138,13 @@ static inline hyst_q31_t section_step(const hyst_iir_coefficients_t *s, hyst_iir
     const hyst_q31_t y2 = past->y2;
     /* |sum| < 15 * 2^28 * 2^31 + 2^28 < 2^63. */
     int64_t sum = (uint32_t)past->remainder;
-    sum += hyst_product(s->b1, *x1);
-    sum += hyst_product(s->b2, *x2);
-    sum += hyst_product(s->minus_a1, y1);
-    sum += hyst_product(s->minus_a2, y2);
     sum += hyst_product(s->b0, x);
+    const hyst_iir_pair_t b = s->b;
+    sum += hyst_product(hyst_iir_first(b), *x1);
+    sum += hyst_product(hyst_iir_second(b), *x2);
+    const hyst_iir_pair_t minus_a = s->minus_a;
+    sum += hyst_product(hyst_iir_first(minus_a), y1);
+    sum += hyst_product(hyst_iir_second(minus_a), y2);
     const hyst_q31_t y = rounded(sum, &past->remainder, saturated);
     past->y2 = y1;
     past->y1 = y;
@@ -152,13 +156,10 @@ static inline hyst_q31_t section_step(const hyst_iir_coefficients_t *s, hyst_iir
 /* Written out: a loop over so few sections costs a sixth of them. */
 _Static_assert(HYST_IIR_MAX_SECTIONS == 4, "sections are written out");
 
-HYST_APART hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
+HYST_APART hyst_q31_t hyst_iir_pass(hyst_q31_t x, const hyst_iir_t *iir, hyst_iir_state_t *state, bool *saturated) {
     const uint32_t sections = iir->sections;
     hyst_q31_t x1 = state->x1;
     hyst_q31_t x2 = state->x2;
-    if (sections == 0) {
-        return x;
-    }
     state->x1 = x;
     state->x2 = x1;
     x = section_step(&iir->section[0], &state->section[0], x, &x1, &x2, saturated);

@@ -25,12 +25,12 @@ static inline uint32_t smaller(uint32_t a, uint32_t b) {
 #define AGAINST(outward) ((outward) > 0 ? HYST_PI_DOWN : HYST_PI_UP)
 
 /* Outermost run whose first operator is carried by a movement to `edge`, when that of the innermost is. */
-static HYST_WITHIN hyst_pi_run_t *last_run_by_drive(hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
+static HYST_WITHIN hyst_pi_run_t *last_run_by_drive(hyst_pi_state_t *state, hyst_pi_run_t *behind, hyst_q31_t edge,
+                                                    int outward) {
     const uint32_t open = state->runs - 1U;
     hyst_pi_run_t *run = state->run;
-    hyst_pi_run_t *const innermost = run + open;
 #define CARRIED(i)  (outward > 0 ? edge > run[i].corner[ALONG(outward)] : edge < run[i].corner[ALONG(outward)])
-#define FIRST(size) run = CARRIED((size)-1) ? run : innermost + 1 - (size)
+#define FIRST(size) run = CARRIED((size)-1) ? run : behind - (size)
 #define PROBE(half) run = CARRIED((half)-1) ? run : run + (half)
     HYST_PI_BISECT_RUNS(open, FIRST, PROBE)
 #undef CARRIED
@@ -38,10 +38,10 @@ static HYST_WITHIN hyst_pi_run_t *last_run_by_drive(hyst_pi_state_t *state, hyst
 }
 
 /* The same for a movement that ends where the position is `goal`. */
-static HYST_WITHIN const hyst_pi_run_t *last_run_by_position(const hyst_pi_state_t *state, int64_t goal, int outward) {
+static HYST_WITHIN const hyst_pi_run_t *last_run_by_position(const hyst_pi_state_t *state, const hyst_pi_run_t *behind,
+                                                             int64_t goal, int outward) {
     const uint32_t open = state->runs - 1U;
     const hyst_pi_run_t *run = state->run;
-    const hyst_pi_run_t *const innermost = run + open;
 #define CARRIED(i) (outward > 0 ? goal > run[i].response[ALONG(outward)] : goal < run[i].response[ALONG(outward)])
     HYST_PI_BISECT_RUNS(open, FIRST, PROBE)
 #undef CARRIED
@@ -50,13 +50,13 @@ static HYST_WITHIN const hyst_pi_run_t *last_run_by_position(const hyst_pi_state
     return run;
 }
 
-/* Last operator whose turn is below, if that of operator 0 is; as hyst_pi_last_within. */
-static inline uint32_t last_turn_below(const hyst_pi_t *model, uint64_t reach) {
+/* Turn of the last operator whose turn is below, if that of operator 0 is; as hyst_pi_last_within. */
+static inline const int64_t *last_turn_below(const hyst_pi_t *model, uint64_t reach) {
     const int64_t *at = model->turn;
 #define PROBE(half) at = (uint64_t)at[half] < reach ? at + (half) : at
     HYST_PI_PROBE_LEVELS(model->levels, PROBE)
 #undef PROBE
-    return (uint32_t)(at - model->turn);
+    return at;
 }
 
 /*
@@ -92,29 +92,34 @@ static HYST_WITHIN void carry_along(const hyst_pi_t *model, hyst_pi_state_t *sta
 }
 
 /* Carries along all operators that the drive less the growth, `edge`, lies beyond; the innermost is one of them. */
-static HYST_WITHIN void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t edge, int outward) {
-    hyst_pi_run_t *run = last_run_by_drive(state, edge, outward);
+static HYST_WITHIN void move_outward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_pi_run_t *behind,
+                                     hyst_q31_t edge, int outward) {
+    hyst_pi_run_t *run = last_run_by_drive(state, behind, edge, outward);
     /* Beyond the corner of its first operator by 1 .. 2^32 - 1, modulo 2^32. */
     uint32_t beyond = outward > 0 ? (uint32_t)edge - (uint32_t)run->corner[ALONG(outward)]
                                   : (uint32_t)run->corner[ALONG(outward)] - (uint32_t)edge;
     uint32_t end = run->end;
-    int64_t response = run->response[ALONG(outward)];
-    if (run->side != -outward) {
+    int64_t response;
+    if (run->side == -outward) {
+        response = run->response[ALONG(outward)];
+    } else {
         /* Corner i lies |side + outward| (a_i - a_first) further out. Up to 2^31 + (2^32 - 2) / 2; or, where the memory
          * is the level, edge - level - 1 in all: below 2^32. */
-        const uint32_t first = run->first;
-        const uint32_t nearest = (uint32_t)model->threshold[first];
-        const uint32_t reach = nearest + ((beyond - 1U) >> (run->side & 1));
+        const uint32_t nearest = (uint32_t)model->threshold[run->first];
+        const unsigned twice = (unsigned)run->side & 1U;
+        const uint32_t reach = nearest + ((beyond - 1U) >> twice);
+        beyond += nearest << twice; /* modulo 2^32, until the last one's corner is taken off */
         /* Thresholds rise over all runs: within this one it is that, or its last. */
         end = smaller(end, 1U + hyst_pi_last_within(model, reach));
-        const uint32_t further = (uint32_t)model->threshold[end - 1U] - nearest;
+        const uint32_t furthest = (uint32_t)model->threshold[end - 1U];
         const int64_t turn = model->turn[end - 1U];
         if (run->side != 0) {
-            beyond -= 2U * further;
+            beyond -= 2U * furthest;
             response = run->response[AGAINST(outward)] + outward * turn;
         } else {
-            beyond -= further;
-            response += outward * ((turn - model->turn[first]) >> 1); /* of two even numbers */
+            beyond -= furthest;
+            response =
+                run->response[ALONG(outward)] + outward * ((turn - model->turn[run->first]) >> 1); /* both even */
         }
     }
     /* Behind the corner of the last one the slope is S_end: 2^32 * 2^30 = 2^62 at most; the sum is a response. */
@@ -127,19 +132,19 @@ static inline void move(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31
         return;
     }
     /* At most one of the two finds anything. Not only the sign of the step decides: thresholds may also have shrunk. */
-    const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+    hyst_pi_run_t *behind = state->run + state->runs; /* the innermost run */
     const hyst_q31_t up = hyst_subtract(drive, growth);
     const hyst_q31_t down = hyst_add(drive, growth);
-    if (up > innermost->corner[HYST_PI_UP]) {
-        move_outward(model, state, up, 1);
-    } else if (down < innermost->corner[HYST_PI_DOWN]) {
-        move_outward(model, state, down, -1);
+    if (up > behind[-1].corner[HYST_PI_UP]) {
+        move_outward(model, state, behind, up, 1);
+    } else if (down < behind[-1].corner[HYST_PI_DOWN]) {
+        move_outward(model, state, behind, down, -1);
     }
 }
 
-/* (a - b) / 2, rounded down: fits. */
+/* (a - b) / 2, rounded down: fits. Bit by bit a - b is a ^ b, less twice what b has and a has not. */
 static inline int32_t half_difference(int32_t a, int32_t b) {
-    return (a >> 1) - (b >> 1) - (b & ~a & 1);
+    return ((a ^ b) >> 1) - (b & ~a);
 }
 
 /* The drive's past. */
@@ -182,14 +187,14 @@ HYST_APART void hyst_pi_follow(const hyst_pi_t *model, hyst_pi_state_t *state, h
                                const hyst_pi_found_t *found) {
     const hyst_q31_t growth = state->growth;
     remember(model, state, drive);
-    if (drive != found->drive || found->outward == HYST_PI_SEARCH) {
+    if (drive != found->drive || hyst_pi_leaves_open(found)) {
         move(model, state, drive, growth);
     } else if (found->outward != 0) {
         hyst_pi_run_t *run = state->run + (found->run - state->run);
         if (found->outward > 0) {
-            carry_along(model, state, run, found->end, drive - growth, found->response, 1);
+            carry_along(model, state, run, found->last + 1U, drive - growth, found->goal + found->missed, 1);
         } else {
-            carry_along(model, state, run, found->end, drive + growth, found->response, -1);
+            carry_along(model, state, run, found->last + 1U, drive + growth, found->goal - found->missed, -1);
         }
     }
 }
@@ -216,13 +221,14 @@ static inline int64_t memory_sum(const hyst_pi_t *model, const hyst_pi_state_t *
 hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state) {
     /* |w_0 u + W| <= 2^61 together, offset < 2^59 in Q59. */
     const int64_t sum = hyst_product(model->slope[0].value, state->drive) + memory_sum(model, state);
-    return hyst_saturate(hyst_round_shift(sum + hyst_product(model->offset, HYST_Q28_ONE), 28));
+    return hyst_saturate(hyst_round_shift(sum + model->wide_offset, 28));
 }
 
-static inline hyst_q31_t out_of_reach(int outward, bool *saturated, hyst_pi_found_t *found) {
-    *saturated = true;
+static inline hyst_q31_t out_of_reach(int outward, hyst_pi_found_t *found) {
+    found->unreachable = true;
     found->drive = outward > 0 ? HYST_Q31_MAX : HYST_Q31_MIN;
-    found->outward = HYST_PI_SEARCH;
+    found->outward = (int8_t)outward;
+    found->further = 0;
     return found->drive;
 }
 
@@ -241,21 +247,28 @@ static inline bool by_first_slope(const hyst_pi_t *model, int64_t distance, hyst
     return *drive == quotient;
 }
 
+/* What the weighted sum has to be: |position - offset| < 2^32, |goal| < 2^60. */
+static inline int64_t goal_of(const hyst_pi_t *model, hyst_q31_t position) {
+    return hyst_times_q28(position) - model->wide_offset;
+}
+
 /* The drive inside the gap of the first operator: w_0 u + W = goal. */
-static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal, bool *saturated,
+static inline hyst_q31_t within_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal,
                                     hyst_pi_found_t *found) {
     const int64_t distance = goal - memory_sum(model, state);
     if (!by_first_slope(model, distance, &found->drive)) {
-        return out_of_reach(distance < 0 ? -1 : 1, saturated, found);
+        return out_of_reach(distance < 0 ? -1 : 1, found);
     }
     found->outward = 0; /* the gap ends at integers, so rounding does not leave it */
+    found->unreachable = false;
     return found->drive;
 }
 
 /* The drive outside of it, on the side `outward`. `goal`: less the growth. */
-static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_t *state, int64_t goal,
-                                         int outward, bool *saturated, hyst_pi_found_t *found) {
-    const hyst_pi_run_t *run = last_run_by_position(state, goal, outward);
+static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_state_t *state,
+                                         const hyst_pi_run_t *behind, int64_t goal, int outward,
+                                         hyst_pi_found_t *found) {
+    const hyst_pi_run_t *run = last_run_by_position(state, behind, goal, outward);
     /* Beyond the corner of the last operator passed: > 0, < 2^63 by the bounds above. */
     uint64_t rest;
     uint32_t last = run->end - 1U;
@@ -263,19 +276,21 @@ static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_s
         rest = (uint64_t)(outward > 0 ? goal - run->response[ALONG(outward)] : run->response[ALONG(outward)] - goal);
     } else {
         /* Operator i is passed if |side + outward| T_i < rest, the goal's distance from the position at the level.
-         * Where side is 0, that is within 2^61, and twice the distance below 2^64. */
+         * Where side is 0, that is within 2^61, and twice the distance below 2^64: both are even then. */
         const int64_t base = run->side != 0 ? run->response[AGAINST(outward)] : hyst_pi_base(run);
-        rest = (uint64_t)(outward > 0 ? goal - base : base - goal);
-        const uint64_t reach = run->side != 0 ? rest : 2U * rest;
-        last = smaller(last, last_turn_below(model, reach));
-        const uint64_t turn = (uint64_t)model->turn[last];
-        rest -= run->side != 0 ? turn : turn >> 1;
+        uint64_t reach = (uint64_t)(outward > 0 ? goal - base : base - goal);
+        reach = run->side != 0 ? reach : 2U * reach;
+        const int64_t *turn = last_turn_below(model, reach);
+        turn = turn < model->turn + last ? turn : model->turn + last;
+        last = (uint32_t)(turn - model->turn);
+        reach -= (uint64_t)*turn;
+        rest = run->side != 0 ? reach : reach >> 1;
     }
     /* Behind its corner, memory + outward (threshold + growth), the slope is S_end. */
     const uint32_t slope = (uint32_t)model->slope[last + 1U].value;
     const uint64_t dividend = rest + slope / 2U;
     if (dividend >> 32 >= slope) { /* 2^32 further at least */
-        return out_of_reach(outward, saturated, found);
+        return out_of_reach(outward, found);
     }
     uint32_t remainder;
     const uint32_t further = hyst_divide(dividend, slope, model->slope[last + 1U].reciprocal, &remainder);
@@ -285,39 +300,35 @@ static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_s
     const uint32_t threshold = (uint32_t)model->threshold[last] + (uint32_t)state->growth; /* <= HYST_Q31_MAX */
     const uint32_t distance = threshold + further;
     if (distance < threshold || distance > room) { /* 2^32 or more, or beyond the range */
-        return out_of_reach(outward, saturated, found);
+        return out_of_reach(outward, found);
     }
-    found->drive = (hyst_q31_t)(outward > 0 ? (uint32_t)memory + distance : (uint32_t)memory - distance);
-    found->run = run;
-    found->end = (uint16_t)(last + 1U);
-    /* At the rounded drive the position is off the goal by what the division left: dividend = slope further +
-     * remainder, so slope further - rest = slope / 2 - remainder. */
-    found->response = goal + outward * ((int64_t)(slope / 2U) - remainder);
-    /* Rounded to its corner, the drive does not carry the last operator: then which one? */
-    found->outward = (int8_t)(further > 0 ? outward : HYST_PI_SEARCH);
-    return found->drive;
-}
-
-/* What the weighted sum has to be: |position - offset| < 2^32, |goal| < 2^60. */
-static inline int64_t goal_of(const hyst_pi_t *model, hyst_q31_t position) {
-    return ((int64_t)position - model->offset) * HYST_Q28_ONE;
+    const hyst_q31_t drive = (hyst_q31_t)(outward > 0 ? (uint32_t)memory + distance : (uint32_t)memory - distance);
+    *found = (hyst_pi_found_t){.goal = goal,
+                               .drive = drive,
+                               .run = run,
+                               .missed = (int32_t)(slope * further - (uint32_t)rest), /* <= slope / 2 in magnitude */
+                               .further = further,
+                               .last = (uint16_t)last,
+                               .outward = (int8_t)outward,
+                               .unreachable = false};
+    return drive;
 }
 
 HYST_APART hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position,
-                                   bool *saturated, hyst_pi_found_t *found) {
+                                   hyst_pi_found_t *found) {
     const int64_t goal = goal_of(model, position);
     if (state->runs > 0) {
-        const hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
+        const hyst_pi_run_t *behind = state->run + state->runs; /* the innermost run */
         /* Behind a corner the position is S_0 growth further than without growth: nothing but w_0 u knows of it. */
         const int64_t growth = hyst_product(model->slope[0].value, state->growth);
-        if (goal - growth > innermost->response[HYST_PI_UP]) {
-            return beyond_gap(model, state, goal - growth, 1, saturated, found);
+        if (goal - growth > behind[-1].response[HYST_PI_UP]) {
+            return beyond_gap(model, state, behind, goal - growth, 1, found);
         }
-        if (goal + growth < innermost->response[HYST_PI_DOWN]) {
-            return beyond_gap(model, state, goal + growth, -1, saturated, found);
+        if (goal + growth < behind[-1].response[HYST_PI_DOWN]) {
+            return beyond_gap(model, state, behind, goal + growth, -1, found);
         }
     }
-    return within_gap(model, state, goal, saturated, found);
+    return within_gap(model, state, goal, found);
 }
 
 /* Inline where the program is compiled as a whole. */
@@ -333,7 +344,9 @@ inline hyst_q31_t hyst_pi_solve_line(const hyst_pi_t *model, hyst_q31_t position
 
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated) {
     hyst_pi_found_t found;
-    return hyst_pi_find(model, state, position, saturated, &found);
+    const hyst_q31_t drive = hyst_pi_find(model, state, position, &found);
+    *saturated = *saturated || found.unreachable;
+    return drive;
 }
 
 hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t drive) {
@@ -343,7 +356,8 @@ hyst_q31_t hyst_pi_forward(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_
 
 hyst_q31_t hyst_pi_inverse(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t position, bool *saturated) {
     hyst_pi_found_t found;
-    const hyst_q31_t drive = hyst_pi_find(model, state, position, saturated, &found);
+    const hyst_q31_t drive = hyst_pi_find(model, state, position, &found);
+    *saturated = *saturated || found.unreachable;
     hyst_pi_follow(model, state, drive, &found);
     return drive;
 }

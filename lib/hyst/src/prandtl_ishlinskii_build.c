@@ -68,6 +68,13 @@ static hyst_pi_slope_t slope_of(hyst_q28_t value) {
     return (hyst_pi_slope_t){.value = value, .reciprocal = hyst_reciprocal((uint32_t)value)};
 }
 
+/* The growth is (beta |v| + 2^18) / 2^19, rounded down, and within the limit up to here. */
+static uint32_t rate_limit_of(hyst_q20_t beta, hyst_q31_t kappa_limit) {
+    const uint64_t most = ((uint64_t)kappa_limit + 1U) * (UINT32_C(1) << 19) - (UINT32_C(1) << 18) - 1U;
+    const uint64_t rate = beta > 0 ? most / (uint32_t)beta : UINT32_MAX;
+    return rate < UINT32_MAX ? (uint32_t)rate : UINT32_MAX;
+}
+
 hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t offset, const hyst_q28_t weight[],
                                const hyst_q31_t threshold[], hyst_q20_t beta, hyst_q30_t rate_gain, uint32_t *element) {
     *element = 0;
@@ -87,6 +94,7 @@ hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t 
     *element = 0;
     model->operators = operators;
     model->offset = offset;
+    model->wide_offset = hyst_times_q28(offset);
     model->slope[0] = slope_of(weight[0]);
     int64_t moment = 0; /* w_1 a_1 + ... + w_i a_i, below 2^61 in magnitude */
     for (uint32_t i = 0; i < operators; i++) {
@@ -105,6 +113,7 @@ hyst_pi_status_t hyst_pi_build(hyst_pi_t *model, uint32_t operators, hyst_q31_t 
     }
     model->kappa_limit = HYST_Q31_MAX - (operators > 0 ? threshold[operators - 1] : 0);
     model->beta = beta;
+    model->rate_limit = rate_limit_of(beta, model->kappa_limit);
     model->rate_gain = beta > 0 ? rate_gain : HYST_Q30_ONE;
     return HYST_PI_OK;
 }

@@ -10,9 +10,10 @@
 static inline hyst_q31_t hyst_pi_growth(const hyst_pi_t *model, hyst_q30_t rate) {
     /* beta |v|: Q20 * Q30 = Q50, <= 2^62; 19 bits down is Q31. */
     const uint32_t speed = rate < 0 ? 0U - (uint32_t)rate : (uint32_t)rate;
-    const uint64_t growth = ((uint64_t)(uint32_t)model->beta * speed + (UINT32_C(1) << 18)) >> 19;
-    return growth >> 32 != 0 || (uint32_t)growth > (uint32_t)model->kappa_limit ? model->kappa_limit
-                                                                                : (hyst_q31_t)(uint32_t)growth;
+    if (speed > model->rate_limit) {
+        return model->kappa_limit;
+    }
+    return (hyst_q31_t)(uint32_t)(((uint64_t)(uint32_t)model->beta * speed + (UINT32_C(1) << 18)) >> 19);
 }
 
 /* z_i of an operator of the run. Fits, so 32 bits with wrap-around lead there although the level may need 33. */

@@ -89,6 +89,7 @@ typedef struct {
     bool settled;     /**< the filters' state belongs to the present cascade and input */
     bool continues;   /**< the previous sample compensated, with these parameters: settled, of its mode, none adopted */
     hyst_q31_t drive; /**< last drive */
+    unsigned events;  /**< HYST_STEP_ bits of the last step */
     hyst_transition_t transition; /**< what remains of one */
     uint32_t memory_in_use;
     uint32_t carried; /**< how far an adoption that is under way has come, else 0 */

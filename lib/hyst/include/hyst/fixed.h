@@ -72,6 +72,11 @@ static inline int64_t hyst_product(int32_t a, int32_t b) {
     return (int64_t)a * b;
 }
 
+/** x 2^28 in full: Q31 to Q59. Word by word, because the compiler makes four shifts of a product. */
+static inline int64_t hyst_times_q28(int32_t x) {
+    return (int64_t)((uint64_t)(uint32_t)(x >> 4) << 32 | (uint32_t)x << 28);
+}
+
 /** c + a b / 2^32, rounded to nearest. One instruction on a Cortex-M4. |c| + |a b| / 2^32 < 2^31. */
 static inline int32_t hyst_add_high_product(int32_t c, int32_t a, int32_t b) {
 #if defined(__ARM_FEATURE_DSP)

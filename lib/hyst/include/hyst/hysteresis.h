@@ -78,8 +78,12 @@ typedef union {
 static inline hyst_q31_t hyst_hysteresis_find(const hyst_hysteresis_t *model, const hyst_hysteresis_state_t *state,
                                               hyst_q31_t position, bool *saturated, hyst_hysteresis_found_t *found) {
     if (model->family == HYST_FAMILY_PRANDTL_ISHLINSKII) {
-        return hyst_pi_find(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, position, saturated,
-                            &found->prandtl_ishlinskii);
+        const hyst_q31_t drive =
+            hyst_pi_find(&model->prandtl_ishlinskii, &state->prandtl_ishlinskii, position, &found->prandtl_ishlinskii);
+        if (found->prandtl_ishlinskii.unreachable) {
+            *saturated = true;
+        }
+        return drive;
     }
     if (model->family == HYST_FAMILY_BOUC_WEN) {
         return hyst_bouc_wen_find(&model->bouc_wen, &state->bouc_wen, position, saturated, &found->bouc_wen);

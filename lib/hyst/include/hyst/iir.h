@@ -26,13 +26,25 @@ typedef struct {
     hyst_q28_t b0, b1, b2, a1, a2;
 } hyst_iir_section_t;
 
+/** Two coefficients that are used together: one load fetches both. The first is the lower word. */
+typedef uint64_t hyst_iir_pair_t;
+
+static inline hyst_q28_t hyst_iir_first(hyst_iir_pair_t pair) {
+    return (hyst_q28_t)(uint32_t)pair;
+}
+
+static inline hyst_q28_t hyst_iir_second(hyst_iir_pair_t pair) {
+    return (hyst_q28_t)(uint32_t)(pair >> 32);
+}
+
 /** A section as it is used: five products are added up. Written by hyst_iir_build only. */
 typedef struct {
-    hyst_q28_t b0, b1, b2;
-    hyst_q28_t minus_a1, minus_a2;
+    hyst_iir_pair_t b;       /**< b1, b2 */
+    hyst_iir_pair_t minus_a; /**< -a1, -a2 */
+    int64_t gain;            /**< b0 + b1 + b2, Q28, < 15 in magnitude */
+    hyst_q28_t b0;
     uint32_t at_rest;    /**< 1 + a1 + a2 > 0, what b0 + b1 + b2 is divided by at rest, Q28, < 4 */
     uint32_t reciprocal; /**< of it, see reciprocal.h */
-    int64_t gain;        /**< b0 + b1 + b2, Q28, < 15 in magnitude */
 } hyst_iir_coefficients_t;
 
 /** Coefficients of a cascade of 0 to HYST_IIR_MAX_SECTIONS sections; none is a plain wire. */
@@ -73,7 +85,12 @@ void hyst_iir_settle(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t 
 /** hyst_iir_settle for x, then hyst_iir_step with the same x: the same integers, for little more than a step alone. */
 hyst_q31_t hyst_iir_begin(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated);
 
+/** hyst_iir_step of a cascade that has sections. x comes first: it is passed where the result is. */
+hyst_q31_t hyst_iir_pass(hyst_q31_t x, const hyst_iir_t *iir, hyst_iir_state_t *state, bool *saturated);
+
 /** One sample. *saturated is set when a section saturated, else left alone. */
-hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated);
+static inline hyst_q31_t hyst_iir_step(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x, bool *saturated) {
+    return iir->sections > 0 ? hyst_iir_pass(x, iir, state, saturated) : x;
+}
 
 #endif

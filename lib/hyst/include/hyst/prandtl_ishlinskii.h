@@ -71,6 +71,8 @@ typedef struct {
     uint32_t operators;     /**< n, 0..HYST_PI_MAX_OPERATORS */
     uint32_t levels;        /**< of a search: the smallest L with 2^L >= n */
     hyst_q31_t offset;      /**< y at u = 0 with all memory 0, fraction of position full scale */
+    int64_t wide_offset;    /**< the same in Q59 */
+    uint32_t rate_limit;    /**< the largest |v| at which the growth is not cut to kappa_limit */
     hyst_q31_t kappa_limit; /**< 1 - a_n */
     hyst_q20_t beta;        /**< threshold growth per unit of drive rate, in samples; 0 = rate-independent */
     hyst_q30_t rate_gain;   /**< g, (0, 1] */
@@ -112,14 +114,20 @@ typedef struct {
 
 /** What hyst_pi_find found, for hyst_pi_follow. Belongs to that memory as it is. */
 typedef struct {
-    int64_t response;         /**< position, less offset, at which the carried operators turn round, Q59 */
+    int64_t goal;             /**< position that was looked for, less offset and growth, Q59 */
     hyst_q31_t drive;         /**< the answer */
     const hyst_pi_run_t *run; /**< of the last operator that it carries */
-    uint16_t end;             /**< one past that operator */
-    int8_t outward;           /**< +1, -1: the way it carries them; 0: it carries none; HYST_PI_SEARCH: look again */
+    int32_t missed;           /**< rounded, it lies so far beyond the goal, Q59 */
+    uint32_t further;         /**< and so far beyond that operator's corner */
+    uint16_t last;            /**< that operator */
+    int8_t outward;           /**< +1, -1: the way it carries them; 0: it carries none */
+    bool unreachable;         /**< no drive reaches the position: the answer is the nearer end of the range */
 } hyst_pi_found_t;
 
-#define HYST_PI_SEARCH 2
+/** Rounded to its corner, or cut to the range, the drive does not carry the last operator: then which one? */
+static inline bool hyst_pi_leaves_open(const hyst_pi_found_t *found) {
+    return found->outward != 0 && found->further == 0;
+}
 
 /** Why a model is refused. Values are part of the Modbus interface: append only. */
 typedef enum {
@@ -162,7 +170,7 @@ hyst_q31_t hyst_pi_output(const hyst_pi_t *model, const hyst_pi_state_t *state);
 hyst_q31_t hyst_pi_solve(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated);
 
 /** As hyst_pi_solve, and tells hyst_pi_follow what it found. */
-hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position, bool *saturated,
+hyst_q31_t hyst_pi_find(const hyst_pi_t *model, const hyst_pi_state_t *state, hyst_q31_t position,
                         hyst_pi_found_t *found);
 
 /** As hyst_pi_advance. `found` is what hyst_pi_find made of this memory: where its answer is the drive that was
