@@ -1,37 +1,87 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/equations.h"
+#include "base/parallel.h"
 #include "base/progress.h"
 #include <gsl/gsl_cblas.h>
 #include <stdlib.h>
 #include <string.h>
 
-const hysteresis_base_t *equations_base(const operator_question_t *q, const hysteresis_t *h, size_t thin) {
-    for (size_t i = 0; i < HYSTERESIS_BASES; i++) {
-        const hysteresis_base_t *there = &q->bases->base[i];
-        if (there->gram != NULL && there->turns == h->turns && there->rho == h->noise.rho && there->thin == thin) {
-            return there;
-        }
-    }
-    hysteresis_base_t *base = &q->bases->base[q->bases->made++ % HYSTERESIS_BASES];
+/* Sets of rows that are made at once: each task writes its own. */
+typedef struct {
+    const operator_question_t *question;
+    const hysteresis_t *hysteresis; /* its operator, and where its offsets are added */
+    hysteresis_base_t *base[HYSTERESIS_BASES];
+} making_t;
+
+/* Where it stands is there, and room for the products. */
+static void make_base(void *context, size_t index) {
+    const making_t *making = context;
+    const operator_question_t *q = making->question;
+    const hysteresis_t *h = making->hysteresis;
+    hysteresis_base_t *base = making->base[index];
     operator_t without_law = h->operator;
+    pink_t noise;
     operator_drop_law(&without_law);
+    pink_create(&noise, base->rho, q->longest);
     const size_t n = without_law.columns;
     const rows_wanted_t wanted = {.operator= & without_law,
                                   .paths = q->data->paths,
                                   .count = q->data->count,
-                                  .turns = h->turns,
+                                  .turns = base->turns,
                                   .behind = &q->behind,
                                   .offsets_behind = h->offsets_behind,
-                                  .noise = &h->noise,
+                                  .noise = &noise,
                                   .use = q->data->use,
-                                  .thin = thin};
-    hysteresis_base_close(base);
-    *base = (hysteresis_base_t){
-        .turns = h->turns, .rho = h->noise.rho, .thin = thin, .gram = allocate(n * n, sizeof(double))};
+                                  .thin = base->thin};
     kept_rows_open(&base->rows, &wanted);
     cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, (int)n, (int)base->rows.rows, 1.0, base->rows.row, (int)n, 0.0,
                 base->gram, (int)n);
-    return base;
+}
+
+/* Its index; HYSTERESIS_BASES: not there. */
+static size_t find_base(const hysteresis_bases_t *bases, const base_place_t *place, size_t thin) {
+    size_t i = 0;
+    while (i < HYSTERESIS_BASES && !(bases->base[i].gram != NULL && bases->base[i].turns == place->turns &&
+                                     bases->base[i].rho == place->rho && bases->base[i].thin == thin)) {
+        i++;
+    }
+    return i;
+}
+
+void equations_prepare(const operator_question_t *q, const hysteresis_t *h, size_t thin, const base_place_t *place,
+                       size_t count) {
+    hysteresis_bases_t *bases = q->bases;
+    bool wanted[HYSTERESIS_BASES + 1] = {false};
+    making_t making = {.question = q, .hysteresis = h};
+    const size_t columns = h->operator.columns; /* a law's are more than are needed */
+    size_t made = 0;
+    for (size_t i = 0; i < count; i++) {
+        wanted[find_base(bases, &place[i], thin)] = true;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (find_base(bases, &place[i], thin) == HYSTERESIS_BASES) {
+            while (wanted[bases->made % HYSTERESIS_BASES]) {
+                bases->made++;
+            }
+            const size_t oldest = bases->made++ % HYSTERESIS_BASES;
+            wanted[oldest] = true;
+            hysteresis_base_close(&bases->base[oldest]);
+            bases->base[oldest] = (hysteresis_base_t){.turns = place[i].turns,
+                                                      .rho = place[i].rho,
+                                                      .thin = thin,
+                                                      .gram = allocate(columns * columns, sizeof(double))};
+            making.base[made++] = &bases->base[oldest];
+        }
+    }
+    parallel(made, make_base, &making);
+}
+
+const hysteresis_base_t *equations_base(const operator_question_t *q, const hysteresis_t *h, size_t thin) {
+    const base_place_t place = {h->turns, h->noise.rho};
+    if (find_base(q->bases, &place, thin) == HYSTERESIS_BASES) {
+        equations_prepare(q, h, thin, &place, 1);
+    }
+    return &q->bases->base[find_base(q->bases, &place, thin)];
 }
 
 double *equations_values(const operator_question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {
