@@ -15,6 +15,9 @@ enum { SEARCHED_SAMPLES = 6000 };
 /* Below such a gain at rest no middle is taken out. */
 static const double least_gain = 0.1;
 
+/* Of the search for the noise's corner, a factor: sqrt(10). */
+static const double widest_step = 3.1622776601683795;
+
 /* Evidence of the weights at this noise, or -HUGE_VAL. */
 static double evidence_at(const operator_question_t *q, size_t thin, double rho, hysteresis_t *h) {
     failure_t ignored;
@@ -24,10 +27,12 @@ static double evidence_at(const operator_question_t *q, size_t thin, double rho,
 
 /* The likeliest rho near the one that it has, in steps that get smaller. best: evidence of that. */
 static void improve_noise(const operator_question_t *q, size_t thin, double best, hysteresis_t *h) {
-    double rho = h->noise.rho, factor = sqrt(10.0);
+    double rho = h->noise.rho, factor = widest_step;
     while (rho > 0.0 && factor > 1.3) {
+        const double both[] = {rho * (1.0 / factor), rho * factor};
+        equations_foresee(q, h, thin, both, 2);
         for (int up = 0; up < 2; up++) {
-            const double beside = rho * (up != 0 ? factor : 1.0 / factor), evidence = evidence_at(q, thin, beside, h);
+            const double beside = both[up], evidence = evidence_at(q, thin, beside, h);
             if (evidence > best) {
                 best = evidence;
                 rho = beside;
@@ -43,6 +48,8 @@ static void improve_noise(const operator_question_t *q, size_t thin, double best
 static void find_noise(const operator_question_t *q, size_t thin, hysteresis_t *h) {
     double best = evidence_at(q, thin, 0.0, h), rho = 0.0;
     double at = threshold.slowest_rho;
+    const double decades[] = {at, at * 10.0, at * 10.0 * 10.0};
+    equations_foresee(q, h, thin, decades, 3);
     while (at < 1.0) {
         const double evidence = evidence_at(q, thin, at, h);
         if (evidence > best + threshold.pink_worth) {
@@ -193,6 +200,8 @@ static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *li
     h->turns = like->turns;
     pink_create(&h->noise, like->noise.rho, q->longest);
     take_law(h, like->operator.has_law, &like->operator.law);
+    const double at = like->noise.rho, around[] = {at, at * (1.0 / widest_step), at * widest_step};
+    equations_foresee(q, h, search, around, at > 0.0 ? 3 : 0);
     if (!pull_outliers_in(q, search, h, failure)) {
         return false;
     }

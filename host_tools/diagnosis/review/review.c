@@ -26,10 +26,30 @@ static bool leaves_a_shape(const answer_t *answer, const shape_t *shape) {
                             answer->held_out_percent > threshold.clearly_more * shape->operator_percent);
 }
 
+/* What comes next asks of the operator beside what was found, and without each finding, the latest first: at once.
+ * Where one goes, what is left of them was fitted for nothing. Curves are asked about only if the operator leaves
+ * nothing. */
+static void fit_what_is_asked(const state_t *state) {
+    const answer_t *answer = &state->answer;
+    model_t chain[KEPT_CHAINS];
+    size_t count = 0;
+    model_copy(&chain[count++], &answer->model);
+    for (size_t f = answer->findings; f-- > 0 && count < KEPT_CHAINS;) {
+        if (!answer->finding[f].in_readings && !answer->finding[f].shape) {
+            finding_left_out(answer, &answer->finding[f], &chain[count++]);
+        }
+    }
+    state_fit_beside(state, chain, count);
+    for (size_t i = 0; i < count; i++) {
+        model_free(&chain[i]);
+    }
+}
+
 /* The operator beside what was found. */
 static void ask_after(state_t *state) {
     answer_t *answer = &state->answer;
     if (answer->findings > 0) {
+        fit_what_is_asked(state);
         state_ask_shape(state, &answer->model, &answer->shape_after);
     }
 }
@@ -38,13 +58,11 @@ static void ask_after(state_t *state) {
  * one speed is a function of the path, and a curve is one on any path: the operator imitates both. */
 static bool is_worth_it(const state_t *state, size_t finding) {
     const answer_t *answer = &state->answer;
-    shape_t without;
     model_t left_out;
     finding_left_out(answer, &answer->finding[finding], &left_out);
-    state_ask_shape(state, &left_out, &without);
+    const double without = state_log_evidence(state, &left_out);
     model_free(&left_out);
-    return answer->shape_after.fitted &&
-           (!without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin);
+    return answer->shape_after.fitted && answer->shape_after.log_evidence > without + threshold.evidence_margin;
 }
 
 /* Takes out what is not, the latest first; what was worth it beside that has to be so without. So goes all that only
