@@ -22,7 +22,7 @@ typedef struct job {
 /* What all threads share: under `lock` only. */
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t work_is_there = PTHREAD_COND_INITIALIZER;
-static job_t *oldest;     /* of the jobs that have tasks nobody has begun */
+static job_t *oldest;     /* of the jobs with tasks that no thread has begun */
 static size_t most;       /* threads; 0: not yet determined */
 static size_t helpers;    /* threads that were started. They stay */
 static size_t at_work;    /* of the helpers */
@@ -158,7 +158,7 @@ static void call_for_help(const job_t *job, size_t tasks) {
     }
 }
 
-/* All tasks that nobody has begun; then, until the others have returned, what is within them. */
+/* All tasks that no thread has begun; then, until the others have returned, what is within them. */
 static void run_all(job_t *job) {
     put_last(job);
     call_for_help(job, job->count - 1);
