@@ -1,32 +1,48 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/parallel.h"
 #include <pthread.h>
-#include <stdatomic.h>
+#include <signal.h>
 #include <stdbool.h>
 #include <unistd.h>
 
 enum { MOST_THREADS = 64 };
 
-/* Running threads, including the main one; and the limit, 0: not yet determined. */
-static atomic_size_t running = 1, most;
-
-typedef struct {
+/* A call of parallel(). It lies on the stack of the thread that called, which leaves when all tasks have returned. The
+ * first four stay as they are; the others are read and written under `lock` only. */
+typedef struct job {
     size_t count;
     parallel_task_t *task;
     void *context;
-    atomic_size_t next; /* next task without a thread */
+    struct job *within; /* the call whose task made this one; NULL: none */
+    size_t begun, returned;
+    pthread_cond_t changed; /* all have returned, or there is work within it */
+    struct job *newer;
 } job_t;
 
+/* What all threads share: under `lock` only. */
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t work_is_there = PTHREAD_COND_INITIALIZER;
+static job_t *oldest;     /* of the jobs with tasks that no thread has begun */
+static size_t most;       /* threads; 0: not yet determined */
+static size_t helpers;    /* threads that were started. They stay */
+static size_t at_work;    /* of the helpers */
+static size_t wait_there; /* of the helpers, for work */
+
+/* The job whose task this thread runs. */
+static _Thread_local job_t *inside;
+
 static size_t most_threads(void) {
-    if (atomic_load(&most) == 0) {
+    if (most == 0) {
         const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-        atomic_store(&most, processors < 1 ? 1 : processors < MOST_THREADS ? (size_t)processors : MOST_THREADS);
+        most = processors < 1 ? 1 : processors < MOST_THREADS ? (size_t)processors : MOST_THREADS;
     }
-    return atomic_load(&most);
+    return most;
 }
 
 void parallel_limit(size_t threads) {
-    atomic_store(&most, threads < MOST_THREADS ? threads : MOST_THREADS);
+    pthread_mutex_lock(&lock);
+    most = threads < MOST_THREADS ? threads : MOST_THREADS;
+    pthread_mutex_unlock(&lock);
 }
 
 size_t parallel_parts(double multiplications) {
@@ -35,41 +51,140 @@ size_t parallel_parts(double multiplications) {
     return multiplications < worth_threads ? 1 : PARTS;
 }
 
-static bool take_processor(void) {
-    size_t now = atomic_load(&running);
-    while (now < most_threads()) {
-        if (atomic_compare_exchange_weak(&running, &now, now + 1)) {
-            return true;
+static bool is_within(const job_t *job, const job_t *outer) {
+    while (job != NULL && job != outer) {
+        job = job->within;
+    }
+    return job == outer;
+}
+
+/* The oldest one of those within `outer`; NULL: of all. An old one's tasks are the larger ones. */
+static job_t *find_work(const job_t *outer) {
+    job_t *job = oldest;
+    while (job != NULL && !is_within(job, outer)) {
+        job = job->newer;
+    }
+    return job;
+}
+
+static void put_last(job_t *job) {
+    job_t **place = &oldest;
+    while (*place != NULL) {
+        place = &(*place)->newer;
+    }
+    *place = job;
+}
+
+static void take_out(const job_t *job) {
+    job_t **place = &oldest;
+    while (*place != job) {
+        place = &(*place)->newer;
+    }
+    *place = job->newer;
+}
+
+/* With the lock, which is free while the task runs. */
+static void run_one(job_t *job) {
+    const size_t index = job->begun++;
+    if (job->begun == job->count) {
+        take_out(job);
+    }
+    job_t *outer = inside;
+    inside = job;
+    pthread_mutex_unlock(&lock);
+    job->task(job->context, index);
+    pthread_mutex_lock(&lock);
+    inside = outer;
+    if (++job->returned == job->count) {
+        pthread_cond_signal(&job->changed);
+    }
+}
+
+static void *help(void *nothing) {
+    (void)nothing;
+    pthread_mutex_lock(&lock);
+    for (;;) {
+        job_t *job = at_work + 1 < most_threads() ? find_work(NULL) : NULL;
+        if (job != NULL) {
+            at_work++;
+            run_one(job);
+            at_work--;
+        } else {
+            wait_there++;
+            pthread_cond_wait(&work_is_there, &lock);
+            wait_there--;
         }
     }
-    return false;
-}
-
-static void work(job_t *job) {
-    for (size_t index = atomic_fetch_add(&job->next, 1); index < job->count; index = atomic_fetch_add(&job->next, 1)) {
-        job->task(job->context, index);
-    }
-}
-
-static void *help(void *job) {
-    work(job);
-    atomic_fetch_sub(&running, 1);
     return NULL;
 }
 
-void parallel(size_t count, parallel_task_t *task, void *context) {
-    job_t job = {.count = count, .task = task, .context = context};
-    pthread_t helper[MOST_THREADS];
-    size_t helpers = 0;
-    while (helpers + 1 < count && helpers < MOST_THREADS && take_processor()) {
-        if (pthread_create(&helper[helpers], NULL, help, &job) != 0) {
-            atomic_fetch_sub(&running, 1);
-            break;
-        }
+/* Signals are for the threads that others know. */
+static bool start_helper(void) {
+    pthread_t thread;
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const bool started = pthread_create(&thread, NULL, help, NULL) == 0;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    if (started) {
+        pthread_detach(thread);
         helpers++;
     }
-    work(&job);
-    for (size_t i = 0; i < helpers; i++) {
-        pthread_join(helper[i], NULL);
+    return started;
+}
+
+/* A child process has the thread that made it, and no other one. */
+static void begin_in_child(void) {
+    lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
+    work_is_there = (pthread_cond_t)PTHREAD_COND_INITIALIZER;
+    oldest = NULL;
+    helpers = at_work = wait_there = 0;
+}
+
+static void begin_once(void) {
+    (void)pthread_atfork(NULL, NULL, begin_in_child);
+}
+
+/* Helpers for so many tasks; and who waits for what this job is a part of. */
+static void call_for_help(const job_t *job, size_t tasks) {
+    const size_t idle = most_threads() - 1 - at_work, wanted = tasks < idle ? tasks : idle;
+    for (size_t i = 0; i < wanted && i < wait_there; i++) {
+        pthread_cond_signal(&work_is_there);
+    }
+    for (size_t i = wait_there; i < wanted && helpers + 1 < most_threads() && start_helper(); i++) {
+    }
+    for (job_t *outer = job->within; outer != NULL; outer = outer->within) {
+        pthread_cond_signal(&outer->changed);
+    }
+}
+
+/* All tasks that no thread has begun; then, until the others have returned, what is within them. */
+static void run_all(job_t *job) {
+    put_last(job);
+    call_for_help(job, job->count - 1);
+    while (job->returned < job->count) {
+        job_t *next = job->begun < job->count ? job : find_work(job);
+        if (next != NULL) {
+            run_one(next);
+        } else {
+            pthread_cond_wait(&job->changed, &lock);
+        }
+    }
+}
+
+void parallel(size_t count, parallel_task_t *task, void *context) {
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_mutex_lock(&lock);
+    const bool alone = count < 2 || most_threads() == 1;
+    if (!alone) {
+        (void)pthread_once(&once, begin_once);
+        job_t job = {
+            .count = count, .task = task, .context = context, .within = inside, .changed = PTHREAD_COND_INITIALIZER};
+        run_all(&job);
+        pthread_cond_destroy(&job.changed);
+    }
+    pthread_mutex_unlock(&lock);
+    for (size_t i = 0; alone && i < count; i++) {
+        task(context, i);
     }
 }

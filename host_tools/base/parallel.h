@@ -3,8 +3,9 @@
  * Independent tasks on all processors.
  *
  * Each task writes to separate memory, so that results do not depend on the number of processors. The caller's thread
- * works too; more threads start while processors are idle. A task may call parallel() again: it uses the processors
- * that are idle then, and otherwise runs its tasks in sequence.
+ * works too. A task may call parallel() again: whichever thread becomes idle takes of the tasks that no thread has
+ * begun, the oldest call's first. A thread that waits for a call's last tasks takes only of those that they have made,
+ * so that it is there when they have returned. The threads stay, as many as processors but one, and take no signals.
  */
 #ifndef PARALLEL_H
 #define PARALLEL_H

@@ -1,19 +1,57 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/kept_chains.h"
+#include "base/parallel.h"
 
-fitted_chain_t *kept_chain(kept_chains_t *kept, const samples_t *samples, const model_t *chain) {
-    for (size_t i = 0; i < KEPT_CHAINS; i++) {
-        if (fitted_chain_is_of(&kept->chain[i], samples, chain)) {
-            return &kept->chain[i];
+/* Its index; KEPT_CHAINS: it is not kept. */
+static size_t find_chain(const kept_chains_t *kept, const samples_t *samples, const model_t *chain) {
+    size_t i = 0;
+    while (i < KEPT_CHAINS && !fitted_chain_is_of(&kept->chain[i], samples, chain)) {
+        i++;
+    }
+    return i;
+}
+
+/* Fits that are made at once: each task writes its own. */
+typedef struct {
+    const samples_t *samples;
+    const model_t *chain[KEPT_CHAINS];
+    fitted_chain_t *fitted[KEPT_CHAINS];
+} fits_t;
+
+static void fit_chain(void *context, size_t index) {
+    const fits_t *fits = context;
+    model_t operated;
+    chain_for_operator(fits->chain[index], &operated);
+    (void)fitted_chain_open(fits->fitted[index], fits->samples, &operated, NULL);
+    model_free(&operated);
+}
+
+void kept_chains_prepare(kept_chains_t *kept, const samples_t *samples, const model_t *const *chain, size_t count) {
+    bool wanted[KEPT_CHAINS + 1] = {false};
+    fits_t fits = {.samples = samples};
+    size_t made = 0;
+    for (size_t i = 0; i < count; i++) {
+        wanted[find_chain(kept, samples, chain[i])] = true;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (find_chain(kept, samples, chain[i]) == KEPT_CHAINS) {
+            while (wanted[kept->made % KEPT_CHAINS]) {
+                kept->made++;
+            }
+            const size_t oldest = kept->made++ % KEPT_CHAINS;
+            wanted[oldest] = true;
+            fitted_chain_close(&kept->chain[oldest]);
+            fits.chain[made] = chain[i];
+            fits.fitted[made++] = &kept->chain[oldest];
         }
     }
-    fitted_chain_t *oldest = &kept->chain[kept->made++ % KEPT_CHAINS];
-    model_t operated;
-    fitted_chain_close(oldest);
-    chain_for_operator(chain, &operated);
-    const bool good = fitted_chain_open(oldest, samples, &operated, NULL);
-    model_free(&operated);
-    return good ? oldest : NULL;
+    parallel(made, fit_chain, &fits);
+}
+
+fitted_chain_t *kept_chain(kept_chains_t *kept, const samples_t *samples, const model_t *chain) {
+    kept_chains_prepare(kept, samples, &chain, 1);
+    const size_t there = find_chain(kept, samples, chain);
+    return there < KEPT_CHAINS ? &kept->chain[there] : NULL;
 }
 
 void kept_chains_close(kept_chains_t *kept) {

@@ -17,6 +17,9 @@ typedef struct {
 /** The fit of this chain, whatever its hysteresis, to these samples: one that is kept, or a new one in the place of the
  * oldest. NULL where fitted_chain_open fails. */
 fitted_chain_t *kept_chain(kept_chains_t *kept, const samples_t *samples, const model_t *chain);
+/** Fits those that are not kept side by side, each in the place of the oldest that is not among them. At most
+ * KEPT_CHAINS, each another one. */
+void kept_chains_prepare(kept_chains_t *kept, const samples_t *samples, const model_t *const *chain, size_t count);
 void kept_chains_close(kept_chains_t *kept);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/diagnose.h"
+#include "base/parallel.h"
 #include "diagnosis/judgement/unseen.h"
 #include "diagnosis/question/baseline.h"
 #include "diagnosis/review/empirical.h"
@@ -44,16 +45,41 @@ static bool take_noise(question_t *question, shapes_t *shapes, failure_t *failur
     return question_noise(question, &shapes->shape[0].model, failure);
 }
 
+/* Two fits that take the question as it is by now. Each writes what is its own: `beside`, or all else. */
+typedef struct {
+    const question_t *question;
+    shapes_t *shapes;
+    model_t operated; /* the chain with the operator: the same whatever its hysteresis is */
+    failure_t *failure;
+    bool good;
+} first_fits_t;
+
+static void fit_first(void *context, size_t index) {
+    first_fits_t *fits = context;
+    const question_t *question = fits->question;
+    shapes_t *shapes = fits->shapes;
+    if (index == 0) {
+        (void)fitted_chain_open(&shapes->beside, &question->samples, &fits->operated, NULL);
+    } else {
+        fits->good =
+            shapes->given != NULL || baseline_shapes(&question->samples, &question->noise, &question->setting,
+                                                     shapes->shape, &shapes->rough, &shapes->count, fits->failure);
+    }
+}
+
+/* The operator is fitted beside it: to what the next stage asks of it, a shape is nothing. */
 static bool choose_shape(question_t *question, shapes_t *shapes, failure_t *failure) {
-    return shapes->given != NULL ||
-           (baseline_shapes(&question->samples, &question->noise, &question->setting, shapes->shape, &shapes->rough,
-                            &shapes->count, failure) &&
-            (question->noise.at_rest || take_noise(question, shapes, failure))); /* with a better model, better */
+    first_fits_t fits = {.question = question, .shapes = shapes, .failure = failure};
+    chain_for_operator(&shapes->shape[0].model, &fits.operated);
+    parallel(2, fit_first, &fits);
+    model_free(&fits.operated);
+    return fits.good && (shapes->given != NULL || question->noise.at_rest ||
+                         take_noise(question, shapes, failure)); /* with a better model, better */
 }
 
 static bool imitate(question_t *question, shapes_t *shapes, failure_t *failure) {
     (void)failure;
-    question_imitate(question, &shapes->shape[0].model, &shapes->beside);
+    question_imitate(question, &shapes->beside);
     return true;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/diagnosis_run.h"
+#include "base/parallel.h"
 #include "base/progress.h"
 #include "diagnosis/question/excerpt.h"
 #include "diagnosis/question/operator_evidence.h"
@@ -70,20 +71,37 @@ typedef struct {
 } suspicion_t;
 
 /* Less is likelier. */
-static double unlikely(double size, void *context) {
-    const suspicion_t *suspicion = context;
+static double unlikely(const suspicion_t *suspicion, double size) {
+    fault_t fault = *suspicion->fault;
     double log_evidence;
-    suspicion->fault->kind->resize(suspicion->fault, suspicion->look, size);
-    return evidence_undone(suspicion->recording, suspicion->look, suspicion->fault, &log_evidence) ? -log_evidence
-                                                                                                   : HUGE_VAL;
+    fault.kind->resize(&fault, suspicion->look, size);
+    return evidence_undone(suspicion->recording, suspicion->look, &fault, &log_evidence) ? -log_evidence : HUGE_VAL;
+}
+
+/* Two sizes that are tried at once: each task writes its own result. */
+typedef struct {
+    const suspicion_t *suspicion;
+    double size[2], unlikely[2];
+} two_sizes_t;
+
+static void try_size(void *context, size_t index) {
+    two_sizes_t *two = context;
+    two->unlikely[index] = unlikely(two->suspicion, two->size[index]);
+}
+
+static two_sizes_t try_two(const suspicion_t *suspicion, double one, double other) {
+    two_sizes_t two = {.suspicion = suspicion, .size = {one, other}};
+    parallel(2, try_size, &two);
+    return two;
 }
 
 /* The likeliest size: twice as large as long as that helps, and then between the two beside the best. */
 static double likeliest_size(suspicion_t *suspicion, double first, double *undone) {
     enum { MOST_DOUBLINGS = 4, STEPS = 4 };
-    double best = first, least = unlikely(first, suspicion), low = 0.5 * first, high = 2.0 * first;
+    const two_sizes_t begin = try_two(suspicion, first, 2.0 * first);
+    double best = first, least = begin.unlikely[0], low = 0.5 * first, high = 2.0 * first;
     for (size_t i = 0; i < MOST_DOUBLINGS; i++) {
-        const double next = unlikely(2.0 * best, suspicion);
+        const double next = i == 0 ? begin.unlikely[1] : unlikely(suspicion, 2.0 * best);
         high = 2.0 * best;
         if (!(next < least)) {
             break;
@@ -94,7 +112,8 @@ static double likeliest_size(suspicion_t *suspicion, double first, double *undon
     }
     for (size_t i = 0; i < STEPS; i++) { /* halves of both sides, the better one */
         const double one = 0.5 * (low + best), other = 0.5 * (best + high);
-        const double of_one = unlikely(one, suspicion), of_other = unlikely(other, suspicion);
+        const two_sizes_t two = try_two(suspicion, one, other);
+        const double of_one = two.unlikely[0], of_other = two.unlikely[1];
         if (of_one < least && of_one <= of_other) {
             high = best;
             best = one;

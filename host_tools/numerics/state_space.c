@@ -67,31 +67,62 @@ double state_space_gain_at_rest(const state_space_t *filter) {
     return filter->d + cblas_ddot((int)filter->states, filter->c, 1, state, 1);
 }
 
+/* States whose sums grow side by side. */
+enum { ABREAST = 4 };
+_Static_assert((int)STATE_SPACE_MOST % (int)ABREAST == 0, "no state is beyond the last of them");
+
+/* A filter that is stepped, with its matrix column by column: each state's sum has the order of its row. */
+typedef struct {
+    const state_space_t *filter;
+    double column[STATE_SPACE_MOST][STATE_SPACE_MOST], state[STATE_SPACE_MOST];
+} stepped_t;
+
+/* With all states 0. */
+static stepped_t stepped_begin(const state_space_t *filter) {
+    stepped_t stepped = {.filter = filter};
+    for (size_t i = 0; i < filter->states; i++) {
+        for (size_t j = 0; j < filter->states; j++) {
+            stepped.column[j][i] = filter->a[i][j];
+        }
+    }
+    return stepped;
+}
+
 /* One sample: returns the output. */
-static double step(const state_space_t *filter, double *state, double x) {
+static double step(stepped_t *stepped, double x) {
+    const state_space_t *filter = stepped->filter;
     const size_t n = filter->states;
     double next[STATE_SPACE_MOST], y = filter->d * x;
     for (size_t i = 0; i < n; i++) {
-        y += filter->c[i] * state[i];
-        next[i] = filter->b[i] * x;
-        for (size_t j = 0; j < n; j++) {
-            next[i] += filter->a[i][j] * state[j];
-        }
+        y += filter->c[i] * stepped->state[i];
     }
-    memcpy(state, next, n * sizeof(double));
+    for (size_t from = 0; from < n; from += ABREAST) {
+        double sum[ABREAST];
+        for (size_t i = 0; i < ABREAST; i++) {
+            sum[i] = filter->b[from + i] * x;
+        }
+        for (size_t j = 0; j < n; j++) {
+            const double *column = stepped->column[j] + from, now = stepped->state[j];
+            for (size_t i = 0; i < ABREAST; i++) {
+                sum[i] += column[i] * now;
+            }
+        }
+        memcpy(next + from, sum, sizeof sum);
+    }
+    memcpy(stepped->state, next, n * sizeof(double));
     return y;
 }
 
 void state_space_column(const state_space_t *filter, double *value, size_t samples) {
-    double state[STATE_SPACE_MOST] = {0.0};
     if (samples == 0 || state_space_is_identity(filter)) {
         return;
     }
-    steady_states(filter, state);
-    cblas_dscal((int)filter->states, value[0], state, 1);
+    stepped_t stepped = stepped_begin(filter);
+    steady_states(filter, stepped.state);
+    cblas_dscal((int)filter->states, value[0], stepped.state, 1);
     const double last = value[samples - 1];
     for (size_t k = 0; k < samples + filter->ahead; k++) {
-        const double y = step(filter, state, k < samples ? value[k] : last);
+        const double y = step(&stepped, k < samples ? value[k] : last);
         if (k >= filter->ahead) {
             value[k - filter->ahead] = y;
         }
@@ -100,9 +131,10 @@ void state_space_column(const state_space_t *filter, double *value, size_t sampl
 
 /* The largest error of its step response, in parts of the largest value of this one. */
 static double step_error(const state_space_t *filter, const double *response, size_t length) {
-    double state[STATE_SPACE_MOST] = {0.0}, has = 0.0, wanted = 0.0, worst = 0.0, largest = 0.0;
+    stepped_t stepped = stepped_begin(filter);
+    double has = 0.0, wanted = 0.0, worst = 0.0, largest = 0.0;
     for (size_t k = 0; k < length; k++) {
-        has += step(filter, state, k == 0 ? 1.0 : 0.0);
+        has += step(&stepped, k == 0 ? 1.0 : 0.0);
         wanted += response[k];
         worst = fmax(worst, fabs(has - wanted));
         largest = fmax(largest, fabs(wanted));

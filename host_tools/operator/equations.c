@@ -1,37 +1,122 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/equations.h"
+#include "base/parallel.h"
 #include "base/progress.h"
 #include <gsl/gsl_cblas.h>
 #include <stdlib.h>
 #include <string.h>
 
-const hysteresis_base_t *equations_base(const operator_question_t *q, const hysteresis_t *h, size_t thin) {
-    for (size_t i = 0; i < HYSTERESIS_BASES; i++) {
-        const hysteresis_base_t *there = &q->bases->base[i];
-        if (there->gram != NULL && there->turns == h->turns && there->rho == h->noise.rho && there->thin == thin) {
-            return there;
+/* Its index; HYSTERESIS_BASES: not there. */
+static size_t find_base(const hysteresis_bases_t *bases, const base_place_t *place, size_t thin) {
+    size_t i = 0;
+    while (i < HYSTERESIS_BASES && !(bases->base[i].there && bases->base[i].turns == place->turns &&
+                                     bases->base[i].rho == place->rho && bases->base[i].thin == thin)) {
+        i++;
+    }
+    return i;
+}
+
+/* Room for what is not there of these, in the place of the oldest that are not among them; it is still to be made.
+ * Returns how many. */
+static size_t take_room(hysteresis_bases_t *bases, size_t thin, const base_place_t *place, size_t count,
+                        hysteresis_base_t **taken) {
+    bool wanted[HYSTERESIS_BASES + 1] = {false};
+    size_t made = 0;
+    for (size_t i = 0; i < count; i++) {
+        wanted[find_base(bases, &place[i], thin)] = true;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (find_base(bases, &place[i], thin) == HYSTERESIS_BASES) {
+            while (wanted[bases->made % HYSTERESIS_BASES]) {
+                bases->made++;
+            }
+            const size_t oldest = bases->made++ % HYSTERESIS_BASES;
+            wanted[oldest] = true;
+            taken[made] = &bases->base[oldest];
+            hysteresis_base_close(taken[made]);
+            *taken[made++] =
+                (hysteresis_base_t){.there = true, .turns = place[i].turns, .rho = place[i].rho, .thin = thin};
         }
     }
-    hysteresis_base_t *base = &q->bases->base[q->bases->made++ % HYSTERESIS_BASES];
+    return made;
+}
+
+/* Rows at these, which have the same turns, in one walk. */
+static void make_rows(const operator_question_t *q, const hysteresis_t *h, hysteresis_base_t *const *base,
+                      size_t count) {
     operator_t without_law = h->operator;
+    pink_t noise[ROWS_MOST_NOISES];
+    const pink_t *noises[ROWS_MOST_NOISES];
+    kept_rows_t *rows[ROWS_MOST_NOISES];
     operator_drop_law(&without_law);
-    const size_t n = without_law.columns;
+    for (size_t i = 0; i < count; i++) {
+        pink_create(&noise[i], base[i]->rho, q->longest);
+        noises[i] = &noise[i];
+        rows[i] = &base[i]->rows;
+    }
     const rows_wanted_t wanted = {.operator= & without_law,
                                   .paths = q->data->paths,
                                   .count = q->data->count,
-                                  .turns = h->turns,
+                                  .turns = base[0]->turns,
                                   .behind = &q->behind,
                                   .offsets_behind = h->offsets_behind,
-                                  .noise = &h->noise,
                                   .use = q->data->use,
-                                  .thin = thin};
-    hysteresis_base_close(base);
-    *base = (hysteresis_base_t){
-        .turns = h->turns, .rho = h->noise.rho, .thin = thin, .gram = allocate(n * n, sizeof(double))};
-    kept_rows_open(&base->rows, &wanted);
-    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, (int)n, (int)base->rows.rows, 1.0, base->rows.row, (int)n, 0.0,
-                base->gram, (int)n);
-    return base;
+                                  .thin = base[0]->thin};
+    kept_rows_open_each(rows, &wanted, noises, count);
+}
+
+static void make_products(hysteresis_base_t *base) {
+    const int n = (int)base->rows.columns;
+    base->gram = allocate(base->rows.columns * base->rows.columns, sizeof(double));
+    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, n, (int)base->rows.rows, 1.0, base->rows.row, n, 0.0, base->gram,
+                n);
+}
+
+void equations_foresee(const operator_question_t *q, const hysteresis_t *h, size_t thin, const double *rho,
+                       size_t count) {
+    base_place_t place[ROWS_MOST_NOISES];
+    hysteresis_base_t *base[ROWS_MOST_NOISES];
+    for (size_t i = 0; i < count; i++) {
+        place[i] = (base_place_t){h->turns, rho[i]};
+    }
+    const size_t made = take_room(q->bases, thin, place, count, base);
+    if (made > 0) {
+        make_rows(q, h, base, made);
+    }
+}
+
+/* What is made at once: each task writes its own. */
+typedef struct {
+    const operator_question_t *question;
+    const hysteresis_t *hysteresis; /* its operator, and where its offsets are added */
+    hysteresis_base_t *base[HYSTERESIS_BASES];
+} making_t;
+
+static void make_base(void *context, size_t index) {
+    const making_t *making = context;
+    make_rows(making->question, making->hysteresis, &making->base[index], 1);
+    make_products(making->base[index]);
+}
+
+void equations_prepare(const operator_question_t *q, const hysteresis_t *h, size_t thin, const base_place_t *place,
+                       size_t count) {
+    making_t making = {.question = q, .hysteresis = h};
+    parallel(take_room(q->bases, thin, place, count, making.base), make_base, &making);
+    for (size_t i = 0; i < count; i++) { /* of those that were foreseen */
+        hysteresis_base_t *base = &q->bases->base[find_base(q->bases, &place[i], thin)];
+        if (base->gram == NULL) {
+            make_products(base);
+        }
+    }
+}
+
+const hysteresis_base_t *equations_base(const operator_question_t *q, const hysteresis_t *h, size_t thin) {
+    const base_place_t place = {h->turns, h->noise.rho};
+    const size_t there = find_base(q->bases, &place, thin);
+    if (there == HYSTERESIS_BASES || q->bases->base[there].gram == NULL) {
+        equations_prepare(q, h, thin, &place, 1);
+    }
+    return &q->bases->base[find_base(q->bases, &place, thin)];
 }
 
 double *equations_values(const operator_question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {

@@ -20,7 +20,22 @@ typedef struct {
 bool equations_fit(const operator_question_t *question, size_t thin, bool leaks, hysteresis_t *hysteresis,
                    failure_t *failure);
 
-/** Rows of the operator without a law: those that are kept, or new ones in the place of the oldest. */
+/** Where rows of the operator without a law are wanted, beside the turns of a fit. */
+typedef struct {
+    bool turns;
+    double rho;
+} base_place_t;
+
+/** These are kept from now on, until others are prepared: those that were not are made side by side. At most
+ * HYSTERESIS_BASES. */
+void equations_prepare(const operator_question_t *question, const hysteresis_t *hysteresis, size_t thin,
+                       const base_place_t *place, size_t count);
+/** At these corners of the noise rows may be wanted soon: those that are not kept are made in one walk along the paths,
+ * at a fraction of what each alone takes. At most ROWS_MOST_NOISES. */
+void equations_foresee(const operator_question_t *question, const hysteresis_t *hysteresis, size_t thin,
+                       const double *rho, size_t count);
+/** Rows of the operator without a law, at the turns and the noise of a fit: those that are kept, or new ones in the
+ * place of the oldest. Threads may ask at once for what was prepared. */
 const hysteresis_base_t *equations_base(const operator_question_t *question, const hysteresis_t *hysteresis,
                                         size_t thin);
 /** The position, whitened, in these rows; to be freed. */

@@ -14,7 +14,7 @@ void hysteresis_free(hysteresis_t *h) {
 void hysteresis_base_close(hysteresis_base_t *base) {
     kept_rows_close(&base->rows);
     free(base->gram);
-    base->gram = NULL;
+    *base = (hysteresis_base_t){0};
 }
 
 void hysteresis_bases_close(hysteresis_bases_t *bases) {

@@ -25,11 +25,11 @@ void hysteresis_free(hysteresis_t *hysteresis);
 /** Equations along some paths, kept from fit to fit: along the same paths and samples another position changes little
  * of them. */
 typedef struct {
-    bool turns;
+    bool there, turns;
     double rho;
     size_t thin;
     kept_rows_t rows;
-    double *gram; /**< of the rows; the operator without a law */
+    double *gram; /**< of the rows; the operator without a law. NULL: not made yet */
 } hysteresis_base_t;
 
 void hysteresis_base_close(hysteresis_base_t *base);

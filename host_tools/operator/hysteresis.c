@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/hysteresis.h"
+#include "base/parallel.h"
 #include "base/progress.h"
 #include "operator/equations.h"
 #include "operator/law_search.h"
@@ -14,6 +15,9 @@ enum { SEARCHED_SAMPLES = 6000 };
 /* Below such a gain at rest no middle is taken out. */
 static const double least_gain = 0.1;
 
+/* Of the search for the noise's corner, a factor: sqrt(10). */
+static const double widest_step = 3.1622776601683795;
+
 /* Evidence of the weights at this noise, or -HUGE_VAL. */
 static double evidence_at(const operator_question_t *q, size_t thin, double rho, hysteresis_t *h) {
     failure_t ignored;
@@ -23,10 +27,12 @@ static double evidence_at(const operator_question_t *q, size_t thin, double rho,
 
 /* The likeliest rho near the one that it has, in steps that get smaller. best: evidence of that. */
 static void improve_noise(const operator_question_t *q, size_t thin, double best, hysteresis_t *h) {
-    double rho = h->noise.rho, factor = sqrt(10.0);
+    double rho = h->noise.rho, factor = widest_step;
     while (rho > 0.0 && factor > 1.3) {
+        const double both[] = {rho * (1.0 / factor), rho * factor};
+        equations_foresee(q, h, thin, both, 2);
         for (int up = 0; up < 2; up++) {
-            const double beside = rho * (up != 0 ? factor : 1.0 / factor), evidence = evidence_at(q, thin, beside, h);
+            const double beside = both[up], evidence = evidence_at(q, thin, beside, h);
             if (evidence > best) {
                 best = evidence;
                 rho = beside;
@@ -42,6 +48,8 @@ static void improve_noise(const operator_question_t *q, size_t thin, double best
 static void find_noise(const operator_question_t *q, size_t thin, hysteresis_t *h) {
     double best = evidence_at(q, thin, 0.0, h), rho = 0.0;
     double at = threshold.slowest_rho;
+    const double decades[] = {at, at * 10.0, at * 10.0 * 10.0};
+    equations_foresee(q, h, thin, decades, 3);
     while (at < 1.0) {
         const double evidence = evidence_at(q, thin, at, h);
         if (evidence > best + threshold.pink_worth) {
@@ -58,6 +66,8 @@ static void find_noise(const operator_question_t *q, size_t thin, hysteresis_t *
 
 /* Whether the drive turned between its samples: what explains the position better. */
 static bool find_turns(const operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+    const base_place_t both[] = {{true, h->noise.rho}, {false, h->noise.rho}};
+    equations_prepare(q, h, thin, both, 2);
     h->turns = true;
     if (!equations_fit(q, thin, true, h, failure)) {
         return false;
@@ -112,38 +122,74 @@ static bool can_leave_less(const operator_question_t *q, size_t thin, double rho
     return here > evidence || evidence_at(q, thin, rho / sqrt(10.0), h) > here;
 }
 
-/* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law may be worth anything. So
- * one is sought beside white noise, too, and the noise again beside it. It stands if it is likelier and leaves less 1/f
- * noise. */
-static bool find_law(const operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
-    if (!law_search(q, thin, h, failure)) {
+/* A law is sought beside several noises at once: each task writes its own fit. */
+typedef struct {
+    const operator_question_t *question;
+    size_t thin;
+    hysteresis_t *fit[2];
+    bool good[2];
+    failure_t failure[2];
+} law_searches_t;
+
+static void search_law(void *context, size_t index) {
+    law_searches_t *searches = context;
+    searches->good[index] =
+        law_search(searches->question, searches->thin, searches->fit[index], &searches->failure[index]);
+}
+
+/* Beside the noises of two fits. */
+static bool search_laws(const operator_question_t *q, size_t thin, hysteresis_t *one, hysteresis_t *other,
+                        failure_t *failure) {
+    const base_place_t both[] = {{one->turns, one->noise.rho}, {other->turns, other->noise.rho}};
+    law_searches_t searches = {.question = q, .thin = thin, .fit = {one, other}};
+    equations_prepare(q, one, thin, both, 2); /* before they share it */
+    parallel(2, search_law, &searches);
+    for (size_t i = 0; i < 2; i++) {
+        if (!searches.good[i]) {
+            *failure = searches.failure[i];
+            return false;
+        }
+    }
+    return true;
+}
+
+/* A fit of the same, without a law, that begins beside white noise; to be freed but for its position. */
+static hysteresis_t beside_white_noise(const operator_question_t *q, const hysteresis_t *h) {
+    hysteresis_t white = *h;
+    white.operator.table = NULL;
+    operator_drop_law(&white.operator);
+    white.group = NULL;
+    white.evidence = (group_evidence_t){0};
+    pink_create(&white.noise, 0.0, q->longest);
+    return white;
+}
+
+/* Whether the law that was found beside white noise stands: with the noise sought again beside it, it is likelier and
+ * leaves less 1/f noise. */
+static bool stands_beside_less(const operator_question_t *q, size_t thin, hysteresis_t *h, hysteresis_t *white) {
+    const double rho = h->noise.rho, evidence = evidence_at(q, thin, rho, h);
+    if (!white->operator.has_law || !can_leave_less(q, thin, rho, evidence, white)) {
         return false;
     }
-    const pink_t pink = h->noise;
-    if (pink.rho <= 0.0) {
-        return true;
+    find_noise(q, thin, white);
+    return white->noise.rho < rho && evidence_at(q, thin, white->noise.rho, white) > evidence;
+}
+
+/* Without a law what only a law explains is taken for 1/f noise, and beside that noise no law may be worth anything. So
+ * one is sought beside white noise, too, and the noise again beside it. */
+static bool find_law(const operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+    if (h->noise.rho <= 0.0) {
+        return law_search(q, thin, h, failure);
     }
-    const double evidence = evidence_at(q, thin, pink.rho, h);
-    const bool has_law = h->operator.has_law;
-    const duhem_law_t law = h->operator.law;
-    group_evidence_t kept = h->evidence; /* where the next fit begins */
-    h->evidence = (group_evidence_t){0};
-    take_law(h, false, NULL);
-    pink_create(&h->noise, 0.0, q->longest);
-    const bool good = law_search(q, thin, h, failure);
-    bool stands = false;
-    if (good && h->operator.has_law && can_leave_less(q, thin, pink.rho, evidence, h)) {
-        find_noise(q, thin, h);
-        stands = h->noise.rho < pink.rho && evidence_at(q, thin, h->noise.rho, h) > evidence;
+    hysteresis_t white = beside_white_noise(q, h);
+    const bool good = search_laws(q, thin, h, &white, failure);
+    if (good && stands_beside_less(q, thin, h, &white)) {
+        const hysteresis_t other = *h;
+        *h = white;
+        white = other;
     }
-    if (!stands) {
-        group_evidence_t other = h->evidence;
-        h->evidence = kept;
-        kept = other;
-        take_law(h, has_law, &law);
-        h->noise = pink;
-    }
-    group_evidence_free(&kept);
+    white.position_um = NULL; /* they share it */
+    hysteresis_free(&white);
     return good;
 }
 
@@ -154,6 +200,8 @@ static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *li
     h->turns = like->turns;
     pink_create(&h->noise, like->noise.rho, q->longest);
     take_law(h, like->operator.has_law, &like->operator.law);
+    const double at = like->noise.rho, around[] = {at, at * (1.0 / widest_step), at * widest_step};
+    equations_foresee(q, h, search, around, at > 0.0 ? 3 : 0);
     if (!pull_outliers_in(q, search, h, failure)) {
         return false;
     }

@@ -4,14 +4,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rows of one recording that wait: all of them where the filter remembers, otherwise those that are wanted. */
+/* What the rows of one walk pass through to be whitened for one noise, and who takes them. */
+typedef struct {
+    state_space_rows_t filter;
+    double offset; /* of a constant behind the filter, whitened */
+    void *context;
+} lane_t;
+
+/* Rows of one recording that wait: all of them where a filter remembers, otherwise those that are wanted. */
 typedef struct {
     const rows_wanted_t *wanted;
     rows_taker_t *take;
-    void *context;
-    state_space_rows_t filter;
+    lane_t lane[ROWS_MOST_NOISES];
+    size_t lanes;
     size_t columns, ahead, waiting, count; /* count: of these, wanted */
-    double offset;                         /* of a constant behind it, whitened */
     size_t recording;                      /* of the rows that wait */
     bool first, remembers;                 /* first: they begin a recording */
     double *row, *filtered, *last;         /* last: row of this recording */
@@ -23,21 +29,27 @@ typedef struct {
     size_t dues;
 } waiting_t;
 
+static void hand_on_filtered(waiting_t *w, lane_t *lane) {
+    state_space_rows(&lane->filter, w->row, w->waiting, w->first, w->taken, w->count, w->filtered);
+    for (size_t i = 0; w->wanted->offsets_behind && i < w->count; i++) {
+        w->filtered[i * w->columns + operator_offset_column(w->recording)] = lane->offset;
+    }
+    if (w->count > 0) {
+        w->take(lane->context, w->filtered, w->sample, w->count);
+    }
+}
+
 static void hand_on(waiting_t *w) {
     if (w->waiting == 0) {
         return;
     }
     operator_bends(w->wanted->operator, w->row, w->waiting);
-    if (!w->remembers) {
-        w->take(w->context, w->row, w->sample, w->count);
+    if (w->remembers) {
+        for (size_t i = 0; i < w->lanes; i++) {
+            hand_on_filtered(w, &w->lane[i]);
+        }
     } else {
-        state_space_rows(&w->filter, w->row, w->waiting, w->first, w->taken, w->count, w->filtered);
-        for (size_t i = 0; w->wanted->offsets_behind && i < w->count; i++) {
-            w->filtered[i * w->columns + operator_offset_column(w->recording)] = w->offset;
-        }
-        if (w->count > 0) {
-            w->take(w->context, w->filtered, w->sample, w->count);
-        }
+        w->take(w->lane[0].context, w->row, w->sample, w->count);
     }
     w->waiting = w->count = 0;
     w->first = false;
@@ -83,29 +95,34 @@ static inline bool is_wanted(const rows_wanted_t *wanted, size_t at) {
     return (wanted->use[at] == 0) == wanted->unused;
 }
 
-/* The columns pass through what is behind the operator, and are whitened. */
-static void open_filter(waiting_t *w) {
-    const state_space_t noise = pink_states(w->wanted->noise);
+/* The columns pass through what is behind the operator, and are whitened. All lanes look equally far ahead. */
+static void open_lane(waiting_t *w, const pink_t *noise, void *context) {
+    const state_space_t whitening = pink_states(noise);
     state_space_t *all = allocate(1, sizeof *all);
-    (void)state_space_cascade(w->wanted->behind, &noise, all); /* it has room for the noise: BEHIND_STATES */
-    state_space_rows_open(&w->filter, all, w->columns);
+    lane_t *lane = &w->lane[w->lanes++];
+    (void)state_space_cascade(w->wanted->behind, &whitening, all); /* it has room for the noise: BEHIND_STATES */
+    state_space_rows_open(&lane->filter, all, w->columns);
+    lane->offset = state_space_gain_at_rest(&whitening);
+    lane->context = context;
     w->ahead = all->ahead;
-    w->offset = state_space_gain_at_rest(&noise);
-    w->remembers = !state_space_is_identity(all);
+    w->remembers = w->remembers || w->lanes > 1 || !state_space_is_identity(all);
     free(all);
 }
 
-void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context) {
+/* For several noises at once: context[i] takes the rows that noise[i] has whitened. */
+static void stream(const rows_wanted_t *wanted, const pink_t *const *noise, size_t noises, rows_taker_t *take,
+                   void *const *context) {
     const size_t n = wanted->operator->columns;
     waiting_t w = {.wanted = wanted,
                    .take = take,
-                   .context = context,
                    .columns = n,
                    .row = allocate(STATE_SPACE_ROWS * n, sizeof(double)),
                    .filtered = allocate(STATE_SPACE_ROWS * n, sizeof(double)),
                    .last = allocate(n, sizeof(double))};
     size_t used = 0;
-    open_filter(&w);
+    for (size_t i = 0; i < noises; i++) {
+        open_lane(&w, noise[i], context[i]);
+    }
     for (hike_t hike = hike_begin(wanted->paths, wanted->count, wanted->turns); hike_on(&hike, wanted->operator);) {
         const bool taken = is_wanted(wanted, hike.at) && used++ % wanted->thin == 0;
         if (hike.k == 0) {
@@ -123,10 +140,16 @@ void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context)
         row_is_there(&w, taken, hike.at);
     }
     end_recording(&w);
-    state_space_rows_close(&w.filter);
+    for (size_t i = 0; i < w.lanes; i++) {
+        state_space_rows_close(&w.lane[i].filter);
+    }
     free(w.row);
     free(w.filtered);
     free(w.last);
+}
+
+void rows_stream(const rows_wanted_t *wanted, rows_taker_t *take, void *context) {
+    stream(wanted, &wanted->noise, 1, take, &context);
 }
 
 static void keep(void *context, double *row, const size_t *sample, size_t rows) {
@@ -136,7 +159,9 @@ static void keep(void *context, double *row, const size_t *sample, size_t rows) 
     kept->rows += rows;
 }
 
-void kept_rows_open(kept_rows_t *kept, const rows_wanted_t *wanted) {
+void kept_rows_open_each(kept_rows_t *const *kept, const rows_wanted_t *wanted, const pink_t *const *noise,
+                         size_t noises) {
+    void *context[ROWS_MOST_NOISES];
     size_t used = 0;
     for (size_t i = 0, at = 0; i < wanted->count; i++) {
         for (size_t k = 0; k < wanted->paths[i].samples; k++, at++) {
@@ -144,9 +169,16 @@ void kept_rows_open(kept_rows_t *kept, const rows_wanted_t *wanted) {
         }
     }
     const size_t most = (used + wanted->thin - 1) / wanted->thin;
-    *kept = (kept_rows_t){.columns = wanted->operator->columns, .sample = allocate(most + 1, sizeof(size_t))};
-    kept->row = allocate(most * kept->columns + 1, sizeof(double));
-    rows_stream(wanted, keep, kept);
+    for (size_t i = 0; i < noises; i++) {
+        *kept[i] = (kept_rows_t){.columns = wanted->operator->columns, .sample = allocate(most + 1, sizeof(size_t))};
+        kept[i]->row = allocate(most * kept[i]->columns + 1, sizeof(double));
+        context[i] = kept[i];
+    }
+    stream(wanted, noise, noises, keep, context);
+}
+
+void kept_rows_open(kept_rows_t *kept, const rows_wanted_t *wanted) {
+    kept_rows_open_each(&kept, wanted, &wanted->noise, 1);
 }
 
 void kept_rows_close(kept_rows_t *kept) {

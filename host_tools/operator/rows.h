@@ -35,6 +35,11 @@ typedef struct {
 
 /** To be freed. */
 void kept_rows_open(kept_rows_t *kept, const rows_wanted_t *wanted);
+/** The same whitened for several noises in one walk along the paths, in place of wanted->noise. kept[i]: for noise[i].
+ * No more than ROWS_MOST_NOISES. */
+enum { ROWS_MOST_NOISES = 3 };
+void kept_rows_open_each(kept_rows_t *const *kept, const rows_wanted_t *wanted, const pink_t *const *noise,
+                         size_t noises);
 void kept_rows_close(kept_rows_t *kept);
 
 /** Of a column over all samples as it stands: whitened, in these rows. value[row * stride]. */

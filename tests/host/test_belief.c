@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What blocks say beside a hysteresis of any shape: nothing where nothing is missing, and their name where they are. */
+#include "belief/kept_chains.h"
 #include "belief/rivals.h"
 #include "belief/shape.h"
 #include "belief/suspect_fit.h"
@@ -239,6 +240,47 @@ static void test_a_fit_is_of_its_chain(void) {
     recording_free(&recording);
 }
 
+/* Chains that are fitted side by side have the fits that each has alone. They are kept, and those that are
+ * wanted again stay, though they are the oldest. */
+static void test_fits_side_by_side_are_kept(void) {
+    enum { CHAINS = KEPT_CHAINS + 1 };
+    recording_t recording;
+    model_t chain[CHAINS];
+    const model_t *all[CHAINS];
+    samples_t samples;
+    fitted_chain_t alone;
+    kept_chains_t kept = {0};
+    failure_t failure;
+    make_recording(PLAYS, LATE, &recording);
+    imitation_chain(rate_hz, &chain[0]);
+    TEST_ASSERT_TRUE(samples_open(&samples, &chain[0], &recording, 1, &failure));
+    for (size_t i = 1; i < CHAINS; i++) {
+        const double delay_s = 1e-3 * (double)i;
+        insert_block(&chain[i], &chain[0], &block_transport_delay, &delay_s);
+    }
+    for (size_t i = 0; i < CHAINS; i++) {
+        all[i] = &chain[i];
+    }
+    kept_chains_prepare(&kept, &samples, all, KEPT_CHAINS);
+    const fitted_chain_t *first = kept_chain(&kept, &samples, &chain[0]);
+    TEST_ASSERT_EQUAL_UINT64(KEPT_CHAINS, kept.made);
+    TEST_ASSERT_TRUE(fitted_chain_open(&alone, &samples, &chain[1], NULL));
+    TEST_ASSERT_TRUE(alone.hysteresis.evidence.log_evidence ==
+                     kept_chain(&kept, &samples, &chain[1])->hysteresis.evidence.log_evidence);
+    const model_t *new_and_oldest[] = {all[KEPT_CHAINS], all[0]};
+    const double *weight = first->hysteresis.evidence.weight;
+    kept_chains_prepare(&kept, &samples, new_and_oldest, 2);
+    TEST_ASSERT_TRUE(kept_chain(&kept, &samples, &chain[0])->hysteresis.evidence.weight == weight);
+    TEST_ASSERT_TRUE(fitted_chain_is_of(kept_chain(&kept, &samples, &chain[KEPT_CHAINS]), &samples, all[KEPT_CHAINS]));
+    fitted_chain_close(&alone);
+    kept_chains_close(&kept);
+    for (size_t i = 0; i < CHAINS; i++) {
+        model_free(&chain[i]);
+    }
+    samples_close(&samples);
+    recording_free(&recording);
+}
+
 /* A delay that is worth less than the scan's limit: other lags are worth as much. Weaker is not surer. */
 static void test_a_weak_effect_has_rivals(void) {
     recording_t recording;
@@ -352,6 +394,7 @@ int main(void) {
     RUN_TEST(test_a_mode_within_what_the_drive_excites);
     RUN_TEST(test_a_leakage_far_from_zero);
     RUN_TEST(test_a_fit_is_of_its_chain);
+    RUN_TEST(test_fits_side_by_side_are_kept);
     RUN_TEST(test_a_weak_effect_has_rivals);
     RUN_TEST(test_what_acts_in_motion_alone_is_no_noise);
     RUN_TEST(test_what_is_small_is_heard_once_its_numbers_are_searched);

@@ -3,9 +3,13 @@
  */
 #include "base/parallel.h"
 #include "unity.h"
+#include <pthread.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 enum { MOST = 1000, OUTER = 9, INNER = 50 };
 
@@ -78,20 +82,84 @@ static void test_tasks_may_have_tasks(void) {
     }
 }
 
-static void together_task(void *context, size_t index) {
-    atomic_int *arrived = context;
-    (void)index;
-    atomic_fetch_add(arrived, 1);
-    for (long i = 0; i < 2000000000L && atomic_load(arrived) < 2; i++) { /* each waits for the other one */
+/* Tasks that wait for each other, and whether each has seen the other one. */
+typedef struct {
+    atomic_int arrived, met, deaf;
+    size_t which; /* of two tasks, the one that has two itself */
+} meeting_t;
+
+static void wait_for(atomic_int *arrived, int many) {
+    for (long i = 0; i < 2000000000L && atomic_load(arrived) < many; i++) { /* seconds, where nobody comes */
     }
+}
+
+static void together_task(void *context, size_t index) {
+    meeting_t *meeting = context;
+    (void)index;
+    atomic_fetch_add(&meeting->arrived, 1);
+    wait_for(&meeting->arrived, 2);
+    atomic_fetch_add(&meeting->met, atomic_load(&meeting->arrived) == 2 ? 1 : 0);
 }
 
 /* Two tasks that each wait for the other: they run at the same time, or after seconds one is seen alone. */
 static void test_two_tasks_run_at_the_same_time(void) {
-    atomic_int arrived = 0;
+    meeting_t meeting = {0};
     parallel_limit(2);
-    parallel(2, together_task, &arrived);
-    TEST_ASSERT_EQUAL_INT(2, atomic_load(&arrived));
+    parallel(2, together_task, &meeting);
+    TEST_ASSERT_EQUAL_INT(2, atomic_load(&meeting.met));
+}
+
+static void one_has_two(void *context, size_t index) {
+    meeting_t *meeting = context;
+    if (index == meeting->which) {
+        parallel(2, together_task, meeting);
+    } else {
+        wait_for(&meeting->arrived, 1);
+    }
+}
+
+/* Both threads are taken when the inner two begin. The one that has nothing more to do, be it the caller's or another
+ * one, takes the second of them. */
+static void test_a_thread_that_becomes_idle_helps_within(void) {
+    parallel_limit(2);
+    for (size_t which = 0; which < 2; which++) {
+        meeting_t meeting = {.which = which};
+        parallel(2, one_has_two, &meeting);
+        TEST_ASSERT_EQUAL_INT(2, atomic_load(&meeting.met));
+    }
+}
+
+static void note_mask(void *context, size_t index) {
+    meeting_t *meeting = context;
+    sigset_t mask;
+    (void)index;
+    together_task(meeting, index);
+    pthread_sigmask(SIG_SETMASK, NULL, &mask);
+    atomic_fetch_add(&meeting->deaf, sigismember(&mask, SIGTERM) == 1 ? 1 : 0);
+}
+
+/* A signal that ends a command interrupts what the command's own thread waits for. */
+static void test_signals_go_to_the_thread_that_called(void) {
+    meeting_t meeting = {0};
+    parallel_limit(2);
+    parallel(2, note_mask, &meeting);
+    TEST_ASSERT_EQUAL_INT(1, atomic_load(&meeting.deaf));
+}
+
+/* Threads do not go along into a child process: there it works alone, or with others of its own. */
+static void test_a_child_process_has_its_own(void) {
+    parallel_limit(2);
+    meeting_t meeting = {0};
+    parallel(2, together_task, &meeting);
+    const pid_t child = fork();
+    if (child == 0) {
+        meeting_t again = {0};
+        parallel(2, together_task, &again);
+        _exit(atomic_load(&again.met) == 2 ? 0 : 1);
+    }
+    int status = -1;
+    TEST_ASSERT_EQUAL_INT(child, waitpid(child, &status, 0));
+    TEST_ASSERT_EQUAL_INT(0, status);
 }
 
 int main(void) {
@@ -99,5 +167,8 @@ int main(void) {
     RUN_TEST(test_every_task_is_done_once);
     RUN_TEST(test_tasks_may_have_tasks);
     RUN_TEST(test_two_tasks_run_at_the_same_time);
+    RUN_TEST(test_a_thread_that_becomes_idle_helps_within);
+    RUN_TEST(test_signals_go_to_the_thread_that_called);
+    RUN_TEST(test_a_child_process_has_its_own);
     return UNITY_END();
 }

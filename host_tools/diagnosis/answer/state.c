@@ -62,6 +62,23 @@ fitted_chain_t *state_fitted(const state_t *state, const model_t *chain) {
     return fitted_chain_is_of(state->beside, samples, chain) ? state->beside : kept_chain(state->kept, samples, chain);
 }
 
+double state_log_evidence(const state_t *state, const model_t *chain) {
+    const fitted_chain_t *fitted = state_fitted(state, chain);
+    return fitted != NULL ? fitted->hysteresis.evidence.log_evidence : -HUGE_VAL;
+}
+
+void state_fit_beside(const state_t *state, const model_t *chain, size_t count) {
+    const samples_t *samples = &state->answer.question->samples;
+    const model_t *others[KEPT_CHAINS];
+    size_t some = 0;
+    for (size_t i = 0; i < count && some < KEPT_CHAINS; i++) {
+        if (!fitted_chain_is_of(state->beside, samples, &chain[i])) {
+            others[some++] = &chain[i];
+        }
+    }
+    kept_chains_prepare(state->kept, samples, others, some);
+}
+
 void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape) {
     const question_t *question = state->answer.question;
     fitted_chain_t *fitted = state_fitted(state, chain);

@@ -163,12 +163,9 @@ static void take_noise_beside(question_t *question, const fitted_chain_t *beside
     free(left);
 }
 
-void question_imitate(question_t *question, const model_t *chain, fitted_chain_t *beside) {
-    model_t operated;
-    chain_for_operator(chain, &operated);
-    if (fitted_chain_open(beside, &question->samples, &operated, NULL)) {
+void question_imitate(question_t *question, fitted_chain_t *beside) {
+    if (beside->samples != NULL) {
         shape_of(beside, &question->setting, question->step_um, true, &question->shape);
     }
-    model_free(&operated);
     take_noise_beside(question, beside);
 }

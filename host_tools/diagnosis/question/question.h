@@ -37,10 +37,10 @@ bool question_begin(question_t *question, const model_t *model, const recording_
 /** The noise, with a model that explains the recordings as far as any does by now. */
 bool question_noise(question_t *question, const model_t *model, failure_t *failure);
 
-/** The operator in the place of the chain's hysteresis, to be closed (fitted_chain_close), and its noise. Where the
- * drive never rests, the noise was found beside a model of few numbers, and what that leaves of the loops' shape counts
- * as noise. Where the operator leaves nothing but noise, it says it better. */
-void question_imitate(question_t *question, const model_t *chain, fitted_chain_t *beside);
+/** What the operator says, in the place of the chain's hysteresis, and its noise. beside: fitted to the question's
+ * samples, or empty. Where the drive never rests, the noise was found beside a model of few numbers, and what that
+ * leaves of the loops' shape counts as noise. Where the operator leaves nothing but noise, it says it better. */
+void question_imitate(question_t *question, fitted_chain_t *beside);
 
 /** The same question with its samples shared out anew (samples_share_ends), and how to free it: all else is the other
  * one's. */

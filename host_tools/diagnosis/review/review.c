@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/review/review.h"
+#include "base/parallel.h"
 #include "belief/rivals.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/columns/measured_columns.h"
@@ -26,25 +27,96 @@ static bool leaves_a_shape(const answer_t *answer, const shape_t *shape) {
                             answer->held_out_percent > threshold.clearly_more * shape->operator_percent);
 }
 
-/* The operator beside what was found. */
-static void ask_after(state_t *state) {
-    answer_t *answer = &state->answer;
-    if (answer->findings > 0) {
-        state_ask_shape(state, &answer->model, &answer->shape_after);
+/* Where voltage or current was measured, sides.h has settled the lags: these columns say more than the position. */
+static bool may_have_rivals(const state_t *state, const finding_t *finding) {
+    const samples_t *samples = &state->answer.question->samples;
+    return !finding->in_readings && !finding->shape && !column_measured(samples, COLUMN_VOLTAGE) &&
+           !column_measured(samples, COLUMN_CURRENT);
+}
+
+/* Whether the chain without the finding is the one that the question has asked about: the search only adds blocks. */
+static bool is_only_addition(const state_t *state, const finding_t *finding) {
+    model_t left_out, without;
+    finding_left_out(&state->answer, finding, &left_out);
+    chain_for_operator(&left_out, &without);
+    const bool is = without.blocks == state->beside->imitation.chain.blocks;
+    model_free(&left_out);
+    model_free(&without);
+    return is;
+}
+
+static bool is_strong(const finding_t *finding) {
+    return finding->held_out_after_percent < sqrt(threshold.contest_worth) * finding->held_out_before_percent;
+}
+
+/* What a review asks the operator for, where two processors have something to do. Beside what was found, and without
+ * each finding, the latest first: where one goes, what is left of them was fitted for nothing. The fit without a curve
+ * is needed only if the operator leaves nothing. */
+static void fit_what_is_asked(const state_t *state) {
+    const answer_t *answer = &state->answer;
+    model_t chain[KEPT_CHAINS];
+    size_t count = 0;
+    model_copy(&chain[count++], &answer->model);
+    for (size_t f = answer->findings; f-- > 0 && count < KEPT_CHAINS;) {
+        if (!answer->finding[f].in_readings && !answer->finding[f].shape) {
+            finding_left_out(answer, &answer->finding[f], &chain[count++]);
+        }
     }
+    state_fit_beside(state, chain, count);
+    for (size_t i = 0; i < count; i++) {
+        model_free(&chain[i]);
+    }
+}
+
+/* Rivals that were looked for before it is known that their finding stays. */
+typedef struct {
+    const block_t *block; /* of the finding; NULL: none were */
+    rivals_t rivals;
+} early_rivals_t;
+
+/* Two tasks. The first writes the chains that are kept, the second what it finds, and the rows of `beside`. */
+typedef struct {
+    const state_t *state;
+    const finding_t *finding;
+    early_rivals_t *early;
+} asked_t;
+
+static void ask_at_once(void *context, size_t index) {
+    const asked_t *asked = context;
+    if (index == 0) {
+        fit_what_is_asked(asked->state);
+    } else {
+        asked->early->block = asked->finding->block;
+        rivals_of(asked->state->beside, &asked->state->setting, asked->finding->block, is_strong(asked->finding),
+                  &asked->early->rivals);
+    }
+}
+
+/* The operator beside what was found. */
+static void ask_after(state_t *state, early_rivals_t *early) {
+    answer_t *answer = &state->answer;
+    asked_t asked = {.state = state, .early = early};
+    if (answer->findings == 0) {
+        return;
+    }
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (may_have_rivals(state, &answer->finding[f]) && is_only_addition(state, &answer->finding[f])) {
+            asked.finding = &answer->finding[f];
+        }
+    }
+    parallel(asked.finding != NULL ? 2 : 1, ask_at_once, &asked);
+    state_ask_shape(state, &answer->model, &answer->shape_after);
 }
 
 /* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
  * one speed is a function of the path, and a curve is one on any path: the operator imitates both. */
 static bool is_worth_it(const state_t *state, size_t finding) {
     const answer_t *answer = &state->answer;
-    shape_t without;
     model_t left_out;
     finding_left_out(answer, &answer->finding[finding], &left_out);
-    state_ask_shape(state, &left_out, &without);
+    const double without = state_log_evidence(state, &left_out);
     model_free(&left_out);
-    return answer->shape_after.fitted &&
-           (!without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin);
+    return answer->shape_after.fitted && answer->shape_after.log_evidence > without + threshold.evidence_margin;
 }
 
 /* Takes out what is not, the latest first; what was worth it beside that has to be so without. So goes all that only
@@ -109,21 +181,21 @@ static bool can_be(const state_t *state, bool strong, const finding_t *finding, 
 
 /* Blocks that are worth as much in the finding's place, beside a hysteresis of any shape, are what it can be confused
  * with. Those that the chain has already are not. */
-static void add_rivals(state_t *state, finding_t *finding) {
+static void add_rivals(state_t *state, const early_rivals_t *early, finding_t *finding) {
     const answer_t *answer = &state->answer;
     rivals_t rivals = {0};
-    model_t left_out, without;
+    model_t left_out;
     const size_t before = finding->rivals;
-    const bool strong =
-        finding->held_out_after_percent < sqrt(threshold.contest_worth) * finding->held_out_before_percent;
+    const bool strong = is_strong(finding);
     const bool other_shape = leaves_a_shape(answer, &answer->shape_after);
     finding_left_out(answer, finding, &left_out);
-    chain_for_operator(&left_out, &without);
-    fitted_chain_t *fitted = without.blocks == state->beside->imitation.chain.blocks
-                                 ? state->beside /* the same: the search only adds blocks */
-                                 : state_fitted(state, &left_out);
-    if (fitted != NULL) {
-        rivals_of(fitted, &state->setting, finding->block, strong, &rivals);
+    if (early->block == finding->block) {
+        rivals = early->rivals;
+    } else {
+        fitted_chain_t *fitted = is_only_addition(state, finding) ? state->beside : state_fitted(state, &left_out);
+        if (fitted != NULL) {
+            rivals_of(fitted, &state->setting, finding->block, strong, &rivals);
+        }
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
         if (!finding_has_rival(finding, rivals.rival[r]) &&
@@ -132,7 +204,6 @@ static void add_rivals(state_t *state, finding_t *finding) {
         }
     }
     model_free(&left_out);
-    model_free(&without);
     if (finding->rivals == before) {
         return;
     }
@@ -140,16 +211,11 @@ static void add_rivals(state_t *state, finding_t *finding) {
     finding_at_most(finding, rivals_are_of_its_group(finding) ? ISOLATED : DETECTED);
 }
 
-/* Where voltage or current was measured, sides.h has settled the lags: these columns say more than the position. */
-static void ask_for_rivals(state_t *state) {
+static void ask_for_rivals(state_t *state, const early_rivals_t *early) {
     answer_t *answer = &state->answer;
-    const question_t *question = answer->question;
-    if (column_measured(&question->samples, COLUMN_VOLTAGE) || column_measured(&question->samples, COLUMN_CURRENT)) {
-        return;
-    }
     for (size_t f = 0; f < answer->findings; f++) {
-        if (!answer->finding[f].in_readings && !answer->finding[f].shape) {
-            add_rivals(state, &answer->finding[f]);
+        if (may_have_rivals(state, &answer->finding[f])) {
+            add_rivals(state, early, &answer->finding[f]);
         }
     }
 }
@@ -179,7 +245,8 @@ bool review_end(state_t *state) {
         return true;
     }
     bool good = true, dropped = false;
-    ask_after(state);
+    early_rivals_t early = {0};
+    ask_after(state, &early);
     if (is_only_shape(answer) || answer->shape_after.whole) {
         good = take_out_imitated(state, &dropped);
     }
@@ -203,7 +270,7 @@ bool review_end(state_t *state) {
     bool curves = false;
     good = good && take_out_curves(state, &curves) && (!curves || (measure_again(state) && verdict_look(state)));
     if (good) {
-        ask_for_rivals(state);
+        ask_for_rivals(state, dropped || curves ? &(early_rivals_t){0} : &early);
     }
     return good;
 }

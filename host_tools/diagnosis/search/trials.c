@@ -97,13 +97,6 @@ void trial_without_the_first(state_t *state) {
     try_another(state, &again, NULL);
 }
 
-/* Natural units, beside the universal operator. */
-static double log_evidence_of(const state_t *state, const answer_t *answer) {
-    shape_t shape;
-    state_ask_shape(state, &answer->model, &shape);
-    return shape.fitted ? shape.log_evidence : -HUGE_VAL;
-}
-
 /* Whether the search has found just these. */
 static bool are_found(const answer_t *answer, const heard_t *heard) {
     size_t found = 0;
@@ -137,7 +130,8 @@ void trial_of_heard(state_t *state) {
         if (attempt_with(&trial.state, trial.from, &heard)) {
             keep_one(state, &trial,
                      is_supported(&trial.state.answer, &heard) &&
-                         2.0 * (heard.shape.log_evidence - log_evidence_of(state, answer)) > threshold.naming_margin);
+                         2.0 * (heard.shape.log_evidence - state_log_evidence(state, &answer->model)) >
+                             threshold.naming_margin);
         } else {
             answer_free_models(&trial.state.answer);
         }
