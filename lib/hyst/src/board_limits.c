@@ -14,8 +14,7 @@ static bool exceeds_at(const hyst_iir_coefficients_t *s, int64_t sign, int64_t g
     return hyst_magnitude(numerator) > gain * denominator;
 }
 
-/* A pair of complex poles has the radius sqrt(a2). Real ones show at the ends of the frequency
- * range. */
+/* A pair of complex poles has the radius sqrt(a2). Real ones show at the ends of the frequency range. */
 static bool rings_for_ever(const hyst_iir_coefficients_t *s) {
     const hyst_q28_t minus_a1 = hyst_iir_first(s->minus_a);
     const hyst_q28_t minus_a2 = hyst_iir_second(s->minus_a);
