@@ -165,7 +165,7 @@ static bool transfer(uint32_t operation, intptr_t file, void *memory, uint32_t s
 
 /* Whether there was a sample. The twin answers every ask at once, so that the emulator does not stand still. */
 static bool sample(void) {
-    answer_t answer;
+    answer_t answer = {.there = 0};
     const bool there = transfer(SYS_WRITE, line.asks, &line.ask, sizeof line.ask) &&
                        transfer(SYS_READ, line.answers, &answer, sizeof answer) && answer.there != 0;
     line.ask.answers = 0;
