@@ -7,8 +7,8 @@
  *
  * Time. There is no sample clock here: the twin's next position is the next sample, whenever it comes, so the loop's
  * notion of time is exact however fast or slow the emulation runs. The twin holds drive k until it sends position k +
- * 1: latency_samples is 1. The interrupt that runs the loop is raised by software: whenever the main loop is idle, and
- * every millisecond, so that samples go on, and interrupt it anywhere, while it is busy.
+ * 1: latency_samples is 1. The interrupt that runs the loop is the core's tick, once a millisecond: it takes all
+ * samples that are due, one after the other, and interrupts the main loop anywhere.
  *
  * Limitations. QEMU 7.2 runs the timers from a fixed 1 GHz, whatever the clock control says, and has no cycle counter.
  * TIM5 therefore counts nanoseconds of QEMU's virtual time: under `-icount shift=0` that is executed instructions,
@@ -25,6 +25,7 @@
 
 #define QEMU_TIMER_HZ     1000000000U
 #define QEMU_CORE_HZ      168000000U
+#define TICK_US           1000U
 #define HIGH_VOLTAGE_MOST 0xFFFFF   /* mV: 20 bits */
 #define APB2_HZ           84000000U /* for the baud rate, which the emulation ignores */
 
@@ -65,8 +66,7 @@ typedef struct {
 static struct {
     intptr_t asks, answers; /* files of the emulator's */
     ask_t ask;
-    bool sampled;      /* the last time */
-    unsigned in_a_row; /* samples that the next interrupt may make, if more than one */
+    bool open;
 } line;
 static int32_t supply_mv = HEALTH_ABSENT; /* not sent yet */
 
@@ -76,7 +76,7 @@ board_start_t board_init(void) {
     TIM5->CR1 = TIM_CR1_CEN;
     TIM2->PSC = QEMU_TIMER_HZ / 1000000U - 1U;
     TIM2->CR1 = TIM_CR1_CEN;
-    SYSTICK->RVR = QEMU_CORE_HZ / 1000U - 1U;
+    SYSTICK->RVR = QEMU_CORE_HZ / 1000000U * TICK_US - 1U;
     SYSTICK->CSR = SYSTICK_CSR_ENABLE | SYSTICK_CSR_TICKINT | SYSTICK_CSR_CLKSOURCE;
     /* A pseudo-terminal has two directions, and hands the next request over in the very moment in which the answer's
      * last byte is written. */
@@ -154,7 +154,7 @@ void board_start(uint16_t drive_code) {
     (void)semihosting(SYS_GET_CMDLINE, (uintptr_t)block);
     line.asks = open_next(&next, SEMIHOSTING_WRITE);
     line.answers = open_next(&next, SEMIHOSTING_READ);
-    nvic_enable(IRQ_TIM2, PRIORITY_SAMPLE);
+    line.open = line.asks >= 0 && line.answers >= 0; /* from here on, the interrupt's */
 }
 
 /* Whether all of it went through: what is left over of `size` is 0. */
@@ -177,27 +177,12 @@ static bool sample(void) {
     return there;
 }
 
-/* The loop. */
-void tim2_handler(void) {
-    line.sampled = sample();
-    while (line.in_a_row > 1U && sample()) {
-        line.in_a_row--;
-    }
-    line.in_a_row = 0;
-}
-
-/* After a sample the main loop turns once more before the next. */
-void board_idle(void) {
-    nvic_raise(IRQ_TIM2);
-    if (!line.sampled) {
-        __asm__ volatile("wfi");
-    }
-}
-
-/* Ends the sleep of board_idle. While the main loop is busy, the samples of a millisecond come at its end. */
+/* The loop: the samples that are due, once a millisecond. Half of the time is the main loop's and, while that sleeps,
+ * of the emulator's thread that brings the bytes of the Modbus line. */
 void systick_handler(void) {
-    line.in_a_row = SAMPLE_RATE_HZ / 1000U;
-    nvic_raise(IRQ_TIM2);
+    const uint32_t begun = TIM2->CNT;
+    while (line.open && sample() && TIM2->CNT - begun < TICK_US / 2U) {
+    }
 }
 
 /* The output is the answer to the twin: without one it keeps the last code, until the next start answers. */

@@ -212,7 +212,6 @@ enum { IRQ_TIM2 = 28, IRQ_USART1 = 37, IRQ_COUNT = 82 };
 
 /* Core: Armv7-M Architecture Reference Manual, sections B3 and C1 */
 #define NVIC_ISER       ((volatile uint32_t *)0xE000E100UL)
-#define NVIC_ISPR       ((volatile uint32_t *)0xE000E200UL)
 #define NVIC_IPR        ((volatile uint8_t *)0xE000E400UL)
 #define SCB_CPACR       (*(volatile uint32_t *)0xE000ED88UL)
 #define SCB_CPACR_FPU   (0xFUL << 20)
@@ -252,12 +251,6 @@ static inline void nvic_enable(unsigned irq, unsigned priority) {
 /** What was stored before has arrived. */
 static inline void wait_for_stores(void) {
     __asm__ volatile("dsb" ::: "memory");
-}
-
-/** The interrupt, as if its source had raised it. One that nothing holds back has run when this returns. */
-static inline void nvic_raise(unsigned irq) {
-    NVIC_ISPR[irq / 32U] = BIT(irq % 32U);
-    __asm__ volatile("dsb\n\tisb" ::: "memory");
 }
 
 #endif
