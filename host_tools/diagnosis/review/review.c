@@ -270,7 +270,8 @@ bool review_end(state_t *state) {
     bool curves = false;
     good = good && take_out_curves(state, &curves) && (!curves || (measure_again(state) && verdict_look(state)));
     if (good) {
-        ask_for_rivals(state, dropped || curves ? &(early_rivals_t){0} : &early);
+        const early_rivals_t none = {0};
+        ask_for_rivals(state, dropped || curves ? &none : &early);
     }
     return good;
 }
