@@ -139,14 +139,12 @@ converter_status_t converter_not_yet(const converter_line_t *line, failure_t *fa
     return answer(line, nothing, failure);
 }
 
-static void close_file(int *file) {
-    if (*file != CLOSED) {
-        (void)close(*file);
-        *file = CLOSED;
-    }
-}
-
 void converter_close(converter_line_t *line) {
-    close_file(&line->asks);
-    close_file(&line->answers);
+    int *const file[] = {&line->asks, &line->answers};
+    for (size_t i = 0; i < sizeof file / sizeof file[0]; i++) {
+        if (*file[i] != CLOSED) {
+            (void)close(*file[i]);
+            *file[i] = CLOSED;
+        }
+    }
 }

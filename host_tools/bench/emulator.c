@@ -193,8 +193,8 @@ bool emulator_start(emulator_t *emulator, const char *program, const char *image
     close_file(&pipes.answers[READ_END]);
     close_file(&pipes.output[WRITE_END]);
     close_file(&pipes.trouble[WRITE_END]);
-    emulator->asks = pipes.asks[READ_END];
-    emulator->answers = pipes.answers[WRITE_END];
+    emulator->line =
+        (converter_line_t){.asks = pipes.asks[READ_END], .answers = pipes.answers[WRITE_END], .name = "bench"};
     emulator->output = pipes.output[READ_END];
     ok = ok && runs(program, pipes.trouble[READ_END], failure);
     close_file(&pipes.trouble[READ_END]);
@@ -204,10 +204,6 @@ bool emulator_start(emulator_t *emulator, const char *program, const char *image
         (void)emulator_stop(emulator, &ignored);
     }
     return ok;
-}
-
-converter_line_t emulator_converter_line(const emulator_t *emulator, const volatile sig_atomic_t *stop) {
-    return (converter_line_t){.asks = emulator->asks, .answers = emulator->answers, .name = "bench", .stop = stop};
 }
 
 bool emulator_stop(emulator_t *emulator, failure_t *failure) {
@@ -224,8 +220,7 @@ bool emulator_stop(emulator_t *emulator, failure_t *failure) {
         }
         emulator->process = -1;
     }
-    close_file(&emulator->asks);
-    close_file(&emulator->answers);
+    converter_close(&emulator->line);
     close_file(&emulator->output);
     close_file(&emulator->port_holder);
     return ok;

@@ -10,15 +10,15 @@
 
 typedef struct {
     pid_t process;
-    char port[64];     /**< pseudo-terminal of the Modbus line */
-    int asks, answers; /**< this process's ends of the converter line */
-    int output;        /**< what the emulator prints */
-    int port_holder;   /**< keeps the pseudo-terminal open */
+    char port[64];         /**< pseudo-terminal of the Modbus line */
+    converter_line_t line; /**< the twin's end of the converter line; `stop` is the caller's to set */
+    int output;            /**< what the emulator prints */
+    int port_holder;       /**< keeps the pseudo-terminal open */
 } emulator_t;
 
 /** One that was not started. */
 #define EMULATOR_NONE                                                                                                  \
-    { .process = -1, .asks = -1, .answers = -1, .output = -1, .port_holder = -1 }
+    { .process = -1, .line = {.asks = -1, .answers = -1}, .output = -1, .port_holder = -1 }
 
 /**
  * Starts `program` (qemu-system-arm) with the image. The pseudo-terminal is used only while the emulator is known to
@@ -26,9 +26,6 @@ typedef struct {
  * ended. The emulator also ends when this process does, however that happens.
  */
 bool emulator_start(emulator_t *emulator, const char *program, const char *image, failure_t *failure);
-
-/** The twin's end of the converter line. The emulator's to close; `stop` ends every wait when it becomes nonzero. */
-converter_line_t emulator_converter_line(const emulator_t *emulator, const volatile sig_atomic_t *stop);
 
 /** Ends the emulator. Returns false, with a line, if it had ended on its own before. */
 bool emulator_stop(emulator_t *emulator, failure_t *failure);

@@ -72,10 +72,10 @@ static bool bench(const char *program, const char *image, const char *model, con
         twin_close(twin);
         return false;
     }
-    converter_line_t line = emulator_converter_line(&emulator, stop);
+    emulator.line.stop = stop;
     announcement_t announcement = {&emulator, json};
     twin_run_t run;
-    bool ok = twin_run(twin, &line, announce, &announcement, &run, failure);
+    bool ok = twin_run(twin, &emulator.line, announce, &announcement, &run, failure);
     twin_close(twin);
     failure_t ending;
     if (!emulator_stop(&emulator, &ending) && ok && !*stop) {

@@ -25,7 +25,6 @@ typedef struct {
 typedef struct {
     emulator_t emulator;
     twin_t *twin;
-    converter_line_t line;
     pthread_t thread;
     volatile sig_atomic_t stop; /* for the twin: after the amplifier was parked */
 } bench_t;
@@ -34,7 +33,7 @@ static void *run_twin(void *context) {
     bench_t *const bench = context;
     twin_run_t run;
     failure_t ignored; /* the page says that the line is cut */
-    (void)twin_run(bench->twin, &bench->line, NULL, NULL, &run, &ignored);
+    (void)twin_run(bench->twin, &bench->emulator.line, NULL, NULL, &run, &ignored);
     return NULL;
 }
 
@@ -52,7 +51,7 @@ static bool bench_open(bench_t *bench, const settings_t *s, failure_t *failure) 
         twin_close(bench->twin);
         return false;
     }
-    bench->line = emulator_converter_line(&bench->emulator, &bench->stop);
+    bench->emulator.line.stop = &bench->stop;
     if (pthread_create(&bench->thread, NULL, run_twin, bench) != 0) {
         failure_t ignored;
         (void)emulator_stop(&bench->emulator, &ignored);

@@ -15,8 +15,8 @@ enum { SEARCHED_SAMPLES = 6000 };
 /* Below such a gain at rest no middle is taken out. */
 static const double least_gain = 0.1;
 
-/* Of the search for the noise's corner, a factor: sqrt(10). */
-static const double widest_step = 3.1622776601683795;
+/* Of the search for the noise's corner, a factor. */
+#define WIDEST_STEP sqrt(10.0)
 
 /* Evidence of the weights at this noise, or -HUGE_VAL. */
 static double evidence_at(const operator_question_t *q, size_t thin, double rho, hysteresis_t *h) {
@@ -27,7 +27,7 @@ static double evidence_at(const operator_question_t *q, size_t thin, double rho,
 
 /* The likeliest rho near the one that it has, in steps that get smaller. best: evidence of that. */
 static void improve_noise(const operator_question_t *q, size_t thin, double best, hysteresis_t *h) {
-    double rho = h->noise.rho, factor = widest_step;
+    double rho = h->noise.rho, factor = WIDEST_STEP;
     while (rho > 0.0 && factor > 1.3) {
         const double both[] = {rho * (1.0 / factor), rho * factor};
         equations_foresee(q, h, thin, both, 2);
@@ -119,7 +119,7 @@ static void take_law(hysteresis_t *h, bool has_law, const duhem_law_t *law) {
  * than rho: towards less it gets likelier, or it is so already. The evidence has one top over rho. */
 static bool can_leave_less(const operator_question_t *q, size_t thin, double rho, double evidence, hysteresis_t *h) {
     const double here = evidence_at(q, thin, rho, h);
-    return here > evidence || evidence_at(q, thin, rho / sqrt(10.0), h) > here;
+    return here > evidence || evidence_at(q, thin, rho / WIDEST_STEP, h) > here;
 }
 
 /* A law is sought beside several noises at once: each task writes its own fit. */
@@ -200,7 +200,7 @@ static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *li
     h->turns = like->turns;
     pink_create(&h->noise, like->noise.rho, q->longest);
     take_law(h, like->operator.has_law, &like->operator.law);
-    const double at = like->noise.rho, around[] = {at, at * (1.0 / widest_step), at * widest_step};
+    const double at = like->noise.rho, around[] = {at, at * (1.0 / WIDEST_STEP), at * WIDEST_STEP};
     equations_foresee(q, h, search, around, at > 0.0 ? 3 : 0);
     if (!pull_outliers_in(q, search, h, failure)) {
         return false;

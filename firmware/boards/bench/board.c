@@ -26,7 +26,7 @@
 #define QEMU_TIMER_HZ     1000000000U
 #define QEMU_CORE_HZ      168000000U
 #define TICK_US           1000U
-#define HIGH_VOLTAGE_MOST 0xFFFFF   /* mV: 20 bits */
+#define HIGH_VOLTAGE_MOST 0xFFFFF   /* mV: above any stage for piezos */
 #define APB2_HZ           84000000U /* for the baud rate, which the emulation ignores */
 
 const board_info_t board_info = {

@@ -52,10 +52,7 @@ void h405_start(void) {
 /* Nobody stands at its converters: there is no sample. */
 void bench_start(void) {
     start(BENCH_IMAGE);
-    const volatile sig_atomic_t never = 0;
-    converter_line_t line = emulator_converter_line(&emulator, &never);
-    converter_close(&line);
-    emulator.asks = emulator.answers = line.asks;
+    converter_close(&emulator.line);
     open_line();
 }
 
