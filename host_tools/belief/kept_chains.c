@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/kept_chains.h"
+#include "base/oldest_place.h"
 #include "base/parallel.h"
 
 /* Its index; KEPT_CHAINS: it is not kept. */
@@ -35,11 +36,7 @@ void kept_chains_prepare(kept_chains_t *kept, const samples_t *samples, const mo
     }
     for (size_t i = 0; i < count; i++) {
         if (find_chain(kept, samples, chain[i]) == KEPT_CHAINS) {
-            while (wanted[kept->made % KEPT_CHAINS]) {
-                kept->made++;
-            }
-            const size_t oldest = kept->made++ % KEPT_CHAINS;
-            wanted[oldest] = true;
+            const size_t oldest = oldest_place(&kept->made, KEPT_CHAINS, wanted);
             fitted_chain_close(&kept->chain[oldest]);
             fits.chain[made] = chain[i];
             fits.fitted[made++] = &kept->chain[oldest];

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/equations.h"
+#include "base/oldest_place.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include <gsl/gsl_cblas.h>
@@ -27,12 +28,7 @@ static size_t take_room(hysteresis_bases_t *bases, size_t thin, const base_place
     }
     for (size_t i = 0; i < count; i++) {
         if (find_base(bases, &place[i], thin) == HYSTERESIS_BASES) {
-            while (wanted[bases->made % HYSTERESIS_BASES]) {
-                bases->made++;
-            }
-            const size_t oldest = bases->made++ % HYSTERESIS_BASES;
-            wanted[oldest] = true;
-            taken[made] = &bases->base[oldest];
+            taken[made] = &bases->base[oldest_place(&bases->made, HYSTERESIS_BASES, wanted)];
             hysteresis_base_close(taken[made]);
             *taken[made++] =
                 (hysteresis_base_t){.there = true, .turns = place[i].turns, .rho = place[i].rho, .thin = thin};
