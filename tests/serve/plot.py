@@ -9,15 +9,10 @@ import os
 import shutil
 import sys
 
-try:
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.common.action_chains import ActionChains
-    from selenium.webdriver.common.by import By
-    from selenium.webdriver.common.keys import Keys
-except ImportError:
-    print("skipped: no Selenium (python3-selenium)")
-    sys.exit(77)
+from chromium import drop_profile, open_chromium, shape # ends here where there is none
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 
 PAGE = """<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <style>:root {{ color-scheme: light dark; --grid: #ccc; --soft: #777; --ink: #111; --paper: #fff; --a: #00f; --b: #f00; }}
@@ -32,10 +27,7 @@ LEFT, RIGHT = 52, 10 # of plot.js
 
 class Plot:
     def __init__(self, browser, width, scheme):
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-            "width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False})
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
-            "features": [{"name": "prefers-color-scheme", "value": scheme}]})
+        shape(browser, width, 700, scheme)
         browser.refresh()
         self.browser, self.name = browser, f"{width} px, {scheme}"
         self.canvas = browser.find_element(By.ID, "plot")
@@ -119,19 +111,11 @@ class Plot:
 
 def main():
     script, scratch = sys.argv[1:3]
-    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
-        print("skipped: no chromium, or no chromedriver (chromium-driver)")
-        sys.exit(77)
     shutil.rmtree(scratch, ignore_errors=True)
     os.makedirs(scratch)
     with open(script, encoding="utf-8") as source, open(f"{scratch}/plot.html", "w", encoding="utf-8") as page:
         page.write(PAGE.format(script=source.read()))
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
-                     "--no-first-run", f"--user-data-dir={scratch}/profile"):
-        options.add_argument(argument)
-    browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    browser = open_chromium(scratch)
     try:
         browser.get(f"file://{os.path.abspath(scratch)}/plot.html")
         for width, scheme in ((1280, "light"), (390, "dark")):
@@ -142,7 +126,7 @@ def main():
             print(plot.name, "good")
     finally:
         browser.quit()
-    shutil.rmtree(f"{scratch}/profile", ignore_errors=True)
+    drop_profile(scratch)
 
 
 main()

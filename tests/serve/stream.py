@@ -3,8 +3,8 @@
 
 First `hyst serve` itself, before the simulated amplifier of tests/device with a loop at 10 kHz, whose line is as quick as
 this machine: each frame that the server reads comes to the page, and Stop to the amplifier. On a machine with nothing
-else to do that is each sample; a busy one takes fewer, which is printed. Then a stub of the server, with the page's own files, sends what `hyst serve` would if a line carried each sample of a loop at
-10 kHz. Stop is pressed while the page draws that, and once more while it is a minute and more behind, on a processor
+else to do that is each sample; a busy one takes fewer, which is printed. Then a stub of the server, with the page's own
+files, sends what `hyst serve` would if a line carried each sample of a loop at 10 kHz. Stop is pressed while the page draws that, and once more while it is a minute and more behind, on a processor
 slowed down twenty times: it must not wait for what came before it. Then the page gets more frames than it keeps, twice,
 and its memory must not grow. In the end the server falls silent. What the page took is compared with what was sent; no
 time is measured. Exits with 77 where there is no Chromium, chromedriver, Selenium or websockets.
@@ -21,12 +21,12 @@ import sys
 import threading
 import time
 
+from chromium import drop_profile, open_chromium # ends here where there is none
+
 try:
     import websockets
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
 except ImportError:
-    print("skipped: no Selenium, or no websockets (python3-selenium, python3-websockets)")
+    print("skipped: no websockets (python3-websockets)")
     sys.exit(77)
 
 PATIENCE_S = 300 # for what surely comes, on a busy machine
@@ -113,12 +113,7 @@ class Server:
 
 class Page:
     def __init__(self, scratch, server):
-        options = webdriver.ChromeOptions()
-        options.binary_location = shutil.which("chromium")
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-                         "--js-flags=--expose-gc", "--enable-precise-memory-info", f"--user-data-dir={scratch}/profile"):
-            options.add_argument(argument)
-        self.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        self.browser = open_chromium(scratch, "--js-flags=--expose-gc", "--enable-precise-memory-info")
         self.browser.set_script_timeout(PATIENCE_S)
         self.server = server
         self.browser.get(server.address)
@@ -294,9 +289,6 @@ def silence_is_noticed(page, server):
 
 def main():
     folder, hyst, amplifier, recording, scratch = sys.argv[1:6]
-    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
-        print("skipped: no chromium, or no chromedriver (chromium-driver)")
-        sys.exit(77)
     shutil.rmtree(scratch, ignore_errors=True)
     os.makedirs(scratch)
     real_server(hyst, amplifier, recording, scratch)
@@ -310,7 +302,7 @@ def main():
         page.browser.save_screenshot(f"{scratch}/stream.png")
     finally:
         page.browser.quit()
-    shutil.rmtree(f"{scratch}/profile", ignore_errors=True)
+    drop_profile(scratch)
 
 
 main()
