@@ -69,7 +69,7 @@ static inline hyst_q31_t at_dc(const hyst_iir_coefficients_t *s, hyst_q31_t x, i
     const uint64_t size = (uint64_t)hyst_magnitude(product);
     uint32_t remainder = 0;
     /* Up to 2^31 - 1 for either sign; -2^31 is left to the other way, as what saturates. */
-    if (size >> 31 < s->at_rest) {
+    if ((uint32_t)(size >> 31) < s->at_rest) {
         const int32_t y = (int32_t)hyst_divide(size, s->at_rest, s->reciprocal, &remainder);
         *rest = product < 0 ? -(int64_t)remainder : (int64_t)remainder;
         return product < 0 ? -y : y;
