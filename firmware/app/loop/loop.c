@@ -81,7 +81,7 @@ static inline uint32_t look_at_health(void) {
         return 0;
     }
     const uint32_t step = loop.telemetry.sequence / HEALTH_WATCH_EACH_STEP % HEALTH_WATCH_STEPS;
-    const uint32_t faults = health_watch_step((health_watch_step_t)step, loop.power.state == POWER_ON);
+    const uint32_t faults = health_watch_step((health_watch_step_t)step, loop.power.state);
     return faults == 0 || power_armed(&loop.power) ? faults : faults & (uint32_t)FAULT_STALL;
 }
 
@@ -150,10 +150,11 @@ static bool adopt_pending(void) {
     return true;
 }
 
-/* The compensator's step, with the window of this sample for limits. */
-static HYST_WITHIN hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, unsigned *events) {
+/* The compensator's step, with the window of this sample for limits; `before` is the last drive. */
+static HYST_WITHIN hyst_q31_t step_within_window(hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t before,
+                                                 unsigned *events) {
     const loop_parameters_t *p = loop.active;
-    const drive_window_t window = drive_window(&p->range, loop.compensator.drive);
+    const drive_window_t window = drive_window(&p->range, before);
     const hyst_q31_t drive = hyst_compensator_step_within(&p->compensator, &loop.compensator, mode, reference,
                                                           window.low, window.high, events);
     const bool limited = (*events & HYST_STEP_DRIVE_LIMITED) != 0;
@@ -171,28 +172,30 @@ static hyst_q31_t ramp_to_park(unsigned *events) {
     return loop.compensator.drive;
 }
 
-/* The values that belong to this position. */
-static inline void account(uint16_t position_code, hyst_q31_t reference, hyst_q31_t drive, unsigned events) {
+/* The values that belong to this position, which it returns. */
+static inline past_t account(uint16_t position_code, hyst_q31_t reference, hyst_q31_t drive, unsigned events) {
     telemetry_t *t = &loop.telemetry;
     past_t *const now = &loop_past[t->sequence % HISTORY];
     now->reference = reference;
     now->drive = drive;
     const uint32_t shown = t->sequence - board_info.latency_samples;
-    t->reference = loop_past[(shown - loop.active->lookahead_samples) % HISTORY].reference;
-    t->drive = loop_past[shown % HISTORY].drive;
+    const past_t aligned = {.reference = loop_past[(shown - loop.active->lookahead_samples) % HISTORY].reference,
+                            .drive = loop_past[shown % HISTORY].drive};
+    t->reference = aligned.reference;
+    t->drive = aligned.drive;
     t->position = from_code(position_code);
     t->limits_live = events;
     count_one(&loop_limits.samples[events]);
+    return aligned;
 }
 
-static inline void capture_aligned(uint16_t position_code) {
-    telemetry_t *t = &loop.telemetry;
+static inline void capture_aligned(uint16_t position_code, past_t aligned) {
     uint16_t signals;
     uint16_t *to = capture_due(&signals);
     if (to != NULL) {
         if (signals == CAPTURE_DEFAULT_SIGNALS) { /* as below, and sooner */
-            *to++ = (uint16_t)loop_to_code(t->reference, 16);
-            *to++ = (uint16_t)loop_to_code(t->drive, board_info.drive_bits);
+            *to++ = (uint16_t)loop_to_code(aligned.reference, 16);
+            *to++ = (uint16_t)loop_to_code(aligned.drive, board_info.drive_bits);
             *to++ = (uint16_t)(position_code ^ BOARD_CODE_MIDDLE);
         } else {
             to = loop_signals(to, signals, position_code);
@@ -260,15 +263,15 @@ static inline hyst_q31_t steady_sample(uint16_t position_code) {
     const hyst_mode_t mode = loop.mode;
     unsigned events, held_back;
     const hyst_q31_t reference = next_reference(&held_back);
-    const hyst_q31_t drive = step_within_window(mode, reference, &events);
+    const hyst_q31_t drive = step_within_window(mode, reference, before, &events);
     events |= held_back;
-    account(position_code, reference, drive, events);
+    const past_t aligned = account(position_code, reference, drive, events);
     if (loop.source.playing != loop.playing) {
         show_everything(0, mode);
     }
     watch_model(0, events, mode);
     watch_hardware(position_code, before, drive);
-    capture_aligned(position_code);
+    capture_aligned(position_code, aligned);
     return drive;
 }
 
@@ -299,13 +302,13 @@ static HYST_APART hyst_q31_t look_at_everything(uint16_t position_code, uint32_t
     if (!overruled(&mode, &reference)) {
         reference = next_reference(&held_back);
     }
-    const hyst_q31_t drive = loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, &events);
+    const hyst_q31_t drive = loop.bypass ? ramp_to_park(&events) : step_within_window(mode, reference, before, &events);
     events |= held_back;
-    account(position_code, reference, drive, events);
+    const past_t aligned = account(position_code, reference, drive, events);
     show_everything(faults, mode);
     watch_model(faults, events, mode);
     watch_hardware(position_code, before, drive);
-    capture_aligned(position_code);
+    capture_aligned(position_code, aligned);
     return drive;
 }
 

@@ -47,25 +47,24 @@ void source_reset(source_t *source, hyst_q31_t value, hyst_q31_t slew) {
     *source = (source_t){.value = value, .setpoint = value, .slew = slew};
 }
 
-/* Sets up the line from the present value to the present point. */
-static void begin_line(source_t *source) {
+/* The line from `value` to the present point. */
+static void begin_line(source_t *source, hyst_q31_t value) {
     const source_point_t point = source->settings.points[source->point];
     const uint32_t samples = point.samples > 0 ? point.samples : 1U;
     /* The distance is below 2^32: one division of 32 bits. */
-    const bool falls = point.value < source->value;
-    const uint32_t distance =
-        falls ? (uint32_t)source->value - (uint32_t)point.value : (uint32_t)point.value - (uint32_t)source->value;
-    int64_t quotient = distance / samples;
-    uint32_t remainder = distance - (uint32_t)quotient * samples;
-    if (falls) { /* rounded down: away from zero */
-        quotient = -quotient - (remainder > 0 ? 1 : 0);
-        remainder = remainder > 0 ? samples - remainder : 0;
+    const bool falls = point.value < value;
+    const uint32_t distance = falls ? (uint32_t)value - (uint32_t)point.value : (uint32_t)point.value - (uint32_t)value;
+    uint32_t quotient = distance / samples;
+    uint32_t remainder = distance - quotient * samples;
+    if (falls) { /* one more than -quotient is too far down, and the remainder leads back */
+        quotient = ~quotient;
+        remainder = samples - remainder;
     }
     source->line = (source_line_t){.left = samples,
                                    .samples = samples,
                                    .quotient = quotient,
                                    .remainder = remainder,
-                                   .fraction = samples / 2U}; /* half: rounds to nearest */
+                                   .lacking = samples - samples / 2U}; /* half: rounds to nearest */
 }
 
 void source_start(source_t *source, const source_settings_t *settings) {
@@ -80,7 +79,7 @@ void source_start(source_t *source, const source_settings_t *settings) {
     } else if (settings->kind == SOURCE_SWEEP) {
         sweep_begin(&settings->sweep, &source->sweep);
     } else if (settings->kind == SOURCE_BREAKPOINTS) {
-        begin_line(source);
+        begin_line(source, source->value);
     }
 }
 
@@ -149,27 +148,34 @@ static hyst_q31_t play_multisine(source_t *source) {
     return scaled(s, chord(s, source->phase));
 }
 
+/* At the end of a line. */
+static void next_line(source_t *source, hyst_q31_t value) {
+    uint32_t point = source->point + 1U;
+    if (point == source->settings.point_count) {
+        point = 0;
+        source->playing = !last_cycle(source);
+    }
+    source->point = point;
+    if (source->playing) {
+        begin_line(source, value);
+    }
+}
+
 static hyst_q31_t play_line(source_t *source) {
     source_line_t *line = &source->line;
-    line->fraction += line->remainder;
-    int64_t value = source->value + line->quotient;
-    if (line->fraction >= line->samples) {
-        line->fraction -= line->samples;
+    const uint32_t lacking = line->lacking;
+    const uint32_t remainder = line->remainder;
+    uint32_t value = (uint32_t)source->value + line->quotient; /* between two Q31 values */
+    line->lacking = lacking - remainder;
+    if (remainder >= lacking) {
+        line->lacking += line->samples;
         value++;
     }
-    source->value = (hyst_q31_t)value; /* between two Q31 values */
     line->left--;
     if (line->left == 0) {
-        source->point++;
-        if (source->point == source->settings.point_count) {
-            source->point = 0;
-            source->playing = !last_cycle(source);
-        }
-        if (source->playing) {
-            begin_line(source);
-        }
+        next_line(source, (hyst_q31_t)value);
     }
-    return source->value;
+    return (hyst_q31_t)value;
 }
 
 /* Not inlined: the others are cheaper without it. */

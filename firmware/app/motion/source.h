@@ -65,13 +65,13 @@ typedef struct {
 } source_settings_t;
 
 /** The line that is being played: from + delta * sample / samples in integer arithmetic, without a division a sample.
- */
+ * In 32 bits, modulo 2^32: the sums fit, although a delta may not. */
 typedef struct {
     uint32_t left;      /**< samples until the end */
     uint32_t samples;   /**< length, 1 or more */
-    int64_t quotient;   /**< of delta / samples, rounded down; |.| <= 2^32 */
-    uint32_t remainder; /**< of the same, 0 .. samples - 1 */
-    uint64_t fraction;  /**< of the present value, in 1 / samples: 0 .. samples - 1 */
+    uint32_t quotient;  /**< of delta / samples, rounded down, modulo 2^32 */
+    uint32_t remainder; /**< of the same: 0 .. samples */
+    uint32_t lacking;   /**< in 1 / samples, until the present value is one more: 1 .. samples */
 } source_line_t;
 
 typedef struct {

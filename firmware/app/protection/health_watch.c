@@ -86,8 +86,8 @@ uint32_t health_watch_outside(void) {
 }
 
 /* Whether there is something to judge. */
-static inline bool there(const channel_t *channel, bool stage_up) {
-    return channel->seen && (stage_up || channel != &watch.channel[HEALTH_HIGH_VOLTAGE]);
+static inline bool there(const channel_t *channel, power_t power) {
+    return channel->seen && (channel != &watch.channel[HEALTH_HIGH_VOLTAGE] || power == POWER_ON);
 }
 
 _Static_assert(HEALTH_WATCH_WARN < HEALTH_WATCH_CONVERT && HEALTH_WATCH_READ + 1 == HEALTH_WATCH_STEPS,
@@ -111,14 +111,14 @@ static uint32_t look_at_the_rest(void) {
     return with(watch.faults, FAULT_OUTPUT, debounced(&watch.stuck, !board_output_follows()));
 }
 
-static inline uint32_t look_at_channel(channel_t *channel, bool stage_up) {
-    const bool trips = debounced(&channel->tripping, there(channel, stage_up) && outside(channel, channel->reading));
+static inline uint32_t look_at_channel(channel_t *channel, power_t power) {
+    const bool trips = debounced(&channel->tripping, there(channel, power) && outside(channel, channel->reading));
     return with(watch.faults, channel->fault, trips);
 }
 
 /* A stall ends with the first look after it: a stop that ends it is not to trip again. */
-static inline uint32_t judge(bool stage_up) {
-    const uint32_t others = watch.place == NULL ? look_at_the_rest() : look_at_channel(watch.place, stage_up);
+static inline uint32_t judge(power_t power) {
+    const uint32_t others = watch.place == NULL ? look_at_the_rest() : look_at_channel(watch.place, power);
     const uint32_t faults = with(others, FAULT_STALL, watch.stall > watch.stall_most);
     watch.faults = faults;
     return faults;
@@ -132,24 +132,24 @@ void health_watch_missed(uint32_t periods) {
     watch.stall += periods;
 }
 
-static inline void warn(bool stage_up) {
+static inline void warn(power_t power) {
     channel_t *const channel = watch.place;
     if (channel != NULL) {
         const int32_t x = channel->reading;
-        const bool alerts = there(channel, stage_up) && (x < channel->alert_low || x > channel->alert_high);
+        const bool alerts = there(channel, power) && (x < channel->alert_low || x > channel->alert_high);
         watch.warnings = with(watch.warnings, channel->warning, debounced(&channel->alerting, alerts));
     }
 }
 
 /* Tested in an order in which none of the four takes much more than the others. */
-HYST_APART uint32_t health_watch_step(health_watch_step_t step, bool stage_up) {
+HYST_APART uint32_t health_watch_step(health_watch_step_t step, power_t power) {
     if (step == HEALTH_WATCH_CONVERT) {
         board_health_convert();
     } else if (step < HEALTH_WATCH_CONVERT) {
         if (step == HEALTH_WATCH_JUDGE) {
-            return judge(stage_up);
+            return judge(power);
         }
-        warn(stage_up);
+        warn(power);
     } else {
         read_next();
     }

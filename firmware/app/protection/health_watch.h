@@ -23,6 +23,7 @@
 #define HEALTH_WATCH_H
 
 #include "board.h"
+#include "protection/power_state.h"
 
 /** A power of two. */
 #define HEALTH_WATCH_EVERY 32U
@@ -64,7 +65,7 @@ void health_watch_set_limits(const board_health_limits_t *limits, uint32_t looks
 
 /** Sample interrupt, every HEALTH_WATCH_EACH_STEP samples, the steps in turn. HEALTH_WATCH_JUDGE returns the FAULT_
  * bits of what is outside of its limits, stuck or stalled, the others none. */
-uint32_t health_watch_step(health_watch_step_t step, bool stage_up);
+uint32_t health_watch_step(health_watch_step_t step, power_t power);
 
 /** The main loop has come round. Any context: one word. */
 void health_watch_main_turned(void);

@@ -237,47 +237,60 @@ static HYST_APART hyst_q31_t go_on_any(const hyst_compensator_t *c, hyst_compens
     return go_on(c, state, reference, low, high, any_of(c));
 }
 
-/* Any other sample: without a model, the first with one, or with new parameters. */
-static HYST_WITHIN hyst_q31_t begin_with(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
-                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned stages) {
-    hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
-    const bool compensates = mode == HYST_MODE_COMPENSATE;
-    hyst_hysteresis_found_t found;
-    stage_drive_t stage;
-    if (compensates) {
-        stage = compensate(c, state, memory, reference, &found, stages, state->settled);
-    } else {
-        state->events = 0;
-        stage = same(without_model(c, mode, reference));
-    }
+/* The transition of a sample that does not go on as the one before it, whose drive is to be this one. */
+static inline void turn_to(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                           hyst_q31_t drive) {
     if (mode != state->mode || state->adopted) {
-        const bool falls = state->drive < stage.amplifier;
+        const bool falls = state->drive < drive;
         state->transition.falls = falls;
-        state->transition.size = falls ? (uint32_t)stage.amplifier - (uint32_t)state->drive
-                                       : (uint32_t)state->drive - (uint32_t)stage.amplifier;
+        state->transition.size =
+            falls ? (uint32_t)drive - (uint32_t)state->drive : (uint32_t)state->drive - (uint32_t)drive;
     } else {
         shrink(&state->transition, c->transition_slew);
     }
     state->mode = mode;
     state->adopted = false;
-    state->settled = compensates; /* without a model the filters stand still */
-    state->continues = compensates;
-    return apply(c, state, memory, stage, low, high, compensates ? &found : NULL, stages);
+}
+
+/* The first sample with a model, or with new parameters. */
+static HYST_WITHIN hyst_q31_t begin_with(const hyst_compensator_t *c, hyst_compensator_state_t *state,
+                                         hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high, unsigned stages) {
+    hyst_hysteresis_state_t *const memory = hyst_compensator_memory(state);
+    hyst_hysteresis_found_t found;
+    const stage_drive_t stage = compensate(c, state, memory, reference, &found, stages, state->settled);
+    turn_to(c, state, HYST_MODE_COMPENSATE, stage.amplifier);
+    state->settled = true;
+    state->continues = true;
+    return apply(c, state, memory, stage, low, high, &found, stages);
 }
 
 /* As before, a copy for play operators with filters alone. */
-static HYST_APART hyst_q31_t begin_or_pass(const hyst_compensator_t *c, hyst_compensator_state_t *state,
-                                           hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
+static HYST_APART hyst_q31_t begin(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_q31_t reference,
+                                   hyst_q31_t low, hyst_q31_t high) {
     if ((c->stages & ~FILTERS) == 0) {
-        return begin_with(c, state, mode, reference, low, high, c->stages & FILTERS);
+        return begin_with(c, state, reference, low, high, c->stages & FILTERS);
     }
-    return begin_with(c, state, mode, reference, low, high, any_of(c));
+    return begin_with(c, state, reference, low, high, any_of(c));
+}
+
+/* A sample without a model. */
+static HYST_APART hyst_q31_t pass(const hyst_compensator_t *c, hyst_compensator_state_t *state, hyst_mode_t mode,
+                                  hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
+    const stage_drive_t stage = same(without_model(c, mode, reference));
+    state->events = 0;
+    turn_to(c, state, mode, stage.amplifier);
+    state->settled = false; /* the filters stand still */
+    state->continues = false;
+    return apply(c, state, hyst_compensator_memory(state), stage, low, high, NULL, any_of(c));
 }
 
 static HYST_WITHIN hyst_q31_t step(const hyst_compensator_t *compensator, hyst_compensator_state_t *state,
                                    hyst_mode_t mode, hyst_q31_t reference, hyst_q31_t low, hyst_q31_t high) {
-    if (mode != HYST_MODE_COMPENSATE || !state->continues) {
-        return begin_or_pass(compensator, state, mode, reference, low, high);
+    if (mode != HYST_MODE_COMPENSATE) {
+        return pass(compensator, state, mode, reference, low, high);
+    }
+    if (!state->continues) {
+        return begin(compensator, state, reference, low, high);
     }
     const unsigned others = compensator->stages & ~FILTERS;
     if (others == 0) {

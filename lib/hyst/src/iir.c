@@ -39,6 +39,7 @@ hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_
     iir->sections = sections;
     for (uint32_t i = 0; i < sections; i++) {
         const hyst_iir_section_t *s = &section[i];
+        const int64_t gain = (int64_t)s->b0 + s->b1 + s->b2;
         /* |a1| < 2 and |a2| < 1, so the signs can be changed; 1 + a1 + a2 is positive: the stability triangle. */
         iir->section[i] =
             (hyst_iir_coefficients_t){.b = pair(s->b1, s->b2),
@@ -46,7 +47,8 @@ hyst_iir_status_t hyst_iir_build(hyst_iir_t *iir, uint32_t sections, const hyst_
                                       .b0 = s->b0,
                                       .at_rest = (uint32_t)(HYST_Q28_ONE + s->a1 + s->a2),
                                       .reciprocal = hyst_reciprocal((uint32_t)(HYST_Q28_ONE + s->a1 + s->a2)),
-                                      .gain = (int64_t)s->b0 + s->b1 + s->b2};
+                                      .gain = (uint32_t)hyst_magnitude(gain),
+                                      .negative = gain < 0 ? 1U : 0U};
     }
     return HYST_IIR_OK;
 }
@@ -65,18 +67,20 @@ void hyst_iir_reset(hyst_iir_state_t *state) {
 
 /* x gain / at_rest toward zero, saturated, and x gain - result at_rest. |x gain| < 2^63. */
 static inline hyst_q31_t at_dc(const hyst_iir_coefficients_t *s, hyst_q31_t x, int64_t *rest) {
-    const int64_t product = x * s->gain;
-    const uint64_t size = (uint64_t)hyst_magnitude(product);
-    uint32_t remainder = 0;
+    const uint32_t magnitude = x < 0 ? 0U - (uint32_t)x : (uint32_t)x;
+    const bool negative = ((uint32_t)x >> 31 ^ s->negative) != 0; /* the product is, or 0 */
+    const uint64_t size = (uint64_t)magnitude * s->gain;
     /* Up to 2^31 - 1 for either sign; -2^31 is left to the other way, as what saturates. */
-    if (size >> 31 < s->at_rest) {
+    if ((uint32_t)(size >> 31) < s->at_rest) {
+        uint32_t remainder;
         const int32_t y = (int32_t)hyst_divide(size, s->at_rest, s->reciprocal, &remainder);
-        *rest = product < 0 ? -(int64_t)remainder : (int64_t)remainder;
-        return product < 0 ? -y : y;
+        *rest = negative ? -(int64_t)remainder : (int64_t)remainder;
+        return negative ? -y : y;
     }
-    const hyst_q31_t end = product < 0 ? HYST_Q31_MIN : HYST_Q31_MAX;
-    *rest = product - end * (int64_t)s->at_rest; /* of the same sign, and |end at_rest| < 2^61 */
-    return end;
+    const uint32_t end = (uint32_t)HYST_Q31_MAX + (negative ? 1U : 0U);
+    const int64_t over = (int64_t)(size - (uint64_t)end * s->at_rest); /* end at_rest < 2^61 */
+    *rest = negative ? -over : over;
+    return negative ? HYST_Q31_MIN : HYST_Q31_MAX;
 }
 
 void hyst_iir_settle(const hyst_iir_t *iir, hyst_iir_state_t *state, hyst_q31_t x) {

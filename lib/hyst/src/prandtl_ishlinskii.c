@@ -67,7 +67,7 @@ static HYST_WITHIN void carry_along(const hyst_pi_t *model, hyst_pi_state_t *sta
                                     hyst_q31_t edge, int64_t response, int outward) {
     if (end < run->end) { /* some are left behind */
         if (run->side == 0) {
-            hyst_pi_begin_at(model, run, hyst_pi_base(run), end);
+            (void)hyst_pi_begin_at(model, run, end);
         } else { /* its side is outward: the other way they all turn at one drive still */
             const hyst_q31_t threshold = model->threshold[end];
             const hyst_q31_t memory =
@@ -111,15 +111,13 @@ static HYST_WITHIN void move_outward(const hyst_pi_t *model, hyst_pi_state_t *st
         beyond += nearest << twice; /* modulo 2^32, until the last one's corner is taken off */
         /* Thresholds rise over all runs: within this one it is that, or its last. */
         end = smaller(end, 1U + hyst_pi_last_within(model, reach));
-        const uint32_t furthest = (uint32_t)model->threshold[end - 1U];
-        const int64_t turn = model->turn[end - 1U];
         if (run->side != 0) {
-            beyond -= 2U * furthest;
-            response = run->response[AGAINST(outward)] + outward * turn;
+            beyond -= 2U * (uint32_t)model->threshold[end - 1U];
+            response = run->response[AGAINST(outward)] + outward * model->turn[end - 1U];
         } else {
-            beyond -= furthest;
-            response =
-                run->response[ALONG(outward)] + outward * ((turn - model->turn[run->first]) >> 1); /* both even */
+            beyond -= (uint32_t)model->threshold[end - 1U];
+            const int64_t turned = model->turn[end - 1U] - model->turn[run->first]; /* both even */
+            response = run->response[ALONG(outward)] + outward * (turned >> 1);
         }
     }
     /* Behind the corner of the last one the slope is S_end: 2^32 * 2^30 = 2^62 at most; the sum is a response. */
@@ -171,7 +169,8 @@ void hyst_pi_reset(const hyst_pi_t *model, hyst_pi_state_t *state, hyst_q31_t dr
         all->level = 0;
         all->side = 0;
         all->end = (uint16_t)model->operators;
-        hyst_pi_begin_at(model, all, 0, 0); /* at drive 0 the position is the offset */
+        all->response[HYST_PI_DOWN] = all->response[HYST_PI_UP] = 0; /* at drive 0 the position is the offset */
+        (void)hyst_pi_begin_at(model, all, 0);
         state->runs = 1;
     }
     move(model, state, drive, 0);
@@ -277,9 +276,15 @@ static HYST_WITHIN hyst_q31_t beyond_gap(const hyst_pi_t *model, const hyst_pi_s
     } else {
         /* Operator i is passed if |side + outward| T_i < rest, the goal's distance from the position at the level.
          * Where side is 0, that is within 2^61, and twice the distance below 2^64: both are even then. */
-        const int64_t base = run->side != 0 ? run->response[AGAINST(outward)] : hyst_pi_base(run);
-        uint64_t reach = (uint64_t)(outward > 0 ? goal - base : base - goal);
-        reach = run->side != 0 ? reach : 2U * reach;
+        uint64_t from, to;
+        if (run->side != 0) {
+            from = (uint64_t)run->response[AGAINST(outward)];
+            to = (uint64_t)goal;
+        } else {
+            from = (uint64_t)run->response[HYST_PI_DOWN] + (uint64_t)run->response[HYST_PI_UP]; /* 2 B */
+            to = 2U * (uint64_t)goal;
+        }
+        uint64_t reach = outward > 0 ? to - from : from - to;
         const int64_t *turn = last_turn_below(model, reach);
         turn = turn < model->turn + last ? turn : model->turn + last;
         last = (uint32_t)(turn - model->turn);

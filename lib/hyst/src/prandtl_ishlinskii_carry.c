@@ -33,48 +33,42 @@ static inline uint32_t operators_up_to(const hyst_pi_t *model, uint32_t threshol
  * by. The sum is within 2^63, and on the way it may wrap around.
  */
 static HYST_APART void lay(const hyst_pi_t *model, hyst_pi_state_t *state, uint32_t end, uint32_t level, int side) {
-    hyst_pi_run_t *run = &state->run[state->runs];
+    uint32_t runs = state->runs;
     /* Runs without operators vanish: one, or all that were laid after what has turned out to be outdated
      * (hyst_pi_carry). At most HYST_PI_MAX_OPERATORS. */
-    while (run > state->run && run[-1].end <= end) {
-        run--;
+    while (runs > 0 && state->run[runs - 1U].end <= end) {
+        runs--;
     }
-    state->runs = (uint32_t)(run - state->run);
+    state->runs = runs;
     if (end == 0) {
         return;
     }
-    const line_t line = {level, side};
-    const hyst_q31_t threshold = model->threshold[end - 1U];
-    const hyst_q28_t slope = model->slope[end].value;
-    uint64_t base = (uint64_t)hyst_product(slope, on_line(line, threshold));
+    hyst_pi_run_t *run = &state->run[runs];
+    uint64_t base = 0;
     int turns = side;
-    if (run > state->run) { /* else outside of it is nothing */
+    if (runs > 0) { /* else outside of it is nothing */
         const line_t outer = line_of(run - 1);
         if (outer.side == side && outer.level == level) {
             return;
         }
-        const int64_t outer_base = hyst_pi_base(run - 1);
-        hyst_pi_begin_at(model, run - 1, outer_base, end);
         /* That run could go on so far in, and so its line is a memory here, too. */
-        base += (uint64_t)outer_base + (uint64_t)hyst_product(-slope, on_line(outer, threshold));
+        const hyst_q31_t memory = on_line(outer, model->threshold[end - 1U]);
+        base =
+            (uint64_t)hyst_pi_begin_at(model, run - 1, end) + (uint64_t)hyst_product(-model->slope[end].value, memory);
         turns -= outer.side;
     }
-    const int64_t turn = model->turn[end - 1U]; /* 2 T, even */
-    const int64_t turned = (turns & 1) != 0 ? turn >> 1 : turn;
-    if (turns != 0) {
-        base -= (uint64_t)(turns > 0 ? turned : -turned);
-    }
+    base += (uint64_t)hyst_product(model->slope[end].value, on_line((line_t){level, side}, model->threshold[end - 1U]));
+    base -= (uint64_t)(turns * (model->turn[end - 1U] >> 1)); /* 2 T, even */
     run->level = (hyst_q31_t)level;
     run->side = (int8_t)side;
     run->end = (uint16_t)end;
     run->response[HYST_PI_DOWN] = run->response[HYST_PI_UP] = (int64_t)base;
-    state->runs = (uint32_t)(run - state->run) + 1U; /* <= operators: every run has at least one */
+    state->runs = runs + 1U; /* <= operators: every run has at least one */
 }
 
 static void begin_innermost(const hyst_pi_t *model, hyst_pi_state_t *state) {
     if (state->runs > 0) {
-        hyst_pi_run_t *innermost = &state->run[state->runs - 1U];
-        hyst_pi_begin_at(model, innermost, hyst_pi_base(innermost), 0);
+        (void)hyst_pi_begin_at(model, &state->run[state->runs - 1U], 0);
     }
 }
 

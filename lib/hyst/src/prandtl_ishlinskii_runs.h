@@ -35,23 +35,27 @@ static inline int64_t hyst_pi_base(const hyst_pi_run_t *run) {
     return run->response[run->side > 0 ? HYST_PI_DOWN : HYST_PI_UP];
 }
 
-/* What searches compare with, once the run begins at operator `first`. */
-static inline void hyst_pi_begin_at(const hyst_pi_t *model, hyst_pi_run_t *run, int64_t base, uint32_t first) {
-    run->first = (uint8_t)first;
+/* What searches compare with, once the run begins at operator `first`. Returns the base, which stays. */
+static inline int64_t hyst_pi_begin_at(const hyst_pi_t *model, hyst_pi_run_t *run, uint32_t first) {
+    const hyst_q31_t threshold = model->threshold[first];
     const hyst_q31_t memory = hyst_pi_memory_in(model, run, first);
+    run->first = (uint8_t)first;
+    run->corner[HYST_PI_DOWN] = hyst_subtract(memory, threshold);
+    run->corner[HYST_PI_UP] = hyst_add(memory, threshold);
     const int64_t turn = model->turn[first]; /* 2 T, even: (side + outward) T is one of -2 T, -T, 0, T and 2 T */
-    if (run->side == 0) {
+    int64_t base;
+    if (run->side > 0) {
+        base = run->response[HYST_PI_DOWN];
+        run->response[HYST_PI_UP] = base + turn;
+    } else if (run->side < 0) {
+        base = run->response[HYST_PI_UP];
+        run->response[HYST_PI_DOWN] = base - turn;
+    } else {
+        base = hyst_pi_base(run);
         run->response[HYST_PI_DOWN] = base - (turn >> 1);
         run->response[HYST_PI_UP] = base + (turn >> 1);
-    } else if (run->side > 0) {
-        run->response[HYST_PI_DOWN] = base;
-        run->response[HYST_PI_UP] = base + turn;
-    } else {
-        run->response[HYST_PI_DOWN] = base - turn;
-        run->response[HYST_PI_UP] = base;
     }
-    run->corner[HYST_PI_DOWN] = hyst_subtract(memory, model->threshold[first]);
-    run->corner[HYST_PI_UP] = hyst_add(memory, model->threshold[first]);
+    return base;
 }
 
 /* Bisection over 2^levels operators: PROBE(half) for each half from 2^(levels - 1) down to 1. Written out, because a

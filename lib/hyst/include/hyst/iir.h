@@ -41,8 +41,9 @@ static inline hyst_q28_t hyst_iir_second(hyst_iir_pair_t pair) {
 typedef struct {
     hyst_iir_pair_t b;       /**< b1, b2 */
     hyst_iir_pair_t minus_a; /**< -a1, -a2 */
-    int64_t gain;            /**< b0 + b1 + b2, Q28, < 15 in magnitude */
     hyst_q28_t b0;
+    uint32_t gain;       /**< |b0 + b1 + b2|, Q28, < 15 */
+    uint32_t negative;   /**< 1 if b0 + b1 + b2 is, else 0 */
     uint32_t at_rest;    /**< 1 + a1 + a2 > 0, what b0 + b1 + b2 is divided by at rest, Q28, < 4 */
     uint32_t reciprocal; /**< of it, see reciprocal.h */
 } hyst_iir_coefficients_t;
