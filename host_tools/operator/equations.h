@@ -31,7 +31,7 @@ typedef struct {
 void equations_prepare(const operator_question_t *question, const hysteresis_t *hysteresis, size_t thin,
                        const base_place_t *place, size_t count);
 /** At these corners of the noise rows may be wanted soon: those that are not kept are made in one walk along the paths,
- * at a fraction of what each alone takes, and their products side by side: nearly all are wanted. At most
+ * at a fraction of what each alone takes. Their products are made side by side, as nearly all are wanted. At most
  * ROWS_MOST_NOISES. */
 void equations_foresee(const operator_question_t *question, const hysteresis_t *hysteresis, size_t thin,
                        const double *rho, size_t count);
