@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "belief/fitted_chain.h"
 #include "chain/catalogue.h"
+#include "operator/equations.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -35,6 +36,7 @@ void fitted_chain_close(fitted_chain_t *f) {
     suspects_free(&f->scanned);
     suspects_free(&f->searched);
     imitation_close(&f->imitation);
+    kept_rows_close(&f->fitted_rows);
     hysteresis_rows_close(&f->rows);
     hysteresis_free(&f->hysteresis);
     free(f->use);
@@ -108,13 +110,19 @@ static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *tar
         }
         hysteresis_free(&before);
     }
+    if (good) {
+        (void)equations_take_rows(&bases, &f->hysteresis, f->thin, &f->fitted_rows);
+    }
     hysteresis_bases_close(&bases);
     free(behind);
     return good;
 }
 
 const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *f) {
-    if (f->rows.kept.row == NULL) {
+    if (f->rows.hysteresis == NULL && f->fitted_rows.row != NULL) {
+        f->rows = (hysteresis_rows_t){&f->hysteresis, f->imitation.paths, f->imitation.count, f->fitted_rows};
+        f->fitted_rows = (kept_rows_t){0};
+    } else if (f->rows.hysteresis == NULL) {
         hysteresis_rows_open(&f->rows, &f->hysteresis, f->imitation.paths, f->imitation.count, f->use, f->thin);
     }
     return &f->rows;

@@ -12,12 +12,13 @@ typedef struct {
     const samples_t *samples;
     imitation_t imitation;
     hysteresis_t hysteresis;
-    hysteresis_rows_t rows; /**< of it: fitted_chain_rows */
-    unsigned char *use;     /**< of all samples: fitted */
-    double *position_um;    /**< the displacements, a column */
-    size_t thin;            /**< of these samples every `thin`-th is fitted in the end */
-    suspects_t scanned;     /**< fitted_chain_suspects */
-    suspects_t searched;    /**< fitted_suspects */
+    kept_rows_t fitted_rows; /**< of it, where the fit had them; fitted_chain_rows takes them */
+    hysteresis_rows_t rows;  /**< fitted_chain_rows */
+    unsigned char *use;      /**< of all samples: fitted */
+    double *position_um;     /**< the displacements, a column */
+    size_t thin;             /**< of these samples every `thin`-th is fitted in the end */
+    suspects_t scanned;      /**< fitted_chain_suspects */
+    suspects_t searched;     /**< fitted_suspects */
 } fitted_chain_t;
 
 /** A chain with the operator's place holder as its hysteresis, without noise; to be freed. */

@@ -96,25 +96,25 @@ static void note_loudest(const suspects_t *suspects, double least, shape_t *shap
 
 /* With its numbers searched a block is worth what it is worth; a probe, whose amplitude is free, may be worth as much
  * in noise. */
-static void scan_catalogue(const held_out_t *room, const probe_setting_t *setting, shape_t *shape) {
+void shape_scan(fitted_chain_t *fitted, const probe_setting_t *setting, shape_t *shape) {
     double line_hz[LINES_MOST];
     probe_setting_t here = *setting;
-    const samples_t *samples = room->fitted->samples;
+    const samples_t *samples = fitted->samples;
     const size_t longest = samples_longest(samples), begin = samples->begin[longest];
     double *left = allocate(samples->recordings[longest].samples, sizeof(double));
     for (size_t k = 0; k < samples->recordings[longest].samples; k++) {
-        left[k] = room->fitted->position_um[begin + k] - room->fitted->imitation.simulated_um[begin + k];
+        left[k] = fitted->position_um[begin + k] - fitted->imitation.simulated_um[begin + k];
     }
     here.lines = find_lines(left, samples->recordings[longest].samples, setting->sample_rate_hz, line_hz);
     here.line_hz = line_hz;
-    note_loudest(fitted_chain_suspects(room->fitted, &here), threshold.least_gain, shape);
+    note_loudest(fitted_chain_suspects(fitted, &here), threshold.least_gain, shape);
     if (shape->silent && shape->gain >= threshold.evidence_margin) {
-        note_loudest(fitted_suspects(room->fitted, &here), threshold.least_searched_gain, shape);
+        note_loudest(fitted_suspects(fitted, &here), threshold.least_searched_gain, shape);
     }
     free(left);
 }
 
-void shape_of(fitted_chain_t *fitted, const probe_setting_t *setting, double step_um, bool scan, shape_t *shape) {
+void shape_of(fitted_chain_t *fitted, double step_um, shape_t *shape) {
     const hysteresis_t *h = &fitted->hysteresis;
     const samples_t *samples = fitted->samples;
     const held_out_t held_out = {.fitted = fitted, .left = samples_column(samples), .open = samples_column(samples)};
@@ -129,21 +129,17 @@ void shape_of(fitted_chain_t *fitted, const probe_setting_t *setting, double ste
                     held_out.open);
     judge_held_out(&held_out, shape);
     shape->whole = is_noise(&held_out, step_um, shape);
-    if (scan) {
-        scan_catalogue(&held_out, setting, shape);
-    }
     free(held_out.left);
     free(held_out.open);
 }
 
-void shape_ask(const samples_t *samples, const model_t *chain, const probe_setting_t *setting, double step_um,
-               bool scan, shape_t *shape) {
+void shape_ask(const samples_t *samples, const model_t *chain, double step_um, shape_t *shape) {
     fitted_chain_t fitted;
     model_t operated;
     *shape = (shape_t){0};
     chain_for_operator(chain, &operated);
     if (fitted_chain_open(&fitted, samples, &operated, NULL)) {
-        shape_of(&fitted, setting, step_um, scan, shape);
+        shape_of(&fitted, step_um, shape);
         fitted_chain_close(&fitted);
     }
     model_free(&operated);

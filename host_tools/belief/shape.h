@@ -21,19 +21,17 @@ typedef struct {
     size_t outliers;              /**< samples pulled in to the edge of the noise */
     double log_evidence;          /**< of the position, natural units; to compare chains on the same samples */
     bool whole;                   /**< nothing is left but noise: what else a model leaves is its hysteresis' shape */
-    const block_t *loudest;       /**< the block that is worth most beside it; NULL: was not asked */
+    const block_t *loudest;       /**< shape_scan: the block that is worth most beside it; NULL: was not asked */
     double gain;                  /**< natural units that this block is worth */
     bool silent;                  /**< no block is worth enough */
 } shape_t;
 
-/**
- * The operator in the place of the hysteresis in a chain, fitted to all samples that are not held out. step_um: of the
- * position converter, 0: none to be seen. scan: also what every block of the catalogue that the chain does not have is
- * worth beside it.
- */
-void shape_ask(const samples_t *samples, const model_t *chain, const probe_setting_t *setting, double step_um,
-               bool scan, shape_t *shape);
+/** The operator in the place of the hysteresis in a chain, fitted to all samples that are not held out. step_um: of the
+ * position converter, 0: none to be seen. */
+void shape_ask(const samples_t *samples, const model_t *chain, double step_um, shape_t *shape);
 /** The same of a chain that is fitted already. */
-void shape_of(fitted_chain_t *fitted, const probe_setting_t *setting, double step_um, bool scan, shape_t *shape);
+void shape_of(fitted_chain_t *fitted, double step_um, shape_t *shape);
+/** Adds what every block of the catalogue that the chain does not have is worth beside it. */
+void shape_scan(fitted_chain_t *fitted, const probe_setting_t *setting, shape_t *shape);
 
 #endif

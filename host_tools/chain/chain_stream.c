@@ -77,18 +77,34 @@ void chain_stream_run(chain_stream_t *stream, const signal_t *signal, size_t cou
     }
 }
 
-static void run_pieces(chain_stream_t *stream, const signal_t *signal, size_t samples, double *position_um) {
+/* The signals with what is added to them; themselves where that is nothing. */
+static const signal_t *with_added(const signal_t *signal, const stream_added_t *added, size_t start, size_t count,
+                                  signal_t *piece) {
+    if (added == NULL) {
+        return signal + start;
+    }
+    memcpy(piece, signal + start, count * sizeof *piece);
+    for (size_t k = 0; k < count; k++) {
+        piece[k].value += added->times * added->column[start + k];
+    }
+    return piece;
+}
+
+static void run_pieces(chain_stream_t *stream, const signal_t *signal, const stream_added_t *added, size_t samples,
+                       double *position_um) {
+    signal_t *piece = allocate(STREAM_PIECE, sizeof *piece);
     for (size_t start = 0, k = 0; k < samples; start += STREAM_PIECE) {
         const size_t left = samples - start, count = left < STREAM_PIECE ? left : STREAM_PIECE;
-        chain_stream_run(stream, signal + start, count, count == left, NULL);
+        chain_stream_run(stream, with_added(signal, added, start, count, piece), count, count == left, NULL);
         for (size_t i = 0; i < stream->out; i++, k++) {
             position_um[k] = stream->signal[i].value;
         }
     }
+    free(piece);
 }
 
 bool chain_stream_position(const model_t *model, const recording_t *recording, size_t first, const signal_t *signal,
-                           double *position_um, failure_t *failure) {
+                           const stream_added_t *added, double *position_um, failure_t *failure) {
     const size_t samples = recording->samples;
     stage_setup_t setup;
     bool finite = true;
@@ -96,11 +112,15 @@ bool chain_stream_position(const model_t *model, const recording_t *recording, s
         return false;
     }
     chain_stream_t stream = chain_stream_open(model, first, &setup);
-    chain_stream_settle(&stream, signal[0], NULL);
-    if (stream.stages == first + 1) { /* nothing is on its way to another stage */
+    signal_t settled = signal[0];
+    if (added != NULL) {
+        settled.value += added->times * added->column[0];
+    }
+    chain_stream_settle(&stream, settled, NULL);
+    if (stream.stages == first + 1 && added == NULL) { /* nothing is on its way to another stage */
         chain_stage_values(&stream.stage[first], signal + 1, samples, position_um);
     } else {
-        run_pieces(&stream, signal + 1, samples, position_um);
+        run_pieces(&stream, signal + 1, added, samples, position_um);
     }
     chain_stream_close(&stream);
     for (size_t k = 0; k < samples && finite; k++) {

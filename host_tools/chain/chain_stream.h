@@ -51,9 +51,15 @@ void chain_stream_fill(const chain_stream_t *stream, const recording_t *recordin
  */
 void chain_stream_run(chain_stream_t *stream, const signal_t *signal, size_t count, bool ends, stream_piece_t *entered);
 
-/** Runs the stages from `first` on for a whole recording. signal: the input there, as for chain_run. Returns false if
- * the model cannot be simulated or its output is not finite. */
+/** A column that is added to a signal, so many times. */
+typedef struct {
+    const double *column;
+    double times;
+} stream_added_t;
+
+/** Runs the stages from `first` on for a whole recording. signal: the input there, as for chain_run. added: to that;
+ * NULL: nothing. Returns false if the model cannot be simulated or its output is not finite. */
 bool chain_stream_position(const model_t *model, const recording_t *recording, size_t first, const signal_t *signal,
-                           double *position_um, failure_t *failure);
+                           const stream_added_t *added, double *position_um, failure_t *failure);
 
 #endif

@@ -18,6 +18,7 @@ typedef struct {
 
 typedef struct shapes {
     const model_t *given; /* NULL: none */
+    question_t *question; /* what blocks say beside the operator is written into it while a search goes on */
     const recording_t *recordings;
     size_t recording_count;
     /* The first one is what the search begins with: the given chain, or of the bank and the others the one that fits
@@ -103,12 +104,29 @@ static void put_given(answer_t *answer, as_given_t *given) {
     }
 }
 
+/* Two tasks that share only what neither writes: the search, and which blocks speak beside the operator. */
+typedef struct {
+    state_t *state;
+    shapes_t *shapes;
+    bool good;
+} first_search_t;
+
+static void search_first(void *context, size_t index) {
+    first_search_t *search = context;
+    if (index == 0) { /* this one is the caller's, and so its progress is */
+        search->good = trial_of_first(search->state, &search->shapes->shape[0]);
+    } else {
+        question_listen(search->shapes->question, &search->shapes->beside);
+    }
+}
+
 static bool search_from_first(state_t *state, shapes_t *shapes) {
-    const bool good = trial_of_first(state, &shapes->shape[0]);
-    if (good && shapes->given != NULL) {
+    first_search_t search = {.state = state, .shapes = shapes};
+    parallel(2, search_first, &search);
+    if (search.good && shapes->given != NULL) {
         note_given(&state->answer, &shapes->as_given);
     }
-    return good;
+    return search.good;
 }
 
 /* The given chain with hystereses of other shapes, behind the given one. */
@@ -190,10 +208,11 @@ const stage_t diagnosis_stages[] = {
     {"noise", "from rests, or from what a rich model leaves", "noise/noise.h", .ask = take_noise},
     {"first shape", "of the hystereses of few numbers the one that leaves least beside every block's best probe",
      "question/baseline.h", .ask = choose_shape},
-    {"universal operator",
-     "in the hysteresis' place: what it leaves, which blocks speak beside it, and the noise again", "belief/shape.h",
+    {"universal operator", "in the hysteresis' place: what it leaves, and the noise again", "belief/shape.h",
      .ask = imitate},
-    {"search", "block after block, until none convinces; then which stay, their names and their sides",
+    {"search",
+     "block after block, until none convinces; then which stay, their names and their sides. Meanwhile, which blocks "
+     "speak beside the operator",
      "search/attempt.h", .search = search_from_first},
     {"other shapes",
      "the same from other hystereses, where more than noise is left or a curve was found; the best stands",
@@ -223,7 +242,7 @@ bool diagnose(const model_t *given, const recording_t *recordings, size_t count,
 bool diagnose_seen(const model_t *given, const probe_seen_t *seen, const recording_t *recordings, size_t count,
                    answer_t *answer, failure_t *failure) {
     shapes_t shapes = {.given = given, .recordings = recordings, .recording_count = count};
-    question_t *question = question_open(given != NULL, seen);
+    question_t *question = shapes.question = question_open(given != NULL, seen);
     state_t state = {.failure = failure, .left = 1.0, .beside = &shapes.beside, .kept = &shapes.kept};
     bool good = true;
     char doing[60];

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/diagnosis_run.h"
-#include "base/parallel.h"
 #include "base/progress.h"
 #include "diagnosis/question/excerpt.h"
 #include "diagnosis/question/operator_evidence.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
+#include "numerics/size_search.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_print.h"
 #include "report/diagnosis_report.h"
@@ -67,83 +67,30 @@ static void undo_faults_of(recording_t *recording, size_t index, diagnosis_run_t
 typedef struct {
     const recording_t *recording;
     const look_t *look;
-    fault_t *fault;
+    const fault_t *fault; /* of any size */
 } suspicion_t;
 
 /* Less is likelier. */
-static double unlikely(const suspicion_t *suspicion, double size) {
+static double unlikely(void *context, double size) {
+    const suspicion_t *suspicion = context;
     fault_t fault = *suspicion->fault;
     double log_evidence;
     fault.kind->resize(&fault, suspicion->look, size);
     return evidence_undone(suspicion->recording, suspicion->look, &fault, &log_evidence) ? -log_evidence : HUGE_VAL;
 }
 
-/* Two sizes that are tried at once: each task writes its own result. */
-typedef struct {
-    const suspicion_t *suspicion;
-    double size[2], unlikely[2];
-} two_sizes_t;
-
-static void try_size(void *context, size_t index) {
-    two_sizes_t *two = context;
-    two->unlikely[index] = unlikely(two->suspicion, two->size[index]);
-}
-
-static two_sizes_t try_two(const suspicion_t *suspicion, double one, double other) {
-    two_sizes_t two = {.suspicion = suspicion, .size = {one, other}};
-    parallel(2, try_size, &two);
-    return two;
-}
-
-/* The likeliest size: twice as large as long as that helps, and then between the two beside the best. */
-static double likeliest_size(suspicion_t *suspicion, double first, double *undone) {
-    enum { MOST_DOUBLINGS = 4, STEPS = 4 };
-    const two_sizes_t begin = try_two(suspicion, first, 2.0 * first);
-    double best = first, least = begin.unlikely[0], low = 0.5 * first, high = 2.0 * first;
-    for (size_t i = 0; i < MOST_DOUBLINGS; i++) {
-        const double next = i == 0 ? begin.unlikely[1] : unlikely(suspicion, 2.0 * best);
-        high = 2.0 * best;
-        if (!(next < least)) {
-            break;
-        }
-        low = best;
-        best = high;
-        least = next;
-    }
-    for (size_t i = 0; i < STEPS; i++) { /* halves of both sides, the better one */
-        const double one = 0.5 * (low + best), other = 0.5 * (best + high);
-        const two_sizes_t two = try_two(suspicion, one, other);
-        const double of_one = two.unlikely[0], of_other = two.unlikely[1];
-        if (of_one < least && of_one <= of_other) {
-            high = best;
-            best = one;
-            least = of_one;
-        } else if (of_other < least) {
-            low = best;
-            best = other;
-            least = of_other;
-        } else {
-            low = one;
-            high = other;
-        }
-    }
-    suspicion->fault->kind->resize(suspicion->fault, suspicion->look, best);
-    *undone = -least;
-    return best;
-}
-
 /* A fault of some size that the look's statistic cannot tell, and the readings can. */
 static void undo_suspected(const fault_kind_t *kind, recording_t *recording, size_t index, diagnosis_run_t *run) {
     const look_t *look = &run->looks[index];
-    double size, as_they_are, undone;
+    double size, as_they_are, least;
     if (fault_found(&run->faults, kind, index) || !kind->suspect(look, &size) ||
         !operator_evidence(recording, 1, &as_they_are)) {
         return;
     }
     fault_t fault = {.kind = kind, .recording = index};
     suspicion_t suspicion = {recording, look, &fault};
-    (void)likeliest_size(&suspicion, size, &undone);
-    const double gain = undone - as_they_are;
+    fault.kind->resize(&fault, look, size_search(unlikely, &suspicion, size, &least));
+    const double undone = -least, gain = undone - as_they_are;
     fault_t *added =
         gain > threshold.evidence_margin ? fault_add(&run->faults, kind, index, gain, -gain / log(10.0)) : NULL;
     if (added != NULL) {

@@ -265,9 +265,9 @@ void operator_row(const operator_walk_t *walk, double level_v, double *row) {
     operator_bends(walk->operator, row, 1);
 }
 
-void operator_row_but_bends(const operator_walk_t *walk, double level_v, double *row) {
+/* All columns that may differ from 0 but those of the plays and of their bends. */
+static void row_but_plays(const operator_walk_t *walk, double level_v, double *row) {
     const operator_t *operator= walk->operator;
-    memset(row, 0, operator->columns * sizeof * row);
     double *mine = row + walk->recording * PER_RECORDING, *shared = row + operator->recordings * PER_RECORDING;
     mine[0] = 1.0;
     past_of(walk, mine + 1);
@@ -279,7 +279,6 @@ void operator_row_but_bends(const operator_walk_t *walk, double level_v, double 
         before = now;
         shared[CURVE + i] = now = next;
     }
-    memcpy(shared + PLAYS, walk->play, sizeof walk->play);
     memcpy(shared + LEAKS, walk->leak, sizeof walk->leak);
     for (size_t i = 0; i < OPERATOR_MULTIPLIED; i++) {
         const double z = walk->leak[multiplied(i)] * operator->rate[multiplied(i)];
@@ -293,6 +292,13 @@ void operator_row_but_bends(const operator_walk_t *walk, double level_v, double 
     if (operator->has_law) {
         law_of(walk, shared + SHARED);
     }
+}
+
+void operator_row_but_bends(const operator_walk_t *walk, double level_v, double *row) {
+    const size_t recordings = walk->operator->recordings * PER_RECORDING;
+    memset(row, 0, recordings * sizeof *row);
+    row_but_plays(walk, level_v, row);
+    memcpy(row + recordings + PLAYS, walk->play, sizeof walk->play);
 }
 
 void operator_fold(const operator_t *operator, const double * weight, operator_folded_t *folded) {
@@ -344,7 +350,7 @@ static double dot(const double *restrict one, const double *restrict other, size
 double operator_value(const operator_folded_t *folded, const operator_walk_t *walk, double level_v, double *row) {
     const operator_t *operator= walk->operator;
     const size_t own = walk->recording * PER_RECORDING, shared = operator->recordings * PER_RECORDING;
-    operator_row_but_bends(walk, level_v, row);
+    row_but_plays(walk, level_v, row);
     return dot(row + own, folded->weight + own, PER_RECORDING) + dot(row + shared, folded->weight + shared, PLAYS) +
            value_of_plays(folded, walk->play) +
            dot(row + shared + LEAKS, folded->weight + shared + LEAKS, operator->columns - shared - LEAKS);

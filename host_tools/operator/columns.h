@@ -122,7 +122,7 @@ void operator_move(operator_walk_t *walk, double drive_v);
 /** The columns here: row has operator->columns elements. level_v: what the curve sees, the drive itself unless the
  * loops are widened (signal_t.slack_v). */
 void operator_row(const operator_walk_t *walk, double level_v, double *row);
-/** The same without the bends (0), which operator_bends makes of the plays in it. Several rows at once cost less. */
+/** The same without the bends, which operator_bends makes of the plays in it. Several rows at once cost less. */
 void operator_row_but_bends(const operator_walk_t *walk, double level_v, double *row);
 /** Completes rows that stand one after the other. */
 void operator_bends(const operator_t *operator, double * row, size_t rows);

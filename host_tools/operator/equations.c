@@ -68,6 +68,11 @@ static void make_products(hysteresis_base_t *base) {
                 n);
 }
 
+static void make_products_of(void *context, size_t index) {
+    hysteresis_base_t *const *base = context;
+    make_products(base[index]);
+}
+
 void equations_foresee(const operator_question_t *q, const hysteresis_t *h, size_t thin, const double *rho,
                        size_t count) {
     base_place_t place[ROWS_MOST_NOISES];
@@ -78,6 +83,7 @@ void equations_foresee(const operator_question_t *q, const hysteresis_t *h, size
     const size_t made = take_room(q->bases, thin, place, count, base);
     if (made > 0) {
         make_rows(q, h, base, made);
+        parallel(made, make_products_of, base);
     }
 }
 
@@ -98,21 +104,27 @@ void equations_prepare(const operator_question_t *q, const hysteresis_t *h, size
                        size_t count) {
     making_t making = {.question = q, .hysteresis = h};
     parallel(take_room(q->bases, thin, place, count, making.base), make_base, &making);
-    for (size_t i = 0; i < count; i++) { /* of those that were foreseen */
-        hysteresis_base_t *base = &q->bases->base[find_base(q->bases, &place[i], thin)];
-        if (base->gram == NULL) {
-            make_products(base);
-        }
-    }
 }
 
 const hysteresis_base_t *equations_base(const operator_question_t *q, const hysteresis_t *h, size_t thin) {
     const base_place_t place = {h->turns, h->noise.rho};
     const size_t there = find_base(q->bases, &place, thin);
-    if (there == HYSTERESIS_BASES || q->bases->base[there].gram == NULL) {
+    if (there == HYSTERESIS_BASES) {
         equations_prepare(q, h, thin, &place, 1);
     }
     return &q->bases->base[find_base(q->bases, &place, thin)];
+}
+
+bool equations_take_rows(hysteresis_bases_t *bases, const hysteresis_t *h, size_t thin, kept_rows_t *rows) {
+    const base_place_t place = {h->turns, h->noise.rho};
+    const size_t there = find_base(bases, &place, thin);
+    if (h->operator.has_law || there == HYSTERESIS_BASES) {
+        return false;
+    }
+    *rows = bases->base[there].rows;
+    bases->base[there].rows = (kept_rows_t){0};
+    hysteresis_base_close(&bases->base[there]);
+    return true;
 }
 
 double *equations_values(const operator_question_t *q, const hysteresis_t *h, const hysteresis_base_t *base) {

@@ -31,13 +31,17 @@ typedef struct {
 void equations_prepare(const operator_question_t *question, const hysteresis_t *hysteresis, size_t thin,
                        const base_place_t *place, size_t count);
 /** At these corners of the noise rows may be wanted soon: those that are not kept are made in one walk along the paths,
- * at a fraction of what each alone takes. At most ROWS_MOST_NOISES. */
+ * at a fraction of what each alone takes. Their products are made side by side, as nearly all are wanted. At most
+ * ROWS_MOST_NOISES. */
 void equations_foresee(const operator_question_t *question, const hysteresis_t *hysteresis, size_t thin,
                        const double *rho, size_t count);
 /** Rows of the operator without a law, at the turns and the noise of a fit: those that are kept, or new ones in the
  * place of the oldest. Threads may ask at once for what was prepared. */
 const hysteresis_base_t *equations_base(const operator_question_t *question, const hysteresis_t *hysteresis,
                                         size_t thin);
+/** The rows of a fitted operator, which are the caller's from now on. false: they are not kept; with a law they never
+ * are. */
+bool equations_take_rows(hysteresis_bases_t *bases, const hysteresis_t *hysteresis, size_t thin, kept_rows_t *rows);
 /** The position, whitened, in these rows; to be freed. */
 double *equations_values(const operator_question_t *question, const hysteresis_t *hysteresis,
                          const hysteresis_base_t *base);

@@ -29,7 +29,7 @@ typedef struct {
     double rho;
     size_t thin;
     kept_rows_t rows;
-    double *gram; /**< of the rows; the operator without a law. NULL: not made yet */
+    double *gram; /**< of the rows; the operator without a law */
 } hysteresis_base_t;
 
 void hysteresis_base_close(hysteresis_base_t *base);

@@ -113,7 +113,8 @@ static void ask(const recording_t *recording, shape_t *shape, suspect_t *loudest
     TEST_ASSERT_TRUE(samples_open(&samples, &chain, recording, 1, &failure));
     chain_for_operator(&chain, &operated);
     TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &operated, NULL));
-    shape_of(&fitted, &setting, 0.0, true, shape);
+    shape_of(&fitted, 0.0, shape);
+    shape_scan(&fitted, &setting, shape);
     TEST_ASSERT_TRUE(shape->fitted);
     TEST_ASSERT_TRUE(fitted_chain_is_of(&fitted, &samples, &chain)); /* whatever its hysteresis */
     TEST_ASSERT_FALSE(fitted_chain_is_of(&(fitted_chain_t){0}, &samples, &chain));

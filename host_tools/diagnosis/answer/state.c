@@ -84,7 +84,7 @@ void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape)
     fitted_chain_t *fitted = state_fitted(state, chain);
     *shape = fitted == state->beside ? question->shape : (shape_t){0};
     if (fitted != NULL && fitted != state->beside) {
-        shape_of(fitted, &state->setting, question->step_um, false, shape);
+        shape_of(fitted, question->step_um, shape);
     }
 }
 

@@ -78,7 +78,7 @@ bool signals_altered(const signals_t *signals, const model_t *altered, size_t st
     for (size_t i = 0; good && i < samples->count; i++) {
         failure_t refusal;
         good = chain_stream_position(altered, &samples->recordings[i], stage,
-                                     signals->before[stage] + begin_of(samples, i), position + samples->begin[i],
+                                     signals->before[stage] + begin_of(samples, i), NULL, position + samples->begin[i],
                                      &refusal);
     }
     return good;
@@ -130,18 +130,13 @@ static bool with_output(const signals_t *signals, const double *output, double s
     for (size_t i = 0; good && i < samples->count; i++) {
         const recording_t *r = &samples->recordings[i];
         const size_t from = samples->begin[i];
-        signal_t *signal = allocate(r->samples + 1, sizeof *signal);
+        const stream_added_t added = {output + from, step};
         failure_t refusal;
-        memcpy(signal, signals->before[stage + 1] + begin_of(samples, i), (r->samples + 1) * sizeof *signal);
-        signal[0].value += step * output[from];
-        for (size_t k = 0; k < r->samples; k++) {
-            signal[1 + k].value += step * output[from + k];
-        }
-        good = chain_stream_position(signals->model, r, stage + 1, signal, column + from, &refusal);
+        good = chain_stream_position(signals->model, r, stage + 1, signals->before[stage + 1] + begin_of(samples, i),
+                                     &added, column + from, &refusal);
         for (size_t k = 0; k < r->samples; k++) {
             column[from + k] = (column[from + k] - signals->simulated[from + k]) / step;
         }
-        free(signal);
     }
     return good;
 }

@@ -8,12 +8,11 @@ bool operator_evidence(const recording_t *recordings, size_t count, double *log_
     samples_t samples;
     failure_t refusal;
     shape_t shape = {0};
-    const probe_setting_t setting = {.sample_rate_hz = recordings[0].sample_rate_hz};
     if (!baseline_bank(recordings, count, &bank, &rough, &refusal)) {
         return false;
     }
     if (samples_open(&samples, &bank.model, recordings, count, &refusal)) {
-        shape_ask(&samples, &bank.model, &setting, 0.0, false, &shape);
+        shape_ask(&samples, &bank.model, 0.0, &shape);
         *log_evidence = shape.log_evidence;
     }
     samples_close(&samples);

@@ -165,7 +165,13 @@ static void take_noise_beside(question_t *question, const fitted_chain_t *beside
 
 void question_imitate(question_t *question, fitted_chain_t *beside) {
     if (beside->samples != NULL) {
-        shape_of(beside, &question->setting, question->step_um, true, &question->shape);
+        shape_of(beside, question->step_um, &question->shape);
     }
     take_noise_beside(question, beside);
+}
+
+void question_listen(question_t *question, fitted_chain_t *beside) {
+    if (beside->samples != NULL) {
+        shape_scan(beside, &question->setting, &question->shape);
+    }
 }

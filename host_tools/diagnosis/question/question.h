@@ -41,6 +41,9 @@ bool question_noise(question_t *question, const model_t *model, failure_t *failu
  * samples, or empty. Where the drive never rests, the noise was found beside a model of few numbers, and what that
  * leaves of the loops' shape counts as noise. Where the operator leaves nothing but noise, it says it better. */
 void question_imitate(question_t *question, fitted_chain_t *beside);
+/** Which blocks speak beside the operator: of the question's shape, what shape_scan adds to it. A search reads none of
+ * this before it asks what was heard, so it may go on meanwhile. */
+void question_listen(question_t *question, fitted_chain_t *beside);
 
 /** The same question with its samples shared out anew (samples_share_ends), and how to free it: all else is the other
  * one's. */

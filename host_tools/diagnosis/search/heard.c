@@ -48,7 +48,7 @@ void heard_listen(const state_t *state, heard_t *heard) {
             break;
         }
         heard->before_percent[heard->count] = heard->shape.operator_percent;
-        shape_of(with, &state->setting, question->step_um, false, &heard->shape);
+        shape_of(with, question->step_um, &heard->shape);
         heard->after_percent[heard->count++] = heard->shape.operator_percent;
         beside = with;
         suspect = heard->count < HEARD_MOST ? loudest(beside, &state->setting) : NULL;

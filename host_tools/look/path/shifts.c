@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/shifts.h"
+#include "base/parallel.h"
 #include "look/path/jump.h"
 #include "look/path/lag_steps.h"
 #include "numerics/autocorrelation.h"
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EDGE = PROBLEM_EDGE, SHIFTS = 2 * CHANGES_MOST_SHIFT };
+enum { EDGE = PROBLEM_EDGE, SHIFTS = 2 * CHANGES_MOST_SHIFT, LAGS = SHIFTS + 1 };
 
 typedef struct {
     problem_t *p; /* readings: set right for what was found so far */
@@ -32,43 +33,56 @@ static int by_left(const void *a, const void *b) {
     return x < y ? -1 : x > y ? 1 : 0;
 }
 
-/* The best instant of each shift on the grid, the best first. */
-static void best_shifts(const problem_t *p, trial_t best[SHIFTS]) {
+/* Shifts that are tried side by side: each task writes its own best instant. */
+typedef struct {
+    const problem_t *p;
+    const double *before; /* products of the readings as they are, by window */
+    trial_t *best;
+} shifts_tried_t;
+
+/* One of all shifts but 0. */
+static int shift_of(size_t index) {
+    const int d = (int)index - CHANGES_MOST_SHIFT;
+    return d < 0 ? d : d + 1;
+}
+
+static void best_instant(void *context, size_t index) {
+    const shifts_tried_t *tried = context;
+    const problem_t *p = tried->p;
     const size_t m = p->columns, width = m + 1;
-    double *before = allocate(p->windows * width, sizeof *before),
-           *behind = allocate(p->windows * width, sizeof *behind);
+    const int d = shift_of(index);
+    const double *const shifted[] = {p->y - d}, *before = tried->before;
+    double *behind = allocate(p->windows * width, sizeof *behind);
     double *sum = allocate(width, sizeof *sum), *white = allocate(m, sizeof *white);
-    const double *const readings[] = {p->y};
-    size_t found = 0;
-    problem_window_products(p, p->y, readings, 1, before);
-    for (int d = -CHANGES_MOST_SHIFT; d <= CHANGES_MOST_SHIFT; d++) {
-        const double *const shifted[] = {p->y - d};
-        if (d == 0) {
-            continue;
-        }
-        best[found] = (trial_t){0, d, HUGE_VAL};
-        problem_window_products(p, p->y - d, shifted, 1, behind);
-        memset(sum, 0, width * sizeof *sum);
-        for (size_t w = 0; w < p->windows; w++) {
-            cblas_daxpy((int)width, 1.0, behind + w * width, 1, sum, 1);
-        }
-        for (size_t w = 1; w < p->windows; w++) {
-            for (size_t c = 0; c < width; c++) {
-                sum[c] += before[(w - 1) * width + c] - behind[(w - 1) * width + c];
-            }
-            if (problem_has_sides(p, w)) {
-                memcpy(white, sum, m * sizeof *white);
-                column_factor_whiten(&p->factor, white);
-                const double left = sum[m] - problem_dot(white, white, m);
-                best[found] = left < best[found].left ? (trial_t){w, d, left} : best[found];
-            }
-        }
-        found++;
+    trial_t best = {0, d, HUGE_VAL};
+    problem_window_products(p, p->y - d, shifted, 1, behind);
+    for (size_t w = 0; w < p->windows; w++) {
+        cblas_daxpy((int)width, 1.0, behind + w * width, 1, sum, 1);
     }
-    free(before);
+    for (size_t w = 1; w < p->windows; w++) {
+        for (size_t c = 0; c < width; c++) {
+            sum[c] += before[(w - 1) * width + c] - behind[(w - 1) * width + c];
+        }
+        if (problem_has_sides(p, w)) {
+            memcpy(white, sum, m * sizeof *white);
+            column_factor_whiten(&p->factor, white);
+            const double left = sum[m] - problem_dot(white, white, m);
+            best = left < best.left ? (trial_t){w, d, left} : best;
+        }
+    }
+    tried->best[index] = best;
     free(behind);
     free(sum);
     free(white);
+}
+
+/* The best instant of each shift on the grid, the best first. */
+static void best_shifts(const problem_t *p, trial_t best[SHIFTS]) {
+    double *before = allocate(p->windows * (p->columns + 1), sizeof *before);
+    const double *const readings[] = {p->y};
+    problem_window_products(p, p->y, readings, 1, before);
+    parallel(SHIFTS, best_instant, &(shifts_tried_t){p, before, best});
+    free(before);
     qsort(best, SHIFTS, sizeof *best, by_left);
 }
 
@@ -229,19 +243,34 @@ static void merge_shifts(const problem_t *p, changes_t *changes) {
     }
 }
 
+/* What each lag of all readings leaves, side by side. */
+typedef struct {
+    const problem_t *p;
+    double left[LAGS];
+} lags_tried_t;
+
+static void try_lag(void *context, size_t index) {
+    lags_tried_t *tried = context;
+    const problem_t *p = tried->p;
+    double *white = allocate(p->columns, sizeof *white);
+    tried->left[index] = problem_left(p, p->y - ((int)index - CHANGES_MOST_SHIFT), white);
+    free(white);
+}
+
 /* A lag that was there all the time is no change: the readings are shifted as a whole as long as that leaves less than
  * `without`. Returns what is left then. */
 static double take_lag_out(problem_t *p, double without, long *lag) {
     enum { MOST_ROUNDS = 3 };
-    double *white = allocate(p->columns, sizeof *white), *residual = allocate(p->n, sizeof *residual);
+    double *residual = allocate(p->n, sizeof *residual);
+    lags_tried_t tried = {.p = p};
     for (size_t round = 0; round < MOST_ROUNDS; round++) {
         int best = 0;
         double least = threshold.shift_leaves * without;
-        for (int d = -CHANGES_MOST_SHIFT; d <= CHANGES_MOST_SHIFT; d++) {
-            const double left = problem_left(p, p->y - d, white);
-            if (left < least) {
-                least = left;
-                best = d;
+        parallel(LAGS, try_lag, &tried);
+        for (size_t i = 0; i < LAGS; i++) {
+            if (tried.left[i] < least) {
+                least = tried.left[i];
+                best = (int)i - CHANGES_MOST_SHIFT;
             }
         }
         if (best == 0) {
@@ -251,7 +280,6 @@ static double take_lag_out(problem_t *p, double without, long *lag) {
         *lag += best;
         without = problem_residual(p, residual);
     }
-    free(white);
     free(residual);
     return without;
 }
