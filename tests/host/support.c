@@ -28,6 +28,17 @@ void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, si
     model_set_array(block, "thresholds_v", operators, thresholds_v, NULL);
 }
 
+void make_fine_bank_model(model_t *model, double sample_rate_hz, size_t operators) {
+    enum { MOST = 200 };
+    double weights[MOST + 1] = {0.05}, thresholds[MOST];
+    TEST_ASSERT_TRUE(operators <= MOST);
+    for (size_t i = 0; i < operators; i++) {
+        thresholds[i] = 48.0 * ((double)i + 0.5) / (double)operators;
+        weights[i + 1] = 0.5 / (double)operators * exp(-thresholds[i] / 12.0);
+    }
+    make_bank_model(model, sample_rate_hz, 0.0, operators, weights, thresholds);
+}
+
 void insert_block(model_t *model, const model_t *shorter, const block_t *block, const double *value) {
     model_copy(model, shorter);
     model_append(model, block);
@@ -87,6 +98,17 @@ void simulate_into(recording_t *recording, const model_t *model, uint64_t seed) 
     failure_t failure = {{0}};
     TEST_ASSERT_TRUE_MESSAGE(chain_simulate(model, recording, seed, recording->column[COLUMN_DISPLACEMENT], &failure),
                              failure.text);
+}
+
+void measure_with(recording_t *recording, const model_t *shorter, const block_t *block, const double *value,
+                  double noise_um, random_t *rng) {
+    model_t with;
+    insert_block(&with, shorter, block, value);
+    simulate_into(recording, &with, 1);
+    model_free(&with);
+    for (size_t k = 0; k < recording->samples; k++) {
+        recording->column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(rng);
+    }
 }
 
 void fill_lines(double *values, size_t samples, const double *corner, size_t count, size_t per_line) {

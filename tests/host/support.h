@@ -17,6 +17,9 @@ void expect_line(const failure_t *failure, const char *text);
 void make_bank_model(model_t *model, double sample_rate_hz, double offset_um, size_t operators, const double *weights,
                      const double *thresholds_v);
 
+/** A bank finer than any that is fitted: thresholds up to 48 V, weights that fall by e in 12 V, 200 at most. */
+void make_fine_bank_model(model_t *model, double sample_rate_hz, size_t operators);
+
 /** A copy of a model with a block behind the last one of its place or an earlier one. value: one number a parameter. */
 void insert_block(model_t *model, const model_t *shorter, const block_t *block, const double *value);
 
@@ -31,6 +34,10 @@ void pass_block(const block_t *block, const double *values, double rate_hz, size
 
 /** Fills the displacement of a recording with the simulated chain. */
 void simulate_into(recording_t *recording, const model_t *model, uint64_t seed);
+
+/** The displacement of that chain with a block more (insert_block), and white noise. */
+void measure_with(recording_t *recording, const model_t *shorter, const block_t *block, const double *value,
+                  double noise_um, random_t *rng);
 
 /** Fills values with straight lines through `count` corners, over and over, `per_line` samples a line. Corners are met
  * exactly. */

@@ -15,14 +15,9 @@ static failure_t failure;
 static random_t rng;
 
 void setUp(void) {
-    double weights[PLAYS + 1] = {0.05}, thresholds[PLAYS];
-    for (size_t i = 0; i < PLAYS; i++) {
-        thresholds[i] = 48.0 * ((double)i + 0.5) / PLAYS;
-        weights[i + 1] = 0.005 * exp(-thresholds[i] / 12.0);
-    }
     recording_create(&recording, "filter.csv", rate_hz, SAMPLES);
     fill_tones(recording.column[COLUMN_DRIVE], SAMPLES, rate_hz, 100.0, &rng);
-    make_bank_model(&truth, rate_hz, 0.0, PLAYS, weights, thresholds);
+    make_fine_bank_model(&truth, rate_hz, PLAYS);
 }
 
 void tearDown(void) {
@@ -32,13 +27,7 @@ void tearDown(void) {
 }
 
 static const finding_t *ask(const block_t *block, const double *value) {
-    model_t with;
-    insert_block(&with, &truth, block, value);
-    simulate_into(&recording, &with, 1);
-    model_free(&with);
-    for (size_t k = 0; k < SAMPLES; k++) {
-        recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
-    }
+    measure_with(&recording, &truth, block, value, noise_um, &rng);
     TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     printf("verdict %d, held out %.4f %%, noise %.4f %%\n", diagnosis.verdict, diagnosis.held_out_percent,
            diagnosis.noise_percent);

@@ -5,7 +5,6 @@
 #include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
-#include <math.h>
 #include <stdio.h>
 
 enum { SAMPLES = 8000, PLAYS = 100 };
@@ -17,30 +16,15 @@ static failure_t failure;
 static random_t rng;
 
 void setUp(void) {
-    double weights[PLAYS + 1] = {0.05}, thresholds[PLAYS];
-    for (size_t i = 0; i < PLAYS; i++) {
-        thresholds[i] = 48.0 * ((double)i + 0.5) / PLAYS;
-        weights[i + 1] = 0.005 * exp(-thresholds[i] / 12.0);
-    }
     recording_create(&recording, "rivals.csv", rate_hz, SAMPLES);
     fill_tones(recording.column[COLUMN_DRIVE], SAMPLES, rate_hz, 100.0, &rng);
-    make_bank_model(&truth, rate_hz, 0.0, PLAYS, weights, thresholds);
+    make_fine_bank_model(&truth, rate_hz, PLAYS);
 }
 
 void tearDown(void) {
     answer_free(&diagnosis);
     model_free(&truth);
     recording_free(&recording);
-}
-
-static void measure(const block_t *block, const double *value) {
-    model_t with;
-    insert_block(&with, &truth, block, value);
-    simulate_into(&recording, &with, 1);
-    model_free(&with);
-    for (size_t k = 0; k < SAMPLES; k++) {
-        recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
-    }
 }
 
 /* The same question, asked again when the answer is there. */
@@ -58,7 +42,7 @@ static void ask_again(const finding_t *finding, rivals_t *rivals) {
 static void test_rivals_beside_any_shape_are_in_the_answer(void) {
     static const double delay_s[] = {1e-4};
     rivals_t rivals;
-    measure(&block_transport_delay, delay_s);
+    measure_with(&recording, &truth, &block_transport_delay, delay_s, noise_um, &rng);
     TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
     const finding_t *finding = &diagnosis.finding[0];

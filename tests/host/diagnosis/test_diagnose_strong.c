@@ -15,15 +15,10 @@ static failure_t failure;
 static random_t rng;
 
 void setUp(void) {
-    double weights[PLAYS + 1] = {0.05}, thresholds[PLAYS];
-    for (size_t i = 0; i < PLAYS; i++) {
-        thresholds[i] = 48.0 * ((double)i + 0.5) / PLAYS;
-        weights[i + 1] = 0.0025 * exp(-thresholds[i] / 12.0);
-    }
     rng = random_start("diagnose_strong", 20261123);
     recording_create(&recording, "strong.csv", rate_hz, SAMPLES);
     fill_tones(recording.column[COLUMN_DRIVE], SAMPLES, rate_hz, 50.0, &rng);
-    make_bank_model(&truth, rate_hz, 0.0, PLAYS, weights, thresholds);
+    make_fine_bank_model(&truth, rate_hz, PLAYS);
 }
 
 void tearDown(void) {
@@ -35,13 +30,7 @@ void tearDown(void) {
 /* It alone is found, without reservation, with its numbers to 2 %: the bank that it is fitted beside is not the one of
  * the recording, and a rail of 6 V comes out as 6.04, which is five of its standard errors. */
 static void expect_found(const block_t *block, const double *value) {
-    model_t with;
-    insert_block(&with, &truth, block, value);
-    simulate_into(&recording, &with, 1);
-    model_free(&with);
-    for (size_t k = 0; k < SAMPLES; k++) {
-        recording.column[COLUMN_DISPLACEMENT][k] += noise_um * random_normal(&rng);
-    }
+    measure_with(&recording, &truth, block, value, noise_um, &rng);
     TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
     TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
