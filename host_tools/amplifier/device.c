@@ -173,11 +173,6 @@ double device_sample_rate_hz(const device_t *device) {
     return (double)device->identity[INDEX_sample_rate] / 1000.0;
 }
 
-double device_registers_per_s(const device_t *device) {
-    const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
-    return 0.4 * MODBUS_MAX_READ_REGISTERS * (double)device->line.baud / (10.0 * bytes);
-}
-
 #define LEAST_TIMEOUT_MS 1000.0
 /* Over the longest gap: the amplifier's clock and this one need not agree, and an emulated one has pauses. */
 #define TIMEOUT_RESERVE 1.2
@@ -359,6 +354,28 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         }
         done += part;
     }
+    return true;
+}
+
+#define MEASURED_REQUESTS 8
+/* Of a full line, and of what the measured requests carried, which had turnaround and latency in them. */
+#define SHARE_OF_LINE     0.4
+#define SHARE_OF_MEASURED 0.7
+
+bool device_registers_per_sample(device_t *device, double *registers, failure_t *failure) {
+    uint16_t ignored[MODBUS_MAX_READ_REGISTERS];
+    int64_t first, last;
+    bool ok = device_read(device, INDEX_sequence, &first, failure);
+    for (int i = 0; ok && i < MEASURED_REQUESTS; i++) {
+        ok = device_read_block(device, ADDRESS_capture, 0, MODBUS_MAX_READ_REGISTERS, ignored, failure);
+    }
+    if (!ok || !device_read(device, INDEX_sequence, &last, failure)) {
+        return false;
+    }
+    const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
+    const double samples_by_baud = device_sample_rate_hz(device) * 10.0 * bytes / (double)device->line.baud;
+    const double samples = (double)((uint32_t)last - (uint32_t)first) / (MEASURED_REQUESTS + 1.0);
+    *registers = MODBUS_MAX_READ_REGISTERS / fmax(samples_by_baud / SHARE_OF_LINE, samples / SHARE_OF_MEASURED);
     return true;
 }
 

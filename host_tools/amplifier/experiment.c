@@ -365,16 +365,19 @@ bool experiment_run(device_t *device, const hyst_parameters_t *image, const expe
            play_and_read(device, image, &run, recording, events, failure);
 }
 
-/* Frames in the buffer, plus those that the line can carry during the capture. */
-static unsigned long decimation_of(const device_t *device, double samples) {
-    const double seconds = samples / device_sample_rate_hz(device);
+/* So that the capture is frames of the buffer, and those that the line can carry meanwhile. */
+static unsigned long decimation_of(const device_t *device, double samples, double registers_per_sample) {
     const double frames = (double)device_identity(device, INDEX_capture_capacity) +
-                          device_registers_per_s(device) / CAPTURE_FRAME_REGISTERS * seconds;
+                          registers_per_sample / CAPTURE_FRAME_REGISTERS * samples;
     return (unsigned long)ceil(samples / fmin(frames, UINT16_MAX - 1.0));
 }
 
 bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, const experiment_probe_t *probe,
                           recording_t *recording, experiment_events_t *events, failure_t *failure) {
+    double registers_per_sample;
+    if (!device_registers_per_sample(device, &registers_per_sample, failure)) {
+        return false;
+    }
     probe_limits_t limits = {
         .range_v = {drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high)},
         .slew_v_per_s = probe->slew_v_per_s,
@@ -383,7 +386,7 @@ bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, cons
         .lead = image->lookahead_samples};
     probe_plan_t *plan = allocate(1, sizeof *plan);
     probe_plan_make(plan, probe->parts, &limits); /* how long it is */
-    limits.decimation = decimation_of(device, plan->samples);
+    limits.decimation = decimation_of(device, plan->samples, registers_per_sample);
     probe_plan_make(plan, probe->parts, &limits);
     run_t run = {.mode = HYST_MODE_DIRECT,
                  .condition = probe->condition,

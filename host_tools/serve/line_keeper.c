@@ -12,7 +12,7 @@
 
 /* Between snapshots: 20 a second are smooth to the eye, and a fifth of the line at 115200 baud. */
 #define SNAPSHOT_S 0.05
-/* While work has the line: a streamed capture leaves room for about this many (device_registers_per_s). */
+/* While work has the line: a streamed capture leaves room for about this many (device_registers_per_sample). */
 #define SNAPSHOT_WORKING_S 0.1
 /* Between blocks of the stream that has been read up to its end; and the longest that reading it may keep work waiting,
  * and a snapshot. */

@@ -126,10 +126,36 @@ static void test_a_disturbed_line_leaves_no_gap(void) {
     TEST_ASSERT_GREATER_THAN_UINT(0, device_repetitions(device));
 }
 
-/* Each answer takes 0.5 s. Better no recording than one with a hole. */
-static void test_a_line_that_is_too_slow_is_a_failure(void) {
+enum { SLOW = 5000 }; /* each answer takes 0.5 s */
+
+/* That is measured first: fewer frames, and no gap. */
+static void test_a_slow_line_gets_fewer_frames(void) {
     start(NULL, 0);
-    simulated_device_line()->samples_per_request = 5000;
+    const experiment_probe_t probe = probe_of("all");
+    must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
+    const size_t usual = r.samples;
+    recording_free(&r);
+    simulated_device_line()->samples_per_request = SLOW;
+    must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
+    printf("%zu frames, and %zu\n", usual, r.samples);
+    TEST_ASSERT_LESS_THAN_UINT(usual, 2 * r.samples);
+    /* Those of the buffer are there in any case: at most one half is lost to a whole number of samples a frame. */
+    TEST_ASSERT_GREATER_THAN_UINT((unsigned)device_identity(device, INDEX_capture_capacity) / 2, r.samples);
+}
+
+/* A turn before each request. */
+static bool slows_when_it_plays(void *context, failure_t *nothing) {
+    (void)context, (void)nothing;
+    if (simulated_device_line()->starts > 0) {
+        simulated_device_line()->samples_per_request = SLOW;
+    }
+    return true;
+}
+
+/* Better no recording than one with a hole. */
+static void test_a_line_that_becomes_too_slow_is_a_failure(void) {
+    start(NULL, 0);
+    device_take_turns(device, slows_when_it_plays, NULL);
     const experiment_probe_t probe = probe_of("all");
     TEST_ASSERT_FALSE(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "was overwritten before it was read"), failure.text);
@@ -189,7 +215,8 @@ int main(void) {
     RUN_TEST(test_a_probe_is_one_recording_without_a_gap);
     RUN_TEST(test_nor_with_lookahead);
     RUN_TEST(test_a_disturbed_line_leaves_no_gap);
-    RUN_TEST(test_a_line_that_is_too_slow_is_a_failure);
+    RUN_TEST(test_a_slow_line_gets_fewer_frames);
+    RUN_TEST(test_a_line_that_becomes_too_slow_is_a_failure);
     RUN_TEST(test_the_slew_rate_is_kept);
     if (!INSTRUMENTED) { /* the plan is made in test_probe_plan, and test_diagnose diagnoses */
         RUN_TEST(test_what_was_recorded_for_creep_names_creep);
