@@ -4,12 +4,11 @@
 #include "chain/catalogue.h"
 #include "compile/compile_job.h"
 #include "elements/creep_cells.h"
-#include "elements/first_order_lag.h"
+#include "elements/lag_bank.h"
 #include <gsl/gsl_math.h>
 
 enum { DECADES = 6, CELLS = DECADES * CREEP_CELLS_PER_DECADE + 1 };
-/* An even number of places, of which the last is empty: a compiler takes two at once then. */
-enum { PLACES = CELLS + CELLS % 2 };
+_Static_assert((int)CELLS <= (int)LAG_BANK_PLACES, "room for all cells");
 static const double shortest_s = 1e-4, longest_s = 100.0;
 
 static const parameter_info_t parameters[] = {
@@ -20,16 +19,10 @@ static const parameter_info_t parameters[] = {
      .high = 0.1,
      .text = "tangent of the angle that the position is behind, at frequencies between 0.01 Hz and 1 kHz"}};
 
-/* The numbers of first_order_lag_t, each of all cells: they do not wait for each other. */
-typedef struct {
-    double output[PLACES], decay[PLACES], cubic[4][PLACES], line[2][PLACES], hold[2][PLACES];
-} cells_t;
-
 typedef struct {
     double gain; /* of each cell */
-    bool held;
     drive_window_t drive;
-    cells_t cells;
+    lag_bank_t cells;
 } state_t;
 
 /* Growth per decade of time. The cells of a decade of frequency, ln 10 wide, are behind by pi / 2 of that. */
@@ -37,21 +30,9 @@ static double growth_per_decade(const parameter_t *parameter) {
     return parameter[0].value[0] * 2.0 * M_LN10 / M_PI;
 }
 
-static void put_cell(cells_t *cells, size_t j, const first_order_lag_t *lag) {
-    cells->decay[j] = lag->decay;
-    for (size_t i = 0; i < 4; i++) {
-        cells->cubic[i][j] = lag->cubic[i];
-    }
-    for (size_t i = 0; i < 2; i++) {
-        cells->line[i][j] = lag->line[i];
-        cells->hold[i][j] = lag->hold[i];
-    }
-}
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     state->gain = growth_per_decade(parameter) / CREEP_CELLS_PER_DECADE;
-    state->held = setup->held;
     for (size_t j = 0; j < CELLS; j++) {
         first_order_lag_t lag = {0};
         first_order_lag_set(&lag, 1.0 / (2.0 * M_PI * creep_time_constant_s(shortest_s, j)), setup->sample_rate_hz,
@@ -59,49 +40,21 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
         if (setup->held) {
             first_order_lag_hold(&lag, setup->held_since);
         }
-        put_cell(&state->cells, j, &lag);
+        lag_bank_add(&state->cells, &lag);
     }
 }
 
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     drive_window_settle(&state->drive, signal->value);
-    for (size_t j = 0; j < CELLS; j++) {
-        state->cells.output[j] = signal->value;
-    }
+    lag_bank_settle(&state->cells, signal->value);
     signal->value += state->gain * CELLS * signal->value;
-}
-
-/* first_order_lag_next of all cells. */
-static void next_held(cells_t *cells, double before, double now) {
-    for (size_t j = 0; j < PLACES; j++) {
-        cells->output[j] = cells->decay[j] * cells->output[j] + cells->hold[0][j] * now + cells->hold[1][j] * before;
-    }
-}
-
-static void next_smooth(cells_t *cells, const drive_window_t *drive) {
-    const double x1 = drive->x[1], x2 = drive->x[2], x3 = drive->x[3], x4 = drive->x[4], smooth = drive->smooth;
-    for (size_t j = 0; j < PLACES; j++) {
-        const double line = cells->line[0][j] * x2 + cells->line[1][j] * x3;
-        const double cubic =
-            cells->cubic[0][j] * x1 + cells->cubic[1][j] * x2 + cells->cubic[2][j] * x3 + cells->cubic[3][j] * x4;
-        cells->output[j] = cells->decay[j] * cells->output[j] + line + smooth * (cubic - line);
-    }
 }
 
 static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
-    double sum = 0.0;
     drive_window_next(&state->drive, signal);
-    if (state->held) {
-        next_held(&state->cells, state->drive.x[3], state->drive.x[2]);
-    } else {
-        next_smooth(&state->cells, &state->drive);
-    }
-    for (size_t j = 0; j < CELLS; j++) {
-        sum += state->cells.output[j];
-    }
-    signal->value += state->gain * sum;
+    signal->value += state->gain * lag_bank_next(&state->cells, &state->drive);
 }
 
 /* The amplifier has one bank of cells. A cell faster than its sample period is late by a sample there, which delays the
