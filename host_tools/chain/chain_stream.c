@@ -92,7 +92,7 @@ static const signal_t *with_added(const signal_t *signal, const stream_added_t *
 
 static void run_pieces(chain_stream_t *stream, const signal_t *signal, const stream_added_t *added, size_t samples,
                        double *position_um) {
-    signal_t *piece = allocate(STREAM_PIECE, sizeof *piece);
+    signal_t *piece = added != NULL ? allocate(STREAM_PIECE, sizeof *piece) : NULL;
     for (size_t start = 0, k = 0; k < samples; start += STREAM_PIECE) {
         const size_t left = samples - start, count = left < STREAM_PIECE ? left : STREAM_PIECE;
         chain_stream_run(stream, with_added(signal, added, start, count, piece), count, count == left, NULL);
