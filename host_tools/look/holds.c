@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/holds.h"
-#include "look/signal/reversals.h"
 #include "numerics/autocorrelation.h"
+#include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>

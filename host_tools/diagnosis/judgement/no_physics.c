@@ -56,13 +56,14 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
 
 /* Two turns of a drive that turns at regular times, whatever the levels; 0: it does not. */
 static double turning_period(const double *u, size_t count) {
-    size_t *at;
-    const size_t turns = loop_turns(u, count, turns_by, &at);
-    double interval = turns < least_turns ? 0.0 : (double)(at[turns - 1] - at[0]) / (double)(turns - 1);
-    for (size_t i = 0; i < turns && interval > 0.0; i++) {
+    reversals_t turns;
+    loop_turns(u, count, turns_by, &turns);
+    const size_t *at = turns.at, n = turns.count;
+    double interval = n < least_turns ? 0.0 : (double)(at[n - 1] - at[0]) / (double)(n - 1);
+    for (size_t i = 0; i < n && interval > 0.0; i++) {
         interval = fabs((double)(at[i] - at[0]) - (double)i * interval) > 1.0 ? 0.0 : interval;
     }
-    free(at);
+    reversals_free(&turns);
     return 2.0 * interval;
 }
 

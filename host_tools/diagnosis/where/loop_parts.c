@@ -3,70 +3,42 @@
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 const double loop_still = 2e-5;
 enum { SHORTEST_HOLD = 20 };
 
-/* Samples at which the drive turns round, with the first and the last one. Returns how many; free *at. */
-static size_t find_reversals(const double *drive, size_t samples, double way, size_t **at) {
-    size_t count = 1, extreme = 0, low = 0, high = 0; /* until it has gone far enough in either direction */
-    double direction = 0.0;
-    *at = allocate(samples + 1, sizeof **at); /* the first is 0 */
-    for (size_t k = 1; k < samples; k++) {
-        const double from_extreme = drive[k] - drive[extreme];
-        if (direction == 0.0) {
-            low = drive[k] < drive[low] ? k : low;
-            high = drive[k] > drive[high] ? k : high;
-            direction = !(drive[high] - drive[low] > way) ? 0.0 : high > low ? 1.0 : -1.0;
-            extreme = k;
-        } else if (direction * from_extreme >= 0.0) {
-            extreme = k;
-        } else if (-direction * from_extreme > way) {
-            (*at)[count++] = extreme;
-            direction = -direction;
-            extreme = k;
-        }
-    }
-    (*at)[count++] = samples - 1;
-    return count;
-}
-
-size_t loop_turns(const double *drive, size_t samples, double part, size_t **at) {
+void loop_turns(const double *drive, size_t samples, double part, reversals_t *turns) {
     double ends[2];
     values_range(drive, samples, ends);
-    const size_t found = find_reversals(drive, samples, part * (ends[1] - ends[0]), at) - 2;
-    memmove(*at, *at + 1, found * sizeof **at);
-    return found;
+    reversals_find(drive, samples, part * (ends[1] - ends[0]), turns);
 }
 
 size_t loop_reversals(const double *drive, size_t samples, double part) {
-    size_t *at;
-    const size_t found = loop_turns(drive, samples, part, &at);
-    free(at);
-    return found;
+    reversals_t turns;
+    loop_turns(drive, samples, part, &turns);
+    const size_t count = turns.count;
+    reversals_free(&turns);
+    return count;
 }
 
-void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
-    double ends[2];
-    values_range(drive, samples, ends);
-    const double range = ends[1] - ends[0];
-    size_t *reversal, reversals = find_reversals(drive, samples, threshold.turns_round * range, &reversal);
-    for (size_t i = 0; i + 1 < reversals; i++) {
-        const double begin = drive[reversal[i]], way = drive[reversal[i + 1]] - begin;
-        for (size_t k = reversal[i]; k <= reversal[i + 1]; k++) {
-            const double passed = way != 0.0 ? (drive[k] - begin) / way : 0.5;
-            part[k] = passed < threshold.turning_part || passed > 1.0 - threshold.turning_part ? LOOP_TURNING_POINTS
-                                                                                               : LOOP_MID_BRANCH;
-        }
+/* From one end of a branch to the other. */
+static void mark_branch(const double *drive, size_t first, size_t last, loop_part_t *part) {
+    const double begin = drive[first], way = drive[last] - begin;
+    for (size_t k = first; k <= last; k++) {
+        const double passed = way != 0.0 ? (drive[k] - begin) / way : 0.5;
+        part[k] = passed < threshold.turning_part || passed > 1.0 - threshold.turning_part ? LOOP_TURNING_POINTS
+                                                                                           : LOOP_MID_BRANCH;
     }
-    const double least = fmax(SHORTEST_HOLD, threshold.hold_part * (double)samples / (double)(reversals - 1));
+}
+
+/* Where the drive stays for at least so many samples. */
+static void mark_holds(const double *drive, size_t samples, double still, double least, loop_part_t *part) {
     for (size_t first = 0, next; first < samples; first = next) {
         double low = drive[first], high = drive[first];
         for (next = first + 1; next < samples; next++) {
             low = fmin(low, drive[next]);
             high = fmax(high, drive[next]);
-            if (high - low > loop_still * range) {
+            if (high - low > still) {
                 break;
             }
         }
@@ -74,7 +46,19 @@ void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
             part[k] = LOOP_HOLDS;
         }
     }
-    free(reversal);
+}
+
+void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
+    double ends[2];
+    values_range(drive, samples, ends);
+    reversals_t turns;
+    loop_turns(drive, samples, threshold.turns_round, &turns);
+    for (size_t i = 0; i <= turns.count; i++) {
+        mark_branch(drive, i > 0 ? turns.at[i - 1] : 0, i < turns.count ? turns.at[i] : samples - 1, part);
+    }
+    const double least = fmax(SHORTEST_HOLD, threshold.hold_part * (double)samples / (double)(turns.count + 1));
+    mark_holds(drive, samples, loop_still * (ends[1] - ends[0]), least, part);
+    reversals_free(&turns);
 }
 
 loop_part_t find_loop_part(const recording_t *recordings, size_t count, double *const *difference, const size_t *from,

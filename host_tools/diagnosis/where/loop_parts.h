@@ -4,13 +4,13 @@
 #define LOOP_PARTS_H
 
 #include "diagnosis/where/location.h"
+#include "numerics/reversals.h"
 
 /** A drive that stays within this part of its range is held: a step of 16 bits. */
 extern const double loop_still;
 
-/** Samples at which a drive turns round, between ways of more than this part of its range, without its first and last
- * one. Returns how many; *at is to be freed. */
-size_t loop_turns(const double *drive, size_t samples, double part, size_t **at);
+/** Where a drive turns round, between ways of more than this part of its range (reversals_find). To be freed. */
+void loop_turns(const double *drive, size_t samples, double part, reversals_t *turns);
 /** How often a drive turns round, between ways of more than this part of its range. */
 size_t loop_reversals(const double *drive, size_t samples, double part);
 

@@ -2,7 +2,7 @@
 #include "look/signal/drive.h"
 #include "look/signal/period.h"
 #include "look/signal/resolution.h"
-#include "look/signal/reversals.h"
+#include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /** Where a signal turns round. */
-#ifndef LOOK_REVERSALS_H
-#define LOOK_REVERSALS_H
+#ifndef REVERSALS_H
+#define REVERSALS_H
 
 #include <stddef.h>
 
@@ -10,7 +10,7 @@ typedef struct {
     size_t *at; /**< samples of the extremes, in order; the first and the last sample are not among them */
 } reversals_t;
 
-/** Extremes after which the signal went back by more than `least`. To be freed. */
+/** Extremes between ways of more than `least`. To be freed. */
 void reversals_find(const double *value, size_t samples, double least, reversals_t *turns);
 void reversals_free(reversals_t *turns);
 
