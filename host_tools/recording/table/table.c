@@ -140,6 +140,9 @@ void table_add_array(table_t *table, const char *name, const double *value, size
     const bool short_name = snprintf(plain, sizeof plain, "%s", name) < (int)sizeof plain;
     if (short_name) {
         unit_split(plain, unit, "_");
+        if (plain[0] == '\0') { /* "[ms]" */
+            snprintf(plain, sizeof plain, "%s", name);
+        }
     }
     table->rows = samples;
     for (size_t i = 0; i < signals; i++) {

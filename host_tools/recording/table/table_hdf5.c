@@ -3,6 +3,7 @@
 #define H5_USE_110_API /* the interface that Debian 12 has; later ones keep it */
 #include "recording/table/hdf5_text.h"
 #include "recording/table/table.h"
+#include "recording/table/units.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,7 +31,13 @@ static void take_texts(table_column_t *column, const char *name, const char *uni
     if (strncmp(column->written, name, strlen(name)) != 0) {
         return;
     }
+    double scale;
     if (unit[0] != '\0') {
+        if (unit_of(column->unit, &scale) == QUANTITY_UNKNOWN && strcmp(column->unit, unit) != 0) {
+            /* "height (measured)" */
+            free(column->name);
+            column->name = copy_text(column->written);
+        }
         free(column->unit);
         column->unit = copy_text(unit);
     }

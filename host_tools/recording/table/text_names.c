@@ -303,7 +303,10 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
             }
             snprintf(written, sizeof written, "%s", name);
             if (unit[0] == '\0') {
-                unit_split(name, unit, "/_ ");
+                unit_split(name, unit, "/_ ,");
+            }
+            if (name[0] == '\0') { /* "[ms]" */
+                snprintf(name, sizeof name, "column %zu", j + 1);
             }
             if (over != NULL && over[j].text[0] != '\0' && (unit[0] == '\0' || !text_is_unit(unit))) {
                 snprintf(name, sizeof name, "%s", written);

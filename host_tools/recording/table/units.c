@@ -141,9 +141,10 @@ static bool is_letter(const char *name, const char *unit) {
     return strcmp(unit, "A") == 0 && !current;
 }
 
-/* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. */
+/* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. Those that are all of it
+ * hold a known one. */
 static bool take_brackets(char *name, char *unit) {
-    for (char *open = name + 1; *name != '\0' && (open = strpbrk(open, "([")) != NULL; open++) {
+    for (char *open = name; (open = strpbrk(open, "([")) != NULL; open++) {
         char *close = strchr(open, *open == '(' ? ')' : ']');
         const char *begin = open + 1 + strspn(open + 1, " ");
         double scale;
@@ -156,8 +157,8 @@ static bool take_brackets(char *name, char *unit) {
         }
         (void)snprintf(unit, UNIT_FIELD, "%.*s", (int)length, begin);
         const bool index = strspn(unit, "0123456789,:") == strlen(unit); /* "Data(1)" */
-        if ((close[1] == '\0' && !index) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
-            close += open[-1] == ' ' && close[1] == ' ' ? 2 : 1;
+        if ((close[1] == '\0' && !index && open > name) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
+            close += (open == name || open[-1] == ' ') && close[1] == ' ' ? 2 : 1;
             memmove(open, close, strlen(close) + 1);
             trim_end(name);
             return true;
