@@ -9,6 +9,7 @@
 
 enum {
     MOST_LISTED = 10, /* columns that one line names */
+    SHOWN = 30,       /* characters of each name */
     USABLE = 100,     /* its unit is that of the role, or none is stated */
     /* What says that a column is the drive or the displacement, from the surest on. Equal ones are not told apart. */
     NAMED_DRIVE = 40,
@@ -97,12 +98,23 @@ static const char *no_signal(const column_choice_t *choice, const table_t *table
 
 /* ---- lists of columns, for messages */
 
+/* Of the name of a path its end: the last part says most. */
+static const char *shown_part(const char *name) {
+    const size_t length = strlen(name);
+    const char *end = name + (strchr(name, '/') != NULL && length > SHOWN ? length - SHOWN : 0);
+    while (((unsigned char)*end & 0xC0) == 0x80) { /* not from within a letter of UTF-8 */
+        end++;
+    }
+    return end;
+}
+
 static void list_column(const column_choice_t *choice, const table_t *table, int i, char *text, size_t room) {
     const table_column_t *column = &table->column[i];
     const char *what = choice->meaning[i].meaning == MEANING_UNKNOWN ? no_signal(choice, table, i) : NULL;
     const size_t used = strlen(text);
-    (void)snprintf(text + used, room - used, "%s%zu '%.30s'%s%.12s (%s)", used > 0 ? ", " : "", column->number,
-                   column->name, column->unit[0] != '\0' ? " in " : "", column->unit,
+    const char *name = shown_part(column->name);
+    (void)snprintf(text + used, room - used, "%s%zu '%s%.*s'%s%.12s (%s)", used > 0 ? ", " : "", column->number,
+                   name > column->name ? ".." : "", SHOWN, name, column->unit[0] != '\0' ? " in " : "", column->unit,
                    what != NULL ? what : meaning_text(choice->meaning[i].meaning));
 }
 
@@ -347,8 +359,11 @@ static void list_all(chooser_t *c) {
         list_column(c->choice, c->table, (int)listed, text, sizeof text);
     }
     list_more(listed, c->table->columns, text, sizeof text);
-    import_account_add(c->problems, "the columns are %s: say which (hyst import --drive NAME --displacement NAME)",
-                       text);
+    const size_t signals = c->table->columns - (c->choice->column[ROLE_TIME] != NO_COLUMN ? 1 : 0);
+    import_account_add(c->problems, "the columns are %s: %s", text,
+                       signals < 2
+                           ? "drive and displacement have to stand in one file: put the columns of both side by side"
+                           : "say which (hyst import --drive NAME --displacement NAME)");
 }
 
 /* Where all candidates belong to actuators that are numbered alike, the first is meant. */

@@ -2,7 +2,7 @@
 """In the style of files that laboratories have published, each of which was once taken wrongly, or refused without need
 or without a way on."""
 import h5py
-from measurement import export, rows, T, text, U, Y
+from measurement import export, K, rows, T, text, U, Y
 
 
 # ---- units
@@ -22,3 +22,46 @@ def _(path):
     with h5py.File(path, "w") as file:
         for name, value, unit in (("time", T, "s"), ("stage (command)", U, "V"), ("stage (measured)", 1e3 * Y, "nm")):
             file.create_dataset(name, data=value).attrs["unit"] = unit
+
+
+# ---- oscilloscopes
+
+PEAKS = "Model,MSO2024\nPoint Format,Y,,,\nHorizontal Units,S,,,\nSample Interval,0.001,,,\nVertical Units,V,,V,\nLabel,,,,\n"
+
+
+@export("Tektronix MSO 2000: peaks beside two channels", "--displacement-scale 5",
+        says=["'CH1' in V", "'CH2' in V, scaled", "3 'CH1 Peak Detect' (another quantity)"])
+def _(path):
+    text(path, PEAKS + "TIME,CH1,CH1 Peak Detect,CH2,CH2 Peak Detect\n" +
+         rows(T, U, U + 0.2 * (K % 2), Y / 5.0, Y / 5.0 + 0.01 * (K % 2)))
+
+
+@export("Tektronix MSO 2000: peaks beside one channel", refused="no column is left for displacement: the file has 3")
+def _(path):
+    text(path, PEAKS.replace(",V,,V,", ",V,") + "TIME,CH1,CH1 Peak Detect\n" + rows(T, U, U + 0.2 * (K % 2)))
+
+
+def tds(channel, column):
+    """What a Tektronix TDS writes: a file for each channel, with facts beside the first samples."""
+    facts = ["Record Length,4.000000e+02,", "Sample Interval,1.000000e-03,", "Trigger Point,0.000000e+00,", ",,", ",,", ",,",
+             f"Source,{channel},", "Vertical Units,V,", "Vertical Scale,2.000000e+01,", "Vertical Offset,0.000000e+00,",
+             "Horizontal Units,s,", "Horizontal Scale,5.000000e-02,", "Pt Fmt,Y,"]
+    lines = rows(T, column, form="%14.9f").splitlines()
+    return [(facts[i] if i < len(facts) else ",,") + "," + line + "," for i, line in enumerate(lines)]
+
+
+@export("Tektronix TDS: two channels' files side by side", "--displacement-scale 5", says=["'CH1' in V", "'CH2' in V, scaled"])
+def _(path):
+    text(path, "\r\n".join(a + "," + b for a, b in zip(tds("CH1", U), tds("CH2", Y / 5.0))) + "\r\n")
+
+
+@export("Tektronix TDS: two channels' files side by side, nothing said of the sensor",
+        refused="displacement is column 11 'CH2' in V: say how many um")
+def _(path):
+    text(path, "\r\n".join(a + "," + b for a, b in zip(tds("CH1", U), tds("CH2", Y / 5.0))) + "\r\n")
+
+
+@export("Tektronix TDS: one channel's file",
+        refused="5 'CH1' in V (voltage): drive and displacement have to stand in one file: put the columns of both side by side")
+def _(path):
+    text(path, "\r\n".join(tds("CH1", U)) + "\r\n")

@@ -67,6 +67,11 @@ bool text_is_name_key(const char *field) {
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
+bool text_is_source_key(const char *field) {
+    static const char *const keys[] = {"source"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
 /* "# key: value" or "key = value". false: it is no such line. */
 static bool split_fact(const char *line, char key[60], text_field_t *value) {
     const char *at = line + strspn(line, "#%/! \t\"");
