@@ -65,3 +65,21 @@ def _(path):
         refused="5 'CH1' in V (voltage): drive and displacement have to stand in one file: put the columns of both side by side")
 def _(path):
     text(path, "\r\n".join(tds("CH1", U)) + "\r\n")
+
+
+# ---- tables that are not what they seem
+
+@export("a multimeter's log: decimal commas between commas, words beside them",
+        refused="line 4 has 5 names, and line 5 has 6 fields, all whole numbers: decimal commas and separators are the same")
+def _(path):
+    text(path, "Title, \nType, DCV_(020)\n\nNo, Date, Time, Value, Unit\n" +
+         "".join(f" {k + 1:04d}, 2026/11/23, 10.{k // 60:02d}.{k % 60:02d}, {int(u)},{round(100 * u) % 100:02d}, V\n"
+                 for k, u in zip(K, U)))
+
+
+@export("a piezo tester: the table of another run below the first",
+        refused="line 206 has the names of line 3 again: another table begins; keep one in a file")
+def _(path):
+    names = "Time [s]\tV+ [V]\tD1 [nm]\t\n"
+    lines = rows(T, U, 1e3 * Y, separator="\t", end="\t\n").splitlines(keepends=True)
+    text(path, "Table 1\nWaveform: triangle\n" + names + "".join(lines[:200]) + "\nTable 2\n" + names + "".join(lines[:200]))

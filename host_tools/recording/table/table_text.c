@@ -291,10 +291,53 @@ static void bridge(double *value, size_t rows) {
     }
 }
 
+/* Whether a line has words over all columns of numbers, no two alike: names, and not "OL;OL". */
+static bool are_names(const layout_t *layout, const char *line) {
+    const char *name[MOST_COLUMNS];
+    size_t length[MOST_COLUMNS], count = 0;
+    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && count < layout->columns; j++) {
+        const char *field;
+        size_t size;
+        double number;
+        line = text_next_field(line, layout->dialect.separator, &field, &size);
+        if (!layout->number[j]) {
+            continue;
+        }
+        if (text_field_kind(field, size, layout->dialect.point, &number, NULL) != FIELD_TEXT) {
+            return false;
+        }
+        for (size_t i = 0; i < count; i++) {
+            if (length[i] == size && memcmp(name[i], field, size) == 0) {
+                return false;
+            }
+        }
+        name[count] = field;
+        length[count++] = size;
+    }
+    return count > 1 && count == layout->columns;
+}
+
+/* A file of several tables has the same names over each. Where they stand a second time, another one begins. `names`:
+ * the line that had names last, counted from 1; 0: none. */
+static bool check_one_table(const text_source_t *source, const layout_t *layout, size_t line, size_t *names,
+                            const char *path, failure_t *failure) {
+    const char *text = source->line[line - 1];
+    if (!are_names(layout, text)) {
+        return true;
+    }
+    if (*names > 0 && strcmp(source->line[*names - 1], text) == 0) {
+        return fail(failure, "%s: line %zu has the names of line %zu again: another table begins; keep one in a file",
+                    path, line, *names);
+    }
+    *names = line;
+    return true;
+}
+
 /* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
     size_t problems = 0, used = 0, missing = 0, longest = 0, before = 0;
+    size_t names = line_above(source, layout->begin);
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
@@ -310,6 +353,9 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             missing = 0;
             table->rows++;
             continue;
+        }
+        if (!check_one_table(source, layout, i + 1, &names, table->source, failure)) {
+            return false;
         }
         before += table->rows == before ? 1 : 0;
         missing++;
@@ -374,7 +420,7 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
             signs.whole = signs.whole && (!layout->number[j] || digits + sign == length);
             short_one[j] = short_one[j] && digits + sign == length && digits <= 3;
             three[j] = three[j] && sign == 0 && digits == 3;
-            signs.fields = layout->number[j] && j >= signs.fields ? j + 1 : signs.fields;
+            signs.fields = (layout->number[j] || layout->word[j]) && j >= signs.fields ? j + 1 : signs.fields;
         }
         lines++;
     }
