@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """In the style of files that laboratories have published, each of which was once taken wrongly, or refused without need
 or without a way on."""
+import os
+import struct
+
 import h5py
+import numpy as np
+import scipy.io
 from measurement import export, K, rows, T, text, U, Y
 
 
@@ -83,3 +88,61 @@ def _(path):
     names = "Time [s]\tV+ [V]\tD1 [nm]\t\n"
     lines = rows(T, U, 1e3 * Y, separator="\t", end="\t\n").splitlines(keepends=True)
     text(path, "Table 1\nWaveform: triangle\n" + names + "".join(lines[:200]) + "\nTable 2\n" + names + "".join(lines[:200]))
+
+
+# ---- MATLAB, beside arrays of numbers
+
+def element(kind, data):
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+def matrix(flags, *parts):
+    return element(14, element(6, struct.pack("<II", flags, 0)) + b"".join(parts))
+
+
+def add_object(path):
+    """As MATLAB writes a table: an array that names its class, and a nameless one of bytes that all objects are in."""
+    with open(path, "ab") as file:
+        reference = matrix(13, element(5, struct.pack("<ii", 6, 1)), element(1, b""), element(6, struct.pack("<6I", *range(6))))
+        file.write(matrix(17, element(1, b"log"), element(1, b"MCOS"), element(1, b"table"), reference))
+        file.write(matrix(9, element(5, struct.pack("<ii", 1, 936)), element(1, b""), element(2, bytes(range(234)) * 4)))
+
+
+@export("MATLAB 5 .mat, an object of a class beside vectors", says=["1 object of a MATLAB class"])
+def _(path):
+    scipy.io.savemat(path + ".mat", {"t": T, "drive": U, "position": Y})
+    os.replace(path + ".mat", path)
+    add_object(path)
+
+
+@export("MATLAB 5 .mat, an object of a class alone", refused="objects of MATLAB classes (table, timeseries) are not read: save")
+def _(path):
+    scipy.io.savemat(path + ".mat", {"note": "stage 3"})
+    os.replace(path + ".mat", path)
+    add_object(path)
+
+
+@export("MATLAB 5 .mat, a text that is longer than the signals")
+def _(path):
+    scipy.io.savemat(path + ".mat", {"t": T, "drive": U, "position": Y})
+    os.replace(path + ".mat", path)
+    note = ("stage 3 " * 60).encode("utf-16-le")
+    with open(path, "ab") as file:
+        file.write(matrix(4, element(5, struct.pack("<ii", 1, len(note) // 2)), element(1, b"note"), element(4, note)))
+
+
+@export("MATLAB 7.3 .mat, a text, an empty array and an object beside vectors")
+def _(path):
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, kind, value in (("a_note", "char", np.frombuffer(b"stage 3 " * 60, np.uint8).astype(np.uint16)),
+                                  ("empty", "double", np.zeros(2, np.uint64)), ("t", "double", T), ("drive", "double", U),
+                                  ("log", "table", np.arange(6, dtype=np.uint32)), ("position", "double", Y)):
+            data = file.create_dataset(name, data=value[:, None])
+            data.attrs["MATLAB_class"] = np.bytes_(kind)
+            if kind == "table":
+                data.attrs["MATLAB_object_decode"] = np.int32(3)
+            if name == "empty":
+                data.attrs["MATLAB_empty"] = np.uint8(1)
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Mon Nov 23 10:00:00 2026 HDF5 schema 1.00 .".ljust(124)
+                   + b"\x00\x02IM")

@@ -79,6 +79,9 @@ void table_set_interval(table_t *table, double interval_s, const char *origin);
 void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
                      bool row_major);
 
+/** What is said of a file without any signal that has objects of MATLAB. */
+#define MATLAB_OBJECTS "; objects of MATLAB classes (table, timeseries) are not read: save their columns as arrays"
+
 bool table_read_text(table_t *table, const char *path, failure_t *failure);
 bool table_read_matlab(table_t *table, const char *path, failure_t *failure);
 bool table_read_numpy(table_t *table, const char *path, failure_t *failure);
