@@ -284,6 +284,23 @@ static void keep_shortest(const chooser_t *c, candidates_t *found) {
     found->count = 1;
 }
 
+/* Of several those that change, if any does, and of the same numbers the first: a parked axis is not meant. */
+static void keep_signals(const chooser_t *c, candidates_t *found) {
+    const size_t rows = c->table->rows;
+    size_t kept = 0;
+    for (size_t i = 0; found->count > 1 && i < found->count; i++) {
+        const double *value = c->table->column[found->column[i]].value;
+        bool is_new = !steps_by(value, rows, 0.0);
+        for (size_t j = 0; is_new && j < kept; j++) {
+            is_new = memcmp(c->table->column[found->column[j]].value, value, rows * sizeof *value) != 0;
+        }
+        if (is_new) {
+            found->column[kept++] = found->column[i];
+        }
+    }
+    found->count = kept > 0 ? kept : found->count;
+}
+
 /* The surest columns of a role; the one that the caller said, if so. To be freed. */
 static candidates_t find_candidates(const chooser_t *c, int role) {
     candidates_t found = {.column = allocate(c->table->columns, sizeof(int))};
@@ -431,10 +448,15 @@ static bool are_inputs(const chooser_t *c, const candidates_t *found) {
 }
 
 static void find_drive_and_displacement(chooser_t *c) {
-    const candidates_t drive = find_candidates(c, COLUMN_DRIVE), position = find_candidates(c, COLUMN_DISPLACEMENT);
+    candidates_t drive = find_candidates(c, COLUMN_DRIVE), position = find_candidates(c, COLUMN_DISPLACEMENT);
     const bool drive_open = said_for(c, COLUMN_DRIVE) == NULL, position_open = said_for(c, COLUMN_DISPLACEMENT) == NULL;
+    const bool siblings = are_siblings(c, &drive, &position);
+    if (!siblings) {
+        keep_signals(c, &drive);
+        keep_signals(c, &position);
+    }
     const bool some_voltage = drive_open && drive.count > 1 && drive.strength % USABLE < WEAK_DRIVE;
-    if (are_siblings(c, &drive, &position) || (drive.count == 1 && position.count == 1)) {
+    if (siblings || (drive.count == 1 && position.count == 1)) {
         take_candidate(c, COLUMN_DRIVE, &drive);
         take_candidate(c, COLUMN_DISPLACEMENT, &position);
     } else if (position.count == 0 && position_open && drive_open && (drive.count == 0 || some_voltage)) {

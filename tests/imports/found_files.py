@@ -90,6 +90,19 @@ def _(path):
     text(path, "Table 1\nWaveform: triangle\n" + names + "".join(lines[:200]) + "\nTable 2\n" + names + "".join(lines[:200]))
 
 
+# ---- columns that say nothing new
+
+@export("a piezo tester: no negative half, and the mean of one loop is that loop", says=["'V+' in V", "'D1' in nm"])
+def _(path):
+    text(path, "Time [s]\tV+ [V]\tV- [V]\tD1 [nm]\tD2 [nm]\tD3 [nm]\t\n" +
+         rows(T, U, 0 * U, 1e3 * Y, 1e3 * Y, 0 * Y, separator="\t", end="\t\n"))
+
+
+@export("two axes, one of them parked", says=["'y' in um", "2 'Drive x' in V (drive), 4 'x' in um (displacement)"])
+def _(path):
+    text(path, "Time (s),Drive x (V),Drive y (V),x (um),y (um)\n" + rows(T, 0 * U + 50.0, U, 0 * Y + 7.5, Y))
+
+
 # ---- MATLAB, beside arrays of numbers
 
 def element(kind, data):
