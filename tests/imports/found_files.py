@@ -72,6 +72,15 @@ def _(path):
     text(path, "\r\n".join(tds("CH1", U)) + "\r\n")
 
 
+@export("Fluke ScopeMeter: the highest and lowest values of two inputs, facts in quotes above",
+        "--drive 2 --displacement 6 --displacement-scale 5", start=-0.028, says=["'column 2' in V", "5 'column 5' (the same times)"])
+def _(path):
+    facts = [("Title", '"Input A"', '"Input B"'), ("X Scale", "5.0E-03", "5.0E-03"), ("X Unit", '"s"', '"s"'),
+             ("Y Scale", "1.00E-01", "1.00E+00"), ("Y Unit", '"V"', '"V"'), ("Y Label", '"mV"', '"V"')]
+    text(path, "".join(f'"{key:13s}"\t{a}\t \t\t"{key:13s}"\t{b}\t \n' for key, a, b in facts) + "\n" +
+         "".join(f"{t:.3f}\t{u:.9g}\t{u + 1:.9g}\t\t{t:.3f}\t{y:.9g}\t{y + 0.1:.9g}\n" for t, u, y in zip(T - 0.028, U, Y / 5.0)))
+
+
 # ---- tables that are not what they seem
 
 @export("a multimeter's log: decimal commas between commas, words beside them",
@@ -88,6 +97,36 @@ def _(path):
     names = "Time [s]\tV+ [V]\tD1 [nm]\t\n"
     lines = rows(T, U, 1e3 * Y, separator="\t", end="\t\n").splitlines(keepends=True)
     text(path, "Table 1\nWaveform: triangle\n" + names + "".join(lines[:200]) + "\nTable 2\n" + names + "".join(lines[:200]))
+
+
+# ---- lines that are no data
+
+NOTES = "".join(f"# Noise of loop {i} ({axis}): 12.{i}5 nm\n" for i in range(30) for axis in "XYZ")
+
+
+@export("attocube: remarks of half a page below the table, which are no longer the data")
+def _(path):
+    text(path, "# Scantype: Linescan\n# Step size: (500, 500) nm\n# Columns: Time (s), Drive (V), Position (um), Movement Type\n" +
+         "".join(f"{t:.9g}\t{u:.9g}\t{y:.9g}\t Idle\n" for t, u, y in zip(T, U, Y)) + NOTES)
+
+
+@export("remarks among the data, beside a value that is missing",
+        refused="1 of 400 lines of data cannot be read: line 202: '#N/A' is not a number")
+def _(path):
+    lines = rows(T, U, Y, separator=";").splitlines(keepends=True)
+    lines[200] = "#N/A" + lines[200][lines[200].index(";"):]
+    text(path, "t;drive;position\n" + "".join(lines[:300]) + "# door opened\n" + "".join(lines[300:]))
+
+
+@export("remarks among the data, and a gap behind them", refused="line 304: gap in time: from 0.299 s to 0.301 s")
+def _(path):
+    lines = rows(T, U, Y).splitlines(keepends=True)
+    text(path, "t,drive,position\n" + "".join(lines[:200]) + "# door opened\n\n" + "".join(lines[200:300] + lines[301:]))
+
+
+@export("a vibrometer's Universal File", refused="a Universal File (UFF), as vibrometers write: export the signals as text")
+def _(path):
+    text(path, "    -1\n   151\nbox.svd\n\nPSV Version 9.2.0.3\n    -1\n    -1\n    58\n" + rows(T, U, Y, separator=" ") + "    -1\n")
 
 
 # ---- columns that say nothing new

@@ -44,6 +44,7 @@ typedef struct {
                                     */
     char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
+    size_t passed, *passed_before; /**< of a text: lines among the data that are none, and the row behind each */
     char *damage; /**< rows that could not be read, or NULL. They hold a straight line between their neighbours, so that
                        what else is wrong shows as well; such a table makes no recording unless the caller asks for it
                      (import_table) */
@@ -56,6 +57,9 @@ typedef struct {
 bool table_read(table_t *table, const char *path, failure_t *failure);
 
 void table_free(table_t *table);
+
+/** The line of a row of a text, counted from 1; 0: the file is no text. */
+unsigned long table_line(const table_t *table, size_t row);
 
 /* For the readers. */
 

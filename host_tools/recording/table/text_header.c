@@ -67,6 +67,11 @@ bool text_is_name_key(const char *field) {
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
+bool text_is_label_key(const char *field) {
+    static const char *const keys[] = {"xlabel", "ylabel"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
 bool text_is_source_key(const char *field) {
     static const char *const keys[] = {"source"};
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);

@@ -25,6 +25,9 @@ bool text_is_unit_key(const char *field);
 /** The same for names ("TraceName,CH1,CH2"). */
 bool text_is_name_key(const char *field);
 
+/** Whether a field is the key of what an axis of the screen is called ("Y Label,mV"): that line has no names. */
+bool text_is_label_key(const char *field);
+
 /** Whether a field is the key of a channel's name ("Source,CH1"). */
 bool text_is_source_key(const char *field);
 

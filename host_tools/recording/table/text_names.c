@@ -231,7 +231,7 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
     for (size_t i = 0; i < found; i++) {
         if (i == of_units) {
             *units = fields[i];
-        } else if (i == of_names && count[i] > 0) {
+        } else if (i == of_names && count[i] > 0 && !text_is_label_key(fields[i][0].text)) {
             *names = fields[i];
         } else {
             free(fields[i]);
