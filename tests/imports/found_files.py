@@ -110,6 +110,11 @@ def _(path):
          "".join(f"{t:.9g}\t{u:.9g}\t{y:.9g}\t Idle\n" for t, u, y in zip(T, U, Y)) + NOTES)
 
 
+@export("a line that says that names follow", says=["'U' in V", "'x' in nm"])
+def _(path):
+    text(path, "# Stage 3\n# Columns: x (nm) U (V) t (ms)\n" + rows(1e3 * Y, U, 1e3 * T + 0.5, separator=" "))
+
+
 @export("remarks among the data, beside a value that is missing",
         refused="1 of 400 lines of data cannot be read: line 202: '#N/A' is not a number")
 def _(path):

@@ -61,7 +61,7 @@ static void join_quotes(char *text) {
 }
 
 static size_t split_one_way(const char *line, char way, text_field_t field[MOST_COLUMNS]) {
-    const char *at = line + strspn(line, "#%/! ");
+    const char *at = text_behind_list_key(line + strspn(line, "#%/! "));
     size_t count = 0;
     while (at != NULL && count < MOST_COLUMNS) {
         const char *text;
