@@ -22,6 +22,11 @@ def _(path):
     text(path, "[ms],CH1[V],pos[nm]\n" + rows(1e3 * T, U, 1e3 * Y))
 
 
+@export("units in Cyrillic letters", says=["'U' in мВ", "'x' in нм"])
+def _(path):
+    text(path, "t, мс\tU, мВ\tx, нм\n" + rows(1e3 * T + 0.5, 1e3 * U, 1e3 * Y, separator="\t"))
+
+
 @export("HDF5, names whose brackets hold no unit", says=["'stage (measured)' in nm"])
 def _(path):
     with h5py.File(path, "w") as file:
