@@ -9,6 +9,7 @@
 
 enum {
     MOST_LISTED = 10, /* columns that one line names */
+    SHOWN = 30,       /* characters of each name */
     USABLE = 100,     /* its unit is that of the role, or none is stated */
     /* What says that a column is the drive or the displacement, from the surest on. Equal ones are not told apart. */
     NAMED_DRIVE = 40,
@@ -97,12 +98,23 @@ static const char *no_signal(const column_choice_t *choice, const table_t *table
 
 /* ---- lists of columns, for messages */
 
+/* Of the name of a path its end: the last part says most. */
+static const char *shown_part(const char *name) {
+    const size_t length = strlen(name);
+    const char *end = name + (strchr(name, '/') != NULL && length > SHOWN ? length - SHOWN : 0);
+    while (((unsigned char)*end & 0xC0) == 0x80) { /* not from within a letter of UTF-8 */
+        end++;
+    }
+    return end;
+}
+
 static void list_column(const column_choice_t *choice, const table_t *table, int i, char *text, size_t room) {
     const table_column_t *column = &table->column[i];
     const char *what = choice->meaning[i].meaning == MEANING_UNKNOWN ? no_signal(choice, table, i) : NULL;
     const size_t used = strlen(text);
-    (void)snprintf(text + used, room - used, "%s%zu '%.30s'%s%.12s (%s)", used > 0 ? ", " : "", column->number,
-                   column->name, column->unit[0] != '\0' ? " in " : "", column->unit,
+    const char *name = shown_part(column->name);
+    (void)snprintf(text + used, room - used, "%s%zu '%s%.*s'%s%.12s (%s)", used > 0 ? ", " : "", column->number,
+                   name > column->name ? ".." : "", SHOWN, name, column->unit[0] != '\0' ? " in " : "", column->unit,
                    what != NULL ? what : meaning_text(choice->meaning[i].meaning));
 }
 
@@ -272,6 +284,23 @@ static void keep_shortest(const chooser_t *c, candidates_t *found) {
     found->count = 1;
 }
 
+/* Of several those that change, if any does, and of the same numbers the first: a parked axis is not meant. */
+static void keep_signals(const chooser_t *c, candidates_t *found) {
+    const size_t rows = c->table->rows;
+    size_t kept = 0;
+    for (size_t i = 0; found->count > 1 && i < found->count; i++) {
+        const double *value = c->table->column[found->column[i]].value;
+        bool is_new = !steps_by(value, rows, 0.0);
+        for (size_t j = 0; is_new && j < kept; j++) {
+            is_new = memcmp(c->table->column[found->column[j]].value, value, rows * sizeof *value) != 0;
+        }
+        if (is_new) {
+            found->column[kept++] = found->column[i];
+        }
+    }
+    found->count = kept > 0 ? kept : found->count;
+}
+
 /* The surest columns of a role; the one that the caller said, if so. To be freed. */
 static candidates_t find_candidates(const chooser_t *c, int role) {
     candidates_t found = {.column = allocate(c->table->columns, sizeof(int))};
@@ -347,8 +376,11 @@ static void list_all(chooser_t *c) {
         list_column(c->choice, c->table, (int)listed, text, sizeof text);
     }
     list_more(listed, c->table->columns, text, sizeof text);
-    import_account_add(c->problems, "the columns are %s: say which (hyst import --drive NAME --displacement NAME)",
-                       text);
+    const size_t signals = c->table->columns - (c->choice->column[ROLE_TIME] != NO_COLUMN ? 1 : 0);
+    import_account_add(c->problems, "the columns are %s: %s", text,
+                       signals < 2
+                           ? "drive and displacement have to stand in one file: put the columns of both side by side"
+                           : "say which (hyst import --drive NAME --displacement NAME)");
 }
 
 /* Where all candidates belong to actuators that are numbered alike, the first is meant. */
@@ -416,10 +448,15 @@ static bool are_inputs(const chooser_t *c, const candidates_t *found) {
 }
 
 static void find_drive_and_displacement(chooser_t *c) {
-    const candidates_t drive = find_candidates(c, COLUMN_DRIVE), position = find_candidates(c, COLUMN_DISPLACEMENT);
+    candidates_t drive = find_candidates(c, COLUMN_DRIVE), position = find_candidates(c, COLUMN_DISPLACEMENT);
     const bool drive_open = said_for(c, COLUMN_DRIVE) == NULL, position_open = said_for(c, COLUMN_DISPLACEMENT) == NULL;
+    const bool siblings = are_siblings(c, &drive, &position);
+    if (!siblings) {
+        keep_signals(c, &drive);
+        keep_signals(c, &position);
+    }
     const bool some_voltage = drive_open && drive.count > 1 && drive.strength % USABLE < WEAK_DRIVE;
-    if (are_siblings(c, &drive, &position) || (drive.count == 1 && position.count == 1)) {
+    if (siblings || (drive.count == 1 && position.count == 1)) {
         take_candidate(c, COLUMN_DRIVE, &drive);
         take_candidate(c, COLUMN_DISPLACEMENT, &position);
     } else if (position.count == 0 && position_open && drive_open && (drive.count == 0 || some_voltage)) {

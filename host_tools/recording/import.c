@@ -126,7 +126,7 @@ static void convert_column(import_job_t *job, int role, double *into) {
         if (!(fabs(into[k]) <= RECORDING_LARGEST)) {
             char where[40];
             if (job->table->first_line > 0) {
-                (void)snprintf(where, sizeof where, "line %lu", job->table->first_line + (unsigned long)k);
+                (void)snprintf(where, sizeof where, "line %lu", table_line(job->table, k));
             } else {
                 (void)snprintf(where, sizeof where, "row %zu", k + 1);
             }

@@ -57,7 +57,7 @@ static double unevenness(const double *stamp, size_t rows, double step) {
 /* Row of a table as its reader counts: line of a text, else row. */
 static void where(const table_t *table, size_t row, char *text, size_t room) {
     if (table->first_line > 0) {
-        snprintf(text, room, "line %lu", table->first_line + (unsigned long)row);
+        snprintf(text, room, "line %lu", table_line(table, row));
     } else {
         snprintf(text, room, "row %zu", row + 1);
     }

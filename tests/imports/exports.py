@@ -25,6 +25,7 @@ import lab_headers
 import instrument_files
 import binary_files
 import lab_day
+import found_files
 import refused_files
 
 PAGE = """<!-- Written by tests/imports/exports.py, and compared by the test imports. -->

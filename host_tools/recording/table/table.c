@@ -44,7 +44,21 @@ void table_free(table_t *table) {
     free(table->damage);
     free(table->unnamed);
     free(table->unnamed_line);
+    free(table->passed_before);
     memset(table, 0, sizeof *table);
+}
+
+unsigned long table_line(const table_t *table, size_t row) {
+    size_t low = 0, high = table->passed;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (table->passed_before[middle] <= row) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    return table->first_line > 0 ? table->first_line + (unsigned long)(row + low) : 0;
 }
 
 /* A name that is nothing but a unit: "nm", "millis". One letter is a name more often, and "min" the smallest. */
@@ -140,6 +154,9 @@ void table_add_array(table_t *table, const char *name, const double *value, size
     const bool short_name = snprintf(plain, sizeof plain, "%s", name) < (int)sizeof plain;
     if (short_name) {
         unit_split(plain, unit, "_");
+        if (plain[0] == '\0') { /* "[ms]" */
+            snprintf(plain, sizeof plain, "%s", name);
+        }
     }
     table->rows = samples;
     for (size_t i = 0; i < signals; i++) {
@@ -170,6 +187,8 @@ typedef struct {
 
 enum { HEAD = 32 };
 
+#define UNIVERSAL_FILE "a Universal File (UFF), as vibrometers write: export the signals as text"
+
 static const signature_t signatures[] = {
     {"\x89HDF\r\n\x1a\n", 8, table_read_hdf5, "HDF5"},
     {"MATLAB 5.0 MAT-file", 19, table_read_matlab, "a MATLAB file"},
@@ -180,6 +199,8 @@ static const signature_t signatures[] = {
      "a LabVIEW TDMS file, which the Python package reads: hyst.read(FILE).write('x.csv'); or export it as text"},
     {"%PDF", 4, NULL, "a PDF document, no measurements"},
     {"\x89PNG", 4, NULL, "a picture, no measurements"},
+    {"    -1\n", 7, NULL, UNIVERSAL_FILE},
+    {"    -1\r", 7, NULL, UNIVERSAL_FILE},
     {"{", 1, NULL, "JSON (a model of this project?), no table of measurements"},
     {"\xd0\xcf\x11\xe0", 4, NULL, "an old Excel workbook: save it as CSV"},
 };

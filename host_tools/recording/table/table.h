@@ -44,6 +44,7 @@ typedef struct {
                                     */
     char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
+    size_t passed, *passed_before; /**< of a text: lines among the data that are none, and the row behind each */
     char *damage; /**< rows that could not be read, or NULL. They hold a straight line between their neighbours, so that
                        what else is wrong shows as well; such a table makes no recording unless the caller asks for it
                      (import_table) */
@@ -56,6 +57,9 @@ typedef struct {
 bool table_read(table_t *table, const char *path, failure_t *failure);
 
 void table_free(table_t *table);
+
+/** The line of a row of a text, counted from 1; 0: the file is no text. */
+unsigned long table_line(const table_t *table, size_t row);
 
 /* For the readers. */
 
@@ -78,6 +82,9 @@ void table_set_interval(table_t *table, double interval_s, const char *origin);
  * ("pos_nm"). `value` is in rows (C order) if row_major, copied. */
 void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
                      bool row_major);
+
+/** What is said of a file without any signal that has objects of MATLAB. */
+#define MATLAB_OBJECTS "; objects of MATLAB classes (table, timeseries) are not read: save their columns as arrays"
 
 bool table_read_text(table_t *table, const char *path, failure_t *failure);
 bool table_read_matlab(table_t *table, const char *path, failure_t *failure);

@@ -3,6 +3,7 @@
 #define H5_USE_110_API /* the interface that Debian 12 has; later ones keep it */
 #include "recording/table/hdf5_text.h"
 #include "recording/table/table.h"
+#include "recording/table/units.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,7 +31,13 @@ static void take_texts(table_column_t *column, const char *name, const char *uni
     if (strncmp(column->written, name, strlen(name)) != 0) {
         return;
     }
+    double scale;
     if (unit[0] != '\0') {
+        if (unit_of(column->unit, &scale) == QUANTITY_UNKNOWN && strcmp(column->unit, unit) != 0) {
+            /* "height (measured)" */
+            free(column->name);
+            column->name = copy_text(column->written);
+        }
         free(column->unit);
         column->unit = copy_text(unit);
     }
@@ -40,12 +47,20 @@ static void take_texts(table_column_t *column, const char *name, const char *uni
     }
 }
 
+/* MATLAB 7.3 writes as numbers, too: texts, objects of its classes, and the size of what is empty. */
+static bool is_matlab_number(hid_t set) {
+    char class[20];
+    hdf5_read_text(set, "MATLAB_class", class, sizeof class);
+    return strcmp(class, "char") != 0 && H5Aexists(set, "MATLAB_object_decode") <= 0 &&
+           H5Aexists(set, "MATLAB_empty") <= 0;
+}
+
 static void take(table_t *table, hid_t set, const char *name) {
     hid_t type = H5Dget_type(set), space = H5Dget_space(set);
     const int rank = H5Sget_simple_extent_ndims(space);
     const H5T_class_t class = H5Tget_class(type);
     hsize_t dims[2] = {1, 1};
-    if ((class == H5T_FLOAT || class == H5T_INTEGER) && rank <= 2) {
+    if ((class == H5T_FLOAT || class == H5T_INTEGER) && rank <= 2 && is_matlab_number(set)) {
         H5Sget_simple_extent_dims(space, dims, NULL);
         if (dims[0] > 0 && dims[1] > 0 && dims[0] * dims[1] <= (hsize_t)1 << 32) {
             const size_t before = table->columns;
@@ -74,20 +89,28 @@ static void take(table_t *table, hid_t set, const char *name) {
     H5Tclose(type);
 }
 
+typedef struct {
+    table_t *table;
+    size_t objects; /* of MATLAB */
+} visit_t;
+
 static herr_t visit(hid_t file, const char *name, const H5O_info_t *info, void *context) {
-    if (strncmp(name, "#refs#", 6) == 0) { /* what MATLAB 7.3 keeps of cells */
+    visit_t *const v = context;
+    /* what MATLAB 7.3 keeps of cells and of objects */
+    if (strncmp(name, "#refs#", 6) == 0 || strncmp(name, "#subsystem#", 11) == 0) {
         return 0;
     }
     if (info->type == H5O_TYPE_DATASET) {
         hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
         if (set >= 0) {
-            take(context, set, name);
+            v->objects += H5Aexists(set, "MATLAB_object_decode") > 0 ? 1 : 0;
+            take(v->table, set, name);
             H5Dclose(set);
         }
     } else if (info->type == H5O_TYPE_GROUP) {
         hid_t group = H5Oopen(file, name, H5P_DEFAULT);
         if (group >= 0) {
-            read_rate(context, group);
+            read_rate(v->table, group);
             H5Oclose(group);
         }
     }
@@ -95,6 +118,7 @@ static herr_t visit(hid_t file, const char *name, const H5O_info_t *info, void *
 }
 
 bool table_read_hdf5(table_t *table, const char *path, failure_t *failure) {
+    visit_t context = {.table = table};
     hid_t file;
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL); /* it would print */
     file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -102,10 +126,11 @@ bool table_read_hdf5(table_t *table, const char *path, failure_t *failure) {
         return fail(failure, "%s: an HDF5 file that cannot be read: is it whole, and closed by who writes it?", path);
     }
     table_open(table, path, "HDF5");
-    H5Ovisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, table);
+    H5Ovisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, &context);
     H5Fclose(file);
     if (table->columns == 0) {
-        fail(failure, "%s: no data set in it is a signal (one or two dimensions of real numbers)", path);
+        fail(failure, "%s: no data set in it is a signal (one or two dimensions of real numbers)%s", path,
+             context.objects > 0 ? MATLAB_OBJECTS : "");
         table_free(table);
         return false;
     }

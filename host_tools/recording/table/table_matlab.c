@@ -11,7 +11,7 @@ enum { DEEPEST = 6 };
 /* The numbers of an array in double, column after column, or NULL if it holds none. */
 static double *numbers_of(const matvar_t *variable, size_t count) {
     double *value;
-    if (variable->isComplex || variable->data == NULL) {
+    if (variable->isComplex || variable->data == NULL || variable->class_type == MAT_C_CHAR) {
         return NULL;
     }
     value = allocate(count, sizeof *value);
@@ -157,19 +157,26 @@ static void take(table_t *table, matvar_t *variable, const char *name, int depth
 bool table_read_matlab(table_t *table, const char *path, failure_t *failure) {
     mat_t *file = Mat_Open(path, MAT_ACC_RDONLY);
     matvar_t *variable;
+    size_t objects = 0;
     if (file == NULL) {
         return fail(failure, "%s: a MATLAB file that cannot be read: is it whole?", path);
     }
     table_open(table, path, "MATLAB 5");
     while ((variable = Mat_VarReadNext(file)) != NULL) {
-        if (variable->name != NULL && variable->name[0] != '#') {
-            take(table, variable, variable->name, 0);
+        const char *name = variable->name != NULL ? variable->name : "";
+        objects += variable->class_type == MAT_C_OPAQUE ? 1 : 0;
+        if (name[0] != '\0' && name[0] != '#') { /* what objects consist of is kept without a name */
+            take(table, variable, name, 0);
         }
         Mat_VarFree(variable);
     }
     Mat_Close(file);
+    if (objects > 0) {
+        table_note(table, "%zu object%s of a MATLAB class", objects, objects == 1 ? "" : "s");
+    }
     if (table->columns == 0) {
-        fail(failure, "%s: no variable in it is a signal (a vector or matrix of real numbers)", path);
+        fail(failure, "%s: no variable in it is a signal (a vector or matrix of real numbers)%s", path,
+             objects > 0 ? MATLAB_OBJECTS : "");
         table_free(table);
         return false;
     }

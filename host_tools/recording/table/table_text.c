@@ -31,6 +31,12 @@ static bool is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0';
 }
 
+/* A line that is no data wherever it stands: a blank one, or a remark, "# pause". "#N/A" is data that is missing. */
+static bool is_passed_over(const char *line) {
+    const char *at = line + strspn(line, " \t");
+    return *at == '\0' || (at[0] == '#' && (at[1] == ' ' || at[1] == '\t' || at[1] == '\0'));
+}
+
 /* The line before line `at`, blank ones apart, counted from 1; 0: none. */
 static size_t line_above(const text_source_t *source, size_t at) {
     while (at > 0 && is_blank(source->line[at - 1])) {
@@ -68,7 +74,7 @@ static size_t sample_lines(const text_source_t *source, size_t from, const char 
     size_t count = 0;
     for (size_t i = from; i < source->lines && count < SAMPLE_LINES; i += step) {
         size_t k = i;
-        while (k < source->lines && is_blank(source->line[k])) {
+        while (k < source->lines && is_passed_over(source->line[k])) {
             k++;
         }
         if (k < source->lines) {
@@ -195,7 +201,7 @@ static bool find_layout(const text_source_t *source, const char *path, layout_t 
     }
     layout->begin = layout->end;
     for (size_t i = 0; i < layout->end && run < SURE_LINES; i++) {
-        if (is_blank(source->line[i])) {
+        if (is_passed_over(source->line[i])) {
             continue;
         }
         if (fits(layout, source->line[i])) {
@@ -291,15 +297,68 @@ static void bridge(double *value, size_t rows) {
     }
 }
 
+/* Whether a line has words over all columns of numbers, no two alike: names, and not "OL;OL". */
+static bool are_names(const layout_t *layout, const char *line) {
+    const char *name[MOST_COLUMNS];
+    size_t length[MOST_COLUMNS], count = 0;
+    for (size_t j = 0; line != NULL && j < MOST_COLUMNS && count < layout->columns; j++) {
+        const char *field;
+        size_t size;
+        double number;
+        line = text_next_field(line, layout->dialect.separator, &field, &size);
+        if (!layout->number[j]) {
+            continue;
+        }
+        if (text_field_kind(field, size, layout->dialect.point, &number, NULL) != FIELD_TEXT) {
+            return false;
+        }
+        for (size_t i = 0; i < count; i++) {
+            if (length[i] == size && memcmp(name[i], field, size) == 0) {
+                return false;
+            }
+        }
+        name[count] = field;
+        length[count++] = size;
+    }
+    return count > 1 && count == layout->columns;
+}
+
+/* A file of several tables has the same names over each. Where they stand a second time, another one begins. `names`:
+ * the line that had names last, counted from 1; 0: none. */
+static bool check_one_table(const text_source_t *source, const layout_t *layout, size_t line, size_t *names,
+                            const char *path, failure_t *failure) {
+    const char *text = source->line[line - 1];
+    if (!are_names(layout, text)) {
+        return true;
+    }
+    if (*names > 0 && strcmp(source->line[*names - 1], text) == 0) {
+        return fail(failure, "%s: line %zu has the names of line %zu again: another table begins; keep one in a file",
+                    path, line, *names);
+    }
+    *names = line;
+    return true;
+}
+
+/* A line before the next row is no data. There is room for a power of two. */
+static void keep_passed(table_t *table) {
+    if ((table->passed & (table->passed - 1)) == 0) {
+        table->passed_before =
+            reallocate(table->passed_before, table->passed > 0 ? 2 * table->passed : 1, sizeof *table->passed_before);
+    }
+    table->passed_before[table->passed++] = table->rows;
+}
+
 /* Numbers of all lines. Every line that has not all of them is a problem; the first ones are named. */
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
     size_t problems = 0, used = 0, missing = 0, longest = 0, before = 0;
+    size_t names = line_above(source, layout->begin);
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
         odd_field_t odd;
-        if (is_blank(source->line[i])) {
+        if (is_passed_over(source->line[i])) {
+            keep_passed(table);
             continue;
         }
         const size_t found = read_row(layout, source->line[i], row, &odd);
@@ -310,6 +369,9 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             missing = 0;
             table->rows++;
             continue;
+        }
+        if (!check_one_table(source, layout, i + 1, &names, table->source, failure)) {
+            return false;
         }
         before += table->rows == before ? 1 : 0;
         missing++;
@@ -351,6 +413,7 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
 static bool check_signs(const text_source_t *source, const layout_t *layout, const char *path, failure_t *failure) {
     const size_t rows = layout->end - layout->begin, step = 1 + rows / SAMPLE_LINES;
     text_signs_t signs = {.whole = true};
+    const bool commas = layout->dialect.separator == ',';
     size_t numbers[MOST_COLUMNS] = {0}, grouped[MOST_COLUMNS] = {0}, line_of[MOST_COLUMNS] = {0}, lines = 0;
     bool short_one[MOST_COLUMNS], three[MOST_COLUMNS];
     memset(short_one, 1, sizeof short_one);
@@ -374,7 +437,8 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
             signs.whole = signs.whole && (!layout->number[j] || digits + sign == length);
             short_one[j] = short_one[j] && digits + sign == length && digits <= 3;
             three[j] = three[j] && sign == 0 && digits == 3;
-            signs.fields = layout->number[j] && j >= signs.fields ? j + 1 : signs.fields;
+            signs.fields =
+                (layout->number[j] || (commas && layout->word[j])) && j >= signs.fields ? j + 1 : signs.fields;
         }
         lines++;
     }

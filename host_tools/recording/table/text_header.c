@@ -67,6 +67,27 @@ bool text_is_name_key(const char *field) {
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
+const char *text_behind_list_key(const char *line) {
+    static const char *const keys[] = {"columns:", "column names:", "fields:", "data columns:"};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        const size_t length = strlen(keys[i]);
+        if (strncasecmp(line, keys[i], length) == 0) {
+            return line + length + strspn(line + length, " \t");
+        }
+    }
+    return line;
+}
+
+bool text_is_label_key(const char *field) {
+    static const char *const keys[] = {"xlabel", "ylabel"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
+bool text_is_source_key(const char *field) {
+    static const char *const keys[] = {"source"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
 /* "# key: value" or "key = value". false: it is no such line. */
 static bool split_fact(const char *line, char key[60], text_field_t *value) {
     const char *at = line + strspn(line, "#%/! \t\"");

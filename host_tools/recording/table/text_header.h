@@ -25,6 +25,15 @@ bool text_is_unit_key(const char *field);
 /** The same for names ("TraceName,CH1,CH2"). */
 bool text_is_name_key(const char *field);
 
+/** Whether a field is the key of what an axis of the screen is called ("Y Label,mV"): that line has no names. */
+bool text_is_label_key(const char *field);
+
+/** Whether a field is the key of a channel's name ("Source,CH1"). */
+bool text_is_source_key(const char *field);
+
+/** A header line without what says that names follow, "Columns: t, x". */
+const char *text_behind_list_key(const char *line);
+
 /** Facts by number, "# NAME0 = Target Position" or "UNIT1: um": `key` in small letters, number from 0. Returns how many
  * there are from 0 on without a gap, `most` at most. */
 size_t text_numbered(const char *const *line, size_t lines, const char *key, text_field_t *field, size_t most);

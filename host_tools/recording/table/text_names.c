@@ -6,7 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HEADS = 3 /* lines above the data in which names and units are looked for */ };
+enum {
+    HEADS = 3, /* lines above the data in which names and units are looked for */
+    FACTS = 30 /* rows of data beside which facts are looked for */
+};
 
 static bool is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0';
@@ -58,7 +61,7 @@ static void join_quotes(char *text) {
 }
 
 static size_t split_one_way(const char *line, char way, text_field_t field[MOST_COLUMNS]) {
-    const char *at = line + strspn(line, "#%/! ");
+    const char *at = text_behind_list_key(line + strspn(line, "#%/! "));
     size_t count = 0;
     while (at != NULL && count < MOST_COLUMNS) {
         const char *text;
@@ -166,6 +169,35 @@ static text_field_t *numbered(const text_source_t *source, const layout_t *layou
     return over;
 }
 
+/* What stands in the first rows beside the numbers, behind its key: "Vertical Units,V,,-0.0193,0.728" (Tektronix TDS).
+ * Over the column that it is of, the first one behind the times. NULL: no such key. To be freed. */
+static text_field_t *beside(const text_source_t *source, const layout_t *layout, bool (*is_key)(const char *field)) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field), *over = allocate(MOST_COLUMNS, sizeof *over);
+    bool found = false;
+    for (size_t i = layout->begin; i < layout->end && i < layout->begin + FACTS; i++) {
+        const size_t count = split_one_way(source->line[i], layout->dialect.separator, field);
+        for (size_t j = 0; j + 1 < count; j++) {
+            if (layout->number[j] || layout->number[j + 1] || field[j + 1].text[0] == '\0' || !is_key(field[j].text)) {
+                continue;
+            }
+            size_t of = j + 2;
+            while (of + 1 < count && !layout->number[of]) {
+                of++;
+            }
+            if (of + 1 < count && layout->number[of + 1]) {
+                over[of + 1] = field[j + 1];
+                found = true;
+            }
+        }
+    }
+    free(field);
+    if (!found) {
+        free(over);
+        return NULL;
+    }
+    return over;
+}
+
 /* Whether fields over the columns of numbers are units, and one at least is a known one. */
 static bool are_units(const text_field_t *field, const layout_t *layout, size_t least) {
     bool all = true, known = false;
@@ -199,7 +231,7 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
     for (size_t i = 0; i < found; i++) {
         if (i == of_units) {
             *units = fields[i];
-        } else if (i == of_names && count[i] > 0) {
+        } else if (i == of_names && count[i] > 0 && !text_is_label_key(fields[i][0].text)) {
             *names = fields[i];
         } else {
             free(fields[i]);
@@ -282,11 +314,17 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
     prefer(&names, numbered(source, layout, "name"));
     prefer(&units, numbered(source, layout, "unit"));
     prefer(&units, numbered(source, layout, "dispunit"));
+    if (names == NULL && layout->columns < layout->fields) {
+        names = beside(source, layout, text_is_source_key);
+    }
     if (names == NULL && layout->dialect.separator == ' ') {
         tell_unnamed(table, source, layout);
     }
     tell_words(table, layout, names, layout->fields);
     text_field_t *over = units == NULL ? stated(source, layout, least, text_is_unit_key) : NULL;
+    if (units == NULL && over == NULL && layout->columns < layout->fields) {
+        over = beside(source, layout, text_is_unit_key);
+    }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
         if (layout->number[j]) {
             char name[TEXT_FIELD], unit[TEXT_FIELD], written[TEXT_FIELD];
@@ -303,7 +341,10 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
             }
             snprintf(written, sizeof written, "%s", name);
             if (unit[0] == '\0') {
-                unit_split(name, unit, "/_ ");
+                unit_split(name, unit, "/_ ,");
+            }
+            if (name[0] == '\0') { /* "[ms]" */
+                snprintf(name, sizeof name, "column %zu", j + 1);
             }
             if (over != NULL && over[j].text[0] != '\0' && (unit[0] == '\0' || !text_is_unit(unit))) {
                 snprintf(name, sizeof name, "%s", written);

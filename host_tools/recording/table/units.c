@@ -99,6 +99,22 @@ static const unit_t units[] = {
     {"MHz", 1e6, QUANTITY_FREQUENCY, false},
     {"MS/s", 1e6, QUANTITY_FREQUENCY, false},
     {"MSa/s", 1e6, QUANTITY_FREQUENCY, false},
+    /* in Cyrillic letters: s, sek, ms, mks, ns; V, mV, kV; m, mm, mkm, nm; mA; Gts, kGts */
+    {"\xD1\x81", 1.0, QUANTITY_TIME, true},
+    {"\xD1\x81\xD0\xB5\xD0\xBA", 1.0, QUANTITY_TIME, true},
+    {"\xD0\xBC\xD1\x81", 1e-3, QUANTITY_TIME, true},
+    {"\xD0\xBC\xD0\xBA\xD1\x81", 1e-6, QUANTITY_TIME, true},
+    {"\xD0\xBD\xD1\x81", 1e-9, QUANTITY_TIME, true},
+    {"\xD0\x92", 1.0, QUANTITY_VOLTAGE, true},
+    {"\xD0\xBC\xD0\x92", 1e-3, QUANTITY_VOLTAGE, true},
+    {"\xD0\xBA\xD0\x92", 1e3, QUANTITY_VOLTAGE, true},
+    {"\xD0\xBC", 1e6, QUANTITY_LENGTH, true},
+    {"\xD0\xBC\xD0\xBC", 1e3, QUANTITY_LENGTH, true},
+    {"\xD0\xBC\xD0\xBA\xD0\xBC", 1.0, QUANTITY_LENGTH, true},
+    {"\xD0\xBD\xD0\xBC", 1e-3, QUANTITY_LENGTH, true},
+    {"\xD0\xBC\xD0\x90", 1e-3, QUANTITY_CURRENT, true},
+    {"\xD0\x93\xD1\x86", 1.0, QUANTITY_FREQUENCY, true},
+    {"\xD0\xBA\xD0\x93\xD1\x86", 1e3, QUANTITY_FREQUENCY, true},
     {"sequence", 1.0, QUANTITY_INDEX, false},
     {"sample", 1.0, QUANTITY_INDEX, false},
     {"samples", 1.0, QUANTITY_INDEX, false},
@@ -141,9 +157,10 @@ static bool is_letter(const char *name, const char *unit) {
     return strcmp(unit, "A") == 0 && !current;
 }
 
-/* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. */
+/* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. Those that are all of it
+ * hold a known one. */
 static bool take_brackets(char *name, char *unit) {
-    for (char *open = name + 1; *name != '\0' && (open = strpbrk(open, "([")) != NULL; open++) {
+    for (char *open = name; (open = strpbrk(open, "([")) != NULL; open++) {
         char *close = strchr(open, *open == '(' ? ')' : ']');
         const char *begin = open + 1 + strspn(open + 1, " ");
         double scale;
@@ -156,8 +173,8 @@ static bool take_brackets(char *name, char *unit) {
         }
         (void)snprintf(unit, UNIT_FIELD, "%.*s", (int)length, begin);
         const bool index = strspn(unit, "0123456789,:") == strlen(unit); /* "Data(1)" */
-        if ((close[1] == '\0' && !index) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
-            close += open[-1] == ' ' && close[1] == ' ' ? 2 : 1;
+        if ((close[1] == '\0' && !index && open > name) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
+            close += (open == name || open[-1] == ' ') && close[1] == ' ' ? 2 : 1;
             memmove(open, close, strlen(close) + 1);
             trim_end(name);
             return true;

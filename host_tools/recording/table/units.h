@@ -27,9 +27,10 @@ const char *unit_name(quantity_t quantity);
 /** Room for a name or a unit. */
 enum { UNIT_FIELD = 120 };
 
-/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm". Unknown units stay in the
- * name unless they are in brackets. `between`: the characters, last one first, behind which a unit may stand without
- * brackets. "Channel A" has no amperes; "Current A" has. unit has UNIT_FIELD characters. */
+/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm", "U,V". Unknown units stay
+ * in the name unless they are in brackets. Of "[ms]" no name is left. `between`: the characters, last one first, behind
+ * which a unit may stand without brackets. "Channel A" has no amperes; "Current A" has. unit has UNIT_FIELD characters.
+ */
 void unit_split(char *name, char *unit, const char *between);
 
 #endif
