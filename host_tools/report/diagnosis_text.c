@@ -191,19 +191,24 @@ bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
 }
 
 /* How much of the error only another shape of hysteresis explains. Beside 1/f noise the operator may leave what the
- * model does: that it is noise is then a matter of its spectrum. */
-static void append_shape(const answer_t *answer, char *text) {
-    text_append(text, "the shape of its loops: an operator that imitates a hysteresis of any shape leaves nothing but "
-                      "noise");
-    if (answer->shape_after.operator_percent < answer->held_out_percent) {
-        text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%",
-                    answer->shape_after.operator_percent, answer->held_out_percent);
-    } else if (answer->shape_after.rho_hz > 0.0) {
-        text_append(
-            text,
-            ", if what it leaves is noise: %.3g %%, no less than the model's %.3g %%. Only its spectrum says so, "
-            "1/f below %.3g Hz. A rest, or a path that repeats itself, would show the noise",
-            answer->shape_after.operator_percent, answer->held_out_percent, answer->shape_after.rho_hz);
+ * model does, and then has called noise what may as well be creep or a drift. what: "the model leaves" */
+static void append_shape(const answer_t *answer, const char *what, char *text) {
+    const shape_t *shape = &answer->shape_after;
+    if (shape->operator_percent >= answer->held_out_percent && shape->rho_hz > 0.0) {
+        text_append(text,
+                    " What %s, %.3g %%, is 1/f below %.3g Hz: noise, or something slow, as creep or a drift. An "
+                    "operator that imitates a hysteresis of any shape leaves no less, %.3g %%. A rest, or a path that "
+                    "repeats itself, would tell which.",
+                    what, answer->held_out_percent, shape->rho_hz, shape->operator_percent);
+        return;
+    }
+    text_append(text,
+                " What %s beside noise is a hysteresis of another shape, the shape of its loops: an operator that "
+                "imitates a hysteresis of any shape leaves nothing but noise",
+                what);
+    if (shape->operator_percent < answer->held_out_percent) {
+        text_append(text, ", %.3g %% of samples that no fit saw, the model %.3g %%", shape->operator_percent,
+                    answer->held_out_percent);
     }
     text_append(text, ".");
 }
@@ -238,9 +243,8 @@ void verdict_sentence(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     switch (answer->verdict) {
     case NOTHING_MISSING:
         if (answer->another_shape) {
-            text_append(text, "Nothing is missing that these recordings could show. What the model leaves beside noise "
-                              "is a hysteresis of another shape, ");
-            append_shape(answer, text);
+            text_append(text, "Nothing is missing that these recordings could show.");
+            append_shape(answer, "the model leaves", text);
             return;
         }
         text_append(text, "Nothing is missing that these recordings could show: what the model leaves%s is noise.",
@@ -266,8 +270,7 @@ void verdict_sentence(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
                         ? " What remains is more than noise, and in no block of the catalogue."
                         : "");
         if (answer->verdict == EXPLAINED && answer->another_shape) {
-            text_append(text, " What remains beside noise is a hysteresis of another shape, ");
-            append_shape(answer, text);
+            append_shape(answer, "remains", text);
         }
     }
     append_seen(answer, text);

@@ -34,6 +34,7 @@ typedef struct {
     const samples_t *samples;
     const noise_t *noise;
     model_t *model;
+    size_t set_aside; /* of its blocks, the last ones */
     size_t blocks, block[MODEL_MAX_BLOCKS];
     searched_t searched[MODEL_MAX_BLOCKS];
     hysteresis_numbers_t hysteresis;
@@ -233,8 +234,20 @@ static bool ends(void *context, bool improved, double before, double now) {
     return false;
 }
 
+/* A converter's steps stand at the end of a chain, and are in no fit: behind them a small change of a number is none,
+ * or a whole step. Until close_job the model is without them. */
+static size_t set_steps_aside(model_t *model) {
+    size_t count = 0;
+    while (model->blocks > 0 && model->block[model->blocks - 1].block->readings == READINGS_STEPPED) {
+        model->blocks--;
+        count++;
+    }
+    return count;
+}
+
 static void open_job(job_t *job, const samples_t *samples, const noise_t *noise, model_t *model, unsigned blocks) {
-    *job = (job_t){.samples = samples, .noise = noise, .model = model, .fresh = true};
+    *job =
+        (job_t){.samples = samples, .noise = noise, .model = model, .set_aside = set_steps_aside(model), .fresh = true};
     past_open(&job->past, samples, noise);
     hysteresis_numbers_open(model, &job->hysteresis);
     job->unknowns = job->hysteresis.count;
@@ -255,6 +268,7 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
 }
 
 static void close_job(job_t *job) {
+    job->model->blocks += job->set_aside;
     past_close(&job->past);
     hysteresis_numbers_close(&job->hysteresis);
     free(job->moved);

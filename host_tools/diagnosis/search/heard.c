@@ -47,9 +47,17 @@ void heard_listen(const state_t *state, heard_t *heard) {
             fitted_chain_close(with);
             break;
         }
-        heard->before_percent[heard->count] = heard->shape.operator_percent;
-        shape_of(with, question->step_um, &heard->shape);
-        heard->after_percent[heard->count++] = heard->shape.operator_percent;
+        const double before = heard->shape.operator_percent;
+        shape_t shape = heard->shape;
+        shape_of(with, question->step_um, &shape);
+        if (!(shape.operator_percent < before)) { /* as of any finding: samples that no fit saw have to miss it */
+            model_free(&heard->suspect[heard->count].chain);
+            fitted_chain_close(with);
+            break;
+        }
+        heard->shape = shape;
+        heard->before_percent[heard->count] = before;
+        heard->after_percent[heard->count++] = shape.operator_percent;
         beside = with;
         suspect = heard->count < HEARD_MOST ? loudest(beside, &state->setting) : NULL;
     }
