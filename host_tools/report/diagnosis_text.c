@@ -153,8 +153,20 @@ static void append_given_terms(const answer_t *answer, char *text) {
     }
 }
 
-/* No model is worth anything that delivers more error than a plain one. */
+static bool leaves_samples_out(const question_t *question) {
+    bool some = false;
+    for (size_t i = 0; i < question->samples.count; i++) {
+        some = some || question->samples.recordings[i].masked != NULL;
+    }
+    return some;
+}
+
+/* No model is worth anything that delivers more error than a plain one. Of the whole recording, with readings that say
+ * nothing, that is no question. */
 static void append_plain(const answer_t *answer, char *text) {
+    if (leaves_samples_out(answer->question)) {
+        return;
+    }
     const bool line = answer->line_percent < answer->plays_percent;
     const double plain = line ? answer->line_percent : answer->plays_percent;
     if (plain < answer->delivered_percent) {

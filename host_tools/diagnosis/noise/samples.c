@@ -273,10 +273,12 @@ double *samples_column(const samples_t *samples) {
 
 void samples_residual(const samples_t *samples, const double *simulated, double *residual) {
     for (size_t i = 0; i < samples->count; i++) {
-        const double *measured = samples->recordings[i].column[COLUMN_DISPLACEMENT];
-        for (size_t k = 0; k < samples->recordings[i].samples; k++) {
+        const recording_t *r = &samples->recordings[i];
+        const double *measured = r->column[COLUMN_DISPLACEMENT];
+        for (size_t k = 0; k < r->samples; k++) {
             const size_t at = samples->begin[i] + k;
-            residual[at] = k < samples->from[i] ? 0.0 : measured[k] - simulated[at];
+            const bool says = k >= samples->from[i] && (r->masked == NULL || r->masked[k] == 0);
+            residual[at] = says ? measured[k] - simulated[at] : 0.0;
         }
     }
 }

@@ -115,6 +115,33 @@ static void test_noise_alone_is_nothing(void) {
     }
 }
 
+/* Readings that are left out, as those at the end of a converter, say nothing, neither where they are nor behind them.
+ */
+static void test_what_is_left_out_leaves_nothing(void) {
+    static const double end_um = 7.0;
+    rng = random_start("left out", 20261128);
+    for (size_t i = 0; i < RECORDINGS; i++) {
+        recordings[i].masked = allocate(lengths[i], 1);
+        for (size_t k = 0; k < lengths[i]; k++) {
+            recordings[i].masked[k] = simulated[samples.begin[i] + k] > end_um ? 1 : 0;
+        }
+    }
+    samples_close(&samples);
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&samples, &model, recordings, RECORDINGS, &failure), failure.text);
+    for (size_t m = 0; m < sizeof memories / sizeof memories[0]; m++) {
+        const noise_t noise = measure(memories[m]);
+        for (size_t i = 0; i < RECORDINGS; i++) {
+            for (size_t k = 0; k < lengths[i]; k++) {
+                double *reading = &recordings[i].column[COLUMN_DISPLACEMENT][k];
+                *reading = recordings[i].masked[k] != 0 ? end_um : *reading;
+            }
+        }
+        const remainder_t remainder = remainder_of(&samples, &noise, simulated, effect, 0.0);
+        TEST_ASSERT_FALSE(remainder.structured);
+        TEST_ASSERT_EQUAL_UINT64(0, remainder.outliers);
+    }
+}
+
 /* As large as the noise, a drift twice: seen, where it is. Of its size no more than that and a quarter for chance; less
  * where noise with memory is strong, in whose bands the harmonics of the jumps stay hidden. */
 static void test_what_is_large_is_seen(void) {
@@ -247,6 +274,7 @@ int main(void) {
     rng = random_start("diagnosis_remainder", 20261121);
     UNITY_BEGIN();
     RUN_TEST(test_noise_alone_is_nothing);
+    RUN_TEST(test_what_is_left_out_leaves_nothing);
     RUN_TEST(test_what_is_large_is_seen);
     RUN_TEST(test_what_is_small_is_not_mentioned);
     RUN_TEST(test_what_goes_with_the_position);
