@@ -3,6 +3,7 @@
 #include "base/progress.h"
 #include "diagnosis/question/excerpt.h"
 #include "diagnosis/question/operator_evidence.h"
+#include "look/held_readings.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
 #include "numerics/size_search.h"
@@ -113,8 +114,36 @@ static void undo_faults(recording_t *recordings, diagnosis_run_t *run, progress_
     }
 }
 
-/* Before the stages, which report themselves. */
-static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *run, failure_t *failure) {
+/* Of readings that stand in several rows each, the first rows are what there is. Before the excerpt, which may take
+ * means, and before the look, which sees the rest of what is wrong in them only. NULL: they stay. */
+static held_readings_t *leave_copies_out(recording_t *recordings, size_t count) {
+    held_readings_t *held = allocate(count, sizeof *held);
+    for (size_t i = 0; i < count; i++) {
+        held_readings_find(&recordings[i], &held[i]);
+    }
+    if (!held_readings_undo(recordings, count, held)) {
+        free(held);
+        return NULL;
+    }
+    return held;
+}
+
+/* The look does not see them any more. They come before its faults, which are about what is left. */
+static void tell_copies(const held_readings_t *held, diagnosis_run_t *run) {
+    fault_list_t *faults = &run->faults;
+    for (size_t i = run->looked_at; i-- > 0;) {
+        if (held_readings_add(faults, i, &held[i]) != NULL) {
+            fault_t fault = faults->fault[faults->count - 1];
+            fault.undone = true;
+            memmove(&faults->fault[1], &faults->fault[0], (faults->count - 1) * sizeof fault);
+            faults->fault[0] = fault;
+        }
+    }
+}
+
+/* Before the stages, which report themselves. held: what was left out, or NULL. */
+static bool look_first(recording_t *recordings, size_t count, const held_readings_t *held, diagnosis_run_t *run,
+                       failure_t *failure) {
     progress_t progress;
     run->looked_at = count;
     for (size_t i = 0; i < count; i++) {
@@ -127,6 +156,9 @@ static bool look_first(recording_t *recordings, size_t count, diagnosis_run_t *r
         faults_find(run->looks, run->looked_at, &run->faults);
         run->masked = faults_mask(&run->faults, recordings);
         undo_faults(recordings, run, &progress);
+        if (held != NULL) {
+            tell_copies(held, run);
+        }
     }
     progress_end(&progress);
     return run->looks != NULL;
@@ -200,9 +232,11 @@ bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, 
         return fail(failure, "a diagnosis of %zu of the samples: it takes %d of each recording", most_samples,
                     DIAGNOSIS_LEAST_SAMPLES);
     }
+    held_readings_t *held = leave_copies_out(recordings, count);
     excerpt(recordings, count, most_samples != 0 ? most_samples : (size_t)threshold.most_samples);
     const bool good =
-        look_first(recordings, count, run, failure) && find_and_account(given, recordings, count, run, failure);
+        look_first(recordings, count, held, run, failure) && find_and_account(given, recordings, count, run, failure);
+    free(held);
     if (!good) {
         look_away(run);
     }

@@ -181,6 +181,34 @@ void recording_keep(recording_t *recording, size_t first, size_t samples) {
     begin_later(recording, first);
 }
 
+static void thin(double *value, size_t samples, size_t every) {
+    for (size_t k = 0; value != NULL && k < samples; k++) {
+        value[k] = value[k * every];
+    }
+}
+
+void recording_keep_every(recording_t *recording, size_t first, size_t every) {
+    const char *between = recording_key(recording, "drive_between_samples");
+    recording_keep(recording, first, recording->samples - first);
+    const size_t samples = (recording->samples + every - 1) / every;
+    for (size_t c = 0; c < COLUMN_COUNT; c++) {
+        thin(recording->column[c], samples, every);
+    }
+    for (size_t i = 0; i < recording->extras; i++) {
+        thin(recording->extra[i].value, samples, every);
+    }
+    for (size_t k = 0; recording->masked != NULL && k < samples; k++) {
+        recording->masked[k] = recording->masked[k * every];
+    }
+    if (between != NULL && strcmp(between, "held") == 0) {
+        recording_set_key(recording, "drive_between_samples", "line");
+    }
+    recording->samples = samples;
+    recording->sample_rate_hz /= (double)every;
+    recording->held = false;
+    recording->steps = 0;
+}
+
 double recording_time(const recording_t *recording, double sample) {
     return recording->start_s + sample / recording->sample_rate_hz;
 }

@@ -101,6 +101,9 @@ void recording_add_extra(recording_t *recording, const char *name, const char *l
 void recording_mask(recording_t *recording, size_t from, size_t to);
 /** Drops all samples but `samples` from `first` on; they keep their times, and the drives before them (below). */
 void recording_keep(recording_t *recording, size_t first, size_t samples);
+/** Keeps every so many samples only, from `first` on. What the drive did between them is lost: it counts as a straight
+ * line where it was held. */
+void recording_keep_every(recording_t *recording, size_t first, size_t every);
 /** Time of a sample, or of a place between two, as the file tells it: all that is printed is in these times. */
 double recording_time(const recording_t *recording, double sample);
 

@@ -3,6 +3,7 @@
  * readings likelier; and that a fault which is none makes them less likely. */
 #include "diagnosis/question/operator_evidence.h"
 #include "interface/diagnosis_run.h"
+#include "look/held_readings.h"
 #include "looked_at.h"
 #include "thresholds/thresholds.h"
 #include "unity.h"
@@ -220,6 +221,47 @@ static void test_physics_is_looked_for_in_the_readings_set_right(void) {
     diagnosis_run_free(&run);
 }
 
+/* Of readings that stand in four rows each, the first rows are diagnosed, and nothing else is wrong with them. */
+static void test_held_readings_are_left_out(void) {
+    enum { ROWS = 4, FIRST = 3 };
+    diagnosis_run_t run;
+    failure_t failure;
+    double *y = record(2);
+    for (size_t k = FIRST; k < SCENE_SAMPLES; k++) {
+        y[k] = clean[k - (k - FIRST) % ROWS];
+    }
+    const double last_v = recording.column[COLUMN_DRIVE][FIRST + 2000 * ROWS];
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, 0, &run, &failure), failure.text);
+    TEST_ASSERT_EQUAL(1, run.faults.count);
+    TEST_ASSERT_EQUAL_PTR(&fault_held_readings, run.faults.fault[0].kind);
+    TEST_ASSERT_TRUE(run.faults.fault[0].undone);
+    TEST_ASSERT_EQUAL((SCENE_SAMPLES - FIRST + ROWS - 1) / ROWS, recording.samples);
+    TEST_ASSERT_EQUAL_DOUBLE(scene_rate_hz / ROWS, recording.sample_rate_hz);
+    TEST_ASSERT_EQUAL_DOUBLE(FIRST / scene_rate_hz, recording_time(&recording, 0.0));
+    TEST_ASSERT_EQUAL_DOUBLE(last_v, recording.column[COLUMN_DRIVE][2000]);
+    for (size_t k = 0; k < recording.samples; k++) {
+        TEST_ASSERT_EQUAL_DOUBLE(clean[FIRST + k * ROWS], recording.column[COLUMN_DISPLACEMENT][k]);
+    }
+    TEST_ASSERT_EQUAL(0, run.answer.findings);
+    diagnosis_run_free(&run);
+}
+
+/* Recordings of several sample rates are not fitted together: they stay as they are. */
+static void test_held_readings_stay_where_rates_would_differ(void) {
+    recording_t both[2];
+    held_readings_t held[2] = {{.rows = 4, .rate_hz = scene_rate_hz / 4.0}, {0}};
+    record(2);
+    recording_copy(&both[0], &recording, 0, SCENE_SAMPLES);
+    recording_copy(&both[1], &recording, 0, SCENE_SAMPLES);
+    TEST_ASSERT_FALSE(held_readings_undo(both, 2, held));
+    TEST_ASSERT_EQUAL(SCENE_SAMPLES, both[0].samples);
+    held[1] = held[0];
+    TEST_ASSERT_TRUE(held_readings_undo(both, 2, held));
+    TEST_ASSERT_EQUAL(SCENE_SAMPLES / 4, both[1].samples);
+    recording_free(&both[0]);
+    recording_free(&both[1]);
+}
+
 int main(void) {
     rng = random_start("faults_undone", 20261123U);
     UNITY_BEGIN();
@@ -230,6 +272,8 @@ int main(void) {
     RUN_TEST(test_physics_is_looked_for_in_the_readings_set_right);
     RUN_TEST(test_two_clocks_are_undone);
     RUN_TEST(test_a_lead_is_undone);
+    RUN_TEST(test_held_readings_are_left_out);
+    RUN_TEST(test_held_readings_stay_where_rates_would_differ);
     RUN_TEST(test_no_lead_is_worth_it_where_there_is_none);
     return UNITY_END();
 }
