@@ -367,7 +367,8 @@ bool device_registers_per_sample(device_t *device, double *registers, failure_t 
     int64_t first, last;
     bool ok = device_read(device, INDEX_sequence, &first, failure);
     for (int i = 0; ok && i < MEASURED_REQUESTS; i++) {
-        ok = device_read_block(device, ADDRESS_capture, 0, MODBUS_MAX_READ_REGISTERS, ignored, failure);
+        /* a block that can always be read */
+        ok = device_read_block(device, ADDRESS_waveform, 0, MODBUS_MAX_READ_REGISTERS, ignored, failure);
     }
     if (!ok || !device_read(device, INDEX_sequence, &last, failure)) {
         return false;

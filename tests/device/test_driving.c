@@ -132,7 +132,11 @@ static int end(void) {
 static void wait_for_start(void) {
     const double until_s = monotonic_s() + PATIENCE_S;
     while (simulated_device_line()->starts == 0) {
-        TEST_ASSERT_TRUE_MESSAGE(monotonic_s() < until_s, "nothing was started");
+        if (monotonic_s() > until_s) {
+            (void)kill(process, SIGKILL);
+            (void)end();
+            TEST_FAIL_MESSAGE(errors[0] != '\0' ? errors : "nothing was started, and the command says nothing");
+        }
         sleep_until(monotonic_s() + 0.01);
     }
 }

@@ -143,6 +143,16 @@ static void test_a_slow_line_gets_fewer_frames(void) {
     TEST_ASSERT_GREATER_THAN_UINT((unsigned)device_identity(device, INDEX_capture_capacity) / 2, r.samples);
 }
 
+/* What somebody else had recorded, and has not ended, cannot be read now. */
+static void test_a_capture_that_still_runs_is_no_obstacle(void) {
+    start(NULL, 0);
+    must(device_unlock(device, CONTROL_PARAMETERS, &failure));
+    must(device_write(device, INDEX_capture_decimation, 1000, &failure));
+    must(device_command(device, COMMAND_ARM_CAPTURE, &failure));
+    const experiment_probe_t probe = probe_of("resonance");
+    must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
+}
+
 /* A turn before each request. */
 static bool slows_when_it_plays(void *context, failure_t *nothing) {
     (void)context, (void)nothing;
@@ -216,6 +226,7 @@ int main(void) {
     RUN_TEST(test_nor_with_lookahead);
     RUN_TEST(test_a_disturbed_line_leaves_no_gap);
     RUN_TEST(test_a_slow_line_gets_fewer_frames);
+    RUN_TEST(test_a_capture_that_still_runs_is_no_obstacle);
     RUN_TEST(test_a_line_that_becomes_too_slow_is_a_failure);
     RUN_TEST(test_the_slew_rate_is_kept);
     if (!INSTRUMENTED) { /* the plan is made in test_probe_plan, and test_diagnose diagnoses */
