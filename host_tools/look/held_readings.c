@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/held_readings.h"
+#include "look/signal/numbers.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_sort.h>
 #include <math.h>
@@ -76,16 +77,6 @@ static bool rests_or_goes_on(const double *u, size_t to, size_t rows) {
     return way - largest >= threshold.way_beside_largest * largest;
 }
 
-/* log10 of the chance of that many of `all` or more, each with probability p: Chernoff's bound. */
-static double log_chance_of(double some, double all, double p) {
-    const double x = some / all;
-    if (!(x > p)) {
-        return 0.0;
-    }
-    const double other = x < 1.0 ? (1.0 - x) * log((1.0 - x) / (1.0 - p)) : 0.0;
-    return -all * (x * log(x / p) + other) / log(10.0);
-}
-
 /* Counts the changes that fresh readings would have shown in pieces. */
 static void count_changes(const recording_t *recording, const size_t *at, const size_t *apart, size_t count,
                           held_readings_t *held) {
@@ -102,8 +93,8 @@ static void count_changes(const recording_t *recording, const size_t *at, const 
     }
     free(level);
     if (all > 0.0) {
-        const double chance = log_chance_of(held->changes, all, 1.0 / (double)held->rows);
-        held->log_chance = fmin(0.0, chance + log10((double)recording->samples));
+        held->log_chance =
+            look_log_chance_binomial(held->changes, all, 1.0 / (double)held->rows, (double)recording->samples);
     }
 }
 
@@ -122,7 +113,7 @@ void held_readings_find(const recording_t *recording, held_readings_t *held) {
         }
         held->first = most_frequent(at, changes, rows);
     }
-    if (!(held->log_chance < log10(threshold.false_fault))) {
+    if (!(held->log_chance < look_log_chance_limit())) {
         memset(held, 0, sizeof *held);
     }
     free(at);

@@ -149,3 +149,12 @@ double look_log_chance_student(double t, double degrees, double places) {
     const double tail = 2.0 * gsl_cdf_tdist_Q(fabs(t), degrees);
     return tail > 0.0 ? fmin(0.0, log10(tail) + log10(places)) : -300.0;
 }
+
+double look_log_chance_binomial(double some, double all, double p, double places) {
+    const double x = some / all;
+    if (!(x > p)) {
+        return 0.0;
+    }
+    const double other = x < 1.0 ? (1.0 - x) * log((1.0 - x) / (1.0 - p)) : 0.0;
+    return fmin(0.0, -all * (x * log(x / p) + other) / log(10.0) + log10(places));
+}

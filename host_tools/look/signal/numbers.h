@@ -53,5 +53,8 @@ void look_autocovariance(const double *value, size_t count, double *sums);
 double look_log_chance_normal(double z, double places);
 /** The same of Student's t with so many degrees of freedom. */
 double look_log_chance_student(double t, double degrees, double places);
+/** log10 of the chance that in one of `places` so many of `all` or more happen, each with probability p: at most that
+ * (Chernoff's bound). all > 0. */
+double look_log_chance_binomial(double some, double all, double p, double places);
 
 #endif
