@@ -13,12 +13,16 @@ static const double least_pivot = 1e-10, no_column = 1e150;
 static void add_products(const double *const *column, size_t columns, const double *weight, size_t rows, double *gram) {
     enum { BLOCK = 4096 };
     const size_t most = rows < BLOCK ? rows : BLOCK;
-    double *block = allocate(columns * most, sizeof *block), *part = allocate(columns * columns, sizeof *part);
+    double *block = allocate((columns + 1) * most, sizeof *block), *part = allocate(columns * columns, sizeof *part);
+    double *root = block + columns * most;
     for (size_t from = 0; from < rows; from += most) {
         const size_t count = rows - from < most ? rows - from : most;
+        for (size_t k = 0; k < count; k++) {
+            root[k] = weight == NULL ? 1.0 : sqrt(weight[from + k]);
+        }
         for (size_t i = 0; i < columns; i++) {
             for (size_t k = 0; k < count; k++) {
-                block[i * count + k] = column[i][from + k] * (weight == NULL ? 1.0 : sqrt(weight[from + k]));
+                block[i * count + k] = column[i][from + k] * root[k];
             }
         }
         products_of_columns(block, count, columns, 0, part);
@@ -39,9 +43,11 @@ void column_factor_make(column_factor_t *f, const double *const *column, size_t 
     for (size_t i = 0; i < columns; i++) {
         double *const row = l + i * columns;
         for (size_t j = 0; j <= i; j++) {
-            const double rest = row[j] * scale[i] * scale[j] - cblas_ddot((int)j, row, 1, l + j * columns, 1);
-            row[j] = j < i ? rest / l[j * columns + j] : rest > least_pivot ? sqrt(rest) : no_column;
+            row[j] *= scale[i] * scale[j];
         }
+        cblas_dtrsv(CblasRowMajor, CblasLower, CblasNoTrans, CblasNonUnit, (int)i, l, (int)columns, row, 1);
+        const double rest = row[i] - cblas_ddot((int)i, row, 1, row, 1);
+        row[i] = rest > least_pivot ? sqrt(rest) : no_column;
     }
 }
 
@@ -55,12 +61,15 @@ bool column_factor_has(const column_factor_t *f, size_t column) {
     return f->factor[column * f->columns + column] < no_column;
 }
 
-void column_factor_whiten(const column_factor_t *f, double *products) {
-    for (size_t i = 0; i < f->columns; i++) {
-        products[i] *= f->scale[i];
+void column_factor_whiten(const column_factor_t *f, double *products, size_t signals, size_t stride) {
+    for (size_t s = 0; s < signals; s++) {
+        for (size_t i = 0; i < f->columns; i++) {
+            products[s * stride + i] *= f->scale[i];
+        }
     }
     const int n = (int)f->columns;
-    cblas_dtrsv(CblasRowMajor, CblasLower, CblasNoTrans, CblasNonUnit, n, f->factor, n, products, 1);
+    cblas_dtrsm(CblasRowMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, (int)signals, n, 1.0, f->factor, n,
+                products, (int)stride);
 }
 
 void column_factor_solve(const column_factor_t *f, double *white) {

@@ -26,8 +26,9 @@ void column_factor_free(column_factor_t *factor);
 
 /** false: the columns before this one make it up. */
 bool column_factor_has(const column_factor_t *factor, size_t column);
-/** Makes products of a signal with the columns white, in place. */
-void column_factor_whiten(const column_factor_t *factor, double *products);
+/** Makes products of signals with the columns white, in place: of signal i those from products[i * stride] on. Many at
+ * once are cheaper than one by one. */
+void column_factor_whiten(const column_factor_t *factor, double *products, size_t signals, size_t stride);
 /** Makes coefficients of white products, in place. */
 void column_factor_solve(const column_factor_t *factor, double *white);
 

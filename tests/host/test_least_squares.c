@@ -216,7 +216,7 @@ static void test_a_factor_of_columns_that_make_each_other_up(void) {
     }
     column_factor_t factor;
     column_factor_make(&factor, column, COLUMNS, weight, ROWS);
-    column_factor_whiten(&factor, x);
+    column_factor_whiten(&factor, x, 1, COLUMNS);
     for (size_t c = 0; c < COLUMNS; c++) {
         explained += x[c] * x[c];
         TEST_ASSERT_EQUAL(c != MADE_UP && c != ZEROS, column_factor_has(&factor, c));

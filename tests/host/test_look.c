@@ -263,7 +263,7 @@ static void test_header_key_says_what_is_between_samples(void) {
 /* What rings: 212.7 Hz seen, damping 0.013, on a slow creep and noise. */
 static void test_frequency_and_damping_of_a_ring(void) {
     const double f = 212.7, damping = 0.013, alpha = 2.0 * M_PI * f * damping / sqrt(1.0 - damping * damping);
-    for (size_t trial = 0; trial < 5; trial++) {
+    for (size_t trial = 0; trial < (INSTRUMENTED ? 1 : 5); trial++) {
         for (size_t k = 0; k < SAMPLES; k++) {
             const double t = ((double)k - 3000.0) / rate_hz;
             drive()[k] = k >= 3000 ? 60.0 : 10.0;

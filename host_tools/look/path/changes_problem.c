@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/changes_problem.h"
+#include "base/parallel.h"
 #include "numerics/autocorrelation.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
@@ -24,7 +25,7 @@ double problem_left(const problem_t *p, const double *signal, double *white) {
     for (size_t c = 0; c < p->columns; c++) {
         white[c] = problem_dot(p->column[c], signal, p->n);
     }
-    column_factor_whiten(&p->factor, white);
+    column_factor_whiten(&p->factor, white, 1, p->columns);
     return problem_dot(signal, signal, p->n) - problem_dot(white, white, p->columns);
 }
 
@@ -38,15 +39,34 @@ double problem_residual(const problem_t *p, double *residual) {
     return problem_dot(residual, residual, p->n);
 }
 
-void problem_window_products(const problem_t *p, const double *signal, const double *const *other, size_t others,
-                             double *sums) {
-    for (size_t w = 0; w < p->windows; w++) {
-        const size_t from = p->from[w], count = p->from[w + 1] - from;
-        for (size_t c = 0; c < p->columns + others; c++) {
-            const double *column = c < p->columns ? p->column[c] : other[c - p->columns];
-            *sums++ = problem_dot(column + from, signal + from, count);
-        }
+/* Windows side by side: each task writes the sums of one. */
+typedef struct {
+    const problem_t *p;
+    const double *const *signal, *const *other;
+    size_t signals, others;
+    double *sums;
+} window_products_t;
+
+static void multiply_window(void *context, size_t window) {
+    const window_products_t *products = context;
+    const problem_t *p = products->p;
+    const size_t from = p->from[window], count = p->from[window + 1] - from, width = p->columns + products->others;
+    double *column = allocate((width + products->signals) * count, sizeof *column), *signal = column + width * count;
+    for (size_t c = 0; c < width; c++) {
+        const double *of_all = c < p->columns ? p->column[c] : products->other[c - p->columns];
+        memcpy(column + c * count, of_all + from, count * sizeof *column);
     }
+    for (size_t s = 0; s < products->signals; s++) {
+        memcpy(signal + s * count, products->signal[s] + from, count * sizeof *signal);
+    }
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, (int)products->signals, (int)width, (int)count, 1.0, signal,
+                (int)count, column, (int)count, 0.0, products->sums + window * width, (int)(p->windows * width));
+    free(column);
+}
+
+void problem_window_products(const problem_t *p, const double *const *signal, size_t signals,
+                             const double *const *other, size_t others, double *sums) {
+    parallel(p->windows, multiply_window, &(window_products_t){p, signal, other, signals, others, sums});
 }
 
 bool problem_has_sides(const problem_t *p, size_t window) {

@@ -30,9 +30,10 @@ void problem_factorise(problem_t *p);
 double problem_left(const problem_t *p, const double *signal, double *white);
 /** What the columns leave of the readings. Returns its square. */
 double problem_residual(const problem_t *p, double *residual);
-/** Products of a signal with the columns, and with others, in each window: windows rows of columns + others. */
-void problem_window_products(const problem_t *p, const double *signal, const double *const *other, size_t others,
-                             double *sums);
+/** Products of signals with the columns, and with others, in each window: of each signal, windows rows of columns +
+ * others. Many signals at once cost little more than one. */
+void problem_window_products(const problem_t *p, const double *const *signal, size_t signals,
+                             const double *const *other, size_t others, double *sums);
 double problem_dot(const double *a, const double *b, size_t n);
 /** Root mean square of a sum of squares over all rows. */
 double problem_rms(const problem_t *p, double squares);

@@ -31,7 +31,7 @@ static double *slope_of_fit(const problem_t *p, const double *residual) {
 
 static void make_moments(const problem_t *p, const double *residual, const double *slope, moments_t *m) {
     const size_t width = p->columns + 2;
-    const double *const other[] = {residual, slope};
+    const double *const signal[] = {slope}, *const other[] = {residual, slope};
     double *sums = allocate(p->windows * width, sizeof *sums);
     *m = (moments_t){.windows = p->windows, .columns = p->columns};
     m->product = allocate(p->windows, sizeof *m->product);
@@ -39,15 +39,15 @@ static void make_moments(const problem_t *p, const double *residual, const doubl
     m->white = allocate(p->windows * p->columns, sizeof *m->white);
     m->course = allocate(PHASES * p->windows, sizeof *m->course);
     m->sum = allocate(PHASES * p->columns, sizeof *m->sum);
-    problem_window_products(p, slope, other, 2, sums);
+    problem_window_products(p, signal, 1, other, 2, sums);
     for (size_t w = 0; w < p->windows; w++) {
         const double *of_columns = sums + w * width, *of_other = of_columns + p->columns;
         double *white = m->white + w * p->columns;
         m->product[w] = of_other[0];
         m->square[w] = of_other[1];
         memcpy(white, of_columns, p->columns * sizeof *white);
-        column_factor_whiten(&p->factor, white);
     }
+    column_factor_whiten(&p->factor, m->white, m->windows, m->columns);
     free(sums);
 }
 

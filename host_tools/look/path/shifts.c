@@ -36,53 +36,61 @@ static int by_left(const void *a, const void *b) {
 /* Shifts that are tried side by side: each task writes its own best instant. */
 typedef struct {
     const problem_t *p;
-    const double *before; /* products of the readings as they are, by window */
+    const double *products; /* of the readings with each shift, the last one 0, with the columns, by window */
     trial_t *best;
 } shifts_tried_t;
 
-/* One of all shifts but 0. */
+/* One of all shifts but 0; the last one is 0. */
 static int shift_of(size_t index) {
     const int d = (int)index - CHANGES_MOST_SHIFT;
-    return d < 0 ? d : d + 1;
+    return index == SHIFTS ? 0 : d < 0 ? d : d + 1;
+}
+
+/* Square of the readings with a shift in one window. */
+static double window_square(const problem_t *p, int samples, size_t window) {
+    const double *from = p->y - samples + p->from[window];
+    return problem_dot(from, from, p->from[window + 1] - p->from[window]);
 }
 
 static void best_instant(void *context, size_t index) {
     const shifts_tried_t *tried = context;
     const problem_t *p = tried->p;
-    const size_t m = p->columns, width = m + 1;
+    const size_t m = p->columns, all = p->windows * m;
     const int d = shift_of(index);
-    const double *const shifted[] = {p->y - d}, *before = tried->before;
-    double *behind = allocate(p->windows * width, sizeof *behind);
-    double *sum = allocate(width, sizeof *sum), *white = allocate(m, sizeof *white);
+    const double *behind = tried->products + index * all, *before = tried->products + SHIFTS * all;
+    /* By the window from which on the readings are shifted: their products with the columns, their square. */
+    double *sum = allocate(all, sizeof *sum), *square = allocate(p->windows, sizeof *square);
     trial_t best = {0, d, HUGE_VAL};
-    problem_window_products(p, p->y - d, shifted, 1, behind);
     for (size_t w = 0; w < p->windows; w++) {
-        cblas_daxpy((int)width, 1.0, behind + w * width, 1, sum, 1);
+        cblas_daxpy((int)m, 1.0, behind + w * m, 1, sum, 1);
+        square[0] += window_square(p, d, w);
     }
     for (size_t w = 1; w < p->windows; w++) {
-        for (size_t c = 0; c < width; c++) {
-            sum[c] += before[(w - 1) * width + c] - behind[(w - 1) * width + c];
+        for (size_t c = 0; c < m; c++) {
+            sum[w * m + c] = sum[(w - 1) * m + c] + (before[(w - 1) * m + c] - behind[(w - 1) * m + c]);
         }
-        if (problem_has_sides(p, w)) {
-            memcpy(white, sum, m * sizeof *white);
-            column_factor_whiten(&p->factor, white);
-            const double left = sum[m] - problem_dot(white, white, m);
-            best = left < best.left ? (trial_t){w, d, left} : best;
-        }
+        square[w] = square[w - 1] + (window_square(p, 0, w - 1) - window_square(p, d, w - 1));
+    }
+    column_factor_whiten(&p->factor, sum, p->windows, m);
+    for (size_t w = 1; w < p->windows; w++) {
+        const double left = square[w] - problem_dot(sum + w * m, sum + w * m, m);
+        best = problem_has_sides(p, w) && left < best.left ? (trial_t){w, d, left} : best;
     }
     tried->best[index] = best;
-    free(behind);
     free(sum);
-    free(white);
+    free(square);
 }
 
 /* The best instant of each shift on the grid, the best first. */
 static void best_shifts(const problem_t *p, trial_t best[SHIFTS]) {
-    double *before = allocate(p->windows * (p->columns + 1), sizeof *before);
-    const double *const readings[] = {p->y};
-    problem_window_products(p, p->y, readings, 1, before);
-    parallel(SHIFTS, best_instant, &(shifts_tried_t){p, before, best});
-    free(before);
+    double *products = allocate((SHIFTS + 1) * p->windows * p->columns, sizeof *products);
+    const double *shifted[SHIFTS + 1];
+    for (size_t i = 0; i <= SHIFTS; i++) {
+        shifted[i] = p->y - shift_of(i);
+    }
+    problem_window_products(p, shifted, SHIFTS + 1, NULL, 0, products);
+    parallel(SHIFTS, best_instant, &(shifts_tried_t){p, products, best});
+    free(products);
     qsort(best, SHIFTS, sizeof *best, by_left);
 }
 

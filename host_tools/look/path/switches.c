@@ -24,17 +24,15 @@ static size_t best_switch(const problem_t *p, const double *path, double *left) 
     for (size_t k = 0; k < p->n; k++) {
         ones[k] = 1.0;
     }
-    for (size_t a = 0; a < ADDED; a++) {
-        problem_window_products(p, other[a], other, ADDED + 1, sums + a * p->windows * width);
-    }
+    problem_window_products(p, other, ADDED, other, ADDED + 1, sums);
     for (size_t w = p->windows; w-- > 1;) {
         for (size_t a = 0; a < ADDED; a++) {
             for (size_t c = 0; c < width; c++) {
                 total[a * width + c] += sums[(a * p->windows + w) * width + c];
             }
             memcpy(white + a * m, total + a * width, m * sizeof *white);
-            column_factor_whiten(&p->factor, white + a * m);
         }
+        column_factor_whiten(&p->factor, white, ADDED, m);
         if (!problem_has_sides(p, w)) {
             continue;
         }

@@ -70,7 +70,7 @@ bool look_regress(const double *const *column, size_t columns, const double *val
     for (size_t i = 0; i < columns; i++) {
         result->coefficient[i] = cblas_ddot((int)rows, column[i], 1, left, 1);
     }
-    column_factor_whiten(&factor, result->coefficient);
+    column_factor_whiten(&factor, result->coefficient, 1, columns);
     column_factor_solve(&factor, result->coefficient);
     memcpy(left, value, rows * sizeof *left);
     columns_add(column, columns, result->coefficient, -1.0, rows, left);
@@ -78,12 +78,15 @@ bool look_regress(const double *const *column, size_t columns, const double *val
         squares += (weight == NULL ? 1.0 : weight[k]) * left[k] * left[k];
     }
     result->rms = sqrt(squares / (double)(used - columns));
+    double *unit = allocate(columns * columns, sizeof *unit);
     for (size_t i = 0; i < columns; i++) {
-        double unit[LOOK_MOST_COLUMNS] = {0};
-        unit[i] = 1.0;
-        column_factor_whiten(&factor, unit);
-        result->sigma[i] = result->rms * cblas_dnrm2((int)columns, unit, 1);
+        unit[i * columns + i] = 1.0;
     }
+    column_factor_whiten(&factor, unit, columns, columns);
+    for (size_t i = 0; i < columns; i++) {
+        result->sigma[i] = result->rms * cblas_dnrm2((int)columns, unit + i * columns, 1);
+    }
+    free(unit);
     column_factor_free(&factor);
     free(left);
     return true;
