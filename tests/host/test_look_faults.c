@@ -1,98 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Each fault of a recording, put into clean recordings of three drives, is found with its numbers; clean ones are
  * silent. A number is right within four of the standard errors that come with it (once in 16000). */
-#include "look/held_readings.h"
-#include "looked_at.h"
+#include "found_faults.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_statistics_double.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { DRIVES = INSTRUMENTED ? 1 : SCENE_DRIVES }; /* the code that looks is the same for all */
-static const double errors = 4.0;
-static random_t rng;
-static scene_t scene;
-static recording_t recordings[2];
-static look_t *looks;
-static fault_list_t faults;
-static double late[SCENE_SAMPLES];
 
 void setUp(void) {
     memset(late, 0, sizeof late);
 }
 
 void tearDown(void) {
-}
-
-static void look_at_them(size_t count) {
-    failure_t failure;
-    looks = looks_at(recordings, count, &failure);
-    TEST_ASSERT_NOT_NULL(looks);
-    faults_find(looks, count, &faults);
-}
-
-static void close_all(size_t count) {
-    faults_free(&faults);
-    looks_free(looks, count);
-    for (size_t i = 0; i < count; i++) {
-        recording_free(&recordings[i]);
-    }
-    scene_close(&scene);
-}
-
-static double *record(size_t which) {
-    scene_open(&scene, which, &rng);
-    scene_record(&scene, late, &rng, &recordings[0]);
-    return recordings[0].column[COLUMN_DISPLACEMENT];
-}
-
-static char message[400];
-
-/* All that was found, for a message. */
-static const char *found(size_t which) {
-    int at = snprintf(message, sizeof message, "drive %zu:", which);
-    for (size_t i = 0; i < faults.count && at < (int)sizeof message - 60; i++) {
-        at += snprintf(message + at, sizeof message - (size_t)at, " %s", faults.fault[i].kind->name);
-    }
-    return message;
-}
-
-/* The only fault that there is. */
-static const fault_t *only(size_t which, const fault_kind_t *kind) {
-    TEST_ASSERT_EQUAL_MESSAGE(1, faults.count, found(which));
-    TEST_ASSERT_EQUAL_STRING_MESSAGE(kind->name, faults.fault[0].kind->name, found(which));
-    return &faults.fault[0];
-}
-
-/* The same where a fault may also stay unseen, because the reference does not follow this hysteresis closely enough:
- * nothing else is said then. NULL: it stayed unseen. */
-static const fault_t *only_or_none(size_t which, const fault_kind_t *kind) {
-    return faults.count == 0 ? NULL : only(which, kind);
-}
-
-static const fault_number_t *number(const fault_t *fault, const char *name) {
-    for (size_t i = 0; i < fault->numbers; i++) {
-        if (strcmp(fault->number[i].name, name) == 0) {
-            return &fault->number[i];
-        }
-    }
-    TEST_FAIL_MESSAGE(name);
-    return NULL;
-}
-
-static void expect_number(const fault_t *fault, const char *name, double value) {
-    const fault_number_t *n = number(fault, name);
-    char text[200];
-    snprintf(text, sizeof text, "%s: %g +- %g, is %g", name, n->value, n->sigma, value);
-    TEST_ASSERT_TRUE_MESSAGE(fabs(n->value - value) <= errors * n->sigma + 1e-9 * fabs(value), text);
-}
-
-/* A sample beside: the span is three deviations of the noise wide, and its ends are whole samples. */
-static void expect_near(const fault_t *fault, size_t sample) {
-    TEST_ASSERT_TRUE(fault->spans >= 1);
-    TEST_ASSERT_TRUE(fault->span[0].from <= sample + 1 && sample <= fault->span[0].to + 1);
 }
 
 static void test_clean_recordings_are_silent(void) {
@@ -311,13 +231,6 @@ static void test_a_coarse_reading_is_silent(void) {
     }
 }
 
-/* late[] of readings that lose (or repeat) so many samples at an instant. */
-static void shift_from(size_t at, double samples) {
-    for (size_t k = at; k < SCENE_SAMPLES; k++) {
-        late[k] += samples;
-    }
-}
-
 static void test_dropped_samples(void) {
     for (size_t which = 0; which < DRIVES; which++) {
         memset(late, 0, sizeof late);
@@ -441,123 +354,6 @@ static void test_stairs_of_a_slow_converter_are_no_jitter(void) {
     }
 }
 
-/* A sensor that is read every so many rows; the first reading began `before` rows before the recording. */
-static void hold_readings(double *y, size_t rows, size_t before) {
-    for (size_t k = 0; k < SCENE_SAMPLES; k++) {
-        const size_t since = (k + before) % rows;
-        y[k] = since <= k ? y[k - since] : y[0];
-    }
-}
-
-static void test_held_readings(void) {
-    static const size_t rows[] = {2, 4, 10};
-    static const double slow_um[] = {0.0, 0.01};
-    for (size_t i = 0; i < 6; i++) {
-        for (size_t which = 0; which < DRIVES; which++) {
-            scene_open(&scene, which, &rng);
-            scene.slow_um = slow_um[i / 3];
-            scene_record(&scene, late, &rng, &recordings[0]);
-            hold_readings(recordings[0].column[COLUMN_DISPLACEMENT], rows[i % 3], i % 2);
-            look_at_them(1);
-            const fault_t *fault = only(which, &fault_held_readings);
-            expect_number(fault, "rows_per_reading", (double)rows[i % 3]);
-            expect_number(fault, "sensor_rate_hz", scene_rate_hz / (double)rows[i % 3]);
-            close_all(1);
-        }
-    }
-}
-
-/* A converter with some codes in the noise: readings in turn are equal now and then. */
-static void test_held_readings_in_coarse_steps(void) {
-    for (size_t which = 0; which < DRIVES; which++) {
-        double *y = record(which);
-        for (size_t k = 0; k < SCENE_SAMPLES; k++) {
-            y[k] = round(100.0 * y[k] + 0.3 * random_normal(&rng)) / 100.0;
-        }
-        hold_readings(y, 5, 0);
-        look_at_them(1);
-        expect_number(only(which, &fault_held_readings), "rows_per_reading", 5.0);
-        close_all(1);
-    }
-}
-
-/* The other faults are not looked for, which would take far longer. */
-static void expect_no_held_readings(void) {
-    held_readings_t held;
-    held_readings_find(&recordings[0], &held);
-    TEST_ASSERT_EQUAL(0, held.rows);
-    recording_free(&recordings[0]);
-    scene_close(&scene);
-}
-
-/* A position without noise has the stairs of its drive, also when it is late. */
-static void test_stairs_of_the_drive_are_no_held_readings(void) {
-    static const size_t held_rows[] = {2, 5, 10};
-    static const double late_rows[] = {0.0, 1.4, 7.0, 23.0};
-    for (size_t i = 0; i < 12; i++) {
-        for (size_t which = 0; which < DRIVES; which++) {
-            memset(late, 0, sizeof late);
-            shift_from(0, late_rows[i / 3]);
-            scene_open(&scene, which, &rng);
-            scene_hold(&scene, held_rows[i % 3]);
-            scene.noise_um = 0.0;
-            scene_record(&scene, late, &rng, &recordings[0]);
-            expect_no_held_readings();
-        }
-    }
-}
-
-/* Rows that repeat, the drive too: the noise at rest tells it from such stairs. */
-static void test_rows_that_repeat_are_held_readings(void) {
-    double *y = record(2);
-    hold_readings(y, 4, 0);
-    hold_readings(recordings[0].column[COLUMN_DRIVE], 4, 0);
-    look_at_them(1);
-    expect_number(only(2, &fault_held_readings), "rows_per_reading", 4.0);
-    close_all(1);
-}
-
-/* A triangle so slow that a converter without noise has a new code every five rows exactly; and one that is a little
- * slower. */
-static void test_codes_at_equal_distances_are_no_held_readings(void) {
-    enum { WAY = 1000 };
-    static const double rows_per_code[] = {5.0, 5.1};
-    for (size_t i = 0; i < 2; i++) {
-        double *y = record(0), *u = recordings[0].column[COLUMN_DRIVE];
-        for (size_t k = 0; k < SCENE_SAMPLES; k++) {
-            const double way = fabs((double)(k % (2 * WAY)) - WAY);
-            u[k] = 0.1 * way;
-            y[k] = 0.01 * floor(way / rows_per_code[i] + 1e-9);
-        }
-        expect_no_held_readings();
-    }
-}
-
-/* Readings that are equal to the one before at random, also most of them: no multiples of a number of rows. */
-static void test_copies_here_and_there_are_no_held_readings(void) {
-    static const double part[] = {0.05, 0.3, 0.7};
-    for (size_t i = 0; i < 3; i++) {
-        double *y = record(2);
-        for (size_t k = 1; k < SCENE_SAMPLES; k++) {
-            y[k] = random_unit(&rng) < part[i] ? y[k - 1] : y[k];
-        }
-        expect_no_held_readings();
-    }
-}
-
-/* A sensor that a program reads at uneven times: half of its readings stand in five rows, the others in fewer or more.
- */
-static void test_readings_at_uneven_times_are_no_held_readings(void) {
-    double *y = record(2);
-    for (size_t k = 0, rows = 0; k < SCENE_SAMPLES; k += rows) {
-        rows = (size_t)fmin(fmax(round(5.0 + 0.8 * random_normal(&rng)), 1.0), (double)(SCENE_SAMPLES - k));
-        for (size_t i = 1; i < rows; i++) {
-            y[k + i] = y[k];
-        }
-    }
-    expect_no_held_readings();
-}
-
 static void test_gain_switch(void) {
     for (size_t which = 0; which < DRIVES; which++) {
         double *y = record(which);
@@ -679,7 +475,6 @@ int main(void) {
     RUN_TEST(test_early_readings);
     RUN_TEST(test_late_readings_are_no_fault);
     RUN_TEST(test_time_jitter);
-    RUN_TEST(test_held_readings);
     RUN_TEST(test_gain_switch);
     RUN_TEST(test_sensor_rezero);
     RUN_TEST(test_columns);
@@ -689,12 +484,6 @@ int main(void) {
     RUN_TEST(test_missing_codes_where_the_drive_holds);
     if (!INSTRUMENTED) { /* what is silent runs the code of the first test */
         RUN_TEST(test_stairs_of_a_slow_converter_are_no_jitter);
-        RUN_TEST(test_held_readings_in_coarse_steps);
-        RUN_TEST(test_stairs_of_the_drive_are_no_held_readings);
-        RUN_TEST(test_rows_that_repeat_are_held_readings);
-        RUN_TEST(test_codes_at_equal_distances_are_no_held_readings);
-        RUN_TEST(test_copies_here_and_there_are_no_held_readings);
-        RUN_TEST(test_readings_at_uneven_times_are_no_held_readings);
         RUN_TEST(test_few_codes_are_not_missing);
         RUN_TEST(test_a_coarse_reading_is_silent);
     }

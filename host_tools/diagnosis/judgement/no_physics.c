@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/judgement/no_physics.h"
-#include "diagnosis/where/drive_period.h"
-#include "diagnosis/where/loop_parts.h"
+#include "diagnosis/noise/drive_lines.h"
 #include "numerics/least_squares.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
@@ -11,14 +10,6 @@
 static const double least_periods = 2.0;
 /* The first part of a rest still has what the motion before it left. */
 static const double settles = 0.1;
-/* A turn, in parts of the drive's range: more than noise and ripple. */
-static const double turns_by = 0.05;
-/* Fewer are regular by chance. */
-static const size_t least_turns = 8;
-/* A line is as wide that comes from a drive, in parts of one over the length of a stretch: what the drive makes may
- * change once in all of it. */
-static const double line_width = 2.0;
-
 static bool too_short(const samples_t *samples, const model_block_t *block) {
     const double number = block->parameter[0].value[0], rate_hz = samples->recordings[0].sample_rate_hz;
     const double lag_s = block->block->lag == LAG_DELAY      ? number
@@ -54,27 +45,10 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
     return stretch->from < recording->samples;
 }
 
-/* Two turns of a drive that turns at regular times, whatever the levels; 0: it does not. */
-static double turning_period(const double *u, size_t count) {
-    reversals_t turns;
-    loop_turns(u, count, turns_by, &turns);
-    const size_t *at = turns.at, n = turns.count;
-    double interval = n < least_turns ? 0.0 : (double)(at[n - 1] - at[0]) / (double)(n - 1);
-    for (size_t i = 0; i < n && interval > 0.0; i++) {
-        interval = fabs((double)(at[i] - at[0]) - (double)i * interval) > 1.0 ? 0.0 : interval;
-    }
-    reversals_free(&turns);
-    return 2.0 * interval;
-}
-
-/* Whether the frequency is a multiple of the drive's, in a stretch in which it moves, as well as that tells frequencies
- * apart. */
-static bool is_harmonic(const recording_t *recording, stretch_t moves, double hz) {
-    const size_t count = moves.to - moves.from;
-    const double *u = recording->column[COLUMN_DRIVE] + moves.from;
-    const double repeats = drive_period(u, count), period = repeats > 0.0 ? repeats : turning_period(u, count);
-    const double multiple = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.0;
-    return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)count < line_width * period;
+/* Whether the frequency is one of the drive's, in a stretch in which it moves. */
+static bool is_of_drive(const recording_t *recording, stretch_t moves, double hz) {
+    return drive_has_line(recording->column[COLUMN_DRIVE] + moves.from, moves.to - moves.from,
+                          recording->sample_rate_hz, hz);
 }
 
 /* Amplitude of the line in a rest, beside a parabola; 0 where it is too short to say. */
@@ -112,7 +86,7 @@ bool no_physics(const samples_t *samples, const model_block_t *block) {
     const double hz = block->parameter[0].value[0];
     double at_rest = 0.0;
     size_t longest = 0;
-    bool harmonic = false;
+    bool of_drive = false;
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *r = &samples->recordings[i];
         stretch_t stretch = {0};
@@ -121,12 +95,12 @@ bool no_physics(const samples_t *samples, const model_block_t *block) {
         values_range(r->column[COLUMN_DRIVE], r->samples, range);
         while (next_stretch(r, range[1] - range[0], &stretch, &rests)) {
             const size_t length = stretch.to - stretch.from;
-            harmonic = harmonic || (!rests && is_harmonic(r, stretch, hz));
+            of_drive = of_drive || (!rests && is_of_drive(r, stretch, hz));
             if (rests && length > longest) {
                 at_rest = amplitude_at_rest(r, stretch.from, stretch.to, hz);
                 longest = at_rest > 0.0 ? length : longest;
             }
         }
     }
-    return harmonic && at_rest < threshold.hum_at_rest * fabs(block->parameter[1].value[0]);
+    return of_drive && at_rest < threshold.hum_at_rest * fabs(block->parameter[1].value[0]);
 }

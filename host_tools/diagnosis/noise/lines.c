@@ -21,6 +21,9 @@ size_t find_lines(const double *signal, size_t samples, double sample_rate_hz, d
     while (2 * length <= samples) {
         length *= 2;
     }
+    if (length < 4) {
+        return 0;
+    }
     spectrum_t spectrum;
     spectrum_of(signal, length, sample_rate_hz, &spectrum);
     const double *power = spectrum.energy;

@@ -7,7 +7,8 @@
 
 enum { LINES_MOST = 6 };
 
-/** The strongest first. A peak stands out from the median of the frequencies around it by a factor of 20 in power. */
+/** The strongest first. A peak stands out from the median of the frequencies around it by a factor of 20 in power.
+ * Of fewer than 4 samples: none. */
 size_t find_lines(const double *signal, size_t samples, double sample_rate_hz, double hz[LINES_MOST]);
 
 #endif

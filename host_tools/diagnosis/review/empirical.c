@@ -7,9 +7,9 @@
 #include "diagnosis/evidence/probing.h"
 #include "diagnosis/judgement/candidate_judgement.h"
 #include "diagnosis/judgement/verdict.h"
+#include "diagnosis/noise/drive_lines.h"
 #include "diagnosis/question/baseline.h"
 #include "diagnosis/review/delivered.h"
-#include "diagnosis/where/drive_period.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -34,20 +34,10 @@ typedef struct {
     term_t *term;
 } terms_t;
 
-/* Whether a drive has this line itself: it repeats itself with it, or its spectrum has a peak there. What follows the
- * drive is no tone. */
+/* What follows the drive is no tone. */
 static bool is_of_drive(const recording_t *recording, size_t from, double hz) {
-    const double *drive = recording->column[COLUMN_DRIVE] + from;
-    const size_t samples = recording->samples - from;
-    const double bin_hz = recording->sample_rate_hz / (double)samples, period = drive_period(drive, samples);
-    const double of_period = period > 0.0 ? hz * period / recording->sample_rate_hz : 0.5; /* turns */
-    double line_hz[LINES_MOST];
-    const size_t lines = find_lines(drive, samples, recording->sample_rate_hz, line_hz);
-    bool is = fabs(remainder(of_period, 1.0)) * recording->sample_rate_hz < bin_hz * period;
-    for (size_t i = 0; i < lines; i++) {
-        is = is || fabs(hz - line_hz[i]) < bin_hz;
-    }
-    return is;
+    return drive_has_line(recording->column[COLUMN_DRIVE] + from, recording->samples - from, recording->sample_rate_hz,
+                          hz);
 }
 
 /* The lines of what the chain leaves now, but for those of the drive. */

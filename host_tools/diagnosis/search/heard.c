@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/search/heard.h"
 #include "belief/suspect_fit.h"
+#include "diagnosis/judgement/no_physics.h"
 #include "thresholds/thresholds.h"
 
 /* A curve is shape: the operator has it. NULL: none says enough. */
-static const suspect_t *loudest(fitted_chain_t *beside, const probe_setting_t *setting) {
+static const suspect_t *loudest(const samples_t *samples, fitted_chain_t *beside, const probe_setting_t *setting) {
     const suspects_t *scanned = fitted_chain_suspects(beside, setting);
     if (scanned->count == 0 || scanned->suspect[0].gain < threshold.evidence_margin) {
         return NULL;
@@ -12,7 +13,8 @@ static const suspect_t *loudest(fitted_chain_t *beside, const probe_setting_t *s
     const suspects_t *searched = fitted_suspects(beside, setting);
     for (size_t i = 0; i < searched->count; i++) {
         const suspect_t *suspect = &searched->suspect[i];
-        if (suspect->gain >= threshold.least_searched_gain && !suspect->block->probe->shape) {
+        if (suspect->gain >= threshold.least_searched_gain && !suspect->block->probe->shape &&
+            !no_physics(samples, &suspect->chain.block[suspect->at])) {
             return suspect;
         }
     }
@@ -37,7 +39,7 @@ void heard_listen(const state_t *state, heard_t *heard) {
     const question_t *question = state->answer.question;
     fitted_chain_t chain[HEARD_MOST], *beside = state->beside;
     *heard = (heard_t){.shape = question->shape};
-    const suspect_t *suspect = loudest(beside, &state->setting);
+    const suspect_t *suspect = loudest(&question->samples, beside, &state->setting);
     while (suspect != NULL && heard->count < HEARD_MOST) {
         fitted_chain_t *with = &chain[heard->count];
         if (!fitted_chain_open(with, &question->samples, &suspect->chain, &beside->hysteresis)) {
@@ -59,7 +61,7 @@ void heard_listen(const state_t *state, heard_t *heard) {
         heard->before_percent[heard->count] = before;
         heard->after_percent[heard->count++] = shape.operator_percent;
         beside = with;
-        suspect = heard->count < HEARD_MOST ? loudest(beside, &state->setting) : NULL;
+        suspect = heard->count < HEARD_MOST ? loudest(&question->samples, beside, &state->setting) : NULL;
     }
     for (size_t i = 0; i < heard->count; i++) {
         fitted_chain_close(&chain[i]);

@@ -27,10 +27,6 @@ enum {
 static const dialect_t dialects[] = {{',', '.'}, {';', '.'}, {'\t', '.'}, {';', ','}, {'\t', ','},
                                      {' ', '.'}, {' ', ','}, {'|', '.'},  {'|', ','}, {',', ','}};
 
-static bool is_blank(const char *line) {
-    return line[strspn(line, " \t")] == '\0';
-}
-
 /* A line that is no data wherever it stands: a blank one, or a remark, "# pause". "#N/A" is data that is missing. */
 static bool is_passed_over(const char *line) {
     const char *at = line + strspn(line, " \t");
@@ -39,7 +35,7 @@ static bool is_passed_over(const char *line) {
 
 /* The line before line `at`, blank ones apart, counted from 1; 0: none. */
 static size_t line_above(const text_source_t *source, size_t at) {
-    while (at > 0 && is_blank(source->line[at - 1])) {
+    while (at > 0 && text_is_blank(source->line[at - 1])) {
         at--;
     }
     return at;
@@ -493,7 +489,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
             if (strncmp(source.line[0], "IGOR", 4) == 0) {
                 text_find_igor_scales(table, (const char *const *)source.line, layout->end, source.lines);
             }
-            if (layout->end < source.lines && !is_blank(source.line[layout->end])) {
+            if (layout->end < source.lines && !text_is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;
                 table_note(table, "%zu line%s behind the data, from line %zu: '%.60s'", behind, behind == 1 ? "" : "s",
                            layout->end + 1, source.line[layout->end]);

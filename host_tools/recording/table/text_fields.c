@@ -176,3 +176,7 @@ double text_around_factor(const around_text_t *keep, const around_t *around) {
     const bool same = text_around_keep(&text, around) && unit_of(text.unit, &scale) == quantity;
     return same && quantity != QUANTITY_UNKNOWN && quantity != QUANTITY_DIGITS ? scale / of_others : 0.0;
 }
+
+bool text_is_blank(const char *line) {
+    return line[strspn(line, " \t")] == '\0';
+}

@@ -47,4 +47,7 @@ double text_around_factor(const around_text_t *keep, const around_t *around);
 /** To keep; false: longer than a label or a unit is. */
 bool text_around_keep(around_text_t *keep, const around_t *around);
 
+/** A line of nothing but spaces and tabs. */
+bool text_is_blank(const char *line);
+
 #endif

@@ -11,10 +11,6 @@ enum {
     FACTS = 30 /* rows of data beside which facts are looked for */
 };
 
-static bool is_blank(const char *line) {
-    return line[strspn(line, " \t")] == '\0';
-}
-
 /* How a line of a header may be split, beside the separators of the data. */
 enum { WIDE_GAPS = 1, WITH_UNITS, UNTIL_UNITS };
 
@@ -217,7 +213,7 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
     text_field_t *fields[HEADS];
     size_t count[HEADS] = {0}, found = 0, of_units = HEADS;
     for (size_t i = layout->begin; i > 0 && found < HEADS; i--) {
-        if (!is_blank(source->line[i - 1])) {
+        if (!text_is_blank(source->line[i - 1])) {
             fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout, least, fields[found]);
             if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
@@ -265,7 +261,7 @@ static void prefer(text_field_t **field, text_field_t *better) {
 /* Words stand over the columns, of which it is not known which belong together. */
 static void tell_unnamed(table_t *table, const text_source_t *source, const layout_t *layout) {
     size_t above = layout->begin, words = 0;
-    while (above > 0 && is_blank(source->line[above - 1])) {
+    while (above > 0 && text_is_blank(source->line[above - 1])) {
         above--;
     }
     const char *line = above > 0 ? source->line[above - 1] + strspn(source->line[above - 1], "#%/! ") : "";
