@@ -10,9 +10,9 @@
  *
  * - a lag shorter than a fiftieth of a sample (threshold.least_lag_samples): between samples the drive is known no
  * better;
- * - a line with its own clock at a line of the drive's spectrum; or at a multiple of its frequency, where the drive
- *   repeats itself or turns at regular times: it is how the loops are bent, or what a corner between two samples
- * leaves. Where the drive rests, and the line is there too with half its amplitude at least, it is hum.
+ * - a line with its own clock where the drive has a line (drive_lines.h): it is how the loops are bent, or what a
+ *   corner between two samples leaves. Where the drive rests, and the line is there too with half its amplitude at
+ *   least, it is hum.
  */
 bool no_physics(const samples_t *samples, const model_block_t *block);
 
