@@ -4,6 +4,7 @@
 #include "base/shown_name.h"
 #include "command_line/recording_output.h"
 #include "commands/command.h"
+#include "look/held_readings.h"
 #include "look/summary.h"
 #include "recording/import_several.h"
 #include <math.h>
@@ -81,12 +82,40 @@ static json_t *to_json(const char *path, const table_t *table, const import_acco
     return json;
 }
 
+/* What was said of the files. */
+typedef struct {
+    import_options_t columns;
+    bool drop_held;
+} wishes_t;
+
+/* Of readings that stand in several rows each, the first. Refused where there are none, or too few. */
+static bool drop_held(const char *path, recording_t *recording, import_account_t *account, failure_t *failure) {
+    held_readings_t held;
+    held_readings_find(recording, &held);
+    if (held.rows == 0) {
+        return fail(failure,
+                    "%s: no reading stands in several rows, or too few do to say so: --drop-held has nothing "
+                    "to drop",
+                    path);
+    }
+    if (!held_readings_undo(recording, 1, &held)) {
+        return fail(failure, "%s: too few samples are left of %zu rows a reading", path, held.rows);
+    }
+    import_account_add(account, "readings     each in %zu rows: the first of them is kept, from row %zu of the data on",
+                       held.rows, held.first + 1);
+    return true;
+}
+
 /* One recording. *json: what --json prints of it, a new reference; NULL: not wanted. */
-static bool import_one(const char *path, const table_t *table, const import_options_t *wishes, const char *output,
-                       bool as_json, json_t **json, failure_t *failure) {
+static bool import_one(const char *path, const table_t *table, const wishes_t *wishes, const char *output, bool as_json,
+                       json_t **json, failure_t *failure) {
     recording_t recording;
     import_account_t account = {0};
-    bool good = import_table(&recording, table, wishes, &account, failure);
+    bool good = import_table(&recording, table, &wishes->columns, &account, failure);
+    if (good && wishes->drop_held && !drop_held(path, &recording, &account, failure)) {
+        recording_free(&recording);
+        good = false;
+    }
     for (size_t i = 0; text_wanted(as_json) && i < account.lines; i++) {
         puts(account.line[i]);
     }
@@ -127,11 +156,11 @@ static char *output_of(const char *output, const char *which) {
 }
 
 /* One recording of each actuator. */
-static bool import_each(const char *path, const table_t *table, const import_options_t *wishes, const char *output,
+static bool import_each(const char *path, const table_t *table, const wishes_t *wishes, const char *output,
                         bool as_json, json_t **json, failure_t *failure) {
     import_actuator_t *actuator;
     size_t count;
-    if (!import_actuators(table, wishes, &actuator, &count, failure)) {
+    if (!import_actuators(table, &wishes->columns, &actuator, &count, failure)) {
         return false;
     }
     char **name = allocate(count, sizeof *name);
@@ -142,7 +171,8 @@ static bool import_each(const char *path, const table_t *table, const import_opt
     bool good = output_files_check((const char *const *)name, count, &path, 1, failure);
     for (size_t i = 0; good && i < count; i++) {
         json_t *one = NULL;
-        good = import_one(path, table, &actuator[i].options, name[i], as_json, &one, failure);
+        const wishes_t of_one = {.columns = actuator[i].options, .drop_held = wishes->drop_held};
+        good = import_one(path, table, &of_one, name[i], as_json, &one, failure);
         if (one != NULL) {
             json_array_append_new(each, one);
         }
@@ -156,7 +186,7 @@ static bool import_each(const char *path, const table_t *table, const import_opt
     return good;
 }
 
-static bool run(const char *path, const import_options_t *wishes, const char *output, bool list, bool as_json,
+static bool run(const char *path, const wishes_t *wishes, const char *output, bool list, bool as_json,
                 failure_t *failure) {
     table_t table;
     json_t *json = NULL;
@@ -178,8 +208,8 @@ static bool run(const char *path, const import_options_t *wishes, const char *ou
         table_free(&table);
         return good;
     }
-    good =
-        (import_is_several(wishes) ? import_each : import_one)(path, &table, wishes, output, as_json, &json, failure);
+    good = (import_is_several(&wishes->columns) ? import_each : import_one)(path, &table, wishes, output, as_json,
+                                                                            &json, failure);
     good = good && (!as_json || json_print(json_incref(json), JSON_INDENT(1), failure));
     json_decref(json);
     table_free(&table);
@@ -189,7 +219,7 @@ static bool run(const char *path, const import_options_t *wishes, const char *ou
 static int import(int argc, char **argv) {
     const char *output = NULL;
     bool list = false, as_json = false;
-    import_options_t wishes = import_nothing_said();
+    wishes_t wishes = {.columns = import_nothing_said()};
     const option_t options[] = {
         {.name = "--output",
          .letter = "-o",
@@ -202,76 +232,80 @@ static int import(int argc, char **argv) {
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of times, or none",
-         .target = &wishes.time},
+         .target = &wishes.columns.time},
         {.name = "--drive",
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of the drive",
-         .target = &wishes.column[COLUMN_DRIVE]},
+         .target = &wishes.columns.column[COLUMN_DRIVE]},
         {.name = "--displacement",
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of the displacement",
-         .target = &wishes.column[COLUMN_DISPLACEMENT]},
+         .target = &wishes.columns.column[COLUMN_DISPLACEMENT]},
         {.name = "--reference",
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of the displacement that was wanted",
-         .target = &wishes.column[COLUMN_REFERENCE]},
+         .target = &wishes.columns.column[COLUMN_REFERENCE]},
         {.name = "--voltage",
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of the voltage measured at the actuator",
-         .target = &wishes.column[COLUMN_VOLTAGE]},
+         .target = &wishes.columns.column[COLUMN_VOLTAGE]},
         {.name = "--current",
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of the current",
-         .target = &wishes.column[COLUMN_CURRENT]},
+         .target = &wishes.columns.column[COLUMN_CURRENT]},
         {.name = "--temperature",
          .kind = OPTION_TEXT,
          .argument = "C",
          .help = "column of the temperature",
-         .target = &wishes.column[COLUMN_TEMPERATURE]},
+         .target = &wishes.columns.column[COLUMN_TEMPERATURE]},
         {.name = "--sample-rate",
          .kind = OPTION_NUMBER,
          .argument = "HZ",
          .help = "where the file does not say it",
-         .target = &wishes.sample_rate_hz},
+         .target = &wishes.columns.sample_rate_hz},
         {.name = "--fill-missing",
          .kind = OPTION_FLAG,
          .help = "straight lines over rows without a number",
-         .target = &wishes.fill_missing},
+         .target = &wishes.columns.fill_missing},
+        {.name = "--drop-held",
+         .kind = OPTION_FLAG,
+         .help = "of each reading that stands in several rows, keep the first",
+         .target = &wishes.drop_held},
         {.name = "--drive-scale",
          .kind = OPTION_NUMBER,
          .argument = "X",
          .help = "V per unit of the column",
-         .target = &wishes.scale[COLUMN_DRIVE]},
+         .target = &wishes.columns.scale[COLUMN_DRIVE]},
         {.name = "--displacement-scale",
          .kind = OPTION_NUMBER,
          .argument = "X",
          .help = "um per unit of the column",
-         .target = &wishes.scale[COLUMN_DISPLACEMENT]},
+         .target = &wishes.columns.scale[COLUMN_DISPLACEMENT]},
         {.name = "--reference-scale",
          .kind = OPTION_NUMBER,
          .argument = "X",
          .help = "um per unit of the column",
-         .target = &wishes.scale[COLUMN_REFERENCE]},
+         .target = &wishes.columns.scale[COLUMN_REFERENCE]},
         {.name = "--voltage-scale",
          .kind = OPTION_NUMBER,
          .argument = "X",
          .help = "V per unit of the column",
-         .target = &wishes.scale[COLUMN_VOLTAGE]},
+         .target = &wishes.columns.scale[COLUMN_VOLTAGE]},
         {.name = "--current-scale",
          .kind = OPTION_NUMBER,
          .argument = "X",
          .help = "A per unit of the column",
-         .target = &wishes.scale[COLUMN_CURRENT]},
+         .target = &wishes.columns.scale[COLUMN_CURRENT]},
         {.name = "--temperature-scale",
          .kind = OPTION_NUMBER,
          .argument = "X",
          .help = "degC per unit of the column",
-         .target = &wishes.scale[COLUMN_TEMPERATURE]},
+         .target = &wishes.columns.scale[COLUMN_TEMPERATURE]},
         JSON_OPTION(&as_json)};
     static const char streams[] = "/dev/fd/"; /* what "-" has become */
     size_t positionals;
@@ -281,10 +315,10 @@ static int import(int argc, char **argv) {
     if (status != OPTIONS_RUN) {
         return status;
     }
-    if (wishes.sample_rate_hz < 0.0) {
+    if (wishes.columns.sample_rate_hz < 0.0) {
         return usage_error(&command_import, "--sample-rate has to be above 0");
     }
-    if (import_is_several(&wishes) && output != NULL && strncmp(output, streams, strlen(streams)) == 0) {
+    if (import_is_several(&wishes.columns) && output != NULL && strncmp(output, streams, strlen(streams)) == 0) {
         return usage_error(&command_import, "-o -: several recordings need names");
     }
     return run(argv[1], &wishes, output, list, as_json, &failure) ? STATUS_DONE : failure_print(&failure);

@@ -146,6 +146,16 @@ for command in 'fit' 'fit --family all' 'diagnose --json=exchanged.json --report
     done
 done
 expect 0 '' fit exchanged.csv --columns-are-right --operators 4
+# A sensor that is read every four rows, beginning with row 2: of each reading the first row.
+awk -F, '/^[#t]/ {print; next} {k++; if (k % 4 == 2 || k == 1) y = $3; print $1 "," $2 "," y}' good.csv >slow.csv
+expect 0 '' import slow.csv --drop-held -o fresh.csv
+has stdout 'each in 4 rows: the first of them is kept, from row 2 of the data on'
+has stdout 'fresh.csv: 1500 samples at 250 Hz'
+awk -F, '/^[#t]/ {next} {k++; if (k % 4 == 2) print $2 + 0, $3 + 0}' good.csv >wanted
+awk -F, '/^[#t]/ {next} {print $2 + 0, $3 + 0}' fresh.csv >got
+cmp wanted got || complain 'import --drop-held: not the first rows'
+expect 1 'good.csv: no reading stands in several rows' import good.csv --drop-held -o none.csv
+[ ! -e none.csv ] || complain 'import --drop-held: wrote what it refused'
 expect 0 '' import exchanged.csv --drive displacement --displacement drive -o mended.csv
 expect 0 '' fit mended.csv -o mended.json
 expect 0 '' simulate mended.json good.csv # it is a model of the right recording

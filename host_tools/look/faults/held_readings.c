@@ -17,9 +17,10 @@ const fault_kind_t fault_held_readings = {
     .order = 15,
     .text = "Each reading stands in several rows: the sensor was read less often than the file was written.",
     .statistic = "changes of the reading at multiples of that many rows, which fresh readings would have shown before",
-    .change = "Read the sensor with each row, or write rows at its rate. `hyst diagnose` goes on with the first row of "
-              "each reading; for `hyst fit` leave the others out of the file. What the look shows above of noise, lags "
-              "and high frequencies is about the rows that repeat.",
+    .change =
+        "Read the sensor with each row, or write rows at its rate. `hyst diagnose` goes on with the first row of "
+        "each reading; `hyst import --drop-held` writes a file of those rows, for `hyst fit`. What the look shows "
+        "above of noise, lags and high frequencies is about the rows that repeat.",
     .handling = FAULT_MODELLABLE,
     .alone = true,
     .find = find};
