@@ -10,6 +10,7 @@
 static const double least_periods = 2.0;
 /* The first part of a rest still has what the motion before it left. */
 static const double settles = 0.1;
+
 static bool too_short(const samples_t *samples, const model_block_t *block) {
     const double number = block->parameter[0].value[0], rate_hz = samples->recordings[0].sample_rate_hz;
     const double lag_s = block->block->lag == LAG_DELAY      ? number
