@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <signal.h>
 #include <stdbool.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 enum { MOST_THREADS = 64 };
@@ -31,10 +32,18 @@ static size_t wait_there; /* of the helpers, for work */
 /* The job whose task this thread runs. */
 static _Thread_local job_t *inside;
 
+/* By the environment; 0: it says nothing, or no whole number. */
+static long wanted_threads(void) {
+    const char *const text = getenv("HYST_THREADS");
+    char *end = NULL;
+    const long threads = text != NULL ? strtol(text, &end, 10) : 0;
+    return end != NULL && *end == '\0' && threads > 0 ? threads : 0;
+}
+
 static size_t most_threads(void) {
     if (most == 0) {
-        const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-        most = processors < 1 ? 1 : processors < MOST_THREADS ? (size_t)processors : MOST_THREADS;
+        const long wanted = wanted_threads(), threads = wanted > 0 ? wanted : sysconf(_SC_NPROCESSORS_ONLN);
+        most = threads < 1 ? 1 : threads < MOST_THREADS ? (size_t)threads : MOST_THREADS;
     }
     return most;
 }

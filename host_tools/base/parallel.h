@@ -25,7 +25,8 @@ static inline size_t parallel_part(size_t rows, size_t part, size_t parts) {
     return rows * part / parts;
 }
 
-/** Limits the number of threads from now on; 0, the default: as many as processors. Not while tasks run. */
+/** Limits the number of threads from now on; 0, the default: as many as the environment variable HYST_THREADS says, or
+ * as processors. Not while tasks run. */
 void parallel_limit(size_t threads);
 
 #endif

@@ -26,6 +26,7 @@ extern const size_t commands_count;
     "NO_COLOR: changes nothing: no output is coloured, with it or without. On a terminal, stderr has a line of "       \
     "progress that is erased in the end.\n"                                                                            \
     "HYST_PROGRESS: with the value `lines`, progress is lines on stderr, for programs.\n"                              \
+    "HYST_THREADS: so many threads at most compute, in place of as many as processors. Results are the same.\n"        \
     "SOURCE_DATE_EPOCH: seconds since 1970: the date that pages and HDF5 files say in place of now.\n"
 #define HYST_EXIT_STATUS                                                                                               \
     "0 done, 1 the input or the device is at fault (one line on stderr says what and where), 2 wrong usage."

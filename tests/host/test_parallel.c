@@ -7,8 +7,10 @@
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { MOST = 1000, OUTER = 9, INNER = 50 };
@@ -30,14 +32,27 @@ static void take_time(void) {
     }
 }
 
-static void count_task(void *context, size_t index) {
-    count_t *count = context;
+static void begin(count_t *count) {
     const int now = 1 + atomic_fetch_add(&count->at_work, 1);
     int most = atomic_load(&count->most_at_work);
     while (now > most && !atomic_compare_exchange_weak(&count->most_at_work, &most, now)) {
     }
+}
+
+static void count_task(void *context, size_t index) {
+    count_t *count = context;
+    begin(count);
     take_time();
     atomic_fetch_add(&count->done[index], 1);
+    atomic_fetch_sub(&count->at_work, 1);
+}
+
+/* So long that every thread that may work comes in between. */
+static void count_sleep(void *context, size_t index) {
+    count_t *count = context;
+    (void)index;
+    begin(count);
+    (void)nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
     atomic_fetch_sub(&count->at_work, 1);
 }
 
@@ -56,6 +71,25 @@ static void test_every_task_is_done_once(void) {
             TEST_ASSERT_TRUE(atomic_load(&count.most_at_work) <= (int)limits[l]);
         }
     }
+}
+
+/* Anything but a whole number above 0 changes nothing. */
+static void test_the_environment_limits_threads(void) {
+    static const struct {
+        const char *threads;
+        int most; /* 0: as many as processors */
+    } cases[] = {{"1", 1}, {"2", 2}, {"0", 0}, {"-1", 0}, {"1x", 0}, {"", 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        static count_t count;
+        memset(&count, 0, sizeof count);
+        TEST_ASSERT_EQUAL_INT(0, setenv("HYST_THREADS", cases[i].threads, 1));
+        parallel_limit(0); /* asks anew */
+        parallel(100, count_sleep, &count);
+        const long most = cases[i].most > 0 ? cases[i].most : sysconf(_SC_NPROCESSORS_ONLN);
+        TEST_ASSERT_TRUE(atomic_load(&count.most_at_work) <= most);
+        TEST_ASSERT_TRUE(most == 1 || atomic_load(&count.most_at_work) > 1);
+    }
+    unsetenv("HYST_THREADS");
 }
 
 static void outer_task(void *context, size_t index) {
@@ -168,6 +202,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_child_process_has_its_own);
     RUN_TEST(test_every_task_is_done_once);
+    RUN_TEST(test_the_environment_limits_threads);
     RUN_TEST(test_tasks_may_have_tasks);
     RUN_TEST(test_two_tasks_run_at_the_same_time);
     RUN_TEST(test_a_thread_that_becomes_idle_helps_within);

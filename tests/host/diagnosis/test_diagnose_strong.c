@@ -6,7 +6,7 @@
 #include "unity.h"
 #include <math.h>
 
-enum { SAMPLES = 24000, PLAYS = 200 };
+enum { SAMPLES = 16000, PLAYS = 200 };
 static const double rate_hz = 4000.0, noise_um = 0.004;
 static recording_t recording;
 static model_t truth;

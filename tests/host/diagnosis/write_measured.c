@@ -31,7 +31,7 @@ int main(int argc, char **argv) {
             actuator_t actuator = cases[i].actuator;
             recording_t recording;
             failure_t failure;
-            actuator.samples = 12000;
+            actuator.samples = 8000;
             actuator.noise_um = 0.005;
             measure_actuator(&actuator, argv[2], &rng, &recording);
             const bool good = recording_write(&recording, argv[2], &failure);
