@@ -146,6 +146,11 @@ for command in 'fit' 'fit --family all' 'diagnose --json=exchanged.json --report
     done
 done
 expect 0 '' fit exchanged.csv --columns-are-right --operators 4
+expect 0 '' import exchanged.csv --drive displacement --displacement drive -o mended.csv
+expect 0 '' fit mended.csv -o mended.json
+expect 0 '' simulate mended.json good.csv # it is a model of the right recording
+has stdout 'NRMSE 0.'
+
 # A sensor that is read every four rows, beginning with row 2: of each reading the first row.
 awk -F, '/^[#t]/ {print; next} {k++; if (k % 4 == 2 || k == 1) y = $3; print $1 "," $2 "," y}' good.csv >slow.csv
 expect 0 '' import slow.csv --drop-held -o fresh.csv
@@ -156,10 +161,6 @@ awk -F, '/^[#t]/ {next} {print $2 + 0, $3 + 0}' fresh.csv >got
 cmp wanted got || complain 'import --drop-held: not the first rows'
 expect 1 'good.csv: no reading stands in several rows' import good.csv --drop-held -o none.csv
 [ ! -e none.csv ] || complain 'import --drop-held: wrote what it refused'
-expect 0 '' import exchanged.csv --drive displacement --displacement drive -o mended.csv
-expect 0 '' fit mended.csv -o mended.json
-expect 0 '' simulate mended.json good.csv # it is a model of the right recording
-has stdout 'NRMSE 0.'
 
 # Faults of the input: one line that names the place, exit status 1.
 expect 1 'nowhere.csv: No such file' fit nowhere.csv

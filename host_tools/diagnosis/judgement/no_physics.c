@@ -46,12 +46,6 @@ static bool next_stretch(const recording_t *recording, double range_v, stretch_t
     return stretch->from < recording->samples;
 }
 
-/* Whether the frequency is one of the drive's, in a stretch in which it moves. */
-static bool is_of_drive(const recording_t *recording, stretch_t moves, double hz) {
-    return drive_has_line(recording->column[COLUMN_DRIVE] + moves.from, moves.to - moves.from,
-                          recording->sample_rate_hz, hz);
-}
-
 /* Amplitude of the line in a rest, beside a parabola; 0 where it is too short to say. */
 static double amplitude_at_rest(const recording_t *recording, size_t from, size_t to, double hz) {
     enum { COLUMNS = 5 };
@@ -96,7 +90,7 @@ bool no_physics(const samples_t *samples, const model_block_t *block) {
         values_range(r->column[COLUMN_DRIVE], r->samples, range);
         while (next_stretch(r, range[1] - range[0], &stretch, &rests)) {
             const size_t length = stretch.to - stretch.from;
-            of_drive = of_drive || (!rests && is_of_drive(r, stretch, hz));
+            of_drive = of_drive || (!rests && drive_has_line(r, stretch.from, stretch.to, hz));
             if (rests && length > longest) {
                 at_rest = amplitude_at_rest(r, stretch.from, stretch.to, hz);
                 longest = at_rest > 0.0 ? length : longest;

@@ -33,7 +33,9 @@ static bool is_harmonic(const double *drive, size_t samples, double turns_per_sa
     return multiple > 0.5 && fabs(multiple - round(multiple)) * (double)samples < line_width * period;
 }
 
-bool drive_has_line(const double *drive, size_t samples, double sample_rate_hz, double hz) {
+bool drive_has_line(const recording_t *recording, size_t from, size_t to, double hz) {
+    const double *drive = recording->column[COLUMN_DRIVE] + from, sample_rate_hz = recording->sample_rate_hz;
+    const size_t samples = to - from;
     double line_hz[LINES_MOST];
     const size_t lines = find_lines(drive, samples, sample_rate_hz, line_hz);
     bool has = false;

@@ -4,11 +4,11 @@
 #ifndef DRIVE_LINES_H
 #define DRIVE_LINES_H
 
-#include <stdbool.h>
-#include <stddef.h>
+#include "recording/recording.h"
 
-/** Whether a drive has a line at this frequency, or nearer to it than 2 over its duration: a peak of its spectrum
- * (lines.h); or, of one that repeats itself or turns at regular times, a multiple of its frequency. */
-bool drive_has_line(const double *drive, size_t samples, double sample_rate_hz, double hz);
+/** Whether the drive of samples [from, to) has a line at this frequency, or nearer to it than 2 over their duration.
+ * That is a peak of its spectrum (lines.h), or a multiple of its frequency where it repeats itself or turns at regular
+ * times. */
+bool drive_has_line(const recording_t *recording, size_t from, size_t to, double hz);
 
 #endif

@@ -34,13 +34,7 @@ typedef struct {
     term_t *term;
 } terms_t;
 
-/* What follows the drive is no tone. */
-static bool is_of_drive(const recording_t *recording, size_t from, double hz) {
-    return drive_has_line(recording->column[COLUMN_DRIVE] + from, recording->samples - from, recording->sample_rate_hz,
-                          hz);
-}
-
-/* The lines of what the chain leaves now, but for those of the drive. */
+/* The lines of what the chain leaves now, but for those of the drive: what follows it is no tone. */
 static bool find_tones(const state_t *state, probe_setting_t *setting, double line_hz[LINES_MOST]) {
     const answer_t *answer = &state->answer;
     const samples_t *samples = &answer->question->samples;
@@ -52,8 +46,9 @@ static bool find_tones(const state_t *state, probe_setting_t *setting, double li
         double found_hz[LINES_MOST];
         samples_residual(samples, residual, residual);
         const size_t longest = samples_longest(samples), found = baseline_lines(samples, residual, found_hz);
+        const recording_t *recording = &samples->recordings[longest];
         for (size_t i = 0; i < found; i++) {
-            if (!is_of_drive(&samples->recordings[longest], samples->from[longest], found_hz[i])) {
+            if (!drive_has_line(recording, samples->from[longest], recording->samples, found_hz[i])) {
                 line_hz[setting->lines++] = found_hz[i];
             }
         }
