@@ -87,10 +87,12 @@ static void note_loudest(const suspects_t *suspects, double least, shape_t *shap
         shape->loudest = suspects->suspect[0].block;
         shape->gain = fmax(0.0, suspects->suspect[0].gain); /* without amplitude it is worth nothing */
     }
-    shape->silent = true;
+    shape->silent = shape->bends = true;
     for (size_t i = 0; i < suspects->count; i++) {
         const suspect_t *suspect = &suspects->suspect[i];
-        shape->silent = shape->silent && suspect->gain < (suspect->block->probe->shape ? threshold.least_gain : least);
+        const bool bend = suspect->block->probe->shape;
+        shape->silent = shape->silent && suspect->gain < (bend ? threshold.least_gain : least);
+        shape->bends = shape->bends && (bend || suspect->gain < threshold.least_gain);
     }
 }
 

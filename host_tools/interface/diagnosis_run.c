@@ -15,8 +15,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How likely a recording's readings are with a fault undone; they are spread so that no unit changes. A recording is
- * judged by itself: what another one has is no reason for or against a fault of this one. */
+static size_t readings_that_count(const recording_t *recording) {
+    size_t count = 0;
+    for (size_t k = 0; k < recording->samples; k++) {
+        count += recording->masked == NULL || recording->masked[k] == 0 ? 1 : 0;
+    }
+    return count;
+}
+
+/* How likely a recording's readings are with a fault undone; they are spread so that no unit changes. Readings that are
+ * left out when it is undone count as the others do in the mean. A recording is judged by itself: what another one has
+ * is no reason for or against a fault of this one. */
 static bool evidence_undone(const recording_t *recording, const look_t *look, const fault_t *fault,
                             double *log_evidence) {
     recording_t one;
@@ -27,6 +36,7 @@ static bool evidence_undone(const recording_t *recording, const look_t *look, co
         one.column[COLUMN_DISPLACEMENT][k] *= spread;
     }
     const bool good = operator_evidence(&one, 1, log_evidence);
+    *log_evidence *= (double)readings_that_count(recording) / (double)readings_that_count(&one);
     recording_free(&one);
     return good;
 }

@@ -223,9 +223,13 @@ static void append_shape(const answer_t *answer, const char *what, char *text) {
                     answer->held_out_percent);
     }
     text_append(text, ".");
+    if (answer->findings == 0 && !shape->silent && shape->loudest != NULL) {
+        text_append(text, " Beside it speaks %s%s.", shape->loudest->name,
+                    shape->loudest->probe->shape ? ": a bend, of the loops or of the readings"
+                                                 : ", but for no more than the operator itself may be off by");
+    }
 }
 
-/* " No known effect fits what is left; without a cause, empirical_curve describes it: ..." */
 /* What the look shows and nothing in the answer explains. */
 static void append_seen(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     const probe_seen_t *seen = &answer->question->seen;
@@ -237,6 +241,7 @@ static void append_seen(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     }
 }
 
+/* " No known effect fits what is left; empirical_curve describes it, without a cause: ..." */
 static void append_terms(const answer_t *answer, char *text) {
     const size_t named = findings_named(answer), terms = answer->findings - named;
     if (terms == 0) {
@@ -308,7 +313,9 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
         text_append(text, " It was found beside an operator that imitates a hysteresis of any shape, and so were its "
                           "numbers; the model's own hysteresis has another shape.");
     } else if (finding_has_reservation(finding)) {
-        text_append(text, " More than noise remains, which may be the reason in its place.");
+        text_append(text, "%s",
+                    finding->shape ? " A bend of the hysteresis itself may be the reason in its place."
+                                   : " More than noise remains, which may be the reason in its place.");
     }
 }
 

@@ -45,9 +45,9 @@ static double evidence_of_readings(void) {
     return log_evidence;
 }
 
-/* Undoes the only fault that the look finds, with the standard error of its first number. log_gain: the sum of the
- * logarithms of gains. false: it finds none. */
-static bool undo_only(const fault_kind_t *kind, double *sigma, double *log_gain) {
+/* Undoes the only fault that the look finds. first: its first number. log_gain: the sum of the logarithms of gains.
+ * false: it finds none. */
+static bool undo_only(const fault_kind_t *kind, fault_number_t *first, double *log_gain) {
     failure_t failure;
     fault_list_t faults;
     look_t *looks = looks_at(&recording, 1, &failure);
@@ -56,7 +56,7 @@ static bool undo_only(const fault_kind_t *kind, double *sigma, double *log_gain)
     if (found) {
         TEST_ASSERT_EQUAL(1, faults.count);
         TEST_ASSERT_EQUAL_PTR(kind, faults.fault[0].kind);
-        *sigma = faults.fault[0].number[0].sigma;
+        *first = faults.fault[0].number[0];
         *log_gain = kind->undo(&faults.fault[0], &looks[0], &recording);
     }
     faults_free(&faults);
@@ -75,38 +75,56 @@ static double largest_difference(void) {
 }
 
 static void test_a_gain_switch_is_undone(void) {
-    double sigma, log_gain;
+    fault_number_t first;
+    double log_gain;
     for (size_t which = 0; which < SCENE_DRIVES; which++) {
         double *y = record(which);
         for (size_t k = 5417; k < SCENE_SAMPLES; k++) {
             y[k] = 1.06 * y[k] + 0.05;
         }
         const double before = evidence_of_readings();
-        TEST_ASSERT_TRUE(undo_only(&fault_gain_switch, &sigma, &log_gain));
+        TEST_ASSERT_TRUE(undo_only(&fault_gain_switch, &first, &log_gain));
         /* Four standard errors of the gain, on strokes of at most 10 um: of 0.6 um that it changed. */
-        TEST_ASSERT_TRUE(largest_difference() < 40.0 * sigma);
-        TEST_ASSERT_DOUBLE_WITHIN(4.0 * sigma * (SCENE_SAMPLES - 5417), (SCENE_SAMPLES - 5417) * log(1.06), log_gain);
+        TEST_ASSERT_TRUE(largest_difference() < 40.0 * first.sigma);
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * first.sigma * (SCENE_SAMPLES - 5417), (SCENE_SAMPLES - 5417) * log(1.06),
+                                  log_gain);
         TEST_ASSERT_TRUE(evidence_of_readings() + log_gain > before + threshold.evidence_margin);
     }
 }
 
 static void test_an_offset_is_undone(void) {
-    double sigma, log_gain, *y = record(2);
+    fault_number_t first;
+    double log_gain, *y = record(2);
     for (size_t k = 7003; k < SCENE_SAMPLES; k++) {
         y[k] -= 0.21;
     }
     const double before = evidence_of_readings();
-    TEST_ASSERT_TRUE(undo_only(&fault_sensor_rezero, &sigma, &log_gain));
+    TEST_ASSERT_TRUE(undo_only(&fault_sensor_rezero, &first, &log_gain));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, log_gain);
     /* Four standard errors of the offset. */
-    TEST_ASSERT_TRUE(largest_difference() < 4.0 * sigma);
+    TEST_ASSERT_TRUE(largest_difference() < 4.0 * first.sigma);
     TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
+}
+
+/* The readings stand where they were read, but for a few, or are left out: those that were lost, the end that was
+ * pushed out, and where an instant is known to some samples only. */
+static void expect_right_or_left_out(size_t most_wrong, size_t most_left_out) {
+    size_t wrong = 0, left_out = 0;
+    for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+        const bool counts = recording.masked[k] == 0;
+        wrong += counts && fabs(recording.column[COLUMN_DISPLACEMENT][k] - clean[k]) > 1e-9 ? 1 : 0;
+        left_out += counts ? 0 : 1;
+    }
+    printf("%zu wrong, %zu left out\n", wrong, left_out);
+    TEST_ASSERT_LESS_OR_EQUAL(most_wrong, wrong);
+    TEST_ASSERT_LESS_OR_EQUAL(most_left_out, left_out);
 }
 
 /* Three readings, lost or written twice. Not every drive shows it (test_look_faults.c). */
 static void test_shifted_samples_are_put_back(void) {
     const size_t at = 4231;
-    double sigma, log_gain;
+    fault_number_t first;
+    double log_gain;
     for (int direction = -1; direction <= 1; direction += 2) {
         size_t seen = 0;
         for (size_t which = 0; which < SCENE_DRIVES; which++) {
@@ -117,16 +135,10 @@ static void test_shifted_samples_are_put_back(void) {
                 memmove(y + at + 3, y + at, (SCENE_SAMPLES - at - 3) * sizeof *y);
             }
             const double before = evidence_of_readings();
-            if (!undo_only(direction > 0 ? &fault_dropped_samples : &fault_repeated_samples, &sigma, &log_gain)) {
+            if (!undo_only(direction > 0 ? &fault_dropped_samples : &fault_repeated_samples, &first, &log_gain)) {
                 continue;
             }
-            size_t same = 0;
-            for (size_t k = 0; k < SCENE_SAMPLES; k++) {
-                same += fabs(recording.column[COLUMN_DISPLACEMENT][k] - clean[k]) < 1e-9 ? 1 : 0;
-            }
-            /* All but the lost ones, the end that was pushed out, and where the instant is known to some samples only.
-             */
-            TEST_ASSERT_GREATER_THAN(SCENE_SAMPLES - 40, (int)same);
+            expect_right_or_left_out(15, 150); /* of the slowest drive noise decides: 12 are wrong */
             TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
             seen++;
         }
@@ -134,9 +146,31 @@ static void test_shifted_samples_are_put_back(void) {
     }
 }
 
+/* What the first instant moves, the second one's rows move with, and so do those that were left out before. Not every
+ * drive shows both. */
+static void test_all_that_was_left_out_moves_with_the_readings(void) {
+    fault_number_t first;
+    double log_gain;
+    size_t seen = 0;
+    for (size_t which = 0; which < SCENE_DRIVES; which++) {
+        double *y = record(which);
+        memmove(y + 7519, y + 7519 + 5, (SCENE_SAMPLES - 7519 - 5) * sizeof *y);
+        memmove(y + 4231, y + 4231 + 8, (SCENE_SAMPLES - 4231 - 8) * sizeof *y);
+        recording_mask(&recording, 9000, 9001); /* what was read at 9013 */
+        const bool both = undo_only(&fault_dropped_samples, &first, &log_gain) && fabs(first.value - 13.0) < 0.5;
+        if (both) {
+            TEST_ASSERT_NOT_EQUAL(0, recording.masked[9013]);
+            expect_right_or_left_out(0, 200);
+            seen++;
+        }
+    }
+    TEST_ASSERT_TRUE(seen >= 1);
+}
+
 /* 300 parts in a million. The readings stay; the drive is moved to them. */
 static void test_two_clocks_are_undone(void) {
-    double *late = malloc(SCENE_SAMPLES * sizeof *late), sigma, log_gain;
+    fault_number_t first;
+    double *late = malloc(SCENE_SAMPLES * sizeof *late), log_gain;
     size_t seen = 0;
     for (size_t k = 0; k < SCENE_SAMPLES; k++) {
         late[k] = 300e-6 * (double)k - round(300e-6 * (double)k);
@@ -146,7 +180,7 @@ static void test_two_clocks_are_undone(void) {
         recording_free(&recording);
         scene_record(&scene, late, &rng, &recording);
         const double before = evidence_of_readings();
-        if (undo_only(&fault_clock_mismatch, &sigma, &log_gain)) {
+        if (undo_only(&fault_clock_mismatch, &first, &log_gain)) {
             TEST_ASSERT_EQUAL_DOUBLE(0.0, log_gain);
             TEST_ASSERT_TRUE(evidence_of_readings() > before + threshold.evidence_margin);
             seen++;
@@ -268,6 +302,7 @@ int main(void) {
     RUN_TEST(test_a_gain_switch_is_undone);
     RUN_TEST(test_an_offset_is_undone);
     RUN_TEST(test_shifted_samples_are_put_back);
+    RUN_TEST(test_all_that_was_left_out_moves_with_the_readings);
     RUN_TEST(test_what_is_no_fault_is_not_worth_it);
     RUN_TEST(test_physics_is_looked_for_in_the_readings_set_right);
     RUN_TEST(test_two_clocks_are_undone);

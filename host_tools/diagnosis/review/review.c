@@ -20,6 +20,13 @@ static bool is_only_shape(const answer_t *answer) {
     return question->shape.fitted && question->shape.whole && question->shape.silent;
 }
 
+/* Whether that is all that is missing: nothing was found, and beside the operator only curves speak. A hysteresis has
+ * bends of its own, which the operator's many numbers say at a higher price than a curve's few. */
+static bool is_bent_shape(const answer_t *answer) {
+    const question_t *question = answer->question;
+    return answer->findings == 0 && question->shape.fitted && question->shape.whole && question->shape.bends;
+}
+
 /* Whether an operator leaves only noise, and the model clearly more. Where the drive never rests the noise was found
  * beside a model, and what that leaves counts as noise: so their errors are compared, too. */
 static bool leaves_a_shape(const answer_t *answer, const shape_t *shape) {
@@ -253,13 +260,14 @@ bool review_end(state_t *state) {
     good = good && (!dropped || measure_again(state));
     /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
      * drift. That stays unknown. One that was heard was found beside the operator, and explains what that does not.
-     * What no finding is left for stays unknown, too, though a block speaks beside the operator. */
+     * What no finding is left for stays unknown, too, where a block that is no curve speaks beside the operator. */
     const bool near_only = answer->verdict == UNKNOWN_PHYSICS && found_nearly(answer);
-    if (good && answer->shape_after.whole && !near_only && (is_only_shape(answer) || answer->findings > 0)) {
+    if (good && answer->shape_after.whole && !near_only &&
+        (is_only_shape(answer) || is_bent_shape(answer) || answer->findings > 0)) {
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {
             finding_t *finding = &answer->finding[f];
-            const bool may_be_bend = finding->shape && answer->another_shape;
+            const bool may_be_bend = finding->shape && (answer->another_shape || question->shape.whole);
             finding->certainty = may_be_bend && finding->settled == NAMED ? ISOLATED : finding->settled;
         }
         answer->remainder.structured = false;

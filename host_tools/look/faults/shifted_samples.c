@@ -39,10 +39,25 @@ static void find_repeated(const look_t *looks, size_t count, const fault_kind_t 
     find(looks, count, kind, -1, faults);
 }
 
-/* From the last instant to the first, so that each is where the look has found it. */
+/* The readings from a row on to another one, and what was left out of them. */
+static void move_readings(recording_t *recording, size_t from, size_t to) {
+    double *y = recording->column[COLUMN_DISPLACEMENT];
+    unsigned char *masked = recording->masked;
+    const size_t count = recording->samples - (from > to ? from : to);
+    memmove(y + to, y + from, count * sizeof *y);
+    if (masked != NULL) {
+        memmove(masked + to, masked + from, count);
+    }
+}
+
+static void mask_rows(recording_t *recording, size_t from, size_t to) {
+    recording_mask(recording, from, to < recording->samples ? to : recording->samples);
+}
+
+/* From the last instant to the first, so that each is where the look has found it. Around an instant, as far as it is
+ * not known, readings may stand wrong: they are left out with the rows that have none. */
 static double put_back(const look_t *look, int direction, recording_t *recording) {
     const changes_t *changes = &look->changes;
-    double *y = recording->column[COLUMN_DISPLACEMENT];
     const size_t n = recording->samples;
     size_t below = n;
     for (size_t left = changes->shifts; left > 0; left--) {
@@ -56,14 +71,15 @@ static double put_back(const look_t *look, int direction, recording_t *recording
             break;
         }
         const int readings = direction * last->samples;
-        const size_t at = last->at, by = (size_t)readings;
+        const size_t at = last->at, by = (size_t)readings, from = at > last->within ? at - last->within : 0;
         below = at;
-        if (direction > 0 && at + by < n) {
-            memmove(y + at + by, y + at, (n - at - by) * sizeof *y);
-            recording_mask(recording, at, at + by);
-        } else if (direction < 0 && at + by < n) {
-            memmove(y + at, y + at + by, (n - at - by) * sizeof *y);
-            recording_mask(recording, n - by, n);
+        if (at + by < n && direction > 0) {
+            move_readings(recording, at, at + by);
+            mask_rows(recording, from, at + by + last->within);
+        } else if (at + by < n) {
+            move_readings(recording, at + by, at);
+            mask_rows(recording, from, at + last->within);
+            mask_rows(recording, n - by, n);
         }
     }
     return 0.0;
