@@ -24,7 +24,7 @@ typedef struct {
     const block_t *loudest;       /**< shape_scan: the block that is worth most beside it; NULL: was not asked */
     double gain;                  /**< natural units that this block is worth */
     bool silent;                  /**< no block is worth enough */
-    bool bends;                   /**< at most curves are, which a rate-independent hysteresis has, too */
+    bool bends;                   /**< but for curves, none is worth least_gain: a hysteresis bends, too */
 } shape_t;
 
 /** The operator in the place of the hysteresis in a chain, fitted to all samples that are not held out. step_um: of the

@@ -45,23 +45,29 @@ static double evidence_of_readings(void) {
     return log_evidence;
 }
 
-/* Undoes the only fault that the look finds. first: its first number. log_gain: the sum of the logarithms of gains.
- * false: it finds none. */
-static bool undo_only(const fault_kind_t *kind, fault_number_t *first, double *log_gain) {
+/* Undoes the only fault that the look finds, if it is of this kind. first: its first number. log_gain: the sum of the
+ * logarithms of gains. Returns how many faults the look finds. */
+static size_t undo_if_only(const fault_kind_t *kind, fault_number_t *first, double *log_gain) {
     failure_t failure;
     fault_list_t faults;
     look_t *looks = looks_at(&recording, 1, &failure);
     faults_find(looks, 1, &faults);
-    const bool found = faults.count > 0;
-    if (found) {
-        TEST_ASSERT_EQUAL(1, faults.count);
-        TEST_ASSERT_EQUAL_PTR(kind, faults.fault[0].kind);
+    const size_t found = faults.count;
+    if (found == 1 && faults.fault[0].kind == kind) {
         *first = faults.fault[0].number[0];
         *log_gain = kind->undo(&faults.fault[0], &looks[0], &recording);
     }
     faults_free(&faults);
     looks_free(looks, 1);
     return found;
+}
+
+/* false: the look finds none. */
+static bool undo_only(const fault_kind_t *kind, fault_number_t *first, double *log_gain) {
+    first->name = NULL;
+    const size_t found = undo_if_only(kind, first, log_gain);
+    TEST_ASSERT_TRUE(found == 0 || (found == 1 && first->name != NULL));
+    return found > 0;
 }
 
 static double largest_difference(void) {
@@ -157,8 +163,9 @@ static void test_all_that_was_left_out_moves_with_the_readings(void) {
         memmove(y + 7519, y + 7519 + 5, (SCENE_SAMPLES - 7519 - 5) * sizeof *y);
         memmove(y + 4231, y + 4231 + 8, (SCENE_SAMPLES - 4231 - 8) * sizeof *y);
         recording_mask(&recording, 9000, 9001); /* what was read at 9013 */
-        const bool both = undo_only(&fault_dropped_samples, &first, &log_gain) && fabs(first.value - 13.0) < 0.5;
-        if (both) {
+        first = (fault_number_t){.value = 0.0};
+        (void)undo_if_only(&fault_dropped_samples, &first, &log_gain);
+        if (fabs(first.value - 13.0) < 0.5) { /* both, and no other */
             TEST_ASSERT_NOT_EQUAL(0, recording.masked[9013]);
             expect_right_or_left_out(0, 200);
             seen++;

@@ -20,8 +20,8 @@ static bool is_only_shape(const answer_t *answer) {
     return question->shape.fitted && question->shape.whole && question->shape.silent;
 }
 
-/* Whether that is all that is missing: nothing was found, and beside the operator only curves speak. A hysteresis has
- * bends of its own, which the operator's many numbers say at a higher price than a curve's few. */
+/* Whether that is all that is missing: nothing was found, and beside the operator only curves speak. A hysteresis
+ * bends, too, which the operator's many numbers say at a higher price than a curve's few. */
 static bool is_bent_shape(const answer_t *answer) {
     const question_t *question = answer->question;
     return answer->findings == 0 && question->shape.fitted && question->shape.whole && question->shape.bends;

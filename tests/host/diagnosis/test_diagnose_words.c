@@ -63,6 +63,10 @@ static void test_what_is_isolated_is_not_sold_as_a_name(void) {
     finding->certainty = ISOLATED; /* and no rival */
     finding_explanation(finding, text);
     TEST_ASSERT_NOT_NULL(strstr(text, "More than noise remains, which may be the reason in its place."));
+    finding->shape = true;
+    finding_explanation(finding, text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "A bend of the hysteresis itself may be the reason in its place."));
+    finding->shape = false;
     finding->rivals = 2;
     finding->rival[0] = &block_transport_delay;
     finding->rival[1] = &block_sensor_bandwidth;
@@ -307,6 +311,20 @@ static void test_an_operator_that_leaves_as_much_proves_nothing(void) {
                                         "What the model leaves beside noise is a hysteresis of another shape, the "
                                         "shape of its loops"),
                                  text);
+    TEST_ASSERT_NULL_MESSAGE(strstr(text, "Beside it"), text);
+    /* What speaks beside the operator has its sentence, with what it may be. */
+    diagnosis.shape_after.loudest = &block_static_nonlinearity;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "Beside it speaks static_nonlinearity: a bend, of the loops or of the "
+                                              "readings."),
+                                 text);
+    diagnosis.shape_after.loudest = &block_gain_drift;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "speaks gain_drift, but for no more than the operator itself may be"),
+                                 text);
+    diagnosis.shape_after.silent = true;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NULL_MESSAGE(strstr(text, "Beside it"), text);
 }
 
 /* A model that follows the recording only with what was put down to its past is not simply to be used. */
