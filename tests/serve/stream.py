@@ -128,7 +128,8 @@ class Page:
 
     def fail(self, why):
         print(f"FAIL: {why}\nreceived: {self.server.received}\nsent: {self.script('return window.sent')}\n"
-              f"taken: {self.taken()} of {self.server.frames}, banner: {self.script('return banner.textContent')}")
+              f"taken: {self.taken()} of {self.server.frames}, banner: {self.script('return banner.textContent')}, "
+              f"message: {self.script('return byId(`message`).textContent')}")
         for entry in self.browser.get_log("browser"):
             print(entry["message"])
         sys.exit(1)
