@@ -39,7 +39,8 @@ static const char *scale(const char *unit, double value, double *size) {
 
 /* The name without what is only its unit: "_per_decade" says what it counts, and stays. */
 static void spell_name(char text[QUANTITY_TEXT], const char *name) {
-    static const char *const endings[] = {"_um_per_v", "_per_s", "_s", "_hz", "_um", "_v", "_n"};
+    static const char *const endings[] = {"_um_per_v", "_um_per_hz", "_per_hz", "_per_s", "_s",
+                                          "_hz",       "_um",        "_v",      "_n"};
     size_t length = strlen(name);
     for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
         const size_t ending = strlen(endings[i]);

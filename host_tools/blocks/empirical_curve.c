@@ -106,7 +106,10 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
 }
 
 static const probe_t fitted = {
-    .explanation = "No known effect fits. This smooth curve of the position describes it, without a cause.",
+    .explanation =
+        "No known effect fits. This smooth curve of the position describes it, without a cause. Contact that "
+        "is lost below a position looks like it, a sensor of any curve, and a hysteresis with dead zones "
+        "behind its plays.",
     .excitation = "the same loops with the sensor shifted, or a second sensor",
     .probe = probe,
     .searched = (1U << VALUES) - 1U};

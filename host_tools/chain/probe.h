@@ -66,8 +66,9 @@ typedef struct {
      * otherwise. */
     const char *group;
     /** Groups whose findings this block, a richer form of them, may take the place of where these leave more than
-     * noise. It is looked for nowhere else: with one number more it is as good as they are in their place, and says no
-     * more. All NULL: it is looked for by itself. */
+     * noise: with one number more it is as good as they are in their place, and says no more. By itself it is looked
+     * for only where structure is left in the end, and found only if it explains all of it. All NULL: it is looked for
+     * by itself. */
     const char *in_place_of[2];
     /** With some numbers it is what they are: a smaller gain shows that it is more than that. */
     bool extends;

@@ -65,7 +65,7 @@ static void print_probe(const block_t *block) {
     printf("%s%s%s\n  revealed by: %s\n", count > 0 ? " (group " : "", count > 0 ? block->probe->group : "",
            count > 0 ? ")" : "", block->probe->excitation);
     if (!probe_is_first(block->probe)) {
-        printf("  looked for: where a finding of its group leaves more than noise\n");
+        printf("  looked for: where others of its group, or all blocks, leave more than noise\n");
     }
     free(others);
 }

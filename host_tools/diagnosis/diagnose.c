@@ -160,6 +160,12 @@ static bool search_without_first(state_t *state, shapes_t *shapes) {
     return true;
 }
 
+static bool search_richer(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    trial_of_richer(state);
+    return true;
+}
+
 static bool search_strong(state_t *state, shapes_t *shapes) {
     trial_of_contest(state, shapes->given != NULL ? &shapes->shape[0].model : NULL);
     return true;
@@ -219,6 +225,8 @@ const stage_t diagnosis_stages[] = {
      "search/trials.h", .search = search_from_others},
     {"without the first", "the same without the block that came first, where structure is left", "search/trials.h",
      .search = search_without_first},
+    {"richer form", "the same with a block of more numbers, where structure is left and it alone explains everything",
+     "search/trials.h", .search = search_richer},
     {"strong effects", "the same from the hysteresis that is best beside one strong effect, where much is left",
      "search/contest.h", .search = search_strong},
     {"heard", "a block that speaks beside the operator, and was not found, takes the answer's place if it is likelier",

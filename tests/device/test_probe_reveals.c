@@ -122,11 +122,13 @@ static const effect_t hysteresis[] = {
     {"asymmetric_hysteresis", {{"asymmetry", 0.03}, {"center_v", 0.0}, {"half_range_v", 50.0}}, 0, 0.1, 5},
     {"rate_dependent_hysteresis", {{"beta_s", 0.0005}, {"rate_filter_s", 0.002}}, 0, 0.05, 7}};
 
-static const effect_t slow[] = {{"creep", {{"gamma_per_decade", 0.012}}, 0, 0.05, 9},
-                                {"dielectric_loss", {{"loss_tangent", 0.005}}, 0, 0.05, 9},
-                                {"charge_leakage", {{"time_constant_s", 300.0}}, 0, 0.05, 9},
-                                {"gain_drift", {{"gain_per_s", 0.0003}}, 0, 0.05, 9},
-                                {"thermal_drift", {{"drift_um", 0.5}, {"time_constant_s", 10.0}}, 0, 0.1, 9}};
+static const effect_t slow[] = {
+    {"creep", {{"gamma_per_decade", 0.012}}, 0, 0.05, 9},
+    {"dielectric_loss", {{"loss_tangent", 0.005}}, 0, 0.05, 9},
+    {"charge_leakage", {{"time_constant_s", 300.0}}, 0, 0.05, 9},
+    {"gain_drift", {{"gain_per_s", 0.0003}}, 0, 0.05, 9},
+    {"self_heating", {{"gain_per_hz", 0.001}, {"time_constant_s", 5.0}, {"half_range_v", 50.0}}, 0, 0.1, 9},
+    {"thermal_drift", {{"drift_um", 0.5}, {"time_constant_s", 10.0}}, 0, 0.1, 9}};
 
 static const effect_t mechanics_and_sensor[] = {
     {"resonance", {{"frequency_hz", 260.0}, {"damping_ratio", 0.03}}, 0, 0.01, 6},

@@ -287,6 +287,7 @@ static void test_settled_means_at_rest(void) {
                  {&block_dielectric_loss, {0.01}, 42.125 * (1.0 + 6.5 * 0.01 * 2.0 * M_LN10 / M_PI)}, /* 13 cells */
                  {&block_charge_leakage, {0.5, 3.0}, 3.0},
                  {&block_gain_drift, {0.0}, 42.125},
+                 {&block_self_heating, {0.1, 2.0, 1.0, 10.0}, 42.125},
                  {&block_resonance, {300.0, 0.05}, 42.125},
                  {&block_sensor_bandwidth, {0.001}, 42.125},
                  {&block_static_nonlinearity, {0.1, 0.05, 40.125, 4.0}, 42.125 + 4.0 * (0.1 / 4.0 + 0.05 / 8.0)},

@@ -163,6 +163,47 @@ static void test_drifts_and_hum_are_functions_of_time(void) {
     chain_close(hum);
 }
 
+/* Loops of amplitude a, f times a second, have the power (a / R)^2 f, and the heat is a low pass of it: with a time
+ * constant of many loops it rises with little ripple, and falls at rest. At multiples of the plays' spacing, as here,
+ * their sum has that power exactly. The heat comes where a branch ends more than where it begins: a ripple of an eighth
+ * of a loop's heat. Twice that is allowed. */
+static void test_self_heating_is_the_heat_of_loops(void) {
+    const double rate = 1000.0, hz = 25.0, range = 50.0, tau = 2.0, gain = 3e-4, expansion = 0.01;
+    for (int part = 1; part <= 2; part++) {
+        chain_t *chain = open_block(&block_self_heating, (const double[]){gain, expansion, tau, range}, rate, 1);
+        const double power = hz / (part * part), of_a_loop = power / (hz * tau);
+        double drive = 0.0, output = chain_settle(chain, 0.0), worst = 0.0;
+        for (int k = 1; k <= 8000; k++) {
+            const double t = k / rate, rose = -expm1(-fmin(t, 4.0) / tau), fell = exp(-fmax(0.0, t - 4.0) / tau);
+            drive = k <= 4000 ? range / part * M_2_PI * asin(sin(2.0 * M_PI * hz * t)) : drive;
+            output = chain_step(chain, drive);
+            worst = fmax(worst, fabs((output - drive) / (gain * drive + expansion) - power * rose * fell));
+        }
+        printf("amplitude 1/%d of the range: heat %.4f Hz, within %.4f\n", part, power, worst);
+        TEST_ASSERT_TRUE(worst < 0.25 * of_a_loop);
+        chain_close(chain);
+    }
+}
+
+/* The same power in a small loop far from the middle of the range: there is no centre. */
+static void test_self_heating_has_no_centre(void) {
+    const double rate = 1000.0;
+    double heat[2];
+    for (int high = 0; high < 2; high++) {
+        const double level = high ? 30.0 : 0.0;
+        chain_t *chain = open_block(&block_self_heating, (const double[]){0.0, 1.0, 0.5, 50.0}, rate, 1);
+        double output = chain_settle(chain, level), drive = level;
+        for (int k = 1; k <= 3000; k++) {
+            drive = level + 12.5 * sin(2.0 * M_PI * 10.0 * k / rate);
+            output = chain_step(chain, drive);
+        }
+        heat[high] = output - drive;
+        chain_close(chain);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 10.0 / 16.0, heat[0]); /* a quarter of a loop's heat, as above */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, heat[0], heat[1]);     /* rounding */
+}
+
 /* A vector that is turned sample by sample against the sine, made with 11 bits more. The angle of a turn (half a turn
  * at most) rounds by 2.2e-16, its cosine and sine by 1.6e-16, the products by as much; there are 255 turns: 1.4e-13 of
  * the amplitude. An hour at 10 kHz is as good as the first second, and so are frequencies beyond the sample rate. */
@@ -386,6 +427,8 @@ int main(void) {
     RUN_TEST(test_leakage_answers_a_ramp_and_a_hold_exactly);
     RUN_TEST(test_leakage_begins_where_it_is_told);
     RUN_TEST(test_drifts_and_hum_are_functions_of_time);
+    RUN_TEST(test_self_heating_is_the_heat_of_loops);
+    RUN_TEST(test_self_heating_has_no_centre);
     RUN_TEST(test_hum_is_the_sine);
     RUN_TEST(test_static_nonlinearity_is_its_polynomial);
     RUN_TEST(test_static_nonlinearity_rises_beyond_its_range);

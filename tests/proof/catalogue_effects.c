@@ -184,6 +184,35 @@ static void gain_drift(passage_t *passage, const double *parameter) {
     }
 }
 
+/* Size is the gain's change by lasting loops over the range, one a second. */
+static void set_self_heating(const passage_t *passage, double size, random_t *random, double *parameter) {
+    parameter[0] = sign_of(random) * size;
+    parameter[1] = duration_s(passage) * logarithmic(random, 0.05, 0.3);
+    parameter[2] = half_range_v(passage);
+}
+
+/* Hooks on strings of evenly spread lengths, which the drive drags along once it has left them by that length; what
+ * they are dragged is heat. */
+static void self_heating(passage_t *passage, const double *parameter) {
+    enum { HOOKS = 100 };
+    double hook_v[HOOKS], heat = 0.0;
+    for (size_t i = 0; i < HOOKS; i++) {
+        hook_v[i] = passage->drive_v[0];
+    }
+    for (size_t k = 1; k < passage->count; k++) {
+        double dragged_v = 0.0;
+        for (size_t i = 0; i < HOOKS; i++) {
+            const double length_v = parameter[2] * ((double)i + 0.5) / HOOKS, away_v = passage->drive_v[k] - hook_v[i];
+            const double drag_v = copysign(fmax(0.0, fabs(away_v) - length_v), away_v);
+            hook_v[i] += drag_v;
+            dragged_v += fabs(drag_v) / HOOKS;
+        }
+        const double power_hz = dragged_v / passage->step_s / (2.0 * parameter[2]);
+        heat += passage->step_s / parameter[1] * (power_hz - heat);
+        passage->value[k] *= 1.0 + parameter[0] * heat;
+    }
+}
+
 /* Size is the squared period, to which the lag of a mode far above the drive is proportional. */
 static void set_mode(const passage_t *passage, double size, random_t *random, double *parameter) {
     (void)passage;
@@ -289,6 +318,14 @@ const effect_t catalogue_effects[] = {
     {"dielectric_loss", {"loss_tangent"}, 0.01, 0.1, set_first, constant_phase, STAGE_POSITION, false},
     {"charge_leakage", {"time_constant_s"}, 0.2, 20.0, set_leakage, leakage, STAGE_POSITION, false},
     {"gain_drift", {"gain_per_s"}, 0.02, 0.5, set_gain_drift, gain_drift, STAGE_POSITION, false},
+    {"self_heating",
+     {"gain_per_hz", "time_constant_s", "half_range_v"},
+     0.01,
+     0.5,
+     set_self_heating,
+     self_heating,
+     STAGE_POSITION,
+     false},
     {"resonance", {"frequency_hz", "damping_ratio"}, 1e-5, 1e-3, set_mode, mode, STAGE_POSITION, false},
     {"preload", {"compliance_per_n"}, 0.003, 0.1, set_first, preload, STAGE_POSITION, false},
     {"sensor_bandwidth", {"cutoff_hz"}, 2e-4, 2e-2, set_cutoff, bandwidth, STAGE_POSITION, false},

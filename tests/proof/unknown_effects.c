@@ -113,22 +113,22 @@ static void contact(passage_t *passage, const double *parameter) {
     }
 }
 
-/* The gain follows the heat of past activity, with a time constant of two seconds. */
-static void self_heating(passage_t *passage, const double *parameter) {
-    const double typical_v_per_s = 10.0 * (passage->actuator->high_v - passage->actuator->low_v), tau_s = 2.0;
-    double heat = 0.0;
+/* Of the drive at a sample, in parts of a typical one. */
+static double rate_at(const passage_t *passage, size_t k) {
+    const double typical_v_per_s = 10.0 * (passage->actuator->high_v - passage->actuator->low_v);
+    return (passage->drive_v[k] - passage->drive_v[k - 1]) / passage->step_s / typical_v_per_s;
+}
+
+/* What the drive's line couples into the sensor's. */
+static void rate_crosstalk(passage_t *passage, const double *parameter) {
     for (size_t k = 1; k < passage->count; k++) {
-        const double rate = (passage->drive_v[k] - passage->drive_v[k - 1]) / passage->step_s / typical_v_per_s;
-        heat += passage->step_s / tau_s * (fmin(rate * rate, 4.0) - heat);
-        passage->value[k] *= 1.0 + parameter[0] * heat;
+        passage->value[k] += parameter[0] * rate_at(passage, k);
     }
 }
 
-static void rate_crosstalk(passage_t *passage, const double *parameter) {
-    const double typical_v_per_s = 10.0 * (passage->actuator->high_v - passage->actuator->low_v);
+static void squared_rate_crosstalk(passage_t *passage, const double *parameter) {
     for (size_t k = 1; k < passage->count; k++) {
-        const double rate = (passage->drive_v[k] - passage->drive_v[k - 1]) / passage->step_s / typical_v_per_s;
-        passage->value[k] += parameter[0] * rate * rate;
+        passage->value[k] += parameter[0] * rate_at(passage, k) * rate_at(passage, k);
     }
 }
 
@@ -196,13 +196,13 @@ static void telegraph(passage_t *passage, const double *parameter) {
 const effect_t unknown_effects[] = {
     {"relaxation of one time", {NULL}, 0.01, 0.2, set_first, relaxation, STAGE_POSITION, false},
     {"gain step", {NULL}, 0.01, 0.5, set_gain_step, gain_step, STAGE_POSITION, false},
-    {"self-heating", {NULL}, 0.005, 0.5, set_first, self_heating, STAGE_POSITION, false},
+    {"cross-talk of the rate", {NULL}, 0.005, 10.0, set_um, rate_crosstalk, STAGE_POSITION, false},
     {"mode with antiresonance", {NULL}, 0.05, 1.0, set_mode, antiresonance, STAGE_POSITION, false},
     {"stiffening mode", {NULL}, 1e-5, 1e-3, set_stiffening, stiffening_mode, STAGE_POSITION, false},
     {"contact lost below a position", {NULL}, 0.02, 0.9, set_first, contact, STAGE_POSITION, false},
     {"backlash", {NULL}, 0.005, 0.2, set_um, backlash, STAGE_POSITION, false},
     {"stiction", {NULL}, 0.005, 0.2, set_um, stiction, STAGE_POSITION, false},
-    {"cross-talk of the squared rate", {NULL}, 0.05, 10.0, set_um, rate_crosstalk, STAGE_POSITION, false},
+    {"cross-talk of the squared rate", {NULL}, 0.05, 10.0, set_um, squared_rate_crosstalk, STAGE_POSITION, false},
     {"aliased tone that wanders", {NULL}, 0.002, 0.5, set_um, aliased_tone, STAGE_POSITION, false},
     {"timing jitter", {NULL}, 1e-4, 0.05, set_first, jitter, STAGE_POSITION, false},
     {"missing codes", {NULL}, 0.005, 0.07, set_um, missing_codes, STAGE_POSITION, false},

@@ -19,6 +19,7 @@ typedef struct state {
     probe_setting_t setting; /**< the question's, with the lines of what is left now */
     double line_hz[LINES_MOST];
     const block_t *without; /**< not looked for */
+    const block_t *richer;  /**< looked for although it is a richer form (probe_t.in_place_of); NULL: none */
     fitted_chain_t *beside; /**< the operator in the place of the hysteresis, nothing found; may be empty */
     kept_chains_t *kept;    /**< the same beside what was found */
     failure_t *failure;

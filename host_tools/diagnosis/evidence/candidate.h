@@ -25,6 +25,7 @@ typedef struct {
     const model_t *baseline; /**< the chain; blocks that it has are not tried again */
     const probe_setting_t *setting;
     const block_t *without; /**< not tried either; NULL: none */
+    const block_t *richer;  /**< tried although it is a richer form (probe_t.in_place_of); NULL: none */
     /** Blocks of the baseline whose numbers are fitted together with those of a block that is tried; NULL: none. */
     const block_t *const *fitted_along;
     size_t fitted_along_count;

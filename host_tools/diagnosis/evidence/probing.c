@@ -122,7 +122,7 @@ static void probe(void *context, size_t index) {
 /* Whether the problem is about the block. */
 static bool asked(const search_problem_t *problem, const block_t *block) {
     const ask_t question = evidence_question(problem->evidence);
-    return block != problem->without && probe_is_first(block->probe) &&
+    return block != problem->without && (probe_is_first(block->probe) || block == problem->richer) &&
            (question == ASK_ANYTHING || block->probe->shape == (question == ASK_SHAPES)) &&
            model_find(problem->baseline, block->name) == NULL;
 }

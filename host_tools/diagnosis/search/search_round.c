@@ -130,6 +130,7 @@ static bool find_among(state_t *state, evidence_t *evidence, ask_t question, boo
                                       .baseline = &answer->model,
                                       .setting = &state->setting,
                                       .without = state->without,
+                                      .richer = state->richer,
                                       .fitted_along = answer->refitted_block,
                                       .fitted_along_count = answer->refitted};
     candidates_t found;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/search/trials.h"
 #include "base/parallel.h"
+#include "chain/catalogue.h"
 #include "diagnosis/answer/state.h"
-#include "diagnosis/evidence/candidate.h"
+#include "diagnosis/evidence/probing.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/search/attempt.h"
 #include "diagnosis/search/contest.h"
@@ -95,6 +96,51 @@ void trial_without_the_first(state_t *state) {
     prepare(&again, state, answer->question, &answer->given, answer->family);
     again.state.without = answer->finding[0].block;
     try_another(state, &again, NULL);
+}
+
+/* By its best probe; NULL: none promises anything. */
+static const block_t *most_promising_richer(const state_t *state) {
+    const answer_t *answer = &state->answer;
+    const question_t *question = answer->question;
+    failure_t refusal;
+    evidence_t *evidence = evidence_open(&answer->model, &question->samples, &question->noise, &refusal);
+    const search_problem_t problem = {
+        .evidence = evidence, .noise = &question->noise, .baseline = &answer->model, .setting = &state->setting};
+    const block_t *best = NULL;
+    double most = threshold.least_likelihood;
+    if (evidence == NULL) {
+        return NULL;
+    }
+    evidence_ask(evidence, ASK_EFFECTS);
+    for (size_t i = 0; i < catalogue_count; i++) {
+        const block_t *block = catalogue[i];
+        candidate_t candidate;
+        if (block->probe != NULL && !probe_is_first(block->probe) && model_find(&answer->model, block->name) == NULL &&
+            probe_block(&problem, block, &candidate)) {
+            if (candidate.likelihood > most) {
+                most = candidate.likelihood;
+                best = block;
+            }
+            candidate_free(&candidate);
+        }
+    }
+    evidence_close(evidence);
+    return best;
+}
+
+void trial_of_richer(state_t *state) {
+    const answer_t *answer = &state->answer;
+    const block_t *block = answer->remainder.structured ? most_promising_richer(state) : NULL;
+    trial_t trial;
+    if (block == NULL) {
+        return;
+    }
+    prepare(&trial, state, answer->question, &answer->given, answer->family);
+    trial.state.richer = block;
+    if (try_shape(state, &trial, NULL)) {
+        const answer_t *with = &trial.state.answer;
+        keep_one(state, &trial, finding_of(with, block) != NULL && !with->remainder.structured);
+    }
 }
 
 /* Whether the search has found just these. */

@@ -26,6 +26,13 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
 void trial_without_the_first(state_t *state);
 
 /**
+ * A richer form of a group may be the only one that explains anything, and then no finding of the group is there in
+ * whose place it could be tried. Where structure is left, the search is made once more with the one that promises most
+ * beside what was found. It stands only if it is found, and nothing but noise is left.
+ */
+void trial_of_richer(state_t *state);
+
+/**
  * Where more than noise is left, and blocks speak beside the universal operator (heard.h), these may be the answer.
  * They have to make the position more likely, beside the operator, than what was found does. And the operator has to
  * leave only noise with them, or a hysteresis of few numbers less of the held-out samples than without.

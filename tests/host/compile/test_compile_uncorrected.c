@@ -69,6 +69,7 @@ static void test_compile_says_what_it_does_not_undo(void) {
                  {&block_quantisation, "step_um", 0.1, NULL, 0.0, "on the reading"},
                  {&block_interleaved_hysteresis, "bilinear_gain", 0.01, "half_range_v", 50.0, "bilinear_gain of block"},
                  {&block_gain_drift, "gain_per_s", 0.1, NULL, 0.0, "does not know"},
+                 {&block_self_heating, "time_constant_s", 5.0, "half_range_v", 50.0, "how warm"},
                  {&block_charge_leakage, "time_constant_s", 5.0, NULL, 0.0, "without bound"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         model_t model = compiled_model(cases[i].block), bare;

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Richer forms are found where the plain one leaves more than noise, and only there: a low pass of second order in the
- * place of one of first order, two modes in the place of one. */
+ * place of one of first order, two modes in the place of one, losses that warm in the place of a drift or of nothing.
+ */
 #include "diagnosis/diagnose.h"
 #include "support.h"
 #include "unity.h"
-#include <math.h>
+#include <gsl/gsl_math.h>
 
 enum { SAMPLES = 12000, PLAYS = 100 };
 static const double rate_hz = 2000.0, noise_um = 0.004;
@@ -106,6 +107,33 @@ static void test_a_single_mode_stays_one(void) {
     }
 }
 
+/* Two slow loops, then bursts of 25 Hz of different height with pauses. */
+static void fill_bursts(void) {
+    static const double height[] = {50.0, 35.0, 50.0, 20.0};
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double t = (double)k / rate_hz, burst = (t - 2.0) / 1.0;
+        const double slow = t < 2.0 ? 50.0 * sin(2.0 * M_PI * t) : 0.0;
+        const bool bursts = burst >= 0.0 && fmod(burst, 1.0) < 0.6;
+        recording.column[COLUMN_DRIVE][k] =
+            bursts ? height[(size_t)burst % 4] * sin(2.0 * M_PI * 25.0 * (t - 2.0)) : slow;
+    }
+}
+
+/* Nothing of its group explains any of it. */
+static void test_losses_that_warm(void) {
+    static const double warms[4] = {1e-3, 0.01, 0.8, 50.0};
+    fill_bursts();
+    const finding_t *finding = ask(&block_self_heating, warms);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_UINT(1, diagnosis.findings);
+    TEST_ASSERT_EQUAL_STRING("self_heating", finding->block->name);
+    TEST_ASSERT_EQUAL_INT(NAMED, finding->certainty);
+    const model_block_t *found = &diagnosis.model.block[finding_index(&diagnosis, finding)];
+    for (size_t p = 0; p < 3; p++) {
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * found->parameter[p].sigma[0], warms[p], found->parameter[p].value[0]);
+    }
+}
+
 int main(void) {
     rng = random_start("diagnose_filter", 20261123);
     UNITY_BEGIN();
@@ -114,5 +142,6 @@ int main(void) {
     RUN_TEST(test_what_is_of_first_order_stays_so);
     RUN_TEST(test_two_modes);
     RUN_TEST(test_a_single_mode_stays_one);
+    RUN_TEST(test_losses_that_warm);
     return UNITY_END();
 }

@@ -11,7 +11,7 @@ import re
 GROUPS = {"transport_delay": "lag", "amplifier_bandwidth": "lag", "sensor_bandwidth": "lag", "low_pass_2": "lag",
           "amplifier_low_pass_2": "lag", "sensor_low_pass_2": "lag", "second_order_low_pass": "lag",
           "creep": "slow", "dielectric_loss": "slow", "charge_leakage": "slow", "gain_drift": "slow",
-          "thermal_drift": "slow",
+          "thermal_drift": "slow", "self_heating": "slow",
           "two_modes": "resonance",
           "asymmetric_hysteresis": "shape", "static_nonlinearity": "shape", "interleaved_hysteresis": "shape"}
 # Other words for a fault of the recording that are as right, as patterns over the block's name.
@@ -139,8 +139,8 @@ class Case:
             return self.silent()
         if self.kind == "fault":
             return self.fault_named()
-        if self.kind == "unknown":
-            return self.reply is not None and not self.explained_away()
+        if self.kind == "unknown":  # one of them has a block by now, and may be named
+            return self.reply is not None and (not self.explained_away() or self.right_name())
         return self.right_group() and not self.false_names()
 
     def describe(self):

@@ -18,17 +18,6 @@ def gain_step(rng, c):
     return act
 
 
-def self_heating(rng, c):
-    tau = c.duration * float(rng.uniform(0.05, 0.2))
-    rate_of = np.mean((np.diff(c.sampled) / c.dt) ** 2)
-
-    def act(p, size):
-        rate = np.gradient(p.drive, p.h) if not p.held else np.zeros(len(p.x))
-        heat = signals.low_pass(np.minimum(rate * rate / rate_of, 6.0) * (np.arange(len(rate)) > 0), p.h, tau)
-        p.x = p.x * (1.0 + size * heat)
-    return act
-
-
 def antiresonance(rng, c):
     """A zero pair just below the poles: a second, coupled mode."""
     hz = float(rng.uniform(0.02, 0.08)) / c.dt
@@ -157,7 +146,6 @@ def depolarised(rng, c):
 UNKNOWN = {
     "relaxation_of_one_time": (relaxation_of_one_time, "position", 1e-4, 0.5),
     "gain_step": (gain_step, "position", 1e-5, 0.5),
-    "self_heating": (self_heating, "position", 1e-5, 0.3),
     "antiresonance": (antiresonance, "position", 1e-3, 1.0),
     "stiffening_mode": (stiffening_mode, "position", 1.6, 30.0),
     "lost_contact": (lost_contact, "position", 1e-4, 0.9),
@@ -171,4 +159,4 @@ UNKNOWN = {
     "level_dependent_lag": (level_dependent_lag, "electronics", 0.02, 30.0),
     "depolarised": (depolarised, "sensor", 1e-5, 0.5),
 }
-NEEDS_MOTION = {"squared_rate", "self_heating", "two_slew_limits", "level_dependent_lag"}  # not with a held drive
+NEEDS_MOTION = {"squared_rate", "two_slew_limits", "level_dependent_lag"}  # not with a held drive
