@@ -2,7 +2,7 @@
 /*
  * Losses warm the actuator while it is driven, and change its gain and its length:
  *
- *     reading = (1 + gain_per_hz q) position + expansion_um_per_hz q,     time_constant_s dq/dt = p - q
+ *     position = (1 + gain_per_hz q) x + expansion_um_per_hz q,     time_constant_s dq/dt = p - q
  *
  * A loop of amplitude a loses as much as C tan(delta) a^2 for each period. So does a bank of plays with evenly spread
  * thresholds, all of one weight, that lose as they slide: p is what they slide in a second, 1 Hz for one loop a second
@@ -27,7 +27,7 @@ static const parameter_info_t parameters[] = {
      .unit = "um/Hz",
      .low = -1e6,
      .high = 1e6,
-     .text = "change of the reading by such loops"},
+     .text = "change of the position by such loops"},
     {.name = "time_constant_s", .unit = "s", .low = 1e-3, .high = 1e9, .text = "in which all but 1/e has warmed"},
     PARAMETER_HALF_RANGE("half_range_v", "V", "drive_range_v", "half of the range of the drive that such loops have")};
 
@@ -117,5 +117,5 @@ const block_t block_self_heating = {
     .open = open,
     .settle = settle,
     .step = step,
-    .uncorrected = "the amplifier does not know how warm the actuator was before, and cannot see the reading",
+    .uncorrected = "the amplifier does not know how warm the actuator is, and the position moves with it",
     .probe = &looked_for};
