@@ -62,10 +62,6 @@ static double slide(state_t *state, double drive_v) {
     return slid_v;
 }
 
-static double warmed(const state_t *state, double position_um) {
-    return position_um + state->heat_hz * (state->gain_per_hz * position_um + state->expansion_um_per_hz);
-}
-
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     for (int i = 0; i < PLAYS; i++) {
@@ -78,7 +74,7 @@ static void step(void *memory, signal_t *signal) {
     state_t *state = memory;
     const double power_hz = state->hz_per_v * slide(state, signal->drive_v);
     state->heat_hz += state->part * (power_hz - state->heat_hz);
-    signal->value = warmed(state, signal->value);
+    signal->value += state->heat_hz * (state->gain_per_hz * signal->value + state->expansion_um_per_hz);
 }
 
 /* First the gain, then the length, at several time constants. The size is a thousandth, were the drive as fast all the
