@@ -51,7 +51,7 @@ typedef struct {
 
 static void refine_one(void *context, size_t index) {
     const refined_t *job = context;
-    scan_refine(job->scan, &job->suspects->suspect[index]);
+    scan_refine(job->scan, SCAN_STEPS, &job->suspects->suspect[index]);
 }
 
 /* strong: what a block's best probe was worth, if that is more than its refined numbers are. These go with weights that

@@ -19,7 +19,8 @@ static const double least_beyond = 1e-8;
 /* A step of the refinement that is worth less, in natural units, is the last one. One step, a third of it, a ninth ..
  */
 static const double settled = 0.2;
-static const gauss_newton_tunables_t tunables = {.most_iterations = 8, .most_trials = 4, .worth = 1.0, .shorten = 0.3};
+enum { MOST_TRIALS = 4 };
+static const double shorten = 0.3;
 
 /* The column of a chain's signature; false if there is none. */
 static bool signature_of(const scan_t *scan, const model_t *chain, size_t at, double *column) {
@@ -278,7 +279,9 @@ static bool ends(void *context, bool improved, double before, double now) {
     return !improved || before - now < 2.0 * settled;
 }
 
-void scan_refine(const scan_t *scan, suspect_t *suspect) {
+void scan_refine(const scan_t *scan, size_t steps, suspect_t *suspect) {
+    const gauss_newton_tunables_t tunables = {
+        .most_iterations = steps, .most_trials = MOST_TRIALS, .worth = 1.0, .shorten = shorten};
     refinement_t job = {.scan = scan,
                         .suspect = suspect,
                         .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};

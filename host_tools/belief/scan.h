@@ -44,9 +44,11 @@ typedef struct {
 void scan_blocks(const scan_t *scan, suspects_t *suspects);
 /** How many of them promise something beside the very first, at most `most`: those whose numbers are worth a search. */
 size_t scan_promising(const suspects_t *suspects, size_t most);
-/** Searches the numbers of one, the weights as they are, from where its amplitude puts them. The scan's chain may have
- * the block already, with the same index: then `gain` is what other numbers are worth. */
-void scan_refine(const scan_t *scan, suspect_t *suspect);
+/** Steps of a search that is to end where no more is to be had. */
+enum { SCAN_STEPS = 8 };
+/** Searches the numbers of one, the weights as they are, from where its amplitude puts them; in at most so many steps.
+ * The scan's chain may have the block already, with the same index: then `gain` is what other numbers are worth. */
+void scan_refine(const scan_t *scan, size_t steps, suspect_t *suspect);
 
 /** The standard errors of the numbers of the block at `at`, which the scan's chain has: beside the operator, its
  * weights integrated out, each number with the others free. A number that the operator imitates gets none. */

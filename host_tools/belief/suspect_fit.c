@@ -8,16 +8,16 @@
 /* Each turn is a fit of some 300 weights: a second or so. A strong mode may need twice as many as the usual ones, and
  * is then worth much more from turn to turn. */
 enum { MOST_SUSPECTS = 3, USUAL_TURNS = 4, MOST_TURNS = 16 };
-/* Natural units: a turn that is worth less is the last one. In parts of what it is worth by now: one that is worth more
- * is not the last one. */
-static const double settled = 0.5, growing = 0.1;
+/* Natural units: a turn that is worth less is the last one, and one that promises less is none. In parts of what it is
+ * worth by now: one that is worth more is not the last one. */
+static const double settled = 0.5, worth_a_turn = 0.1, growing = 0.1;
 
 /* The numbers that it begins with: as the scan's weights have them, or, where these lead nowhere, the probe's. */
 static void begin(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *suspect) {
     const scan_t beside = fitted_chain_scan(fitted, setting);
     suspect_t searched = *suspect;
     model_copy(&searched.chain, &suspect->chain);
-    scan_refine(&beside, &searched);
+    scan_refine(&beside, SCAN_STEPS, &searched);
     if (searched.gain >= threshold.evidence_margin) {
         model_free(&suspect->chain);
         suspect->chain = searched.chain;
@@ -28,11 +28,12 @@ static void begin(fitted_chain_t *fitted, const probe_setting_t *setting, suspec
     suspect->amplitude = 1.0;
 }
 
-/* Other numbers, by the weights of the fit with these. */
+/* Other numbers, by the weights of the fit with these: one step. A second one would go by what the operator can imitate
+ * at the numbers that it has left. */
 static void move_on(fitted_chain_t *with, const probe_setting_t *setting, suspect_t *suspect) {
     const scan_t scan = fitted_chain_scan(with, setting);
     suspect->amplitude = 1.0;
-    scan_refine(&scan, suspect);
+    scan_refine(&scan, 1, suspect);
 }
 
 static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, int turns, suspect_t *suspect) {
@@ -59,6 +60,7 @@ static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, int 
                                 (turn + 1 < USUAL_TURNS || here - before > growing * here));
         if (goes_on) {
             move_on(&with, setting, &now);
+            goes_on = now.gain >= worth_a_turn;
         }
         fitted_chain_close(&with);
     }

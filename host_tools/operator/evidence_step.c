@@ -30,6 +30,18 @@ static void invert(const group_evidence_t *e, double *inverse, double *diagonal)
     }
 }
 
+void evidence_here(const group_evidence_t *e, evidence_place_t *here) {
+    here->variance = e->variance;
+    memcpy(here->precision, e->precision, sizeof here->precision);
+}
+
+void evidence_covariance(const evidence_work_t *work, const group_evidence_t *e) {
+    const size_t n = e->columns;
+    memcpy(work->covariance, work->inverse, n * n * sizeof(double));
+    gsl_matrix_view matrix = gsl_matrix_view_array(work->covariance, n, n);
+    gsl_linalg_tri_LTL(&matrix.matrix);
+}
+
 double evidence_fixed_point(evidence_work_t *work, group_evidence_t *e, evidence_place_t *next) {
     double determined = 0.0, change = 0.0;
     invert(e, work->inverse, work->diagonal);
@@ -39,7 +51,7 @@ double evidence_fixed_point(evidence_work_t *work, group_evidence_t *e, evidence
         work->open[work->group[j]] += work->diagonal[j] * e->variance;
         work->square[work->group[j]] += e->weight[j] * e->weight[j];
     }
-    memcpy(next->precision, e->precision, sizeof next->precision);
+    evidence_here(e, next);
     for (size_t g = 0; g < e->groups; g++) {
         e->determined[g] = (double)work->count[g] - (g > 0 ? e->precision[g] * work->open[g] : 0.0);
         determined += e->determined[g];
@@ -48,8 +60,10 @@ double evidence_fixed_point(evidence_work_t *work, group_evidence_t *e, evidence
             const double better =
                 fmin(fmax(e->determined[g], 1e-6) / fmax(work->square[g], 1e-300), evidence_switched_off / e->variance);
             work->leaves[g] = e->determined[g] < threshold.group_leaves && better > e->precision[g];
-            change = fmax(change, work->leaves[g] ? 0.0 : fabs(log(better / e->precision[g])));
-            next->precision[g] = better;
+            if (!work->leaves[g]) {
+                change = fmax(change, fabs(log(better / e->precision[g])));
+                next->precision[g] = better;
+            }
         }
     }
     const double rows = (double)work->equations->rows;
@@ -67,14 +81,12 @@ typedef struct {
 
 static void between_groups(const evidence_work_t *work, const group_evidence_t *e, between_t *between) {
     const size_t n = e->columns;
-    double *covariance = work->covariance;
-    cblas_dsyrk(CblasRowMajor, CblasLower, CblasTrans, (int)n, (int)n, e->variance, work->inverse, (int)n, 0.0,
-                covariance, (int)n);
+    evidence_covariance(work, e);
     memset(between, 0, sizeof *between);
     for (size_t i = 0; i < n; i++) {
         double *size = between->size[work->group[i]], *along = between->along[work->group[i]];
         for (size_t j = 0; j <= i; j++) {
-            const double s = covariance[i * n + j], once = j < i ? 1.0 : 0.5;
+            const double s = e->variance * work->covariance[i * n + j], once = j < i ? 1.0 : 0.5;
             size[work->group[j]] += once * s * s;
             along[work->group[j]] += once * e->weight[i] * s * e->weight[j];
         }
@@ -170,11 +182,10 @@ static void newton_step(const evidence_work_t *work, const group_evidence_t *e, 
     }
 }
 
-void evidence_newton(const evidence_work_t *work, const group_evidence_t *e, const evidence_place_t *fixed,
-                     evidence_place_t *next) {
+void evidence_newton(const evidence_work_t *work, const group_evidence_t *e, evidence_place_t *next) {
     double step[MOST_UNKNOWNS];
     newton_step(work, e, step);
-    *next = *fixed;
+    evidence_here(e, next);
     next->variance = e->variance / exp(step[e->groups]);
     for (size_t g = 1; g < e->groups; g++) {
         if (!work->leaves[g]) {

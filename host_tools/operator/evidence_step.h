@@ -27,24 +27,25 @@ typedef struct {
     size_t count[EVIDENCE_MOST_GROUPS]; /**< columns of a group */
     bool find_variance;
     double misfit;                       /**< of the weights */
-    double *inverse, *covariance;        /**< columns^2 each: L^-1, of evidence_fixed_point; room for evidence_newton */
+    double *inverse;                     /**< columns^2: L^-1, of evidence_fixed_point */
+    double *covariance;                  /**< columns^2, lower: (L L')^-1, of evidence_covariance */
     double *diagonal;                    /**< columns: of (L L')^-1, the same */
     double open[EVIDENCE_MOST_GROUPS];   /**< sums over a group's columns: the variances of their weights, the same */
     double square[EVIDENCE_MOST_GROUPS]; /**< the squares of their weights, the same */
-    bool leaves[EVIDENCE_MOST_GROUPS];   /**< groups that are out of use: their precisions only grow, the same */
+    bool leaves[EVIDENCE_MOST_GROUPS];   /**< groups that are out of use and would go farther out, the same */
 } evidence_work_t;
+
+void evidence_here(const group_evidence_t *evidence, evidence_place_t *here);
+/** Needs `inverse`. */
+void evidence_covariance(const evidence_work_t *work, const group_evidence_t *evidence);
 
 /**
  * The fixed point's next place, with evidence->determined. Returns the largest change of a precision on the way, as a
- * logarithm; that of a group which leaves is none.
+ * logarithm. A group that leaves stays where it is, at the edge of use: from there it can come back.
  */
 double evidence_fixed_point(evidence_work_t *work, group_evidence_t *evidence, evidence_place_t *next);
 
-/**
- * Newton's next place, after evidence_fixed_point at the same, whose step the groups take that leave: they may come
- * back.
- */
-void evidence_newton(const evidence_work_t *work, const group_evidence_t *evidence, const evidence_place_t *fixed,
-                     evidence_place_t *next);
+/** Newton's next place, after evidence_fixed_point at the same. */
+void evidence_newton(const evidence_work_t *work, const group_evidence_t *evidence, evidence_place_t *next);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "operator/group_evidence.h"
 #include "base/progress.h"
+#include "operator/evidence_range.h"
 #include "operator/evidence_step.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_blas.h>
@@ -13,8 +14,10 @@
 enum { MOST_ROUNDS = 100 };
 /* A precision for free columns, and for the round-off of the equations, in parts of the mean square of a column. */
 static const double nearly_free = 1e-11;
-/* Numbers of a group that the data determine, below which it counts as switched off. */
+/* Numbers of a group that the data determine, below which it counts as out of use. */
 static const double barely_used = 0.1;
+/* Of what another hill is worth, in natural units: for less none is climbed. */
+static const double worth_a_jump = 0.5;
 
 static double dot(const double *a, const double *b, size_t count) {
     return cblas_ddot((int)count, a, 1, b, 1);
@@ -67,10 +70,10 @@ static bool evaluate(evidence_work_t *work, const evidence_place_t *at, group_ev
     return true;
 }
 
-/* A group that was switched off begins like a new one: there the fixed point hardly moves. */
+/* A group of which the start knows nothing begins like a new one. */
 static void begin_with(const group_evidence_t *start, group_evidence_t *e, bool find_variance) {
     for (size_t g = 1; g < e->groups; g++) {
-        if (start->determined[g] > barely_used) {
+        if (start->determined[g] > 0.0) {
             e->precision[g] = start->precision[g];
         }
     }
@@ -86,11 +89,20 @@ static bool improve(evidence_work_t *work, group_evidence_t *e, bool *good) {
     const bool near = evidence_fixed_point(work, e, &fixed) < threshold.evidence_near_top;
     bool moved = false;
     if (near) {
-        evidence_newton(work, e, &fixed, &newton);
+        evidence_newton(work, e, &newton);
         moved = evaluate(work, &newton, e) && e->log_evidence > before - threshold.evidence_settled;
     }
     *good = moved || evaluate(work, &fixed, e);
     return near && fabs(e->log_evidence - before) < threshold.evidence_settled;
+}
+
+/* To a place on another hill that is better. False: there is none. */
+static bool jump(evidence_work_t *work, group_evidence_t *e, bool *good) {
+    evidence_place_t next;
+    (void)evidence_fixed_point(work, e, &next);
+    const bool better = evidence_elsewhere(work, e, &next) > worth_a_jump;
+    *good = !better || evaluate(work, &next, e);
+    return better;
 }
 
 bool group_evidence_fit(const normal_equations_t *equations, const size_t *group, size_t groups, double variance,
@@ -120,11 +132,12 @@ bool group_evidence_fit(const normal_equations_t *equations, const size_t *group
     if (start != NULL && start->columns > 0) {
         begin_with(start, e, work.find_variance);
     }
-    evidence_place_t first = {.variance = e->variance};
-    memcpy(first.precision, e->precision, sizeof first.precision);
+    evidence_place_t first;
+    evidence_here(e, &first);
     bool good = evaluate(&work, &first, e), settled = false;
     for (int round = 0; good && !settled && round < MOST_ROUNDS; round++) {
         settled = improve(&work, e, &good);
+        settled = settled && good && !jump(&work, e, &good);
         good = good && !progress_cancelled();
     }
     free(work.inverse);
@@ -135,6 +148,12 @@ bool group_evidence_fit(const normal_equations_t *equations, const size_t *group
         return fail(failure, "the equations of the hysteresis cannot be solved");
     }
     return true;
+}
+
+void group_evidence_forget_unused(group_evidence_t *e) {
+    for (size_t g = 1; g < e->groups; g++) {
+        e->determined[g] = e->determined[g] > barely_used ? e->determined[g] : 0.0;
+    }
 }
 
 void group_evidence_free(group_evidence_t *e) {

@@ -5,9 +5,9 @@
  *     y = X w + e,   w_j ~ N(0, 1 / precision of its group),   e ~ N(0, variance)
  *
  * The precisions and the variance are those under which the data are likeliest when the weights are integrated out
- * (MacKay, Neural Computation 4, 1992). They are found by his fixed point and Newton's steps (evidence_step.h), from
- * X'X and X'y alone. So hundreds of columns cost nothing where a few of them are enough, and the same factor says how
- * well a prediction is determined.
+ * (MacKay, Neural Computation 4, 1992). They are found by his fixed point and Newton's steps (evidence_step.h), and
+ * where these end, on another hill if one is higher (evidence_range.h), from X'X and X'y alone. So hundreds of columns
+ * cost nothing where a few of them are enough, and the same factor says how well a prediction is determined.
  */
 #ifndef OPERATOR_GROUP_EVIDENCE_H
 #define OPERATOR_GROUP_EVIDENCE_H
@@ -22,6 +22,9 @@
  */
 bool group_evidence_fit(const normal_equations_t *equations, const size_t *group, size_t groups, double variance,
                         const group_evidence_t *start, group_evidence_t *evidence, failure_t *failure);
+/** A fit that starts with this one begins anew with the groups that it has out of use: several of them together may be
+ * worth something that no single one is. */
+void group_evidence_forget_unused(group_evidence_t *evidence);
 void group_evidence_free(group_evidence_t *evidence);
 
 /**

@@ -193,6 +193,12 @@ static bool find_law(const operator_question_t *q, size_t thin, hysteresis_t *h,
     return good;
 }
 
+/* The fit that counts, after those of the search. */
+static bool fit_at_last(const operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+    group_evidence_forget_unused(&h->evidence);
+    return equations_fit(q, thin, true, h, failure);
+}
+
 /* Turns, law and the spectrum of the noise as another fit has them, the latter improved. */
 static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *like, hysteresis_t *h,
                      failure_t *failure) {
@@ -208,7 +214,7 @@ static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *li
     if (like->noise.rho > 0.0) {
         improve_noise(q, search, evidence_at(q, search, like->noise.rho, h), h);
     }
-    return equations_fit(q, thin, true, h, failure);
+    return fit_at_last(q, thin, h, failure);
 }
 
 static bool fit_all(operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
@@ -218,7 +224,7 @@ static bool fit_all(operator_question_t *q, size_t thin, hysteresis_t *h, failur
     }
     find_noise(q, search, h);
     return pull_outliers_in(q, search, h, failure) && find_law(q, search, h, failure) &&
-           equations_fit(q, thin, true, h, failure);
+           fit_at_last(q, thin, h, failure);
 }
 
 static bool lets_constants_through(const state_space_t *behind) {

@@ -266,6 +266,47 @@ static void test_evidence_agrees_with_a_direct_computation(void) {
     normal_equations_free(&equations);
 }
 
+/* A group of which one column says something and three large ones nothing. With a little less prior the large ones lose
+ * more than the one gains: out of use is a hill. With much less that is the other way round. */
+static void test_a_group_comes_back_from_out_of_use(void) {
+    enum { LARGE = 6, OF_LARGE = 10, OTHER = 2 };
+    static const size_t group[WIDTH] = {1, 1, 1, 1, 1, 2, 2, 2, 2};
+    static const double nothing[WIDTH] = {0.0};
+    double x[ROWS][WIDTH] = {{0.0}}, y[ROWS] = {0.0}, ignored;
+    normal_equations_t equations;
+    group_evidence_t e, again;
+    failure_t failure;
+    normal_equations_create(&equations, WIDTH);
+    for (size_t k = 0; k < ROWS; k++) {
+        const bool large = k < OF_LARGE;
+        for (size_t j = large ? LARGE : 0; j < (large ? WIDTH : LARGE); j++) {
+            x[k][j] = (large ? 30.0 : 1.0) * random_normal(&rng);
+            y[k] += large ? 0.0 : (j < 5 ? 1.0 : 0.3) * x[k][j];
+        }
+        y[k] += large ? 0.0 : 0.1 * random_normal(&rng);
+        normal_equations_add(&equations, x[k], y[k]);
+    }
+    normal_equations_finish(&equations);
+    TEST_ASSERT_TRUE(group_evidence_fit(&equations, group, GROUPS, 0.0, NULL, &e, &failure));
+    /* Out of use: a weight of 0.3 has a millionth of its prior's variance. */
+    double out[GROUPS] = {0.0, e.precision[1], 1e9}, less[GROUPS] = {0.0, e.precision[1], 1e8};
+    const double variance = 0.1;
+    const double at_out = direct_evidence(x, y, group, out, variance, nothing, &ignored);
+    TEST_ASSERT_TRUE(at_out > direct_evidence(x, y, group, less, variance, nothing, &ignored)); /* it is a hill */
+    TEST_ASSERT_TRUE(e.log_evidence > at_out + 10.0);                                           /* and a lower one */
+    const double there = e.precision[OTHER];
+    e.precision[OTHER] = out[OTHER];
+    e.determined[OTHER] = 1e-3;
+    e.variance = variance;
+    TEST_ASSERT_TRUE(group_evidence_fit(&equations, group, GROUPS, 0.0, &e, &again, &failure));
+    /* Both ended where a round gains a thousandth. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, e.log_evidence, again.log_evidence);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, log(again.precision[OTHER] / there));
+    group_evidence_free(&e);
+    group_evidence_free(&again);
+    normal_equations_free(&equations);
+}
+
 /* Three groups whose columns are nearly mixtures of the first one's: they can stand for each other. A step with a wrong
  * second derivative stays beside the top. */
 static void test_evidence_is_at_the_top_where_groups_are_alike(void) {
@@ -547,6 +588,7 @@ int main(void) {
     RUN_TEST(test_rows_together_are_the_rows_one_by_one);
     RUN_TEST(test_the_ladder_as_states);
     RUN_TEST(test_evidence_agrees_with_a_direct_computation);
+    RUN_TEST(test_a_group_comes_back_from_out_of_use);
     RUN_TEST(test_evidence_is_at_the_top_where_groups_are_alike);
     RUN_TEST(test_the_operator_reaches_the_noise_of_each_law);
     RUN_TEST(test_the_operator_reaches_the_noise_behind_a_mode);
