@@ -8,9 +8,10 @@
 #include <string.h>
 
 /* Rows of the final fit: 40 for each of the operator's columns. */
-enum { CHAIN_ROUNDS = 4, MOST_FITTED = 12000 };
-/* In parts of the noise. */
-static const double settled = 0.1;
+enum { CHAIN_ROUNDS = 6, MOST_FITTED = 12000 };
+/* Of what the chain adds from round to round, in parts of the noise: with less it is the last one, and after more the
+ * next one need not be fine. */
+static const double settled = 0.1, far = 10.0;
 
 void chain_for_operator(const model_t *from, model_t *chain) {
     imitation_chain(from->sample_rate_hz, chain);
@@ -74,19 +75,56 @@ static void added(const fitted_chain_t *f, const state_space_t *behind, double *
     }
 }
 
-/* The root mean square by which two columns differ. */
-static double difference(const double *one, const double *other, size_t samples) {
+/* What the chain adds, round by round: a column that a fit takes as given, and what comes out beside that fit. */
+typedef struct {
+    double *given_um, *out_um, *before_given_um, *before_out_um;
+} addition_t;
+
+static void addition_open(const samples_t *samples, addition_t *addition) {
+    *addition = (addition_t){samples_column(samples), samples_column(samples), samples_column(samples),
+                             samples_column(samples)};
+}
+
+static void addition_close(addition_t *addition) {
+    free(addition->given_um);
+    free(addition->out_um);
+    free(addition->before_given_um);
+    free(addition->before_out_um);
+}
+
+/* The root mean square by which what comes out is not what was given, in parts of the noise. */
+static double change_of(const addition_t *a, const fitted_chain_t *f) {
+    const size_t samples = f->samples->all;
     double sum = 0.0;
     for (size_t k = 0; k < samples; k++) {
-        sum += gsl_pow_2(one[k] - other[k]);
+        sum += gsl_pow_2(a->out_um[k] - a->given_um[k]);
     }
-    return sqrt(sum / (double)samples);
+    return sqrt(sum / (double)samples / f->hysteresis.evidence.variance);
+}
+
+/* What the next round takes as given: what came out, moved on along what two rounds have in common (Anderson, Journal
+ * of the ACM 12, 1965, of depth 1). The other column is for what comes out then. */
+static void take_next(addition_t *a, size_t samples, bool first) {
+    double along = 0.0, square = 0.0;
+    for (size_t k = 0; !first && k < samples; k++) {
+        const double change = a->out_um[k] - a->given_um[k];
+        const double bend = change - (a->before_out_um[k] - a->before_given_um[k]);
+        along += change * bend;
+        square += bend * bend;
+    }
+    const double part = square > 0.0 ? along / square : 0.0;
+    for (size_t k = 0; k < samples; k++) {
+        const double next_um = a->out_um[k] - part * (a->out_um[k] - a->before_out_um[k]);
+        a->before_out_um[k] = a->out_um[k];
+        a->before_given_um[k] = a->given_um[k];
+        a->given_um[k] = next_um;
+    }
 }
 
 /* The operator's columns pass through the linear part of what is behind it. The rest goes by the operator's position,
- * and that by the rest: in rounds, until the noise hides what is still to come. target_um, added_um: columns, the
- * position less that rest, and the rest. */
-static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *target_um, double *added_um) {
+ * and that by the rest: in rounds, until the noise hides what is still to come. target_um: a column, the position less
+ * that rest. */
+static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *target_um, addition_t *addition) {
     failure_t ignored;
     imitation_t *imitation = &f->imitation;
     const size_t all = f->samples->all;
@@ -94,19 +132,23 @@ static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *tar
     hysteresis_bases_t bases = {0};
     imitation_behind(imitation, behind);
     const hysteresis_data_t data = {imitation->paths, imitation->count, target_um, f->use, f->thin, behind};
-    bool good = imitation_rest(imitation, &ignored), goes_on = true;
-    added(f, behind, added_um);
+    bool good = imitation_rest(imitation, &ignored), goes_on = true, roughly = false;
+    added(f, behind, addition->given_um);
     for (int round = 0; good && goes_on && round < CHAIN_ROUNDS; round++) {
         hysteresis_t before = f->hysteresis;
+        const hysteresis_t *start = round > 0 ? &before : like;
         for (size_t k = 0; k < all; k++) {
-            target_um[k] = f->position_um[k] - added_um[k];
+            target_um[k] = f->position_um[k] - addition->given_um[k];
         }
-        good = hysteresis_fit(&data, round > 0 ? &before : like, &bases, &f->hysteresis, &ignored) &&
+        good = (roughly ? hysteresis_fit_roughly(&data, start, &bases, &f->hysteresis, &ignored)
+                        : hysteresis_fit(&data, start, &bases, &f->hysteresis, &ignored)) &&
                imitation_run(imitation, &f->hysteresis, &ignored);
         if (good) {
-            memcpy(target_um, added_um, all * sizeof(double));
-            added(f, behind, added_um);
-            goes_on = difference(target_um, added_um, all) > settled * sqrt(f->hysteresis.evidence.variance);
+            added(f, behind, addition->out_um);
+            const double change = change_of(addition, f);
+            goes_on = roughly || change > settled;
+            roughly = change > far && round + 2 < CHAIN_ROUNDS;
+            take_next(addition, all, round == 0);
         }
         hysteresis_free(&before);
     }
@@ -136,10 +178,11 @@ bool fitted_chain_open(fitted_chain_t *f, const samples_t *samples, const model_
     }
     take_samples(f, samples);
     double *target_um = samples_column(samples);
-    double *added_um = samples_column(samples);
-    const bool good = fit_weights(f, like, target_um, added_um);
+    addition_t addition;
+    addition_open(samples, &addition);
+    const bool good = fit_weights(f, like, target_um, &addition);
+    addition_close(&addition);
     free(target_um);
-    free(added_um);
     if (!good) {
         fitted_chain_close(f);
     }

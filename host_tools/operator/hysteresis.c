@@ -199,13 +199,22 @@ static bool fit_at_last(const operator_question_t *q, size_t thin, hysteresis_t 
     return equations_fit(q, thin, true, h, failure);
 }
 
-/* Turns, law and the spectrum of the noise as another fit has them, the latter improved. */
-static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *like, hysteresis_t *h,
-                     failure_t *failure) {
-    const size_t search = q->used / SEARCHED_SAMPLES + 1;
+/* Turns, law and the spectrum of the noise. */
+static void take_all_but_weights(const operator_question_t *q, const hysteresis_t *like, hysteresis_t *h) {
     h->turns = like->turns;
     pink_create(&h->noise, like->noise.rho, q->longest);
     take_law(h, like->operator.has_law, &like->operator.law);
+}
+
+static bool fit_roughly(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
+    take_all_but_weights(q, like, h);
+    return equations_fit(q, q->used / SEARCHED_SAMPLES + 1, true, h, failure);
+}
+
+/* The spectrum is improved. */
+static bool fit_like(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
+    const size_t search = q->used / SEARCHED_SAMPLES + 1;
+    take_all_but_weights(q, like, h);
     const double at = like->noise.rho, around[] = {at, at * (1.0 / WIDEST_STEP), at * WIDEST_STEP};
     equations_foresee(q, h, search, around, at > 0.0 ? 3 : 0);
     if (!pull_outliers_in(q, search, h, failure)) {
@@ -214,17 +223,19 @@ static bool fit_like(operator_question_t *q, size_t thin, const hysteresis_t *li
     if (like->noise.rho > 0.0) {
         improve_noise(q, search, evidence_at(q, search, like->noise.rho, h), h);
     }
-    return fit_at_last(q, thin, h, failure);
+    return fit_at_last(q, q->data->thin, h, failure);
 }
 
-static bool fit_all(operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+/* like: NULL, there is none. */
+static bool fit_all(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
     const size_t search = q->used / SEARCHED_SAMPLES + 1;
+    (void)like;
     if (!find_turns(q, search, h, failure)) {
         return false;
     }
     find_noise(q, search, h);
     return pull_outliers_in(q, search, h, failure) && find_law(q, search, h, failure) &&
-           fit_at_last(q, thin, h, failure);
+           fit_at_last(q, q->data->thin, h, failure);
 }
 
 static bool lets_constants_through(const state_space_t *behind) {
@@ -254,8 +265,10 @@ static void count_samples(operator_question_t *q, double range_v[2], double *mid
     }
 }
 
-bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases, hysteresis_t *h,
-                    failure_t *failure) {
+typedef bool way_to_fit_t(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure);
+
+static bool fit_by(way_to_fit_t *way, const hysteresis_data_t *data, const hysteresis_t *like,
+                   hysteresis_bases_t *bases, hysteresis_t *h, failure_t *failure) {
     operator_question_t *q = allocate(1, sizeof *q);
     double range[2];
     memset(h, 0, sizeof *h);
@@ -270,7 +283,7 @@ bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hys
         (void)fail(failure, "a drive that never moves, or no samples: no hysteresis shows");
     } else {
         operator_create(&h->operator, range, data->count);
-        good = like != NULL ? fit_like(q, data->thin, like, h, failure) : fit_all(q, data->thin, h, failure);
+        good = way(q, like, h, failure);
         const double offset_um = state_space_gain_at_rest(&q->behind) * h->middle_um;
         for (size_t i = 0, at = 0; i < data->count; i++) {
             for (size_t k = 0; k < data->paths[i].samples; k++) {
@@ -283,6 +296,16 @@ bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hys
     }
     free(q);
     return good;
+}
+
+bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases, hysteresis_t *h,
+                    failure_t *failure) {
+    return fit_by(like != NULL ? fit_like : fit_all, data, like, bases, h, failure);
+}
+
+bool hysteresis_fit_roughly(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases,
+                            hysteresis_t *h, failure_t *failure) {
+    return fit_by(fit_roughly, data, like, bases, h, failure);
 }
 
 void hysteresis_predict(const hysteresis_t *h, const operator_path_t *paths, size_t count, double *position_um) {

@@ -16,6 +16,10 @@
  */
 bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases,
                     hysteresis_t *hysteresis, failure_t *failure);
+/** The weights alone, all else as `like` has it, from as many samples as a search takes: a fraction of the time again,
+ * for a position that the next fit begins with. */
+bool hysteresis_fit_roughly(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases,
+                            hysteresis_t *hysteresis, failure_t *failure);
 
 /** Its own position by its weights along paths, which need not be those it was fitted to; with offsets_behind, without
  * offsets. */
