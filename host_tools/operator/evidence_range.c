@@ -77,12 +77,13 @@ static double evidence_at(const group_alone_t *alone, double precision) {
 static double best_precision(const group_alone_t *alone, double now, double *best) {
     double precision = out_of_use * gsl_vector_max(alone->known), most = 0.0;
     const double here = evidence_at(alone, now);
-    for (size_t i = 0; precision > 0.0 && i < PLACES; i++, precision /= apart) {
+    for (size_t i = 0; precision > 0.0 && i < PLACES; i++) {
         const double gain = evidence_at(alone, precision) - here;
         if (gain > most) {
             most = gain;
             *best = precision;
         }
+        precision /= apart;
     }
     return most;
 }
