@@ -10,7 +10,8 @@
 /* Rows of the final fit: 40 for each of the operator's columns. */
 enum { CHAIN_ROUNDS = 6, MOST_FITTED = 12000 };
 /* Of what the chain adds from round to round, in parts of the noise: with less it is the last one, and after more the
- * next one need not be fine. */
+ * next one need not be fine. Between the two (1 to 5 of them behind creep) the noise's spectrum still moves, by a
+ * factor of 10 from round to round: it has to be improved each time. */
 static const double settled = 0.1, far = 10.0;
 
 void chain_for_operator(const model_t *from, model_t *chain) {
@@ -103,7 +104,7 @@ static double change_of(const addition_t *a, const fitted_chain_t *f) {
 }
 
 /* What the next round takes as given: what came out, moved on along what two rounds have in common (Anderson, Journal
- * of the ACM 12, 1965, of depth 1). The other column is for what comes out then. */
+ * of the ACM 12, 1965, of depth 1). */
 static void take_next(addition_t *a, size_t samples, bool first) {
     double along = 0.0, square = 0.0;
     for (size_t k = 0; !first && k < samples; k++) {
@@ -137,6 +138,9 @@ static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *tar
     for (int round = 0; good && goes_on && round < CHAIN_ROUNDS; round++) {
         hysteresis_t before = f->hysteresis;
         const hysteresis_t *start = round > 0 ? &before : like;
+        if (round > 0) {
+            take_next(addition, all, round == 1);
+        }
         for (size_t k = 0; k < all; k++) {
             target_um[k] = f->position_um[k] - addition->given_um[k];
         }
@@ -147,8 +151,7 @@ static bool fit_weights(fitted_chain_t *f, const hysteresis_t *like, double *tar
             added(f, behind, addition->out_um);
             const double change = change_of(addition, f);
             goes_on = roughly || change > settled;
-            roughly = change > far && round + 2 < CHAIN_ROUNDS;
-            take_next(addition, all, round == 0);
+            roughly = change > far && round + 2 < CHAIN_ROUNDS; /* the last one is fine */
         }
         hysteresis_free(&before);
     }

@@ -19,8 +19,8 @@ static const double least_beyond = 1e-8;
 /* A step of the refinement that is worth less, in natural units, is the last one. One step, a third of it, a ninth ..
  */
 static const double settled = 0.2;
-enum { MOST_TRIALS = 4 };
-static const double shorten = 0.3;
+static const gauss_newton_tunables_t usual = {
+    .most_iterations = SCAN_STEPS, .most_trials = 4, .worth = 1.0, .shorten = 0.3};
 
 /* The column of a chain's signature; false if there is none. */
 static bool signature_of(const scan_t *scan, const model_t *chain, size_t at, double *column) {
@@ -280,8 +280,8 @@ static bool ends(void *context, bool improved, double before, double now) {
 }
 
 void scan_refine(const scan_t *scan, size_t steps, suspect_t *suspect) {
-    const gauss_newton_tunables_t tunables = {
-        .most_iterations = steps, .most_trials = MOST_TRIALS, .worth = 1.0, .shorten = shorten};
+    gauss_newton_tunables_t tunables = usual;
+    tunables.most_iterations = steps;
     refinement_t job = {.scan = scan,
                         .suspect = suspect,
                         .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};

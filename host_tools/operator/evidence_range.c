@@ -8,8 +8,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Precisions from a hundred times what the data say of the best known weight (there the group is out of use), in
- * factors of two, over 16 decades. */
+/* Precisions from a hundred times what the data say of the best known weight (there they determine a hundredth of it:
+ * the group is out of use), in factors of two, from which Newton's steps go on, over 16 decades. */
 enum { PLACES = 54 };
 static const double out_of_use = 100.0, apart = 2.0;
 
@@ -90,9 +90,9 @@ static double best_precision(const group_alone_t *alone, double now, double *bes
 
 double evidence_elsewhere(const evidence_work_t *work, const group_evidence_t *e, evidence_place_t *next) {
     size_t *column = allocate(e->columns, sizeof *column);
-    double most = 0.0;
+    size_t best = 0;
+    double most = 0.0, best_of_it = 0.0;
     evidence_covariance(work, e);
-    evidence_here(e, next);
     for (size_t g = 1; g < e->groups; g++) {
         size_t m = 0;
         double precision = 0.0;
@@ -109,10 +109,12 @@ double evidence_elsewhere(const evidence_work_t *work, const group_evidence_t *e
         free_alone(&alone);
         if (gain > most) {
             most = gain;
-            evidence_here(e, next);
-            next->precision[g] = precision;
+            best = g;
+            best_of_it = precision;
         }
     }
+    evidence_here(e, next);
+    next->precision[best] = most > 0.0 ? best_of_it : e->precision[best];
     free(column);
     return most;
 }

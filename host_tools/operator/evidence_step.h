@@ -35,6 +35,7 @@ typedef struct {
     bool leaves[EVIDENCE_MOST_GROUPS];   /**< groups that are out of use and would go farther out, the same */
 } evidence_work_t;
 
+/** The place that a fit is at. */
 void evidence_here(const group_evidence_t *evidence, evidence_place_t *here);
 /** Needs `inverse`. */
 void evidence_covariance(const evidence_work_t *work, const group_evidence_t *evidence);

@@ -16,7 +16,8 @@ enum { MOST_ROUNDS = 100 };
 static const double nearly_free = 1e-11;
 /* Numbers of a group that the data determine, below which it counts as out of use. */
 static const double barely_used = 0.1;
-/* Of what another hill is worth, in natural units: for less none is climbed. */
+/* Of what another hill is worth, in natural units: for less none is climbed. What an evidence decides takes 10 of them
+ * and more. */
 static const double worth_a_jump = 0.5;
 
 static double dot(const double *a, const double *b, size_t count) {

@@ -193,10 +193,15 @@ static bool find_law(const operator_question_t *q, size_t thin, hysteresis_t *h,
     return good;
 }
 
+/* A search takes one of so many used samples. */
+static size_t search_every(const operator_question_t *q) {
+    return q->used / SEARCHED_SAMPLES + 1;
+}
+
 /* The fit that counts, after those of the search. */
-static bool fit_at_last(const operator_question_t *q, size_t thin, hysteresis_t *h, failure_t *failure) {
+static bool fit_at_last(const operator_question_t *q, hysteresis_t *h, failure_t *failure) {
     group_evidence_forget_unused(&h->evidence);
-    return equations_fit(q, thin, true, h, failure);
+    return equations_fit(q, q->data->thin, true, h, failure);
 }
 
 /* Turns, law and the spectrum of the noise. */
@@ -208,12 +213,12 @@ static void take_all_but_weights(const operator_question_t *q, const hysteresis_
 
 static bool fit_roughly(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
     take_all_but_weights(q, like, h);
-    return equations_fit(q, q->used / SEARCHED_SAMPLES + 1, true, h, failure);
+    return equations_fit(q, search_every(q), true, h, failure);
 }
 
 /* The spectrum is improved. */
 static bool fit_like(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
-    const size_t search = q->used / SEARCHED_SAMPLES + 1;
+    const size_t search = search_every(q);
     take_all_but_weights(q, like, h);
     const double at = like->noise.rho, around[] = {at, at * (1.0 / WIDEST_STEP), at * WIDEST_STEP};
     equations_foresee(q, h, search, around, at > 0.0 ? 3 : 0);
@@ -223,19 +228,16 @@ static bool fit_like(operator_question_t *q, const hysteresis_t *like, hysteresi
     if (like->noise.rho > 0.0) {
         improve_noise(q, search, evidence_at(q, search, like->noise.rho, h), h);
     }
-    return fit_at_last(q, q->data->thin, h, failure);
+    return fit_at_last(q, h, failure);
 }
 
-/* like: NULL, there is none. */
-static bool fit_all(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure) {
-    const size_t search = q->used / SEARCHED_SAMPLES + 1;
-    (void)like;
+static bool fit_all(operator_question_t *q, hysteresis_t *h, failure_t *failure) {
+    const size_t search = search_every(q);
     if (!find_turns(q, search, h, failure)) {
         return false;
     }
     find_noise(q, search, h);
-    return pull_outliers_in(q, search, h, failure) && find_law(q, search, h, failure) &&
-           fit_at_last(q, q->data->thin, h, failure);
+    return pull_outliers_in(q, search, h, failure) && find_law(q, search, h, failure) && fit_at_last(q, h, failure);
 }
 
 static bool lets_constants_through(const state_space_t *behind) {
@@ -265,10 +267,9 @@ static void count_samples(operator_question_t *q, double range_v[2], double *mid
     }
 }
 
-typedef bool way_to_fit_t(operator_question_t *q, const hysteresis_t *like, hysteresis_t *h, failure_t *failure);
-
-static bool fit_by(way_to_fit_t *way, const hysteresis_data_t *data, const hysteresis_t *like,
-                   hysteresis_bases_t *bases, hysteresis_t *h, failure_t *failure) {
+/* roughly: like is not NULL. */
+static bool fit(const hysteresis_data_t *data, const hysteresis_t *like, bool roughly, hysteresis_bases_t *bases,
+                hysteresis_t *h, failure_t *failure) {
     operator_question_t *q = allocate(1, sizeof *q);
     double range[2];
     memset(h, 0, sizeof *h);
@@ -283,7 +284,9 @@ static bool fit_by(way_to_fit_t *way, const hysteresis_data_t *data, const hyste
         (void)fail(failure, "a drive that never moves, or no samples: no hysteresis shows");
     } else {
         operator_create(&h->operator, range, data->count);
-        good = way(q, like, h, failure);
+        good = roughly        ? fit_roughly(q, like, h, failure)
+               : like != NULL ? fit_like(q, like, h, failure)
+                              : fit_all(q, h, failure);
         const double offset_um = state_space_gain_at_rest(&q->behind) * h->middle_um;
         for (size_t i = 0, at = 0; i < data->count; i++) {
             for (size_t k = 0; k < data->paths[i].samples; k++) {
@@ -300,12 +303,12 @@ static bool fit_by(way_to_fit_t *way, const hysteresis_data_t *data, const hyste
 
 bool hysteresis_fit(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases, hysteresis_t *h,
                     failure_t *failure) {
-    return fit_by(like != NULL ? fit_like : fit_all, data, like, bases, h, failure);
+    return fit(data, like, false, bases, h, failure);
 }
 
 bool hysteresis_fit_roughly(const hysteresis_data_t *data, const hysteresis_t *like, hysteresis_bases_t *bases,
                             hysteresis_t *h, failure_t *failure) {
-    return fit_by(fit_roughly, data, like, bases, h, failure);
+    return fit(data, like, true, bases, h, failure);
 }
 
 void hysteresis_predict(const hysteresis_t *h, const operator_path_t *paths, size_t count, double *position_um) {
