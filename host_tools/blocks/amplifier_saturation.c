@@ -72,12 +72,19 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return probe_inside(setting, index - measured, value);
 }
 
+static bool from_look(const probe_seen_t *seen, size_t index, double *value) {
+    value[LOW] = seen->rail_v[0];
+    value[HIGH] = seen->rail_v[1];
+    return index == 0 && seen->rails;
+}
+
 static const probe_t looked_for = {
     .group = "saturation",
     .explanation = "The voltage stops at a rail: flat only at the extremes, as if the drive had not gone on.",
     .excitation = "an amplitude ladder from 80 to 110 % of the range",
     .parts = PROBE_FAST_TRIANGLE | PROBE_LADDER,
     .probe = probe,
+    .from_look = from_look,
     .searched = 1U << LOW | 1U << HIGH,
     .accuracy = {0.0005}};
 

@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/*
- * No physical effect: a periodic term on the reading, any frequency with its second and third harmonic, for a
- * tone that hum does not describe. With p = 2 pi f t,
- *
- *     reading = position + sum of cos_h cos(h p) + sin_h sin(h p),     h = 1, 2, 3
- *
- * A harmonic from half of the sample rate on is left out.
- */
+/* No physical effect: a periodic term on the reading (tone.h), any frequency with its second and third harmonic, for a
+ * tone that hum does not describe. */
 #include "chain/catalogue.h"
-#include <gsl/gsl_math.h>
+#include "elements/tone.h"
 
 enum { HARMONICS = 3, FREQUENCY = 0, FIRST = 1, PARAMETERS = FIRST + 2 * HARMONICS };
 
@@ -27,40 +21,21 @@ static const parameter_info_t parameters[PARAMETERS] = {
     PART(cos, 3, "cosine of the third harmonic"),
     PART(sin, 3, "its sine")};
 
-typedef struct {
-    double turns_per_sample, turns; /* turns: at the first sample */
-    double part[2 * HARMONICS];
-    uint64_t samples; /* since the recording began */
-} state_t;
-
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
-    state_t *state = memory;
-    const double hz = parameter[FREQUENCY].value[0];
-    state->turns_per_sample = hz / setup->sample_rate_hz;
-    state->turns = remainder(hz * setup->clock_s, 1.0);
+    double part[2 * HARMONICS];
     for (size_t i = 0; i < 2 * HARMONICS; i++) {
-        const size_t harmonic = i / 2 + 1;
-        const bool seen = (double)harmonic * state->turns_per_sample < 0.5;
-        state->part[i] = seen ? parameter[FIRST + i].value[0] : 0.0;
+        part[i] = parameter[FIRST + i].value[0];
     }
+    tone_open(memory, parameter[FREQUENCY].value[0], setup->sample_rate_hz, setup->clock_s, HARMONICS, part);
 }
 
 static void settle(void *memory, signal_t *signal) {
     (void)signal;
-    ((state_t *)memory)->samples = 0;
+    tone_settle(memory);
 }
 
 static void step(void *memory, signal_t *signal) {
-    state_t *state = memory;
-    const double turns = state->turns + fmod(state->turns_per_sample * (double)state->samples++, 1.0);
-    const double one_cos = cos(2.0 * M_PI * turns), one_sin = sin(2.0 * M_PI * turns);
-    double c = one_cos, s = one_sin;
-    for (size_t i = 0; i < 2 * HARMONICS; i += 2) {
-        signal->value += state->part[i] * c + state->part[i + 1] * s;
-        const double next = c * one_cos - s * one_sin;
-        s = s * one_cos + c * one_sin;
-        c = next;
-    }
+    signal->value += tone_next(memory);
 }
 
 /* Where the residual has lines, which are this harmonic; it is linear in all but the frequency. */
@@ -94,7 +69,7 @@ const block_t block_empirical_tone = {
     .text = "no physical effect: a tone on the reading with harmonics, of any frequency",
     .parameter = parameters,
     .parameters = PARAMETERS,
-    .state_bytes = sizeof(state_t),
+    .state_bytes = sizeof(tone_t),
     .open = open,
     .settle = settle,
     .step = step,

@@ -1,11 +1,29 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Hum: a sine on the reading, also at rest, whose phase does not depend on the drive. */
+/*
+ * Hum on the reading, also at rest, whose phase does not depend on the drive. With p = 2 pi f t,
+ *
+ *     reading = position + amplitude sin(p + phase) + sum of cos_h cos(h p) + sin_h sin(h p),     h = 2 .. 5
+ *
+ * A rectifier's hum is no sine. What it has beside its first line is looked for once that was found.
+ */
 #include "chain/catalogue.h"
+#include "elements/tone.h"
 #include <gsl/gsl_math.h>
 
-enum { FREQUENCY, AMPLITUDE, PHASE };
+enum {
+    FREQUENCY,
+    AMPLITUDE,
+    PHASE,
+    FIRST_HARMONIC, /* cosine and sine of the second one, and so on */
+    PARAMETERS = FIRST_HARMONIC + 2 * (TONE_MOST_HARMONICS - 1)
+};
 
-static const parameter_info_t parameters[] = {
+#define PART(wave, number, its_text)                                                                                   \
+    {                                                                                                                  \
+        .name = #wave "_" #number "_um", .unit = "um", .low = -1e6, .high = 1e6, .optional = true, .text = (its_text) \
+    }
+
+static const parameter_info_t parameters[PARAMETERS] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 0.0, .high = 1e6, .text = "of the mains, or a multiple of it"},
     {.name = "amplitude_um",
      .proportional = true,
@@ -18,52 +36,32 @@ static const parameter_info_t parameters[] = {
      .low = -2.0 * M_PI,
      .high = 2.0 * M_PI,
      .optional = true,
-     .text = "of the sine when the recording begins; of several, the first"}};
-
-/* A vector that turns by the same angle at each sample. Each turn rounds it, so it is made anew every so often: it
- * stays within 1e-13 of the sine (tests/host/test_effects.c). */
-enum { MADE_ANEW = 256 };
-
-typedef struct {
-    double turns_per_sample, amplitude_um, phase_rad;
-    double turn_cos, turn_sin; /* of a sample's angle */
-    double x, y;               /* the vector; y is the hum */
-    uint64_t samples;          /* since the recording began */
-} state_t;
+     .text = "of the sine when the recording begins; of several, the first"},
+    PART(cos, 2, "cosine of the second harmonic; p is 0 when the first recording begins"),
+    PART(sin, 2, "its sine"),
+    PART(cos, 3, "cosine of the third harmonic"),
+    PART(sin, 3, "its sine"),
+    PART(cos, 4, "cosine of the fourth harmonic"),
+    PART(sin, 4, "its sine"),
+    PART(cos, 5, "cosine of the fifth harmonic"),
+    PART(sin, 5, "its sine")};
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
-    state_t *state = memory;
-    state->turns_per_sample = parameter[FREQUENCY].value[0] / setup->sample_rate_hz;
-    state->amplitude_um = parameter[AMPLITUDE].value[0];
-    state->phase_rad =
-        parameter[PHASE].value[0] + 2.0 * M_PI * remainder(parameter[FREQUENCY].value[0] * setup->clock_s, 1.0);
-    state->turn_cos = cos(2.0 * M_PI * remainder(state->turns_per_sample, 1.0));
-    state->turn_sin = sin(2.0 * M_PI * remainder(state->turns_per_sample, 1.0));
+    const double amplitude_um = parameter[AMPLITUDE].value[0], phase_rad = parameter[PHASE].value[0];
+    double part[2 * TONE_MOST_HARMONICS] = {amplitude_um * sin(phase_rad), amplitude_um * cos(phase_rad)};
+    for (size_t p = FIRST_HARMONIC; p < PARAMETERS; p++) {
+        part[2 + p - FIRST_HARMONIC] = parameter[p].value[0];
+    }
+    tone_open(memory, parameter[FREQUENCY].value[0], setup->sample_rate_hz, setup->clock_s, TONE_MOST_HARMONICS, part);
 }
 
 static void settle(void *memory, signal_t *signal) {
     (void)signal;
-    ((state_t *)memory)->samples = 0;
-}
-
-static void make_anew(state_t *state) {
-    const double samples = (double)state->samples, all = state->turns_per_sample * samples;
-    const double turns = fmod(all, 1.0) + fma(state->turns_per_sample, samples, -all); /* with what `all` has lost */
-    const double angle = 2.0 * M_PI * turns + state->phase_rad;
-    state->x = state->amplitude_um * cos(angle);
-    state->y = state->amplitude_um * sin(angle);
+    tone_settle(memory);
 }
 
 static void step(void *memory, signal_t *signal) {
-    state_t *state = memory;
-    if (state->samples % MADE_ANEW == 0) {
-        make_anew(state);
-    }
-    state->samples++;
-    signal->value += state->y;
-    const double x = state->x * state->turn_cos - state->y * state->turn_sin;
-    state->y = state->x * state->turn_sin + state->y * state->turn_cos;
-    state->x = x;
+    signal->value += tone_next(memory);
 }
 
 /* Slower lines are not electrical. */
@@ -83,11 +81,13 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
 
 static const probe_t looked_for = {
     .group = "hum",
-    .explanation = "A line at one frequency that does not follow the drive and is there at rest too.",
+    .explanation = "A line at one frequency, often with multiples of it, that does not follow the drive and is there at "
+                   "rest too.",
     .excitation = "silence; the same drive at another speed: the line stays where it is",
     .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
     .probe = probe,
-    .searched = 7U,
+    .searched = 1U << FREQUENCY | 1U << AMPLITUDE | 1U << PHASE,
+    .joins = (1U << PARAMETERS) - (1U << FIRST_HARMONIC),
     .accuracy = {1e-05}};
 
 const block_t block_mains_interference = {
@@ -95,11 +95,11 @@ const block_t block_mains_interference = {
     .place = PLACE_SENSOR,
     .order = 40,
     .adds = true,
-    .text = "hum of the mains on the reading",
+    .text = "hum of the mains on the reading, with harmonics",
     .own_clock = true,
     .parameter = parameters,
-    .parameters = 3,
-    .state_bytes = sizeof(state_t),
+    .parameters = PARAMETERS,
+    .state_bytes = sizeof(tone_t),
     .open = open,
     .settle = settle,
     .step = step,

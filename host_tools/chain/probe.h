@@ -22,6 +22,8 @@ typedef struct {
     double ring_near;        /**< so near, as a logarithm, a frequency is the same */
     double peak_hz;          /**< highest maximum of the frequency response beyond its low end */
     double creep_per_decade; /**< in holds, of the change before them */
+    bool rails;              /**< the position stops while the drive goes on */
+    double rail_v[2];        /**< below and above these; where only one was seen, the other is beyond the drive */
 } probe_seen_t;
 
 /** Properties of the recordings, from which initial values are chosen. */
@@ -97,7 +99,10 @@ typedef struct {
     const char *absent;
     /** The parameters that are then optimised, as bits: 1 << index. */
     unsigned searched;
-    /** Those of them that are never negative in an actuator, though a model may allow it, as bits. */
+    /** Numbers that stay at their defaults while the block is looked for, as bits. A finding of it is given those that
+     * are worth their price (joined.h), and from then on they are searched, too. */
+    unsigned joins;
+    /** Those that are never negative in an actuator, though a model may allow it, as bits. */
     unsigned positive;
     /** Upper bound of the search, by index; 0: that of the parameter's range. */
     double most[5];

@@ -200,11 +200,31 @@ static void see_ring(const look_t *looks, size_t count, probe_seen_t *seen) {
     }
 }
 
+/* The innermost rails of all recordings. */
+static void see_rails(const look_t *looks, size_t count, probe_seen_t *seen) {
+    bool low = false, high = false;
+    double outside[2] = {HUGE_VAL, -HUGE_VAL};
+    for (size_t i = 0; i < count; i++) {
+        const rails_t *rails = &looks[i].rails;
+        const double *range_v = looks[i].drive.range_v;
+        outside[0] = fmin(outside[0], 2.0 * range_v[0] - range_v[1]);
+        outside[1] = fmax(outside[1], 2.0 * range_v[1] - range_v[0]);
+        seen->rail_v[0] = rails->low && (!low || rails->low_v > seen->rail_v[0]) ? rails->low_v : seen->rail_v[0];
+        seen->rail_v[1] = rails->high && (!high || rails->high_v < seen->rail_v[1]) ? rails->high_v : seen->rail_v[1];
+        low = low || rails->low;
+        high = high || rails->high;
+    }
+    seen->rail_v[0] = low ? seen->rail_v[0] : outside[0];
+    seen->rail_v[1] = high ? seen->rail_v[1] : outside[1];
+    seen->rails = low || high;
+}
+
 /* What blocks begin their search with. */
 static probe_seen_t seen_by(const look_t *looks, size_t count) {
     probe_seen_t seen = {0};
     double creep = 0.0, weights = 0.0;
     see_ring(looks, count, &seen);
+    see_rails(looks, count, &seen);
     for (size_t i = 0; i < count; i++) {
         const response_point_t *peak = response_peak(&looks[i].response);
         seen.peak_hz = seen.peak_hz <= 0.0 && peak != NULL ? peak->frequency_hz : seen.peak_hz;

@@ -48,6 +48,7 @@ static void look_again(look_t *look) {
     reference_make(recording, &look->drive, &look->repetition, &look->reference);
     lags_make(recording, &look->drive, &look->reference, &look->lags);
     const double noise_um = fmax(look->prediction.noise_um, noise_known_um(&look->noise));
+    rails_look(recording, noise_um, &look->rails);
     changes_find(recording, &look->drive, &look->reference, &look->prediction, noise_um, &look->wrong,
                  look_log_chance_limit(), &look->changes);
     reference_columns_free(&look->reference);

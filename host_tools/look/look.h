@@ -14,6 +14,7 @@
 #include "look/path/lags.h"
 #include "look/path/static_map.h"
 #include "look/path/wrong.h"
+#include "look/rails.h"
 #include "look/response.h"
 #include "look/signal/drive.h"
 #include "look/signal/noise.h"
@@ -31,6 +32,7 @@ typedef struct {
     response_t response;
     ring_t ring;
     holds_t holds;
+    rails_t rails;
     prediction_t prediction; /**< of each reading from its neighbours: what faults are seen in */
     wrong_t wrong;           /**< readings that are wrong by themselves */
     reference_t reference;   /**< what the path of the drive alone makes of it */

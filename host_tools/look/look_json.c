@@ -113,14 +113,19 @@ static json_t *holds_to_json(const look_t *look) {
                      holds->creep_sigma > 0.0 ? json_real(holds->creep_sigma) : json_null());
 }
 
+static json_t *rails_to_json(const rails_t *rails) {
+    return json_pack("{s:o, s:o}", "low_v", rails->low ? json_real(rails->low_v) : json_null(), "high_v",
+                     rails->high ? json_real(rails->high_v) : json_null());
+}
+
 static json_t *look_to_json(const look_t *look) {
     const noise_look_t *noise = &look->noise;
     json_t *json =
-        json_pack("{s:s, s:I, s:f, s:f, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
+        json_pack("{s:s, s:I, s:f, s:f, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
                   (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz, "start_s",
                   look->recording->start_s, "drive", drive_to_json(look), "static", map_to_json(&look->map),
                   "repetition", repetition_to_json(look), "response", response_to_json(&look->response), "ring",
-                  ring_to_json(look), "creep", holds_to_json(look));
+                  ring_to_json(look), "creep", holds_to_json(look), "rails", rails_to_json(&look->rails));
     json_object_set_new(json, "noise",
                         json_pack("{s:o, s:o, s:f, s:o}", "rest", share_to_json(&noise->rest), "repetition",
                                   share_to_json(&noise->repeat), "neighbours_um", look->prediction.noise_um,

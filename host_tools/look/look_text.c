@@ -168,6 +168,16 @@ static void print_holds(FILE *file, const look_t *look) {
     }
 }
 
+static void print_rails(FILE *file, const look_t *look) {
+    const rails_t *rails = &look->rails;
+    if (rails->low) {
+        fprintf(file, "  rail       below about %.4g V the position stops, and the drive goes on\n", rails->low_v);
+    }
+    if (rails->high) {
+        fprintf(file, "  rail       above about %.4g V the position stops, and the drive goes on\n", rails->high_v);
+    }
+}
+
 static const char *file_name(const recording_t *recording) {
     const char *slash = strrchr(recording->name, '/');
     return slash == NULL ? recording->name : slash + 1;
@@ -213,6 +223,7 @@ void looks_print(FILE *file, const look_t *looks, size_t count, const fault_list
         print_response(file, look);
         print_ring(file, look);
         print_holds(file, look);
+        print_rails(file, look);
     }
     fprintf(file, "%s\n", faults->count == 0 ? "No fault of the recording shows." : "Faults of the recording:");
     for (size_t i = 0; i < faults->count; i++) {
@@ -227,6 +238,7 @@ void looks_print_shortly(FILE *file, const look_t *looks, size_t count, const fa
         print_drive(file, &looks[i]);
         print_noise(file, &looks[i]);
         print_ring(file, &looks[i]);
+        print_rails(file, &looks[i]);
     }
     fprintf(file, "%s\n", faults->count == 0 ? "No fault of the recording shows." : "Faults of the recording:");
     for (size_t i = 0; i < faults->count; i++) {

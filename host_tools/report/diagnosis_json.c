@@ -42,7 +42,7 @@ static json_t *parameters_to_json(const answer_t *answer, const finding_t *findi
     json_t *parameters = json_object();
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
-        if (finding_tells(finding, p)) {
+        if (number_is_told(block, p)) {
             json_object_set_new(
                 parameters, block->block->parameter[p].name,
                 json_pack("{s:f, s:o, s:s}", "value", parameter->value[0], "sigma",
@@ -184,7 +184,7 @@ static json_t *refitted_to_json(const answer_t *answer) {
         const model_block_t *was = model_find(&answer->given, block->name);
         const model_block_t *is = model_find(&answer->model, block->name);
         for (size_t p = 0; p < block->parameters; p++) {
-            if (is_searched(block, p)) {
+            if (number_is_searched(is, p)) {
                 const double sigma = is->parameter[p].sigma != NULL ? is->parameter[p].sigma[0] : HUGE_VAL;
                 json_array_append_new(
                     numbers, json_pack("{s:s, s:s, s:f, s:f, s:o, s:s, s:b}", "block", block->name, "parameter",

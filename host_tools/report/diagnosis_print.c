@@ -25,7 +25,7 @@ static void print_finding(FILE *file, const answer_t *answer, const account_t *a
     text_wrapped(file, "   what", text);
     text[0] = '\0';
     for (size_t p = 0; p < block->block->parameters; p++) {
-        if (finding_tells(finding, p)) {
+        if (number_is_told(block, p)) {
             parameter_text(block, p, number);
             text_append(text, "%s%s", first ? "" : ", ", number);
             first = false;

@@ -218,7 +218,7 @@ static void write_numbers(const page_t *page, const finding_t *finding) {
     const model_block_t *block = &page->answer->model.block[finding_index(page->answer, finding)];
     fprintf(page->file, "<dt>Numbers</dt><dd>");
     for (size_t p = 0, written = 0; p < block->block->parameters; p++) {
-        if (finding_tells(finding, p)) {
+        if (number_is_told(block, p)) {
             char text[DIAGNOSIS_LINE];
             parameter_text(block, p, text);
             fprintf(page->file, "%s", written++ > 0 ? "<br>" : "");

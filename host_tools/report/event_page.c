@@ -115,7 +115,7 @@ static void write_finding(FILE *file, const answer_t *answer, const account_t *a
             account->confidence[index]);
     const model_block_t *block = &answer->model.block[finding_index(answer, finding)];
     for (size_t p = 0; p < block->block->parameters; p++) {
-        if (finding_tells(finding, p)) {
+        if (number_is_told(block, p)) {
             parameter_text(block, p, text);
             fputs("; ", file);
             write_prose(file, text);

@@ -277,7 +277,7 @@ static void test_creep_answers_a_step_with_its_exponentials(void) {
 static void test_settled_means_at_rest(void) {
     static const struct {
         const block_t *block;
-        double values[4], at_rest; /* at_rest: of 42.125 */
+        double values[BLOCK_MAX_PARAMETERS], at_rest; /* at_rest: of 42.125 */
     } cases[] = {{&block_transport_delay, {0.001}, 42.125},
                  {&block_amplifier_bandwidth, {0.001}, 42.125},
                  {&block_amplifier_slew_limit, {0.001}, 42.125},

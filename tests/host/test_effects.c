@@ -146,7 +146,7 @@ static void test_drifts_and_hum_are_functions_of_time(void) {
     const double rate = 1000.0, x = 7.0;
     chain_t *gain = open_block(&block_gain_drift, (const double[]){-1e-3, 2.0}, rate, 1);
     chain_t *drift = open_block(&block_thermal_drift, (const double[]){0.8, 0.3}, rate, 1);
-    chain_t *hum = open_block(&block_mains_interference, (const double[]){50.0, 0.02, 0.5}, rate, 1);
+    chain_t *hum = open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){50.0, 0.02, 0.5}, rate, 1);
     for (int again = 0; again < 2; again++) {
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(gain, x));
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(drift, x));
@@ -213,7 +213,7 @@ static void test_hum_is_the_sine(void) {
     for (int run = 0; run < 20; run++) {
         const double rate = 10000.0, hz = run == 0 ? 1.5e4 : 5.0 + 2000.0 * random_unit(&random);
         const double phase = M_PI * (2.0 * random_unit(&random) - 1.0), turns_per_sample = hz / rate;
-        chain_t *hum = open_block(&block_mains_interference, (const double[]){hz, 1.0, phase}, rate, 1);
+        chain_t *hum = open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){hz, 1.0, phase}, rate, 1);
         for (long k = 0; k < (run == 0 ? 36000000 : 50000); k++) {
             const double y = chain_step(hum, 0.0);
             if (k < 1000 || k % 97 == 0) {

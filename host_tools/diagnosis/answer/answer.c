@@ -47,14 +47,10 @@ double findings_named_held_out_percent(const answer_t *answer) {
     return named < answer->findings ? answer->finding[named].held_out_before_percent : answer->held_out_percent;
 }
 
-bool finding_searched(const finding_t *finding, size_t parameter) {
-    return is_searched(finding->block, parameter);
-}
-
-bool finding_tells(const finding_t *finding, size_t parameter) {
-    const parameter_info_t *info = &finding->block->parameter[parameter];
-    return finding_searched(finding, parameter) || info->center_of != NULL || info->half_of != NULL ||
-           (finding_is_empirical(finding) && info->chosen);
+bool number_is_told(const model_block_t *block, size_t parameter) {
+    const parameter_info_t *info = &block->block->parameter[parameter];
+    return number_is_searched(block, parameter) || info->center_of != NULL || info->half_of != NULL ||
+           (block->block->empirical != NULL && info->chosen);
 }
 
 const finding_t *finding_of(const answer_t *answer, const block_t *block) {
@@ -99,7 +95,7 @@ bool finding_has_rival(const finding_t *finding, const block_t *rival) {
 
 bool refitted_changed(const model_block_t *given, const model_block_t *fitted, size_t parameter) {
     const parameter_t *was = &given->parameter[parameter], *is = &fitted->parameter[parameter];
-    return is_searched(given->block, parameter) && is->sigma != NULL &&
+    return number_is_searched(fitted, parameter) && is->sigma != NULL &&
            fabs(is->value[0] - was->value[0]) > 2.0 * is->sigma[0];
 }
 

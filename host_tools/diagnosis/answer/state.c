@@ -173,7 +173,7 @@ void finding_widen(answer_t *answer, size_t finding) {
     const model_block_t *block = &answer->model.block[finding_index(answer, &answer->finding[finding])];
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
-        if (finding_searched(&answer->finding[finding], p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
+        if (number_is_searched(block, p) && parameter->sigma != NULL && parameter->sigma[0] > 0.0) {
             parameter->sigma[0] =
                 hypot(parameter->sigma[0], accuracy_of(block_search(block->block), p) * parameter->value[0]);
         }

@@ -6,6 +6,12 @@
 /* Small enough for a frequency that is to stay in step over the whole recording. */
 static const double nudge = 1e-5, damping = 1e-6;
 
+bool number_is_searched(const model_block_t *block, size_t parameter) {
+    return is_searched(block->block, parameter) ||
+           ((block_search(block->block)->joins >> parameter & 1U) != 0 &&
+            block->parameter[parameter].value[0] != block->block->parameter[parameter].default_value);
+}
+
 double searched_low(const block_t *block, size_t parameter) {
     const double low = block->parameter[parameter].low;
     return (block_search(block)->positive >> parameter & 1U) != 0 ? fmax(0.0, low) : low;
@@ -15,7 +21,7 @@ void searched_open(searched_t *searched, model_t *model, size_t at) {
     const block_t *block = model->block[at].block;
     *searched = (searched_t){0};
     for (size_t p = 0; p < block->parameters; p++) {
-        if (is_searched(block, p)) {
+        if (number_is_searched(&model->block[at], p)) {
             double *number = model->block[at].parameter[p].value;
             const size_t i = searched->count++;
             searched->parameter[i] = &model->block[at].parameter[p];

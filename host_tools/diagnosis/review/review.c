@@ -2,6 +2,7 @@
 #include "diagnosis/review/review.h"
 #include "base/parallel.h"
 #include "belief/rivals.h"
+#include "chain/catalogue.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/columns/measured_columns.h"
 #include "diagnosis/evidence/electrical.h"
@@ -116,14 +117,20 @@ static void ask_after(state_t *state, early_rivals_t *early) {
 }
 
 /* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
- * one speed is a function of the path, and a curve is one on any path: the operator imitates both. */
+ * one speed is a function of the path, and a curve is one on any path: the operator imitates both, on samples that no
+ * fit saw, too. What is only called noise of 1/f without the block, as a drift may be, it does not imitate. */
 static bool is_worth_it(const state_t *state, size_t finding) {
     const answer_t *answer = &state->answer;
     model_t left_out;
+    shape_t without;
+    if (!answer->shape_after.fitted) {
+        return false;
+    }
     finding_left_out(answer, &answer->finding[finding], &left_out);
-    const double without = state_log_evidence(state, &left_out);
+    state_ask_shape(state, &left_out, &without);
     model_free(&left_out);
-    return answer->shape_after.fitted && answer->shape_after.log_evidence > without + threshold.evidence_margin;
+    return !without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin ||
+           without.operator_percent > threshold.clearly_more * answer->shape_after.operator_percent;
 }
 
 /* Takes out what is not, the latest first; what was worth it beside that has to be so without. So goes all that only
@@ -227,6 +234,17 @@ static void ask_for_rivals(state_t *state, const early_rivals_t *early) {
     }
 }
 
+/* The hysteresis itself, bent: what is a curve of it and what one of the sensor, no recording of the position tells. */
+static void add_bends(const answer_t *answer, finding_t *finding) {
+    for (size_t i = 0; i < catalogue_count; i++) {
+        const block_t *block = catalogue[i];
+        if (block != finding->block && block->modifies_hysteresis && block->probe != NULL &&
+            block_same_group(block, finding->block) && model_find(&answer->model, block->name) == NULL) {
+            finding_add_rival(finding, block);
+        }
+    }
+}
+
 /* Whether physics was found, and not beside the operator. The steps of a converter are in the readings whatever else
  * is. */
 static bool found_nearly(const answer_t *answer) {
@@ -268,7 +286,11 @@ bool review_end(state_t *state) {
         for (size_t f = 0; f < answer->findings; f++) {
             finding_t *finding = &answer->finding[f];
             const bool may_be_bend = finding->shape && (answer->another_shape || question->shape.whole);
-            finding->certainty = may_be_bend && finding->settled == NAMED ? ISOLATED : finding->settled;
+            finding->certainty = finding->settled;
+            if (may_be_bend) {
+                finding_at_most(finding, ISOLATED);
+                add_bends(answer, finding);
+            }
         }
         answer->remainder.structured = false;
         answer->verdict = answer->findings == 0 ? NOTHING_MISSING : EXPLAINED;

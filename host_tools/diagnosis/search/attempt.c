@@ -190,7 +190,7 @@ static bool fit_open_numbers(state_t *state) {
         const size_t at = finding_index(answer, &answer->finding[f]);
         model_block_t *block = &answer->model.block[at];
         for (size_t p = 0; p < block->block->parameters; p++) {
-            if (finding_searched(&answer->finding[f], p) && block->parameter[p].sigma == NULL) {
+            if (number_is_searched(block, p) && block->parameter[p].sigma == NULL) {
                 block->parameter[p].value[0] = free.block[at].parameter[p].value[0];
             }
         }

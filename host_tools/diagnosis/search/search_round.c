@@ -3,6 +3,7 @@
 #include "diagnosis/answer/state.h"
 #include "diagnosis/evidence/search.h"
 #include "diagnosis/judgement/candidate_judgement.h"
+#include "diagnosis/judgement/joined.h"
 #include "diagnosis/judgement/no_physics.h"
 #include "diagnosis/judgement/unseen.h"
 #include "diagnosis/question/baseline.h"
@@ -66,9 +67,9 @@ static bool accept(state_t *state, const candidate_t *candidate, finding_t *find
         state_take(state, &augmented, &power);
         findings_add(answer, finding);
         state->found_um = hypot(state->found_um, candidate_own_um(candidate));
-    } else {
-        model_free(&augmented);
+        return joined_take(state);
     }
+    model_free(&augmented);
     return true;
 }
 

@@ -147,7 +147,7 @@ void trial_of_richer(state_t *state) {
 static bool are_found(const answer_t *answer, const heard_t *heard) {
     size_t found = 0;
     for (size_t f = 0; f < answer->findings; f++) {
-        found += answer->finding[f].in_readings || answer->finding[f].shape ? 0 : 1;
+        found += answer->finding[f].in_readings ? 0 : 1;
     }
     for (size_t i = 0; i < heard->count; i++) {
         if (finding_of(answer, heard->suspect[i].block) == NULL) {

@@ -4,6 +4,7 @@
 #include "chain/catalogue.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/diagnose.h"
+#include "diagnosis/evidence/searched.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_text.h"
 #include "support.h"
@@ -117,7 +118,7 @@ static void expect_numbers(const block_t *block, const double *value) {
     size_t determined = 0;
     for (size_t p = 0; p < block->parameters; p++) {
         const double *sigma = found->parameter[p].sigma;
-        if (finding_searched(finding, p) && sigma != NULL && isfinite(sigma[0])) {
+        if (number_is_searched(found, p) && sigma != NULL && isfinite(sigma[0])) {
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * sigma[0], value[p], found->parameter[p].value[0], block->name);
             determined++;
         }

@@ -85,10 +85,8 @@ static void add_waves(double *x, double height_um) {
     }
 }
 
-static const double tone_hz = 23.7;
-
-/* Something that repeats itself with a period of its own: three harmonics. */
-static void add_tone(double *x, double height_um) {
+/* Something that repeats itself with a period that the drive does not know: three harmonics. */
+static void add_tone(double *x, double tone_hz, double height_um) {
     for (size_t k = 0; k < SAMPLES; k++) {
         const double angle = 2.0 * M_PI * tone_hz * (double)k / rate_hz;
         x[k] += height_um * (sin(angle + 0.4) + 0.6 * sin(2.0 * angle + 1.9) + 0.4 * cos(3.0 * angle));
@@ -230,9 +228,37 @@ static void test_a_second_term_stands_beside_the_first(void) {
     TEST_ASSERT_EQUAL_UINT64(1, report.uncorrected);
 }
 
-/* Hum is one line: where a tone has several, what hum leaves of it has no name. */
+/* The harmonics of a hum are found with it, and no others. */
+static void test_hum_has_its_harmonics(void) {
+    static const double height_um = 0.1, hz = 50.0;
+    static const struct {
+        const char *name;
+        double part; /* of the height */
+    } harmonics[] = {{"cos_3_um", 0.4}, {"sin_4_um", 0.0}, {"cos_5_um", 0.0}};
+    add_tone(recording.column[COLUMN_DISPLACEMENT], hz, height_um);
+    ask();
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
+    TEST_ASSERT_TRUE(diagnosis.held_out_percent < 1.15 * noise_percent());
+    const model_block_t *hum = model_find(&diagnosis.model, "mains_interference");
+    TEST_ASSERT_NOT_NULL(hum);
+    for (size_t i = 0; i < sizeof harmonics / sizeof harmonics[0]; i++) {
+        const parameter_t *number = model_parameter(hum, harmonics[i].name);
+        const double sigma = number->sigma != NULL ? number->sigma[0] : 0.0;
+        printf("%s %g +- %g\n", harmonics[i].name, number->value[0], sigma);
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * sigma, harmonics[i].part * height_um, number->value[0]);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * height_um, 0.6 * height_um,
+                              hypot(*model_parameter(hum, "cos_2_um")->value, *model_parameter(hum, "sin_2_um")->value));
+    compile_report_t report;
+    expect_written(&report);
+    TEST_ASSERT_EQUAL_UINT64(1, report.uncorrected);
+}
+
+/* No hum is as slow: it is a tone. */
 static void test_what_repeats_itself_without_the_drive_is_a_tone(void) {
-    add_tone(recording.column[COLUMN_DISPLACEMENT], 0.1);
+    static const double tone_hz = 3.1;
+    add_tone(recording.column[COLUMN_DISPLACEMENT], tone_hz, 0.1);
     ask();
     const model_block_t *tone = model_find(&diagnosis.model, "empirical_tone");
     TEST_ASSERT_NOT_NULL(tone);
@@ -296,6 +322,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_drift_without_a_name_is_a_trend);
     RUN_TEST(test_a_response_without_a_name_is_a_filter);
+    RUN_TEST(test_hum_has_its_harmonics);
     RUN_TEST(test_what_repeats_itself_without_the_drive_is_a_tone);
     RUN_TEST(test_a_second_term_stands_beside_the_first);
     RUN_TEST(test_where_nothing_is_missing_there_is_no_term);

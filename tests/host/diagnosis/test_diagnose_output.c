@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What programs get of a diagnosis: JSON against its format, where things are, errors, and the model. */
+#include "diagnosis/evidence/searched.h"
 #include "diagnosis/judgement/unseen.h"
 #include "thresholds/thresholds.h"
 #include "told_diagnosis.h"
@@ -77,16 +78,35 @@ static void test_json_has_the_format_of_the_contract(void) {
 /* The mode is where the simulations with and without it differ, though the hysteresis is fitted again. */
 /* A curve's numbers say nothing without the range that they refer to. */
 static void test_what_numbers_refer_to_is_told(void) {
-    const finding_t curve = {.block = &block_static_nonlinearity}, mode = {.block = &block_resonance};
+    model_t model;
     const char *told = "";
-    for (size_t p = 0; p < curve.block->parameters; p++) {
-        TEST_ASSERT_TRUE_MESSAGE(finding_tells(&curve, p), curve.block->parameter[p].name);
-        told = finding_searched(&curve, p) ? told : curve.block->parameter[p].name;
+    model_create(&model, 1000.0);
+    const model_block_t *curve = model_append(&model, &block_static_nonlinearity),
+                        *mode = model_append(&model, &block_resonance);
+    for (size_t p = 0; p < curve->block->parameters; p++) {
+        TEST_ASSERT_TRUE_MESSAGE(number_is_told(curve, p), curve->block->parameter[p].name);
+        told = number_is_searched(curve, p) ? told : curve->block->parameter[p].name;
     }
     TEST_ASSERT_EQUAL_STRING("half_range_um", told);
-    for (size_t p = 0; p < mode.block->parameters; p++) {
-        TEST_ASSERT_EQUAL(finding_searched(&mode, p), finding_tells(&mode, p));
+    for (size_t p = 0; p < mode->block->parameters; p++) {
+        TEST_ASSERT_EQUAL(number_is_searched(mode, p), number_is_told(mode, p));
     }
+    model_free(&model);
+}
+
+/* Harmonics that a line does not have are no numbers of it. */
+static void test_harmonics_are_told_once_there_are_any(void) {
+    model_t model;
+    model_create(&model, 1000.0);
+    model_block_t *hum = model_append(&model, &block_mains_interference);
+    for (size_t p = 0; p < hum->block->parameters; p++) {
+        TEST_ASSERT_EQUAL_MESSAGE(p < 3, number_is_told(hum, p), hum->block->parameter[p].name);
+    }
+    model_set(hum, "sin_3_um", 0.01);
+    for (size_t p = 3; p < hum->block->parameters; p++) {
+        TEST_ASSERT_EQUAL(strcmp(hum->block->parameter[p].name, "sin_3_um") == 0, number_is_told(hum, p));
+    }
+    model_free(&model);
 }
 
 static void test_a_mode_is_located_at_its_frequency(void) {
@@ -248,6 +268,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_json_has_the_format_of_the_contract);
     RUN_TEST(test_what_numbers_refer_to_is_told);
+    RUN_TEST(test_harmonics_are_told_once_there_are_any);
     RUN_TEST(test_a_mode_is_located_at_its_frequency);
     RUN_TEST(test_steps_are_not_drawn);
     RUN_TEST(test_standard_errors_are_those_of_the_noise);

@@ -2,6 +2,7 @@
 /* An effect of hundreds of times the noise is found, though every hysteresis that is fitted first takes a part of it:
  * rails that cut both ends off, and a mode among the frequencies of the drive. */
 #include "diagnosis/diagnose.h"
+#include "diagnosis/evidence/searched.h"
 #include "support.h"
 #include "unity.h"
 #include <math.h>
@@ -39,7 +40,7 @@ static void expect_found(const block_t *block, const double *value) {
     TEST_ASSERT_EQUAL_INT(NAMED, finding->certainty);
     const model_block_t *found = &diagnosis.model.block[finding_index(&diagnosis, finding)];
     for (size_t p = 0; p < block->parameters; p++) {
-        if (finding_searched(finding, p)) {
+        if (number_is_searched(found, p)) {
             const parameter_t *parameter = &found->parameter[p];
             printf("%s %g +- %g (%g)\n", block->parameter[p].name, parameter->value[0], parameter->sigma[0], value[p]);
             TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(value[p]), value[p], parameter->value[0]);

@@ -60,20 +60,20 @@ static void test_a_lag_of_less_than_a_fiftieth_of_a_sample(void) {
 
 static void test_a_harmonic_of_a_drive_that_never_rests(void) {
     record(false, 0.0, 0.0, 0.0);
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){12.0, 0.01, 0.0}));
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){100.0, 0.01, 0.0}));
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){50.0, 0.01, 0.0})); /* 12.5 times 4 Hz */
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){101.0, 0.01, 0.0}));
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){12.0, 0.01, 0.0}));
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.0, 0.01, 0.0}));
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){50.0, 0.01, 0.0})); /* 12.5 times 4 Hz */
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){101.0, 0.01, 0.0}));
 }
 
 static void test_a_rest_shows_whether_it_is_hum(void) {
     record(true, 100.0, 0.01, 0.0); /* only while it moves */
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){100.0, 0.01, 0.0}));
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.0, 0.01, 0.0}));
 }
 
 static void test_hum_at_a_harmonic_is_hum(void) {
     record(true, 100.0, 0.01, 0.01);
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){100.0, 0.01, 0.0}));
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.0, 0.01, 0.0}));
 }
 
 /* Lines of a constant length between levels that never come again, as a pattern has. */
@@ -89,10 +89,10 @@ static void test_a_drive_that_turns_at_regular_times(void) {
         }
         recording.column[COLUMN_DRIVE][k] = level[0] + (level[1] - level[0]) * (double)(k % LINE) / LINE;
     }
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){220.0, 0.01, 0.0}));  /* 11 times 20 Hz */
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){210.0, 0.01, 0.0})); /* 10.5 times */
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){220.0, 0.01, 0.0}));  /* 11 times 20 Hz */
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){210.0, 0.01, 0.0})); /* 10.5 times */
     recording.column[COLUMN_DRIVE][SAMPLES / 2] = 100.0;                                 /* one more turn */
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){220.0, 0.01, 0.0}));
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){220.0, 0.01, 0.0}));
 }
 
 static void test_a_drive_that_does_not_repeat_itself_has_no_harmonics(void) {
@@ -100,16 +100,16 @@ static void test_a_drive_that_does_not_repeat_itself_has_no_harmonics(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
         recording.column[COLUMN_DRIVE][k] += 5.0 * sin(1e-6 * (double)(k * k));
     }
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){100.0, 0.01, 0.0}));
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.0, 0.01, 0.0}));
 }
 
 /* What the drive makes may change once in the whole of a recording, as where a raster's line moves on: its line is
  * then two frequencies wide. In 10 s a harmonic at 100 Hz and the line 0.16 Hz beside it are one; 0.3 Hz are not. */
 static void test_a_line_beside_a_harmonic(void) {
     record(false, 100.16, 0.01, 0.0);
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){100.16, 0.01, 0.0}));
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[]){99.84, 0.01, 0.0}));
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[]){100.3, 0.01, 0.0}));
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.16, 0.01, 0.0}));
+    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){99.84, 0.01, 0.0}));
+    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.3, 0.01, 0.0}));
 }
 
 /* A frequency of something that has no size is none. */
@@ -121,7 +121,7 @@ static void test_a_block_without_its_size_is_not_determined(void) {
     record(false, 44.1, 0.01, 0.0);
     for (size_t i = 0; i < 3; i++) {
         model_t with;
-        insert_block(&with, &bank, &block_mains_interference, (double[]){44.1, cases[i].amplitude_um, 1.0});
+        insert_block(&with, &bank, &block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){44.1, cases[i].amplitude_um, 1.0});
         model_block_t *block = (model_block_t *)model_find(&with, "mains_interference");
         for (size_t p = 0; p < 3; p++) {
             block->parameter[p].sigma = allocate(1, sizeof(double));
