@@ -79,6 +79,12 @@ static bool probe(const probe_setting_t *setting, size_t index, double *value) {
     return true;
 }
 
+static double join(const probe_setting_t *setting, const double *value, size_t parameter) {
+    (void)setting;
+    (void)parameter;
+    return 0.1 * value[AMPLITUDE];
+}
+
 static const probe_t looked_for = {
     .group = "hum",
     .explanation = "A line at one frequency, often with multiples of it, that does not follow the drive and is there at "
@@ -88,6 +94,7 @@ static const probe_t looked_for = {
     .probe = probe,
     .searched = 1U << FREQUENCY | 1U << AMPLITUDE | 1U << PHASE,
     .joins = (1U << PARAMETERS) - (1U << FIRST_HARMONIC),
+    .join = join,
     .accuracy = {1e-05}};
 
 const block_t block_mains_interference = {

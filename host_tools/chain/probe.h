@@ -102,6 +102,8 @@ typedef struct {
     /** Numbers that stay at their defaults while the block is looked for, as bits. A finding of it is given those that
      * are worth their price (joined.h), and from then on they are searched, too. */
     unsigned joins;
+    /** What such a number begins with, beside the block's others, one number per parameter. */
+    double (*join)(const probe_setting_t *setting, const double *value, size_t parameter);
     /** Those that are never negative in an actuator, though a model may allow it, as bits. */
     unsigned positive;
     /** Upper bound of the search, by index; 0: that of the parameter's range. */

@@ -144,22 +144,46 @@ static void test_leakage_begins_where_it_is_told(void) {
 /* Time counts from the first sample; settling again begins anew. */
 static void test_drifts_and_hum_are_functions_of_time(void) {
     const double rate = 1000.0, x = 7.0;
-    chain_t *gain = open_block(&block_gain_drift, (const double[]){-1e-3, 2.0}, rate, 1);
+    chain_t *gain = open_block(&block_gain_drift, (const double[BLOCK_MAX_PARAMETERS]){-1e-3, 2.0}, rate, 1);
+    chain_t *settles =
+        open_block(&block_gain_drift, (const double[BLOCK_MAX_PARAMETERS]){-1e-3, 2.0, 0.7}, rate, 1);
     chain_t *drift = open_block(&block_thermal_drift, (const double[]){0.8, 0.3}, rate, 1);
     chain_t *hum = open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){50.0, 0.02, 0.5}, rate, 1);
     for (int again = 0; again < 2; again++) {
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(gain, x));
+        TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(settles, x));
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(drift, x));
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(hum, x));
         for (int k = 0; k < 3000; k++) {
             const double t = k / rate;
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, x - 1e-3 * t * (x - 2.0), chain_step(gain, x));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, x - 1e-3 * 0.7 * (1.0 - exp(-t / 0.7)) * (x - 2.0),
+                                      chain_step(settles, x));
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, x + 0.8 * (1.0 - exp(-t / 0.3)), chain_step(drift, x));
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, x + 0.02 * sin(2.0 * M_PI * 50.0 * t + 0.5), chain_step(hum, x));
         }
     }
     chain_close(gain);
+    chain_close(settles);
     chain_close(drift);
+    chain_close(hum);
+}
+
+/* From half of the sample rate on a harmonic is left out; the first line never is. */
+static void test_hum_has_harmonics(void) {
+    static const double values[BLOCK_MAX_PARAMETERS] = {110.0, 0.02, 0.5,  0.003, -0.004, 0.005,
+                                                        0.006, 0.007, 0.008, 0.009, 0.01};
+    const double rate = 1000.0, x = 7.0; /* 440 Hz is seen, 550 Hz is not */
+    chain_t *hum = open_block(&block_mains_interference, values, rate, 1);
+    TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(hum, x));
+    for (int k = 0; k < 5000; k++) {
+        const double p = 2.0 * M_PI * 110.0 * k / rate;
+        double expected = x + 0.02 * sin(p + 0.5);
+        for (int h = 2; h <= 4; h++) {
+            expected += values[2 * h - 1] * cos(h * p) + values[2 * h] * sin(h * p);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, expected, chain_step(hum, x));
+    }
     chain_close(hum);
 }
 
@@ -427,6 +451,7 @@ int main(void) {
     RUN_TEST(test_leakage_answers_a_ramp_and_a_hold_exactly);
     RUN_TEST(test_leakage_begins_where_it_is_told);
     RUN_TEST(test_drifts_and_hum_are_functions_of_time);
+    RUN_TEST(test_hum_has_harmonics);
     RUN_TEST(test_self_heating_is_the_heat_of_loops);
     RUN_TEST(test_self_heating_has_no_centre);
     RUN_TEST(test_hum_is_the_sine);

@@ -2,6 +2,7 @@
 /* What the look says beside faults: drive, frequency response, rings, creep, noise. */
 #include "look/look_text.h"
 #include "looked_at.h"
+#include "support.h"
 #include "unity.h"
 #include <complex.h>
 #include <gsl/gsl_math.h>
@@ -376,6 +377,21 @@ static void test_too_short(void) {
     TEST_ASSERT_NOT_NULL(strstr(failure.text, "63 samples"));
 }
 
+/* A lossy actuator has another gain at another speed, as no sensor has that is switched: 4 Hz, then 40 Hz. */
+static void test_another_speed_is_no_switch(void) {
+    model_t bank;
+    make_fine_bank_model(&bank, rate_hz, 50);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double hz = k < SAMPLES / 2 ? 4.0 : 40.0, t = (double)k / rate_hz - SAMPLES / 2 / rate_hz;
+        drive()[k] = 50.0 + 48.0 * sin(2.0 * M_PI * hz * t) * (1.0 - 0.2 * sin(7.0 * t));
+    }
+    measure_with(&recording, &bank, &block_dielectric_loss, (const double[]){0.05}, 0.01, &rng);
+    see();
+    TEST_ASSERT_EQUAL_UINT64(0, look.changes.switches);
+    look_free(&look);
+    model_free(&bank);
+}
+
 int main(void) {
     rng = random_start("look", 20260717U);
     UNITY_BEGIN();
@@ -394,6 +410,7 @@ int main(void) {
     RUN_TEST(test_noise_in_its_shares);
     RUN_TEST(test_white_noise_has_no_slow_share);
     RUN_TEST(test_a_path_that_repeats_exactly_has_no_noise);
+    RUN_TEST(test_another_speed_is_no_switch);
     RUN_TEST(test_too_short);
     return UNITY_END();
 }

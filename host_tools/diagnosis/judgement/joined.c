@@ -1,31 +1,20 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/judgement/joined.h"
-#include "chain/catalogue.h"
+#include "diagnosis/evidence/candidate.h"
 #include "diagnosis/evidence/searched.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
-
-/* What each begins with, in parts of the size of the finding. Its effect is proportional to it. */
-static const double beginning = 0.1;
 
 static bool joins(const block_t *block, size_t parameter) {
     return (block->probe->joins >> parameter & 1U) != 0;
 }
 
-/* The number that the block's effect is proportional to. */
-static double size_of(const model_block_t *block) {
-    for (size_t p = 0; p < block->block->parameters; p++) {
-        if (block->block->parameter[p].proportional) {
-            return block->parameter[p].value[0];
-        }
-    }
-    return 0.0;
-}
-
-static void begin(const model_block_t *block) {
+static void begin(const model_block_t *block, const probe_setting_t *setting) {
+    double value[BLOCK_MAX_PARAMETERS];
+    candidate_value(block, value);
     for (size_t p = 0; p < block->block->parameters; p++) {
         if (joins(block->block, p) && !number_is_searched(block, p)) {
-            block->parameter[p].value[0] = beginning * size_of(block);
+            block->parameter[p].value[0] = block->block->probe->join(setting, value, p);
         }
     }
 }
@@ -62,7 +51,7 @@ static bool take(state_t *state, const finding_t *finding) {
     size_t kept = 0;
     model_copy(&model, &answer->model);
     const model_block_t *block = &model.block[finding_index(answer, finding)];
-    begin(block);
+    begin(block, &state->setting);
     bool good = fit(state, &model, &power, state->failure) &&
                 joint_errors(&question->samples, &question->noise, &model, blocks_fitted(answer, &model), state->failure);
     if (good) {

@@ -183,7 +183,7 @@ static bool rivals_are_of_its_group(const finding_t *finding) {
 
 /* Whether a block of another group, in the finding's place and fitted together with the hysteresis, leaves about as
  * little. Only a strong finding can tell, and only where the model has the hysteresis' shape. Within a group a block
- * may fail only because its form is too narrow: creep that is free below 10 ms is nearer to a dielectric loss than to
+ * may fail only because its form is too narrow: creep that goes on below 1 ms is nearer to a dielectric loss than to
  * the catalogue's creep. Lags have nothing but their forms to tell them by. */
 static bool can_be(const state_t *state, bool strong, const finding_t *finding, const model_t *left_out,
                    const block_t *block) {
@@ -232,6 +232,16 @@ static void ask_for_rivals(state_t *state, const early_rivals_t *early) {
             add_rivals(state, early, &answer->finding[f]);
         }
     }
+}
+
+/* Whether an operator of any shape leaves only noise without the finding, beside all others. */
+static bool is_imitated(const state_t *state, const finding_t *finding) {
+    model_t left_out;
+    shape_t shape;
+    finding_left_out(&state->answer, finding, &left_out);
+    state_ask_shape(state, &left_out, &shape);
+    model_free(&left_out);
+    return shape.whole;
 }
 
 /* The hysteresis itself, bent: what is a curve of it and what one of the sensor, no recording of the position tells. */
@@ -285,7 +295,8 @@ bool review_end(state_t *state) {
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {
             finding_t *finding = &answer->finding[f];
-            const bool may_be_bend = finding->shape && (answer->another_shape || question->shape.whole);
+            const bool may_be_bend =
+                finding->shape && (answer->another_shape || question->shape.whole || is_imitated(state, finding));
             finding->certainty = finding->settled;
             if (may_be_bend) {
                 finding_at_most(finding, ISOLATED);

@@ -55,7 +55,7 @@ static void fill_readings(const recording_t *recording, const wrong_t *wrong, do
 
 /* Gain and offset that drift are no switch: they are columns, too, beside the path that the columns make of the
  * readings that are set right. */
-static void find_switches(problem_t *p, const drive_look_t *drive, double middle_um, changes_t *changes) {
+static void find_switches(problem_t *p, const recording_t *recording, const drive_look_t *drive, double middle_um, changes_t *changes) {
     double *path = allocate(p->n, sizeof *path), *drift = allocate(DRIFTS * p->n, sizeof *drift);
     problem_residual(p, path);
     for (size_t k = 0; k < p->n; k++) {
@@ -68,7 +68,7 @@ static void find_switches(problem_t *p, const drive_look_t *drive, double middle
         p->column[p->columns++] = drift + i * p->n;
     }
     problem_factorise(p);
-    switches_find(p, drive, path, middle_um, changes);
+    switches_find(p, recording, drive, path, middle_um, changes);
     free(path);
     free(drift);
 }
@@ -114,7 +114,7 @@ void changes_find(const recording_t *recording, const drive_look_t *drive, const
     problem_factorise(&p);
     find_in_time(&p, recording->sample_rate_hz, changes);
     if (changes->clocks.size == 0.0) {
-        find_switches(&p, drive, middle_um, changes);
+        find_switches(&p, recording, drive, middle_um, changes);
     }
     column_factor_free(&p.factor);
     free(y);

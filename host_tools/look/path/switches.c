@@ -173,6 +173,31 @@ static bool drive_turns(const drive_look_t *drive, size_t sample, size_t within)
     return false;
 }
 
+/* Root mean square of the drive's steps between two samples, those that are none left aside. */
+static double speed(const double *drive, size_t from, size_t to) {
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t k = from + 1; k < to; k++) {
+        const double step = drive[k] - drive[k - 1];
+        sum += step * step;
+        count += step != 0.0 ? 1 : 0;
+    }
+    return count > 0 ? sqrt(sum / (double)count) : 0.0;
+}
+
+/* Whether the drive is much faster on one side of an instant, which is known to a window, than on the other: an
+ * actuator has another gain there, by its losses, lags and modes. */
+static bool drive_changes_speed(const recording_t *recording, size_t sample, size_t window) {
+    enum { WINDOWS = 4 };
+    const double *drive = recording->column[COLUMN_DRIVE];
+    const size_t near = window, far = (1 + WINDOWS) * window;
+    if (sample < far || sample + far > recording->samples) {
+        return false;
+    }
+    const double before = speed(drive, sample - far, sample - near), after = speed(drive, sample + near, sample + far);
+    return fmin(before, after) * threshold.switch_other_speed < fmax(before, after);
+}
+
 /* Of a window, which a path with some of the switch in it points to, and those around it that which leaves least with
  * the path without. */
 static size_t settle_switch(const problem_t *p, size_t window, double *path, double *residual) {
@@ -194,7 +219,7 @@ static size_t settle_switch(const problem_t *p, size_t window, double *path, dou
 }
 
 /* One switch more, of readings of which `without` is left. false: there is none. */
-static bool find_switch(problem_t *p, const drive_look_t *drive, double *path, double middle_um, double *without,
+static bool find_switch(problem_t *p, const recording_t *recording, const drive_look_t *drive, double *path, double middle_um, double *without,
                         double *residual, changes_t *changes) {
     enum { SETTLES = 6 };
     switch_t *change = &changes->change[changes->switches];
@@ -219,7 +244,8 @@ static bool find_switch(problem_t *p, const drive_look_t *drive, double *path, d
                      problem_rms(p, fit.left) < threshold.change_at_noise * p->noise_um;
     const jump_t jump = switches_at(p, path, at, change_at(&fit, path[at < p->n ? at : at - 1]));
     if (!(change->log_chance < p->log_chance_limit) || !(jump == JUMPS || (jump == CANNOT_SAY && all)) ||
-        drive_turns(drive, p->first + at, change->within + p->from[1] - p->from[0])) {
+        drive_turns(drive, p->first + at, change->within + p->from[1] - p->from[0]) ||
+        drive_changes_speed(recording, p->first + at, p->from[1] - p->from[0])) {
         return false;
     }
     const residual_run_t run = {residual, p->n};
@@ -241,13 +267,14 @@ static bool find_switch(problem_t *p, const drive_look_t *drive, double *path, d
     return true;
 }
 
-void switches_find(problem_t *p, const drive_look_t *drive, const double *path, double middle_um, changes_t *changes) {
+void switches_find(problem_t *p, const recording_t *recording, const drive_look_t *drive, const double *path,
+                   double middle_um, changes_t *changes) {
     double *residual = allocate(p->n, sizeof *residual), *before = allocate(p->n, sizeof *before);
     double without = problem_residual(p, residual);
     bool more = true;
     while (more && changes->switches < CHANGES_MOST) {
         memcpy(before, path, p->n * sizeof *before);
-        more = find_switch(p, drive, before, middle_um, &without, residual, changes);
+        more = find_switch(p, recording, drive, before, middle_um, &without, residual, changes);
     }
     free(residual);
     free(before);

@@ -249,7 +249,7 @@ static void find_planted(const block_t *block, const double *value, int looks) {
 /* One number a parameter; those that a block does not have are 0. */
 typedef double numbers_t[BLOCK_MAX_PARAMETERS];
 static const numbers_t creep_truth = {0.02, 0.05, 100.0, 0.0}, delay_truth = {0.7e-3}, hum_truth = {50.0, 0.02, 0.5},
-                       saturation_truth = {-10.0, 92.0}, mode_truth = {180.0, 0.05};
+                       saturation_truth = {-10.0, 92.0}, mode_truth = {180.0, 0.05}, gain_truth = {0.02, 0.0, 1.5};
 
 static void test_creep_is_named(void) {
     find_planted(&block_creep, creep_truth, AND_WITH_A_MODEL);
@@ -261,6 +261,14 @@ static void test_a_delay_is_named(void) {
 
 static void test_hum_is_named(void) {
     find_planted(&block_mains_interference, hum_truth, ALONE);
+}
+
+/* A gain that settles is one drift, with its time constant. */
+static void test_a_gain_that_settles_is_named(void) {
+    find_planted(&block_gain_drift, gain_truth, ALONE);
+    const model_block_t *found = model_find(&diagnosis.model, "gain_drift");
+    TEST_ASSERT_NOT_NULL(found);
+    TEST_ASSERT_TRUE(model_parameter(found, "time_constant_s")->value[0] > 0.0);
 }
 
 static void test_saturation_is_named(void) {
@@ -543,6 +551,7 @@ int main(void) {
     if (!INSTRUMENTED) { /* with sanitizers the others take many minutes, and show the same code */
         RUN_TEST(test_creep_is_named);
         RUN_TEST(test_a_delay_is_named);
+        RUN_TEST(test_a_gain_that_settles_is_named);
         RUN_TEST(test_saturation_is_named);
         RUN_TEST(test_steps_are_named);
         RUN_TEST(test_two_effects_are_named);
