@@ -1,12 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table/text_source.h"
+#include "recording/table/column_words.h"
+#include "recording/table/units.h"
 #include <errno.h>
 #include <iconv.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
 
-enum { CHUNK = 1 << 20 };
+enum {
+    CHUNK = 1 << 20,
+    TRIED = 4096, /* bytes of lines beyond ASCII that decide the encoding */
+    WORD = 80     /* bytes of a word of these */
+};
 
 /* The whole file, unpacked; zlib hands plain files through. The buffer is one longer than `length`. */
 static char *read_all(const char *path, size_t *length, bool *compressed, failure_t *failure) {
@@ -48,21 +55,17 @@ static char *read_all(const char *path, size_t *length, bool *compressed, failur
     return text;
 }
 
-/* `text` in another encoding as UTF-8; frees it. NULL if it is not of that encoding. */
-static char *convert(char *text, size_t *length, const char *from) {
+/* A text in another encoding as UTF-8, to be freed; NULL if it is not of that encoding. */
+static char *converted(const char *text, size_t *length, const char *from) {
     const size_t room = 3 * *length + 4;
-    char *result = allocate(room + 1, 1), *in = text, *out = result;
+    char *result = allocate(room + 1, 1), *in = (char *)(uintptr_t)text, *out = result; /* iconv writes nothing there */
     size_t in_left = *length, out_left = room;
     iconv_t converter = iconv_open("UTF-8", from);
-    bool good;
-    if (converter == (iconv_t)-1) {
-        free(result);
-        free(text);
-        return NULL;
+    const bool good =
+        converter != (iconv_t)-1 && iconv(converter, &in, &in_left, &out, &out_left) != (size_t)-1 && in_left == 0;
+    if (converter != (iconv_t)-1) {
+        iconv_close(converter);
     }
-    good = iconv(converter, &in, &in_left, &out, &out_left) != (size_t)-1;
-    iconv_close(converter);
-    free(text);
     if (!good) {
         free(result);
         return NULL;
@@ -70,6 +73,85 @@ static char *convert(char *text, size_t *length, const char *from) {
     *length = room - out_left;
     result[*length] = '\0';
     return result;
+}
+
+static char *convert(char *text, size_t *length, const char *from) {
+    char *const result = converted(text, length, from);
+    free(text);
+    return result;
+}
+
+/* Letters beyond ASCII that a text of UTF-8 has in words and units that are known. */
+static size_t known_letters(const char *text) {
+    size_t known = 0;
+    while (*text != '\0') {
+        char word[WORD];
+        double scale;
+        const size_t length = strcspn(text, " \t\r\n,;:|\"'()[]{}/_=");
+        size_t beyond = 0;
+        for (size_t i = 0; i < length; i++) {
+            beyond += ((unsigned char)text[i] & 0xC0) == 0xC0;
+        }
+        if (beyond > 0 && length < sizeof word) {
+            memcpy(word, text, length);
+            word[length] = '\0';
+            known +=
+                unit_of(word, &scale) != QUANTITY_UNKNOWN ? beyond : column_words_read(word, word + length).foreign;
+        }
+        text += length > 0 ? length : 1;
+    }
+    return known;
+}
+
+/* The first lines with bytes beyond ASCII, to be freed. */
+static char *lines_beyond_ascii(const char *text, size_t length, size_t *found) {
+    char *lines = allocate(TRIED + 1, 1);
+    *found = 0;
+    for (size_t begin = 0, i = 0; i < length && *found < TRIED; i++) {
+        if (text[i] == '\n' || text[i] == '\r') {
+            begin = i + 1;
+        } else if ((unsigned char)text[i] >= 0x80) {
+            while (i < length && text[i] != '\n' && text[i] != '\r') {
+                i++;
+            }
+            const size_t size = i - begin < TRIED - *found ? i - begin : TRIED - *found;
+            memcpy(lines + *found, text + begin, size);
+            *found += size;
+            begin = i + 1;
+            if (*found < TRIED) {
+                lines[(*found)++] = '\n';
+            }
+        }
+    }
+    return lines;
+}
+
+typedef struct {
+    const char *name, *shown;
+} encoding_t;
+
+/* Bytes that are no UTF-8 are in the encoding in which most words and units of the file are known; Latin-1 where none
+ * is. */
+static const encoding_t *most_known(const char *text, size_t length) {
+    static const encoding_t encodings[] = {
+        {"CP1252", "Latin-1"},      {"CP1251", "Windows-1251"}, {"CP932", "Shift-JIS"},     {"GB18030", "GB 18030"},
+        {"EUC-KR", "EUC-KR"},       {"EUC-JP", "EUC-JP"},       {"BIG5", "Big5"},           {"KOI8-R", "KOI8-R"},
+        {"CP866", "code page 866"}, {"CP850", "code page 850"}, {"CP1250", "Windows-1250"}, {"MACINTOSH", "Macintosh"}};
+    const encoding_t *best = &encodings[0];
+    size_t size, most = 0;
+    char *lines = lines_beyond_ascii(text, length, &size);
+    for (size_t i = 0; i < sizeof encodings / sizeof encodings[0]; i++) {
+        size_t converted_size = size;
+        char *utf8 = converted(lines, &converted_size, encodings[i].name);
+        const size_t known = utf8 != NULL ? known_letters(utf8) : 0;
+        if (known > most) {
+            most = known;
+            best = &encodings[i];
+        }
+        free(utf8);
+    }
+    free(lines);
+    return best;
 }
 
 static bool is_utf8(const char *text, size_t length) {
@@ -102,6 +184,24 @@ static const char *utf16_without_mark(const char *text, size_t length) {
     return look >= 4 && zeros[1] * 2 * 10 >= look * 9 && zeros[0] == 0 ? "UTF-16LE" : NULL;
 }
 
+/* The sign of a printed minus before a number as that of a keyboard. */
+static void plain_minus(char *text, size_t *length) {
+    static const char minus[] = "\xE2\x88\x92";
+    char *to = text, *from = text;
+    for (char *found; (found = strstr(from, minus)) != NULL; from = found + 3) {
+        memmove(to, from, (size_t)(found - from));
+        to += found - from;
+        if (found[3] == '.' || (found[3] >= '0' && found[3] <= '9')) {
+            *to++ = '-';
+        } else {
+            memmove(to, found, 3);
+            to += 3;
+        }
+    }
+    memmove(to, from, *length - (size_t)(from - text) + 1);
+    *length -= (size_t)(from - to);
+}
+
 static char *to_utf8(text_source_t *source, char *text, size_t *length) {
     const char *utf16 = NULL;
     if (*length >= 2 && memcmp(text, "\xff\xfe", 2) == 0) {
@@ -116,12 +216,16 @@ static char *to_utf8(text_source_t *source, char *text, size_t *length) {
         source->encoding = "UTF-16";
         text = convert(text, length, utf16);
     } else if (!is_utf8(text, *length)) {
-        source->encoding = "Latin-1";
-        text = convert(text, length, "CP1252");
+        const encoding_t *const encoding = most_known(text, *length);
+        source->encoding = encoding->shown;
+        text = convert(text, length, encoding->name);
     }
     if (text != NULL && *length >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) {
         *length -= 3;
         memmove(text, text + 3, *length + 1);
+    }
+    if (text != NULL) {
+        plain_minus(text, length);
     }
     return text;
 }
