@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table/text_names.h"
+#include "recording/table/column_words.h"
 #include "recording/table/decimal.h"
 #include "recording/table/text_header.h"
 #include <stdio.h>
@@ -206,6 +207,37 @@ static bool are_units(const text_field_t *field, const layout_t *layout, size_t 
     return all && known;
 }
 
+/* A field of nothing but signs, as lines are drawn under names. */
+static bool is_drawn(const char *text) {
+    return text[0] != '\0' && text[strspn(text, "-=_+:*. ")] == '\0' && strpbrk(text, "-=_") != NULL;
+}
+
+/* A number with a unit behind it, "1.000 kHz": a fact, and no name. */
+static bool is_fact(const char *text) {
+    const size_t length = strlen(text);
+    for (const char *point = ".,"; *point != '\0'; point++) {
+        double number;
+        around_t around;
+        if (text_field_kind(text, length, *point, &number, &around) == FIELD_NUMBER && around.unit_length > 0 &&
+            around.label_length == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether a line of the header has neither names nor units over the columns: lines that are drawn, or facts. */
+static bool is_no_head(const text_field_t *field, size_t count) {
+    bool drawn = count > 0;
+    for (size_t j = 0; j < count; j++) {
+        if (is_fact(field[j].text)) {
+            return true;
+        }
+        drawn = drawn && (field[j].text[0] == '\0' || is_drawn(field[j].text));
+    }
+    return drawn;
+}
+
 /* The line of names above the data, and that of units below it; below that may be one of remarks (Origin). Both are to
  * be freed, and NULL where there is none. */
 static void find_heads(const text_source_t *source, const layout_t *layout, size_t least, text_field_t **names,
@@ -216,6 +248,10 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
         if (!text_is_blank(source->line[i - 1])) {
             fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout, least, fields[found]);
+            if (is_no_head(fields[found], count[found])) {
+                free(fields[found]);
+                continue;
+            }
             if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
                 of_units = found;
             }
@@ -248,6 +284,36 @@ static text_field_t *names_behind_numbers(const text_source_t *source, const lay
     }
     free(field);
     return NULL;
+}
+
+/* Whether a field is a name of which a word or the unit is known. */
+static bool is_known_name(const text_field_t *field) {
+    char name[TEXT_FIELD], unit[TEXT_FIELD];
+    double scale;
+    snprintf(name, sizeof name, "%s", field->text);
+    unit_split(name, unit, "/_ ,");
+    const unsigned words = column_words_read(name, name + strlen(name)).stands_for;
+    return (words & ~(unsigned)(WORD_NOTHING | WORD_OTHER)) != 0 || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
+}
+
+/* Columns up to the last one of numbers. */
+static size_t least_columns(const layout_t *layout) {
+    size_t least = 0;
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        least = layout->number[j] ? j + 1 : least;
+    }
+    return least;
+}
+
+bool text_has_names(const layout_t *layout, const char *line) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
+    const size_t least = least_columns(layout), count = split_names(line, layout, least, field);
+    size_t known = 0;
+    for (size_t j = 0; j < count && j < least; j++) {
+        known += layout->number[j] && is_known_name(&field[j]);
+    }
+    free(field);
+    return known >= 2;
 }
 
 /* What a header line states about the columns goes before the line above the data. */
@@ -296,12 +362,30 @@ static void tell_words(table_t *table, const layout_t *layout, const text_field_
     }
 }
 
-void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
-    size_t least = 0, column = 0;
-    text_field_t *names, *units;
-    for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        least = layout->number[j] ? j + 1 : least;
+/* The unit of all signals, in a line of its key and nothing else: "#UNITS:V". The first column is none where it rises:
+ * those are times or numbers. */
+static void take_common_unit(table_t *table, const text_source_t *source, const layout_t *layout) {
+    char unit[TEXT_FIELD];
+    if (!text_find_common_unit((const char *const *)source->line, layout->begin, unit)) {
+        return;
     }
+    for (size_t i = 0; i < table->columns; i++) {
+        table_column_t *column = &table->column[i];
+        bool rises = i == 0;
+        for (size_t k = 1; rises && k < table->rows; k++) {
+            rises = column->value[k] > column->value[k - 1];
+        }
+        if (!rises && column->unit[0] == '\0') {
+            free(column->unit);
+            column->unit = copy_text(unit);
+        }
+    }
+}
+
+void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
+    const size_t least = least_columns(layout);
+    size_t column = 0;
+    text_field_t *names, *units;
     find_heads(source, layout, least, &names, &units);
     if (names == NULL && table->rows > 2) {
         names = names_behind_numbers(source, layout, least, value[0]);
@@ -355,6 +439,7 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
             table->column[table->columns - 1].clock = around->clock;
         }
     }
+    take_common_unit(table, source, layout);
     free(over);
     free(names);
     free(units);

@@ -18,6 +18,9 @@ typedef struct {
     size_t begin, end;                  /**< lines of data: [begin, end) */
 } layout_t;
 
+/** Whether a remark has words over the columns of numbers that name them: two at least are known words or units. */
+bool text_has_names(const layout_t *layout, const char *line);
+
 /** Adds the columns of numbers to the table, with their values (taken over). Notes those of words. */
 void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value);
 

@@ -23,6 +23,17 @@ static const unit_t units[] = {
     {"min", 60.0, QUANTITY_TIME, true},
     {"minutes", 60.0, QUANTITY_TIME, false},
     {"hours", 3600.0, QUANTITY_TIME, false},
+    {"h", 3600.0, QUANTITY_TIME, true},
+    {"hr", 3600.0, QUANTITY_TIME, false},
+    {"hrs", 3600.0, QUANTITY_TIME, false},
+    {"hour", 3600.0, QUANTITY_TIME, false},
+    {"d", 86400.0, QUANTITY_TIME, true},
+    {"day", 86400.0, QUANTITY_TIME, false},
+    {"days", 86400.0, QUANTITY_TIME, false},
+    {"100 ns", 1e-7, QUANTITY_TIME, true}, /* of Windows' clock */
+    {"100ns", 1e-7, QUANTITY_TIME, true},
+    {"nsec", 1e-9, QUANTITY_TIME, false},
+    {"nsecs", 1e-9, QUANTITY_TIME, false},
     {"hh:mm:ss", 1.0, QUANTITY_TIME, false}, /* a time of day is read as seconds */
     {"hh:mm:ss.s", 1.0, QUANTITY_TIME, false},
     {"hh:mm:ss.sss", 1.0, QUANTITY_TIME, false},
@@ -77,6 +88,12 @@ static const unit_t units[] = {
     {"nanometer", 1e-3, QUANTITY_LENGTH, false},
     {"nanometers", 1e-3, QUANTITY_LENGTH, false},
     {"pm", 1e-6, QUANTITY_LENGTH, true},
+    {"mkm", 1.0, QUANTITY_LENGTH, true},       /* Cyrillic letters in Latin ones */
+    {"\xC3\x85", 1e-4, QUANTITY_LENGTH, true}, /* A with a ring, as a letter and as a sign */
+    {"\xE2\x84\xAB", 1e-4, QUANTITY_LENGTH, true},
+    {"angstrom", 1e-4, QUANTITY_LENGTH, false},
+    {"angstroms", 1e-4, QUANTITY_LENGTH, false},
+    {"\xC3\x85ngstr\xC3\xB6m", 1e-4, QUANTITY_LENGTH, true},
     {"meter", 1e6, QUANTITY_LENGTH, false},
     {"meters", 1e6, QUANTITY_LENGTH, false},
     {"millimeter", 1e3, QUANTITY_LENGTH, false},
@@ -99,6 +116,23 @@ static const unit_t units[] = {
     {"MHz", 1e6, QUANTITY_FREQUENCY, false},
     {"MS/s", 1e6, QUANTITY_FREQUENCY, false},
     {"MSa/s", 1e6, QUANTITY_FREQUENCY, false},
+    {"hertz", 1.0, QUANTITY_FREQUENCY, false},
+    {"sps", 1.0, QUANTITY_FREQUENCY, false},
+    {"ksps", 1e3, QUANTITY_FREQUENCY, false},
+    {"Msps", 1e6, QUANTITY_FREQUENCY, false},
+    {"samples/s", 1.0, QUANTITY_FREQUENCY, false},
+    {"samples/sec", 1.0, QUANTITY_FREQUENCY, false},
+    {"samples/second", 1.0, QUANTITY_FREQUENCY, false},
+    {"S/sec", 1.0, QUANTITY_FREQUENCY, false},
+    {"1/s", 1.0, QUANTITY_FREQUENCY, true},
+    /* in one letter as wide as Chinese ones: milli- and microseconds; nm, um, mm; mV, kV */
+    {"\xE3\x8E\xB3", 1e-3, QUANTITY_TIME, true},
+    {"\xE3\x8E\xB2", 1e-6, QUANTITY_TIME, true},
+    {"\xE3\x8E\x9A", 1e-3, QUANTITY_LENGTH, true},
+    {"\xE3\x8E\x9B", 1.0, QUANTITY_LENGTH, true},
+    {"\xE3\x8E\x9C", 1e3, QUANTITY_LENGTH, true},
+    {"\xE3\x8E\xB7", 1e-3, QUANTITY_VOLTAGE, true},
+    {"\xE3\x8E\xB8", 1e3, QUANTITY_VOLTAGE, true},
     /* in Cyrillic letters: s, sek, ms, mks, ns; V, mV, kV; m, mm, mkm, nm; mA; Gts, kGts */
     {"\xD1\x81", 1.0, QUANTITY_TIME, true},
     {"\xD1\x81\xD0\xB5\xD0\xBA", 1.0, QUANTITY_TIME, true},
@@ -147,14 +181,14 @@ static void trim_end(char *text) {
     }
 }
 
-/* "A" is a channel's letter more often than a unit. */
+/* "A" is a channel's letter more often than a unit, and "h" and "d" are. */
 static bool is_letter(const char *name, const char *unit) {
     static const char *const currents[] = {"cur", "strom", "amp"};
     bool current = strcspn(name, " _/") == 1 && tolower((unsigned char)name[0]) == 'i';
     for (size_t i = 0; i < sizeof currents / sizeof currents[0]; i++) {
         current = current || strncasecmp(name, currents[i], strlen(currents[i])) == 0;
     }
-    return strcmp(unit, "A") == 0 && !current;
+    return strcmp(unit, "h") == 0 || strcmp(unit, "d") == 0 || (strcmp(unit, "A") == 0 && !current);
 }
 
 /* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. Those that are all of it
@@ -183,11 +217,9 @@ static bool take_brackets(char *name, char *unit) {
     return false;
 }
 
-void unit_split(char *name, char *unit, const char *between) {
+/* The unit behind one of these characters, at the end of a name. */
+static void take_end(char *name, char *unit, const char *between) {
     double scale;
-    if (take_brackets(name, unit)) {
-        return;
-    }
     unit[0] = '\0';
     for (; *between != '\0'; between++) {
         char *at = strrchr(name, *between);
@@ -202,4 +234,65 @@ void unit_split(char *name, char *unit, const char *between) {
             return;
         }
     }
+}
+
+/* The unit at the end of a name before a remark in brackets, which stays: "Position/nm (axis 1)". */
+static bool take_before_remark(char *name, char *unit, const char *between) {
+    char *const open = strrchr(name, '(') != NULL ? strrchr(name, '(') : strrchr(name, '[');
+    double scale;
+    if (open == NULL || open == name || open[-1] != ' ') {
+        return false;
+    }
+    (void)snprintf(unit, UNIT_FIELD, "%.*s", (int)strcspn(open + 1, ")]"), open + 1);
+    if (unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
+        return false;
+    }
+    open[-1] = '\0';
+    take_end(name, unit, between);
+    open[-1] = ' ';
+    if (unit[0] == '\0') {
+        return false;
+    }
+    const size_t end = strlen(name);
+    memmove(name + end, open - 1, strlen(open - 1) + 1);
+    return true;
+}
+
+void unit_split(char *name, char *unit, const char *between) {
+    if (!take_before_remark(name, unit, between) && !take_brackets(name, unit)) {
+        take_end(name, unit, between);
+    }
+}
+
+/* Bytes of a sign of multiplication that a text begins with, 0: none. */
+static size_t sign_of_times(const char *text) {
+    return strchr("xX*", *text) != NULL && *text != '\0' ? 1 : strncmp(text, "\xC3\x97", 2) == 0 ? 2 : 0;
+}
+
+/* Whether a word behind others states a scale: "1:100", "x20", "20x", "*5"; or any, "V/20". "x1" is an axis. */
+static bool is_scale(const char *word, size_t length, bool behind_others, bool divided) {
+    static const char digits[] = "0123456789";
+    const size_t first = strspn(word, digits), times = sign_of_times(word + first);
+    const char *const behind = word + first + (times > 0 ? times : 1);
+    const size_t second = strspn(behind, digits);
+    if (behind_others && first > 0 && word[first] == ':') {
+        return second > 0 && first + 1 + second == length;
+    }
+    if (behind_others && times > 0 && first + times + second == length) {
+        return (first > 0) != (second > 0) && first + second > (strchr("xX", word[first]) != NULL ? 1U : 0U);
+    }
+    const char *const slash = memchr(word, '/', length);
+    const size_t divisor = slash != NULL ? strspn(slash + 1, digits) : 0;
+    return divided && slash > word && divisor > 0 && slash + 1 + divisor == word + length && strcmp(slash, "/1") != 0;
+}
+
+bool unit_states_scale(const char *name, bool divided) {
+    const char *const begin = name;
+    for (size_t length; *name != '\0'; name += length > 0 ? length : 1) {
+        length = strcspn(name, " ()[],;_");
+        if (length > 0 && is_scale(name, length, name > begin, divided)) {
+            return true;
+        }
+    }
+    return false;
 }
