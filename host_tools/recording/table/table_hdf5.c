@@ -55,35 +55,84 @@ static bool is_matlab_number(hid_t set) {
            H5Aexists(set, "MATLAB_empty") <= 0;
 }
 
+enum { MOST_DIMENSIONS = 8 };
+
+/* The size of a data set without dimensions of one element; false: more than two are left, or nothing is. */
+static bool get_size(hid_t space, hsize_t size[2]) {
+    hsize_t all[MOST_DIMENSIONS];
+    const int rank = H5Sget_simple_extent_ndims(space);
+    int kept = 0;
+    size[0] = size[1] = 1;
+    if (rank < 0 || rank > MOST_DIMENSIONS) {
+        return false;
+    }
+    H5Sget_simple_extent_dims(space, all, NULL);
+    for (int i = 0; i < rank; i++) {
+        if (all[i] != 1 && kept++ < 2) {
+            size[kept - 1] = all[i];
+        }
+    }
+    return kept <= 2 && size[0] > 0 && size[1] > 0 && size[0] * size[1] <= (hsize_t)1 << 32;
+}
+
+/* Attributes: the unit, and the name of one signal. */
+static void take_attributes(table_t *table, hid_t set, const char *name, size_t before) {
+    static const char *const units[] = {"units", "unit", "Units", "Unit"};
+    char unit[64] = "", origin[HDF5_TEXT];
+    for (size_t i = 0; i < sizeof units / sizeof units[0] && unit[0] == '\0'; i++) {
+        hdf5_read_text(set, units[i], unit, sizeof unit);
+    }
+    hdf5_read_text(set, "long_name", origin, sizeof origin);
+    for (size_t i = before < table->columns ? before : 0; i < table->columns; i++) {
+        take_texts(&table->column[i], name, unit, origin);
+    }
+    read_rate(table, set);
+}
+
+static void take_numbers(table_t *table, hid_t set, const char *name, const hsize_t size[2]) {
+    const size_t before = table->columns;
+    double *value = allocate((size_t)(size[0] * size[1]), sizeof *value);
+    if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
+        table_add_array(table, name, value, (size_t)size[0], (size_t)size[1], true);
+        take_attributes(table, set, name, before);
+    } else {
+        table_note(table, "%s cannot be read", name);
+    }
+    free(value);
+}
+
+/* One field of all elements of a data set of structures, as NumPy and pandas write tables. */
+static void take_field(table_t *table, hid_t set, hid_t type, unsigned field, size_t rows) {
+    char *const name = H5Tget_member_name(type, field);
+    const H5T_class_t class = H5Tget_member_class(type, field);
+    const hid_t memory = H5Tcreate(H5T_COMPOUND, sizeof(double));
+    double *value = allocate(rows, sizeof *value);
+    if ((class == H5T_FLOAT || class == H5T_INTEGER) && name != NULL &&
+        H5Tinsert(memory, name, 0, H5T_NATIVE_DOUBLE) >= 0 &&
+        H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
+        table_add_array(table, name, value, rows, 1, true);
+    } else {
+        table_note(table, "%s is no array of real numbers", name != NULL ? name : "a field");
+    }
+    free(value);
+    H5Tclose(memory);
+    H5free_memory(name);
+}
+
 static void take(table_t *table, hid_t set, const char *name) {
     hid_t type = H5Dget_type(set), space = H5Dget_space(set);
-    const int rank = H5Sget_simple_extent_ndims(space);
     const H5T_class_t class = H5Tget_class(type);
-    hsize_t dims[2] = {1, 1};
-    if ((class == H5T_FLOAT || class == H5T_INTEGER) && rank <= 2 && is_matlab_number(set)) {
-        H5Sget_simple_extent_dims(space, dims, NULL);
-        if (dims[0] > 0 && dims[1] > 0 && dims[0] * dims[1] <= (hsize_t)1 << 32) {
-            const size_t before = table->columns;
-            double *value = allocate((size_t)(dims[0] * dims[1]), sizeof *value);
-            if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
-                char unit[64], origin[HDF5_TEXT];
-                table_add_array(table, name, value, (size_t)dims[0], (size_t)dims[1], true);
-                hdf5_read_text(set, "units", unit, sizeof unit);
-                if (unit[0] == '\0') {
-                    hdf5_read_text(set, "unit", unit, sizeof unit);
-                }
-                hdf5_read_text(set, "long_name", origin, sizeof origin);
-                for (size_t i = before < table->columns ? before : 0; i < table->columns; i++) {
-                    take_texts(&table->column[i], name, unit, origin);
-                }
-                read_rate(table, set);
-            } else {
-                table_note(table, "%s cannot be read", name);
-            }
-            free(value);
+    hsize_t size[2];
+    const bool sized = get_size(space, size);
+    if ((class == H5T_FLOAT || class == H5T_INTEGER) && sized && is_matlab_number(set)) {
+        take_numbers(table, set, name, size);
+    } else if (class == H5T_COMPOUND && sized && size[1] == 1) {
+        for (int i = 0; i < H5Tget_nmembers(type); i++) {
+            take_field(table, set, type, (unsigned)i, (size_t)size[0]);
         }
+        read_rate(table, set);
     } else {
-        table_note(table, "%s is no array of real numbers", name);
+        table_note(table, "%s is no array of real numbers%s", name, sized ? "" : " with one or two dimensions");
     }
     H5Sclose(space);
     H5Tclose(type);
