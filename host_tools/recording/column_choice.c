@@ -382,6 +382,9 @@ static void list_all(chooser_t *c) {
                        signals < 2
                            ? "drive and displacement have to stand in one file: put the columns of both side by side"
                            : "say which (hyst import --drive NAME --displacement NAME)");
+    if (c->table->partial != NULL) {
+        import_account_add(c->problems, "%s: put what belongs together in a file each", c->table->partial);
+    }
 }
 
 /* Where all candidates belong to actuators that are numbered alike, the first is meant. */

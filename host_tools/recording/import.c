@@ -41,10 +41,14 @@ static const char *unit_for(import_job_t *job, int role) {
     return column->unit;
 }
 
-/* Whether the name says that the numbers are a part of what it names. A path of a binary file may end with a number. */
-static bool states_scale(const import_job_t *job, int role) {
+/* What says that the numbers are a part of what the column is called; NULL: nothing does. A path of a binary file may
+ * end with a number. */
+static const char *states_scale(const import_job_t *job, int role) {
     const bool volts = role == COLUMN_DRIVE || role == COLUMN_VOLTAGE;
-    return unit_states_scale(job->table->column[job->choice.column[role]].written, volts && job->table->first_line > 0);
+    const table_column_t *const column = &job->table->column[job->choice.column[role]];
+    return column->scaled                                                            ? "for which the header"
+           : unit_states_scale(column->written, volts && job->table->first_line > 0) ? "whose name"
+                                                                                     : NULL;
 }
 
 /* What one unit of the column is in that of the role; 0: not known, which is a problem. */
@@ -69,8 +73,8 @@ static double factor_for(import_job_t *job, int role, const char *stated) {
                job->choice.meaning[index].quantity == QUANTITY_VOLTAGE) {
         (void)snprintf(what, sizeof what, ", by its name a voltage");
     }
-    if (said == 0.0 && what[0] == '\0' && states_scale(job, role)) {
-        (void)snprintf(what, sizeof what, ", whose name states a scale");
+    if (said == 0.0 && what[0] == '\0' && states_scale(job, role) != NULL) {
+        (void)snprintf(what, sizeof what, ", %s states a scale", states_scale(job, role));
     }
     if (what[0] != '\0') {
         import_account_add(&job->problems,

@@ -17,7 +17,8 @@ def moved(path, write, name):
 # ---- names in other letters, and the encodings of their regions
 
 for encoding, shown in (("cp1251", "Windows-1251"), ("koi8-r", "KOI8-R"), ("cp866", "code page 866"), ("utf-8", "UTF-8")):
-    @export(f"Russian names, {shown}, the position first", says=[f"text ({shown})", "'Перемещение' in нм", "'Напряжение' in В"])
+    @export(f"Russian names, {shown}, the position first",
+            says=[f"text ({shown})", "'Перемещение' in нм", "'Напряжение' in В"])
     def _(path, encoding=encoding):
         text(path, "Время, мс;Перемещение, нм;Напряжение, В\r\n" +
              rows(1e3 * T, 1e3 * Y, U, separator=";", comma=True, end="\r\n"), encoding)
@@ -59,7 +60,8 @@ def _(path):
     text(path, "czas;przemieszczenie;napięcie\n" + rows(T, Y, U, separator=";", comma=True))
 
 
-@export("names in a language that is not known", refused="2 columns could be the drive: 2 'siirtyma' (unknown), 3 'jannite'")
+@export("names in a language that is not known",
+        refused="2 columns could be the drive: 2 'siirtyma' (unknown), 3 'jannite'")
 def _(path):
     text(path, "aika;siirtyma;jannite\n" + rows(T, Y, U, separator=";", comma=True))
 
@@ -83,7 +85,8 @@ for unit, seconds in (("h", 3600.0), ("days", 86400.0), ("100 ns", 1e-7)):
         text(path, f"Time ({unit}),Drive (V),Position (um)\n" + rows(T / seconds, U, Y, form="%.15g"))
 
 
-@export("a remark in brackets behind the unit", says=["'Current Position (axis 1)' in µm", "'Control Voltage (axis 1)' in V"])
+@export("a remark in brackets behind the unit",
+        says=["'Current Position (axis 1)' in µm", "'Control Voltage (axis 1)' in V"])
 def _(path):
     text(path, "Time/s\tTarget Position/µm (axis 1)\tCurrent Position/µm (axis 1)\tControl Voltage/V (axis 1)\n" +
          rows(T, 0.15 * U, Y, U, separator="\t"))
@@ -117,7 +120,8 @@ for name, separator, between in (("English thousands of whole numbers between ta
 
 @export("English thousands of whole numbers in quotes", refused="column 3 has signs between thousands")
 def _(path):
-    text(path, "t [ms],drive [V],position [nm]\n" + "".join(f'"{k}","{u:.0f}","{1e3 * y:,.0f}"\n' for k, u, y in zip(K, U, Y)))
+    text(path, "t [ms],drive [V],position [nm]\n" + "".join(f'"{k}","{u:.0f}","{1e3 * y:,.0f}"\n'
+         for k, u, y in zip(K, U, Y)))
 
 
 # ---- rates and times in words
@@ -136,14 +140,17 @@ for fact in ("Sample rate: 1,000 Hz", "Sample rate: 5 furlongs"):
 
 
 # A step of 1 ms is 1.16e-8 days; beside 46355.5 days a double resolves 7e-12.
-@export("spreadsheet: dates as days since 1900", start=(46355.5 - 25569.0) * 86400.0, says=["days since 1900, as their size says"])
+@export("spreadsheet: dates as days since 1900", start=(46355.5 - 25569.0) * 86400.0,
+        says=["days since 1900, as their size says"])
 def _(path):
-    text(path, "Date,Drive [V],Position [um]\n" + "".join(f"{46355.5 + t / 86400.0:.12f},{u:.9g},{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+    text(path, "Date,Drive [V],Position [um]\n" + "".join(f"{46355.5 + t / 86400.0:.12f},{u:.9g},{y:.9g}\n"
+         for t, u, y in zip(T, U, Y)))
 
 
 @export("MATLAB: datenum", says=["days since the year 0, as their size says"])
 def _(path):
-    text(path, "tnum,drive [V],position [um]\n" + "".join(f"{739950.5 + t / 86400.0:.12f},{u:.9g},{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+    text(path, "tnum,drive [V],position [um]\n" + "".join(f"{739950.5 + t / 86400.0:.12f},{u:.9g},{y:.9g}\n"
+         for t, u, y in zip(T, U, Y)))
 
 
 @export("Windows: file times", says=["100 ns each since 1601"])
@@ -164,7 +171,8 @@ def _(path):
          "".join(f"29-Nov-2026 10:11:12.{k:03d},{u:.9g},{y:.9g}\n" for k, u, y in zip(range(400), U, Y)))
 
 
-@export("two columns of times before the signals, of which one is slower", refused="column 2 't_pos' has other times than column 1")
+@export("two columns of times before the signals, of which one is slower",
+        refused="column 2 't_pos' has other times than column 1")
 def _(path):
     text(path, "t_drive (s),t_pos (s),Drive (V),Position (um)\n" + rows(T, 2 * T, U, Y))
 
@@ -174,9 +182,49 @@ def _(path):
     text(path, "t_drive (s),t_pos (s),Drive (V),Position (um)\n" + rows(T, 2 * T, U, Y))
 
 
+@export("a date to the second, and milliseconds in a column of their own", says=["'Time + ms'"])
+def _(path):
+    text(path, "Date,Time,ms,Drive (V),Position (um)\n" + "".join(
+        f"2026-11-29,10:11:{12 + k // 1000},{k % 1000},{u:.9g},{y:.9g}\n" for k, u, y in zip(range(700, 1100), U, Y)))
+
+
+@export("ROS: seconds and nanoseconds", says=["'secs + nsecs'"])
+def _(path):
+    text(path, "secs,nsecs,drive (V),position (um)\n" + "".join(
+        f"{1700000000 + k // 1000},{k % 1000 * 1000000},{u:.9g},{y:.9g}\n" for k, u, y in zip(range(700, 1100), U, Y)))
+
+
 # ---- instruments
 
-@export("Moku: inputs with letters, remarks with %", "--displacement-scale 5", says=["'Input A' in V", "'Input B' in V"])
+@export("Rohde & Schwarz RTO: header and values in one file, no times", "--displacement-scale 5", start=-0.2,
+        says=["in V, scaled"])
+def _(path):
+    text(path, "BaseUnit:V:\nResolution:0.001:\nXStart:-0.2:\nXStop:0.2:\nRecordLength:400:\nMultiChannelSource:C1W1:C2W1:\n" +
+         rows(U, Y / 5.0, separator=";"))
+
+
+@export("Igor: a block of text for each wave", start=0.5, says=["'Position' in m", "'Drive' in V"])
+def _(path):
+    scale = lambda name, unit: f'X SetScale/P x 500,1,"ms", {name}; SetScale y 0,0,"{unit}", {name}\n'
+    text(path, "IGOR\n" + "".join(f"WAVES/D/O\t{name}\nBEGIN\n" + "".join(f"\t{x:.9g}\n" for x in value) + "END\n" +
+                                  scale(name, unit)
+                                        for name, value, unit in (("Position", 1e-6 * Y, "m"), ("Drive", U, "V"))))
+
+
+@export("Igor: waves of different lengths", refused="line 405: a wave of 399 points, others have 400")
+def _(path):
+    text(path, "IGOR\n" + "".join(f"WAVES\t{name}\nBEGIN\n" + "".join(f"\t{x:.9g}\n" for x in value) + "END\n"
+                                  for name, value in (("Position", Y), ("Drive", U[1:]))))
+
+
+@export("SignalExpress: facts over the columns, by name", start=0.0)
+def _(path):
+    text(path, "channel names:\nDrive\tPosition\nstart times:\n11/29/2026 10:11:12.000\t11/29/2026 10:11:12.000\ndt:\n"
+         "0.001000\t0.001000\ndata:\n" + rows(U, Y, separator="\t"))
+
+
+@export("Moku: inputs with letters, remarks with %", "--displacement-scale 5",
+        says=["'Input A' in V", "'Input B' in V"])
 def _(path):
     text(path, "% Moku:Pro Data Logger\n% Channel A, DC coupling, 1MOhm\n% Acquisition rate: 1.000000e+03 Hz, Precision mode\n"
          "% Time (s), Input A (V), Input B (V)\n" + rows(T, U, Y / 5.0, separator=", "))
@@ -213,7 +261,8 @@ def _(path):
 # ---- what a name says of a scale
 
 for name in ("HV monitor (1:100) [V]", "Vin x20 (V)", "Drive/20 [V]", "Drive V/20"):
-    @export(f"a drive named '{name}'", refused="whose name states a scale: say how many V that is (hyst import --drive-scale N)")
+    @export(f"a drive named '{name}'",
+            refused="whose name states a scale: say how many V that is (hyst import --drive-scale N)")
     def _(path, name=name):
         text(path, f"time (s),{name},Position (um)\n" + rows(T, U / 20.0, Y))
 
@@ -223,21 +272,43 @@ def _(path):
     text(path, "time (s),Vin x20 (V),Position (um)\n" + rows(T, U / 20.0, Y))
 
 
+@export("a factor for each column in the header",
+        refused="drive is column 4 'drive', for which the header states a scale")
+def _(path):
+    text(path, "name,time,position,drive\nunit,s,um,V\nscale,1,5,20\n" +
+         "".join(f"{k},{t:.9g},{y / 5.0:.9g},{u / 20.0:.9g}\n" for k, t, u, y in zip(K, T, U, Y)))
+
+
+@export("a factor for each column in the header, applied", "--drive-scale 20 --displacement-scale 5",
+        says=["'position' in um, scaled"])
+def _(path):
+    text(path, "name,time,position,drive\nunit,s,um,V\nscale,1,5,20\n" +
+         "".join(f"{k},{t:.9g},{y / 5.0:.9g},{u / 20.0:.9g}\n" for k, t, u, y in zip(K, T, U, Y)))
+
+
+@export("'in mV' below the names", says=["'drive' in mV", "'position' in nm"])
+def _(path):
+    text(path, "time;position;drive\nin ms;in nm;in mV\n" + rows(1e3 * T, 1e3 * Y, 1e3 * U, separator=";", comma=True))
+
+
 # ---- several tables, and remarks
 
 @export("a table for each channel", refused="line 405 has names again, 'Time (s),Position (um)': another table begins")
 def _(path):
-    text(path, "[Channel 1]\nTime (s),Drive (V)\n" + rows(T, U) + "\n[Channel 2]\nTime (s),Position (um)\n" + rows(T, Y))
+    text(path, "[Channel 1]\nTime (s),Drive (V)\n" + rows(T, U) + "\n[Channel 2]\nTime (s),Position (um)\n" +
+         rows(T, Y))
 
 
 @export("a second table with its columns in another order", "--fill-missing",
         refused="line 405 has names again, 'Time (s),Position (um),Drive (V)': another table begins")
 def _(path):
-    text(path, "Run 1\nTime (s),Drive (V),Position (um)\n" + rows(T, U, Y) + "\nRun 2\nTime (s),Position (um),Drive (V)\n" +
+    text(path, "Run 1\nTime (s),Drive (V),Position (um)\n" + rows(T, U, Y) +
+         "\nRun 2\nTime (s),Position (um),Drive (V)\n" +
          rows(T + 0.4, Y, U))
 
 
-@export("NumPy savetxt twice, its columns in another order", "--sample-rate 1000", refused="line 202 has names again, '# position drive'")
+@export("NumPy savetxt twice, its columns in another order", "--sample-rate 1000",
+        refused="line 202 has names again, '# position drive'")
 def _(path):
     text(path, "# drive position\n" + rows(U[:200], Y[:200], separator=" ") + "# position drive\n" +
          rows(Y[200:], U[200:], separator=" "))
@@ -248,13 +319,21 @@ def _(path):
     text(path, "t [s],drive [V],position [um]\n" + rows(T, U, Y) + "\nSummary\nmin,max,mean\n0,100,50\n")
 
 
+@export("two tables side by side, one of them shorter",
+        refused="columns 3 'Time 2 (s)', 4 'Position (um)' have numbers in a part of the lines only: put what belongs together")
+def _(path):
+    text(path, "Time 1 (s),Drive (V),Time 2 (s),Position (um)\n" + "".join(
+        f"{T[k]:.9g},{U[k]:.9g}," + (f"{T[2 * k]:.9g},{Y[2 * k]:.9g}\n" if k < 200 else ",\n") for k in range(400)))
+
+
 @export("remarks with % and // among the data")
 def _(path):
     text(path, "t [s],drive [V],position [um]\n" + rows(T[:200], U[:200], Y[:200]) + "// second half\n% pause, 3 s\n" +
          rows(T[200:], U[200:], Y[200:]))
 
 
-@export("sixty sensors", refused="60 columns could be the displacement: 2 'Sensor 0 displacement of the s' in um (displacement)")
+@export("sixty sensors",
+        refused="60 columns could be the displacement: 2 'Sensor 0 displacement of the s' in um (displacement)")
 def _(path):
     text(path, "time (s)," + ",".join(f"Sensor {i} displacement of the stage number {i} (um)" for i in range(60)) +
          ",Drive (V)\n" + rows(T, *[Y + i for i in range(60)], U))
@@ -274,6 +353,19 @@ def _(path):
     for k in range(400):
         array[0, k] = (T[k], Y[k], U[k])
     moved(path, lambda name: scipy.io.savemat(name, {"data": array}), ".mat")
+
+
+@export("MATLAB 5 .mat, a cell for each signal", "--displacement data{3}", says=["'data{2}'"])
+def _(path):
+    cells = np.empty((1, 3), dtype=object)
+    cells[0, 0], cells[0, 1], cells[0, 2] = T[:, None], U[:, None], Y[:, None]
+    moved(path, lambda name: scipy.io.savemat(name, {"data": cells}), ".mat")
+
+
+@export("NumPy .npz, dates as datetime64", says=["'time' (by its name)"])
+def _(path):
+    stamps = np.datetime64("2026-11-29T10:11:12", "ns") + np.arange(400) * np.timedelta64(1000000, "ns")
+    moved(path, lambda name: np.savez(name, time=stamps, drive=U, position=Y), ".npz")
 
 
 @export("NumPy .npy of three dimensions, one of a single element")
@@ -308,8 +400,10 @@ def _(path):
             file[name].attrs["Units"] = unit
 
 
-for name, content, refused in (("a Tektronix .isf", b":WFMPRE:BYT_NR 2;BIT_NR 16;:CURVE #3800" + bytes(800), "an oscilloscope's own file"),
-                               ("a LeCroy .trc", b"#9000000800WAVEDESC\0\0LECROY_2_3\0" + bytes(800), "an oscilloscope's own file"),
+for name, content, refused in (("a Tektronix .isf", b":WFMPRE:BYT_NR 2;BIT_NR 16;:CURVE #3800" +
+                               bytes(800), "an oscilloscope's own file"),
+                               ("a LeCroy .trc", b"#9000000800WAVEDESC\0\0LECROY_2_3\0" +
+                                bytes(800), "an oscilloscope's own file"),
                                ("a Parquet file", b"PAR1" + bytes(800), "a Parquet file: save it as CSV"),
                                ("a web page named .xls", b"<html><table><tr><td>t</td></tr></table>\n", "HTML or XML"),
                                ("a list of JSON", b"[\n[0, 1, 2],\n[1, 2, 3]\n]\n", "JSON, no table of measurements")):

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table/table.h"
 #include "base/shown_name.h"
+#include "recording/table/time_parts.h"
 #include "recording/table/units.h"
 #include <ctype.h>
 #include <errno.h>
@@ -45,6 +46,7 @@ void table_free(table_t *table) {
     free(table->damage);
     free(table->unnamed);
     free(table->unnamed_line);
+    free(table->partial);
     free(table->passed_before);
     memset(table, 0, sizeof *table);
 }
@@ -81,6 +83,7 @@ void table_add(table_t *table, const char *name, const char *unit, const char *w
     column->value = value;
     column->number = table->columns;
     column->clock = false;
+    column->scaled = false;
 }
 
 void table_note(table_t *table, const char *format, ...) {
@@ -287,7 +290,7 @@ static const signature_t *find_packed(const char *path) {
     return got > 0 ? find_signature(head, (size_t)got) : NULL;
 }
 
-bool table_read(table_t *table, const char *path, failure_t *failure) {
+static bool read_any(table_t *table, const char *path, failure_t *failure) {
     char head[HEAD] = {0};
     size_t length;
     FILE *file = fopen(path, "rb");
@@ -316,4 +319,12 @@ bool table_read(table_t *table, const char *path, failure_t *failure) {
                     signature->read != NULL ? ": only text is read from gzip, unpack it first (gunzip)" : "");
     }
     return table_read_text(table, path, failure);
+}
+
+bool table_read(table_t *table, const char *path, failure_t *failure) {
+    const bool good = read_any(table, path, failure);
+    if (good) {
+        time_parts_join(table);
+    }
+    return good;
 }

@@ -8,7 +8,7 @@
  *     text       separated by comma, semicolon, tab, bar or blanks; decimal point or comma; with or without names,
  *                units, quotes and header lines (oscilloscopes, LabVIEW .lvm, NumPy savetxt, spreadsheets);
  *                UTF-8, UTF-16 or Latin-1; LF or CR LF. table_text.c
- *     MATLAB     .mat of versions 5 to 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
+ *     MATLAB     .mat of versions 4, 5 and 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
  *     NumPy      .npy and .npz: arrays of one or two dimensions, and structured ones. table_numpy.c
  *     HDF5       data sets of one or two dimensions, in groups, too. table_hdf5.c
  *     gzip       of any text. text_source.c. Of other kinds it is refused.
@@ -31,6 +31,7 @@ typedef struct {
     double *value; /**< one value per row; not finite where a binary file has such values */
     size_t number; /**< of the column in the file, from 1 */
     bool clock;    /**< the values were written as times of day */
+    bool scaled;   /**< a line of the header states a factor for them */
 } table_column_t;
 
 typedef struct {
@@ -49,6 +50,7 @@ typedef struct {
                        what else is wrong shows as well; such a table makes no recording unless the caller asks for it
                      (import_table) */
     char *unnamed, *unnamed_line; /**< why words above the columns are not their names, and these words; or NULL */
+    char *partial;                /**< of a text: columns that have numbers in a part of the lines only, or NULL */
     size_t notes;
     char **note; /**< what was omitted, one line each */
 } table_t;

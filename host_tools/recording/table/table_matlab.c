@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEEPEST = 6 };
+enum { DEEPEST = 6, MOST_CELLS = 64 };
 
 /* The numbers of an array in double, column after column, or NULL if it holds none. */
 static double *numbers_of(const matvar_t *variable, size_t count) {
@@ -190,6 +190,17 @@ static void take(table_t *table, matvar_t *variable, const char *name, int depth
         for (size_t i = 0; i < count; i++) {
             take_element(table, variable, i, count, name, depth);
         }
+        return;
+    }
+    for (size_t i = 0; variable->class_type == MAT_C_CELL && i < count && i < MOST_CELLS && depth < DEEPEST; i++) {
+        char text[256];
+        matvar_t *const cell = Mat_VarGetCell(variable, (int)i);
+        (void)snprintf(text, sizeof text, "%s{%zu}", name, i + 1);
+        if (cell != NULL) {
+            take(table, cell, text, depth + 1);
+        }
+    }
+    if (variable->class_type == MAT_C_CELL) {
         return;
     }
     size_t size[2];

@@ -14,7 +14,8 @@ enum { MOST_FIELDS = 64 };
 
 typedef struct {
     char name[64];
-    char kind; /* 'f', 'i', 'u', 'b' */
+    char kind;    /* 'f', 'i', 'u', 'b' */
+    char unit[8]; /* of a date or a time difference, else "" */
     size_t size, offset;
     bool swapped;
 } array_field_t;
@@ -35,6 +36,13 @@ static bool parse_type(const char *text, array_field_t *field) {
     field->swapped = (*text == '>' && little) || (*text == '<' && !little);
     if (strchr("<>|=", *text) != NULL && *text != '\0') {
         text++;
+    }
+    if (*text == 'M' || *text == 'm') { /* "<M8[ns]" */
+        const size_t length = strncmp(text + 1, "8[", 2) == 0 ? strcspn(text + 3, "]") : 0;
+        (void)snprintf(field->unit, sizeof field->unit, "%.*s", (int)length, text + 3);
+        field->kind = 'i';
+        field->size = sizeof(int64_t);
+        return length > 0 && length < sizeof field->unit;
     }
     field->kind = *text;
     if (*text == '\0' || strchr("fiub", *text) == NULL) {
@@ -183,8 +191,11 @@ static bool take(table_t *table, const char *name, const unsigned char *bytes, s
         for (size_t i = 0; i < count; i++) {
             value[i] = number_at(bytes + array->data + i * array->item + array->field[f].offset, &array->field[f]);
         }
-        table_add_array(table, array->fields > 1 ? array->field[f].name : name, value, array->rows, array->columns,
-                        !array->fortran);
+        char called[80];
+        const bool unit = array->field[f].unit[0] != '\0';
+        (void)snprintf(called, sizeof called, "%.60s%s%s%s", array->fields > 1 ? array->field[f].name : name,
+                       unit ? " [" : "", array->field[f].unit, unit ? "]" : "");
+        table_add_array(table, called, value, array->rows, array->columns, !array->fortran);
         free(value);
     }
     free(array);

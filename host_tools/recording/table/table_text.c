@@ -176,6 +176,24 @@ static size_t first_line(const text_source_t *source, const layout_t *layout, si
     return sure;
 }
 
+/* Columns that hold numbers in some of the lines, and nothing in others. */
+static void find_partial(const text_source_t *source, layout_t *layout) {
+    const size_t step = 1 + (layout->end - layout->begin) / SAMPLE_LINES;
+    size_t numbers[MOST_COLUMNS] = {0}, texts[MOST_COLUMNS] = {0}, lines = 0;
+    for (size_t i = layout->begin; i < layout->end; i += step) {
+        field_kind_t kind[MOST_COLUMNS];
+        const size_t fields = text_line_shape(source->line[i], layout->dialect, kind);
+        for (size_t j = 0; j < fields; j++) {
+            numbers[j] += kind[j] == FIELD_NUMBER;
+            texts[j] += kind[j] == FIELD_TEXT;
+        }
+        lines++;
+    }
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        layout->partial[j] = !layout->number[j] && texts[j] == 0 && numbers[j] * 10 >= lines && numbers[j] > 0;
+    }
+}
+
 static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
     size_t run = 0, first = 0;
     long best = 0;
@@ -213,6 +231,7 @@ static bool find_layout(const text_source_t *source, const char *path, layout_t 
     if (layout->begin < layout->end) {
         field_kind_t kind[MOST_COLUMNS];
         layout->fields = text_line_shape(source->line[layout->begin], layout->dialect, kind);
+        find_partial(source, layout);
     }
     return true;
 }
@@ -501,7 +520,8 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
     if (good && source.lines == 0) {
         good = fail(failure, "%s: empty file", path);
     }
-    good = good && find_layout(&source, path, layout, failure) && check_signs(&source, layout, path, failure);
+    good = good && (!text_is_igor(&source) || text_join_igor_waves(&source, path, failure)) &&
+           find_layout(&source, path, layout, failure) && check_signs(&source, layout, path, failure);
     if (good) {
         value = allocate(layout->columns, sizeof *value);
         for (size_t i = 0; i < layout->columns; i++) {
@@ -517,8 +537,8 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
             text_find_interval(table, (const char *const *)source.line,
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
                                layout->dialect);
-            if (strncmp(source.line[0], "IGOR", 4) == 0) {
-                text_find_igor_scales(table, (const char *const *)source.line, layout->end, source.lines);
+            if (text_is_igor(&source)) {
+                text_find_igor_scales(table, (const char *const *)source.line, 0, source.lines);
             }
             if (layout->end < source.lines && !text_is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;

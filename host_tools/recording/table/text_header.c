@@ -16,6 +16,9 @@ static bool is_bracketed(const char *text) {
 }
 
 void text_bare_unit(char *unit) {
+    if (strncasecmp(unit, "in ", 3) == 0) {
+        memmove(unit, unit + 3, strlen(unit + 3) + 1);
+    }
     if (is_bracketed(unit)) {
         const char *begin = unit + 1 + strspn(unit + 1, " ");
         size_t length = strlen(begin) - 1;
@@ -60,6 +63,12 @@ static bool is_one_of(const char *field, const char *const *keys, size_t count) 
 bool text_is_unit_key(const char *field) {
     static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit", "yunits",
                                        "units",         "unit",         "vunit",      "vunits"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
+bool text_is_scale_key(const char *field) {
+    static const char *const keys[] = {"scale",      "scalefactor", "scaling",    "factor",
+                                       "multiplier", "gain",        "skalierung", "faktor"};
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
@@ -138,9 +147,11 @@ bool text_find_common_unit(const char *const *line, size_t lines, char *unit) {
         char key[60];
         text_field_t value;
         double scale;
-        if (!split_fact(line[i], key, &value) || (strcmp(key, "unit") != 0 && strcmp(key, "units") != 0)) {
+        if (!split_fact(line[i], key, &value) ||
+            (strcmp(key, "unit") != 0 && strcmp(key, "units") != 0 && strcmp(key, "baseunit") != 0)) {
             continue;
         }
+        value.text[strcspn(value.text, ":")] = '\0'; /* of R&S's first channel; others are in V, too */
         text_bare_unit(value.text);
         const quantity_t quantity = unit_of(value.text, &scale);
         if ((quantity != QUANTITY_VOLTAGE && quantity != QUANTITY_LENGTH) ||
@@ -386,34 +397,38 @@ static const char *field_at(const char *line, char separator, size_t index) {
     return at;
 }
 
+/* The key that a field is, of those that are still looked for: behind an interval the start of times alone. */
+static const interval_key_t *wanted_key(const char *field, bool found, bool start) {
+    const interval_key_t *const key = find_key(field, strcspn(field, ":=,;\t\"[("), start);
+    return found && !(start && key != NULL && key->kind == IS_START) ? NULL : key;
+}
+
+/* What a key says, in its own field or the next one, or in the row of values below it. Returns whether that is an
+ * interval. */
+static bool take_fact(table_t *table, const interval_key_t *key, const char *const *line, size_t i, const char *at,
+                      size_t index, dialect_t dialect) {
+    const size_t length = strcspn(at, ":=,;\t\"");
+    const double of_key = scale_in_key(at, length);
+    bool taken = at[length] != '\0' && take_value(table, key, of_key, at + length, dialect, i + 1);
+    const bool number = isdigit((unsigned char)at[length + strspn(at + length, " \t\":=;,")]) != 0;
+    if (!taken && !number && line[i + 1] != NULL) {
+        const char *const below = field_at(line[i + 1], dialect.separator, index);
+        taken = below != NULL && take_value(table, key, of_key, below, dialect, i + 2);
+    }
+    return taken && key->kind != IS_START;
+}
+
 static void find_interval(table_t *table, const char *const *line, size_t lines, dialect_t dialect) {
     lines = lines < HEADER ? lines : HEADER;
     const bool start = has_start(line, lines);
-    for (size_t i = 0; i < lines && line[i] != NULL; i++) {
+    bool found = false;
+    for (size_t i = 0; i + 1 < lines && line[i] != NULL; i++) {
         const char *at = line[i] + strspn(line[i], "#%/! \t\"");
-        size_t index = 0;
-        while (at != NULL && *at != '\0') {
-            const size_t length = strcspn(at, ":=,;\t\"");
-            const interval_key_t *key = find_key(at, strcspn(at, ":=,;\t\"[("), start);
-            const double of_key = key != NULL ? scale_in_key(at, length) : 1.0;
-            const bool beside =
-                key != NULL && at[length] != '\0' && take_value(table, key, of_key, at + length, dialect, i + 1);
-            const bool number = isdigit((unsigned char)at[length + strspn(at + length, " \t\":=;,")]) != 0;
-            if (key != NULL && !beside && !number && i + 1 < lines) { /* keys over a row of values */
-                const char *below = line[i + 1] == NULL ? NULL : field_at(line[i + 1], dialect.separator, index);
-                if (below != NULL && take_value(table, key, of_key, below, dialect, i + 2) && key->kind != IS_START) {
-                    return;
-                }
-            }
-            if (beside && key->kind != IS_START) {
-                return;
-            }
+        for (size_t index = 0; at != NULL && *at != '\0'; index++) {
+            const interval_key_t *const key = wanted_key(at, found, start);
+            found = (key != NULL && take_fact(table, key, line, i, at, index, dialect)) || found;
             at = strchr(at, dialect.separator);
-            at = at != NULL ? at + 1 : NULL;
-            index++;
-            if (at != NULL) {
-                at += strspn(at, " \"");
-            }
+            at = at != NULL ? at + 1 + strspn(at + 1, " \"") : NULL;
         }
     }
 }

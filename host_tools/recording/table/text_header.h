@@ -16,7 +16,7 @@ typedef struct {
 /** Whether a field above a column is a unit and no name: "s", "(ms)", "[um]", "Volt", "Sequence", or empty. */
 bool text_is_unit(const char *text);
 
-/** "(ms)" or "[ms]" becomes "ms", in place. */
+/** "(ms)", "[ms]" or "in ms" becomes "ms", in place. */
 void text_bare_unit(char *unit);
 
 /** The units that a header line alone states ("Vertical Units,V,V", "Y_Unit_Label Volts Volts"): whether a field
@@ -25,6 +25,9 @@ bool text_is_unit_key(const char *field);
 
 /** The same for names ("TraceName,CH1,CH2"). */
 bool text_is_name_key(const char *field);
+
+/** The same for factors ("Scale,1,20"). */
+bool text_is_scale_key(const char *field);
 
 /** Whether a field is the key of what an axis of the screen is called ("Y Label,mV"): that line has no names. */
 bool text_is_label_key(const char *field);

@@ -207,6 +207,15 @@ static bool are_units(const text_field_t *field, const layout_t *layout, size_t 
     return all && known;
 }
 
+/* A line of units behind its key, "unit,s,um,V": they are found where names are. */
+static bool are_keyed_units(const text_field_t *field, size_t count, size_t least) {
+    bool all = count >= least && least > 1 && text_is_unit_key(field[0].text);
+    for (size_t j = 1; all && j < least; j++) {
+        all = text_is_unit(field[j].text);
+    }
+    return all;
+}
+
 /* A field of nothing but signs, as lines are drawn under names. */
 static bool is_drawn(const char *text) {
     return text[0] != '\0' && text[strspn(text, "-=_+:*. ")] == '\0' && strpbrk(text, "-=_") != NULL;
@@ -229,6 +238,9 @@ static bool is_fact(const char *text) {
 /* Whether a line of the header has neither names nor units over the columns: lines that are drawn, or facts. */
 static bool is_no_head(const text_field_t *field, size_t count) {
     bool drawn = count > 0;
+    if (count > 1 && text_is_scale_key(field[0].text)) {
+        return true;
+    }
     for (size_t j = 0; j < count; j++) {
         if (is_fact(field[j].text)) {
             return true;
@@ -248,7 +260,7 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
         if (!text_is_blank(source->line[i - 1])) {
             fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout, least, fields[found]);
-            if (is_no_head(fields[found], count[found])) {
+            if (is_no_head(fields[found], count[found]) || are_keyed_units(fields[found], count[found], least)) {
                 free(fields[found]);
                 continue;
             }
@@ -382,6 +394,38 @@ static void take_common_unit(table_t *table, const text_source_t *source, const 
     }
 }
 
+/* Which columns have a factor that is not 1 in a line of the header. It may have been applied, or not. */
+static void mark_scaled(table_t *table, const text_source_t *source, const layout_t *layout) {
+    text_field_t *const over = stated(source, layout, least_columns(layout), text_is_scale_key);
+    for (size_t i = 0; over != NULL && i < table->columns; i++) {
+        const char *text = over[table->column[i].number - 1].text, *end;
+        double factor;
+        table->column[i].scaled =
+            decimal_read(text, layout->dialect.point, &factor, &end) && *end == '\0' && factor != 1.0;
+    }
+    free(over);
+}
+
+/* Columns that hold numbers in a part of the lines only: another table beside this one, of another length. */
+static void tell_partial(table_t *table, const layout_t *layout, const text_field_t *names) {
+    char text[200] = "";
+    size_t used = 0, count = 0;
+    for (size_t j = 0; j < layout->fields && used + 50 < sizeof text; j++) {
+        if (layout->partial[j]) {
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s%zu '%.30s'", count > 0 ? ", " : "", j + 1,
+                                     names != NULL ? names[j].text : "");
+            count++;
+        }
+    }
+    if (count > 0) {
+        free(table->partial);
+        table->partial = allocate(sizeof text + 60, 1);
+        (void)snprintf(table->partial, sizeof text + 60, "column%s %s %s numbers in a part of the lines only",
+                       count > 1 ? "s" : "", text, count > 1 ? "have" : "has");
+        table_note(table, "%s", table->partial);
+    }
+}
+
 void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
     const size_t least = least_columns(layout);
     size_t column = 0;
@@ -401,6 +445,7 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
         tell_unnamed(table, source, layout);
     }
     tell_words(table, layout, names, layout->fields);
+    tell_partial(table, layout, names);
     text_field_t *over = units == NULL ? stated(source, layout, least, text_is_unit_key) : NULL;
     if (units == NULL && over == NULL && layout->columns < layout->fields) {
         over = beside(source, layout, text_is_unit_key);
@@ -440,6 +485,7 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
         }
     }
     take_common_unit(table, source, layout);
+    mark_scaled(table, source, layout);
     free(over);
     free(names);
     free(units);

@@ -11,6 +11,7 @@ typedef struct {
     dialect_t dialect;
     bool number[MOST_COLUMNS];          /**< the columns that hold the data */
     bool word[MOST_COLUMNS];            /**< those that hold words */
+    bool partial[MOST_COLUMNS];         /**< those that hold numbers in a part of the lines, and else nothing */
     around_text_t around[MOST_COLUMNS]; /**< what stands around the numbers of each column */
     size_t columns;                     /**< how many of them are numbers */
     size_t fields;                      /**< of the first line of data */

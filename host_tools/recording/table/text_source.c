@@ -279,5 +279,6 @@ bool text_source_read(text_source_t *source, const char *path, failure_t *failur
 void text_source_free(text_source_t *source) {
     free(source->line);
     free(source->text);
+    free(source->joined);
     memset(source, 0, sizeof *source);
 }

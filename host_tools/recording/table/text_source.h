@@ -12,6 +12,8 @@ typedef struct {
     char **line;
     const char *encoding; /**< "UTF-8", "UTF-16", "Latin-1", "Windows-1251", .. */
     bool compressed;
+    char *joined;  /**< lines that were put together of others, or NULL */
+    char blank[1]; /**< an empty line, for those that are no more */
 } text_source_t;
 
 /**

@@ -34,6 +34,7 @@ static const unit_t units[] = {
     {"100ns", 1e-7, QUANTITY_TIME, true},
     {"nsec", 1e-9, QUANTITY_TIME, false},
     {"nsecs", 1e-9, QUANTITY_TIME, false},
+    {"nanosec", 1e-9, QUANTITY_TIME, false},
     {"hh:mm:ss", 1.0, QUANTITY_TIME, false}, /* a time of day is read as seconds */
     {"hh:mm:ss.s", 1.0, QUANTITY_TIME, false},
     {"hh:mm:ss.sss", 1.0, QUANTITY_TIME, false},
