@@ -73,6 +73,10 @@ static double factor_for(import_job_t *job, int role, const char *stated) {
                job->choice.meaning[index].quantity == QUANTITY_VOLTAGE) {
         (void)snprintf(what, sizeof what, ", by its name a voltage");
     }
+    const size_t hint = wanted[role] <= QUANTITY_LENGTH ? job->table->unit_hint[wanted[role]].line : 0;
+    if (said == 0.0 && what[0] == '\0' && stated[0] == '\0' && hint > 0) {
+        (void)snprintf(what, sizeof what, " without a unit, and line %zu names another than %s", hint, unit);
+    }
     if (said == 0.0 && what[0] == '\0' && states_scale(job, role) != NULL) {
         (void)snprintf(what, sizeof what, ", %s states a scale", states_scale(job, role));
     }
@@ -348,6 +352,13 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
         const bool counts = time != NO_COLUMN && job.choice.meaning[time].meaning == MEANING_COUNTER;
         if (!time_axis_find(&axis, table, time, counts, options->sample_rate_hz, &of_time)) {
             import_account_add(&job.problems, "%s", of_time.text);
+        } else if (axis.unit_taken && table->unit_hint[QUANTITY_TIME].line > 0) {
+            import_account_add(&job.problems,
+                               "time is column %zu '%s' without a unit, and line %zu names another than s: say the "
+                               "rate (hyst import --sample-rate: %.9g or %.9g)",
+                               table->column[time].number, table->column[time].name,
+                               table->unit_hint[QUANTITY_TIME].line, axis.sample_rate_hz,
+                               axis.sample_rate_hz / table->unit_hint[QUANTITY_TIME].scale);
         } else if (time != NO_COLUMN) {
             import_account_add(account, "%-12s column %d '%s'%s (%s): %s", "time", (int)table->column[time].number,
                                table->column[time].name, axis.unit_taken ? ", taken for s" : "",

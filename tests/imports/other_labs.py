@@ -286,6 +286,50 @@ def _(path):
          "".join(f"{k},{t:.9g},{y / 5.0:.9g},{u / 20.0:.9g}\n" for k, t, u, y in zip(K, T, U, Y)))
 
 
+for head, tail, line in (("# Channel 1: drive, unit mV\n# Channel 2: position, unit nm\n", "", 1),
+                         ("# units: drive=mV, position=nm\n", "", 1), ("", "units: s, mV, nm\n", 402)):
+    @export(f"units in prose, line {line}: '{(head + tail).splitlines()[0]}'",
+            refused=f"drive is column 2 'drive' without a unit, and line {line} names another than V")
+    def _(path, head=head, tail=tail):
+        text(path, head + "time [s],drive,position\n" + rows(T, 1e3 * U, 1e3 * Y) + tail)
+
+
+@export("units in prose, of the times as well", "--drive-scale 0.001 --displacement-scale 0.001",
+        refused="time is column 1 'time' without a unit, and line 1 names another than s: say the rate (hyst import "
+                "--sample-rate: 1 or 1000)")
+def _(path):
+    text(path, "# units: time=ms, drive=mV, position=nm\ntime,drive,position\n" + rows(1e3 * T + 0.5, 1e3 * U, 1e3 * Y))
+
+
+for names in ("Time {ms},Position {nm},Drive {mV}", "Time <ms>,Position <nm>,Drive <mV>", "Time:ms,Position:nm,Drive:mV",
+              "Time..ms.,Position..nm.,Drive..mV.", "timeMs,positionNm,driveMv",
+              "Time in milliseconds,Position in nanometers,Drive in millivolts", "Time (ms),Position (nm),Drive (mVolt)"):
+    @export(f"units as in '{names}'", start=0.0005)
+    def _(path, names=names):
+        text(path, names + "\n" + rows(1e3 * T + 0.5, 1e3 * Y, 1e3 * U))
+
+
+@export("units as in 'Âµs', which was read as Latin-1 once")
+def _(path):
+    text(path, "Time (Âµs),Position (Âµm),Drive (V)\n" + rows(1e6 * T, Y, U, form="%.12g"))
+
+
+@export("spreadsheet: names of two lines in quotes", start=0.0005, says=["'position' in nm", "'drive' in mV"])
+def _(path):
+    text(path, '"time\n(ms)","position\n(nm)","drive\n(mV)"\n' + rows(1e3 * T + 0.5, 1e3 * Y, 1e3 * U))
+
+
+@export("spreadsheet: names of two lines in quotes, and a gap", refused="line 205: gap in time")
+def _(path):
+    text(path, '"time\r\n(s)","position\r\n(um)","drive\r\n(V)"\r\n' +
+         rows(np.where(K < 200, T, T + 0.01), Y, U, end="\r\n"))
+
+
+@export("pandas: Unnamed: 0 over the index", says=["'drive' in V"])
+def _(path):
+    text(path, "Unnamed: 0,time_ms,drive_V,position_um\n" + rows(K, 1e3 * T, U, Y))
+
+
 @export("'in mV' below the names", says=["'drive' in mV", "'position' in nm"])
 def _(path):
     text(path, "time;position;drive\nin ms;in nm;in mV\n" + rows(1e3 * T, 1e3 * Y, 1e3 * U, separator=";", comma=True))
@@ -400,7 +444,33 @@ def _(path):
             file[name].attrs["Units"] = unit
 
 
-for name, content, refused in (("a Tektronix .isf", b":WFMPRE:BYT_NR 2;BIT_NR 16;:CURVE #3800" +
+@export("netCDF: numbers packed as CF says", says=["'drive' in V", "'position' in nm"], tolerance=1e-4)
+def _(path):
+    with h5py.File(path, "w") as file:
+        file["t"] = T
+        for name, value, factor, offset, unit in (("drive", U, 0.01, 50.0, "V"), ("position", 1e3 * Y, 1.0, 0.0, "nm")):
+            file[name] = np.round((value - offset) / factor).astype("i4")
+            file[name].attrs["scale_factor"], file[name].attrs["add_offset"] = factor, offset
+            file[name].attrs["units"] = unit
+
+
+@export("netCDF: a fill value", refused="column 2 'position' has no number in 2 rows, the first is row 6")
+def _(path):
+    with h5py.File(path, "w") as file:
+        file["t"], file["drive"], file["position"] = T, U, np.where((K == 5) | (K == 9), -999.0, Y)
+        file["position"].attrs["_FillValue"] = -999.0
+
+
+@export("HDF5, a gain that may have been applied", refused="displacement is column 2 'position', for which the header states a scale")
+def _(path):
+    with h5py.File(path, "w") as file:
+        file["t"], file["drive"], file["position"] = T, U, np.round(1e3 * Y)
+        file["position"].attrs["gain"] = 0.001
+
+
+for name, content, refused in (("a sound file", b"RIFF" + bytes(800), "a sound file"),
+                               ("a file packed by xz", b"\xFD7zXZ\0" + bytes(800), "packed in another way than gzip: unpack it"),
+                               ("a Tektronix .isf", b":WFMPRE:BYT_NR 2;BIT_NR 16;:CURVE #3800" +
                                bytes(800), "an oscilloscope's own file"),
                                ("a LeCroy .trc", b"#9000000800WAVEDESC\0\0LECROY_2_3\0" +
                                 bytes(800), "an oscilloscope's own file"),

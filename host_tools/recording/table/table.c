@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table/table.h"
 #include "base/shown_name.h"
-#include "recording/table/time_parts.h"
 #include "recording/table/units.h"
 #include <ctype.h>
 #include <errno.h>
@@ -218,6 +217,7 @@ enum { HEAD = 32 };
 
 #define UNIVERSAL_FILE "a Universal File (UFF), as vibrometers write: export the signals as text"
 
+#define PACKED     "packed in another way than gzip: unpack it first"
 #define SCOPE_FILE "an oscilloscope's own file: export the waveforms as CSV"
 
 static const signature_t signatures[] = {
@@ -232,6 +232,13 @@ static const signature_t signatures[] = {
     {"\x89PNG", 4, NULL, "a picture, no measurements"},
     {"    -1\n", 7, NULL, UNIVERSAL_FILE},
     {"    -1\r", 7, NULL, UNIVERSAL_FILE},
+    {"BZh", 3, NULL, PACKED},
+    {"\xFD\x37zXZ", 5, NULL, PACKED},
+    {"\x28\xB5\x2F\xFD", 4, NULL, PACKED},
+    {"7z\xBC\xAF", 4, NULL, PACKED},
+    {"Rar!", 4, NULL, PACKED},
+    {"RIFF", 4, NULL, "a sound file, whose numbers are parts of full scale: export volts as CSV"},
+    {"{\\rtf", 5, NULL, "a text with fonts (RTF): save it as plain text"},
     {"PAR1", 4, NULL, "a Parquet file: save it as CSV, or as NumPy arrays"},
     {"ARROW1", 6, NULL, "an Arrow file: save it as CSV, or as NumPy arrays"},
     {"SQLite format 3", 15, NULL, "a data base: export the table as CSV"},
@@ -324,7 +331,7 @@ static bool read_any(table_t *table, const char *path, failure_t *failure) {
 bool table_read(table_t *table, const char *path, failure_t *failure) {
     const bool good = read_any(table, path, failure);
     if (good) {
-        time_parts_join(table);
+        table_join_times(table);
     }
     return good;
 }

@@ -20,6 +20,7 @@
 
 #include "base/failure.h"
 #include "recording/table/column.h"
+#include "recording/table/units.h"
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -33,6 +34,12 @@ typedef struct {
     bool clock;    /**< the values were written as times of day */
     bool scaled;   /**< a line of the header states a factor for them */
 } table_column_t;
+
+/** A unit that a text names, but not of which column. */
+typedef struct {
+    size_t line;  /**< counted from 1; 0: none */
+    double scale; /**< as unit_of has it, never 1 */
+} unit_hint_t;
 
 typedef struct {
     char *source; /**< the path */
@@ -51,6 +58,7 @@ typedef struct {
                      (import_table) */
     char *unnamed, *unnamed_line; /**< why words above the columns are not their names, and these words; or NULL */
     char *partial;                /**< of a text: columns that have numbers in a part of the lines only, or NULL */
+    unit_hint_t unit_hint[QUANTITY_LENGTH + 1]; /**< by quantity: of times, voltages and lengths */
     size_t notes;
     char **note; /**< what was omitted, one line each */
 } table_t;
@@ -84,6 +92,10 @@ void table_set_interval(table_t *table, double interval_s, const char *origin);
  * ("pos_nm"). `value` is in rows (C order) if row_major, copied. */
 void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
                      bool row_major);
+
+/** Where no column of times rises all the time, but one of whole seconds does together with one of their parts ("ms",
+ * "nsecs"), the former becomes the sum of both, and is called so. */
+void table_join_times(table_t *table);
 
 /** What is said of a file without any signal that has objects of MATLAB. */
 #define MATLAB_OBJECTS "; objects of MATLAB classes (table, timeseries) are not read: save their columns as arrays"

@@ -8,6 +8,7 @@
 #include "recording/table/table.h"
 #include "recording/table/text_fields.h"
 #include "recording/table/text_header.h"
+#include "recording/table/text_hints.h"
 #include "recording/table/text_igor.h"
 #include "recording/table/text_names.h"
 #include "recording/table/text_signs.h"
@@ -153,10 +154,20 @@ static bool is_broken(const text_source_t *source, const layout_t *layout, size_
     if (text_line_shape(source->line[at], layout->dialect, kind) != fields) {
         return false;
     }
-    for (size_t j = 0, column = 0; j < fields && j < MOST_COLUMNS; j++) {
+    const char *line = source->line[at];
+    for (size_t j = 0, column = 0; line != NULL && j < fields && j < MOST_COLUMNS; j++) {
+        const char *field;
+        size_t length;
+        double number;
+        around_t around;
+        line = text_next_field(line, layout->dialect.separator, &field, &length);
         if (layout->number[j]) {
-            number_first = number_first || (column == 0 && kind[j] == FIELD_NUMBER);
-            numbers += kind[j] == FIELD_NUMBER ? 1 : 0;
+            /* "Unnamed: 0" is a name, where others have no word before their numbers */
+            const bool is_number =
+                text_field_kind(field, length, layout->dialect.point, &number, &around) == FIELD_NUMBER &&
+                (around.label_length == 0 || layout->around[j].label[0] != '\0');
+            number_first = number_first || (column == 0 && is_number);
+            numbers += is_number ? 1 : 0;
             column++;
         }
     }
@@ -532,6 +543,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
         good = read_rows(table, &source, layout, value, failure);
         if (good) {
             text_name_columns(table, &source, layout, value);
+            text_find_unit_hints(table, (const char *const *)source.line, layout->begin, layout->end, source.lines);
             text_find_role_units(table, (const char *const *)source.line, layout->begin);
             text_find_further(table, (const char *const *)source.line, layout->begin);
             text_find_interval(table, (const char *const *)source.line,

@@ -120,6 +120,7 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
     text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
     for (size_t i = layout->begin; i > 0; i--) {
         size_t count = split_names(source->line[i - 1], layout, least, field), empty = 0;
+        bool prose = false;
         if (count < least || !is_key(field[0].text)) {
             continue;
         }
@@ -131,6 +132,10 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
                 field[j].text[0] = '\0';
             }
             empty += field[j].text[0] == '\0';
+            prose = prose || strchr(field[j].text, '=') != NULL; /* "drive=mV" */
+        }
+        if (prose) {
+            continue;
         }
         if (count > least && empty > 0 && least == layout->columns) {
             count = close_gaps(field, count, least) ? count : 0;
@@ -303,7 +308,7 @@ static bool is_known_name(const text_field_t *field) {
     char name[TEXT_FIELD], unit[TEXT_FIELD];
     double scale;
     snprintf(name, sizeof name, "%s", field->text);
-    unit_split(name, unit, "/_ ,");
+    unit_split(name, unit, "/_ ,:");
     const unsigned words = column_words_read(name, name + strlen(name)).stands_for;
     return (words & ~(unsigned)(WORD_NOTHING | WORD_OTHER)) != 0 || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
 }
@@ -466,7 +471,7 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
             }
             snprintf(written, sizeof written, "%s", name);
             if (unit[0] == '\0') {
-                unit_split(name, unit, "/_ ,");
+                unit_split(name, unit, "/_ ,:");
             }
             if (name[0] == '\0') { /* "[ms]" */
                 snprintf(name, sizeof name, "column %zu", j + 1);

@@ -12,7 +12,8 @@
 enum {
     CHUNK = 1 << 20,
     TRIED = 4096, /* bytes of lines beyond ASCII that decide the encoding */
-    WORD = 80     /* bytes of a word of these */
+    WORD = 80,    /* bytes of a word of these */
+    QUOTED = 200  /* bytes of a field in quotes that may go on in the next line */
 };
 
 /* The whole file, unpacked; zlib hands plain files through. The buffer is one longer than `length`. */
@@ -184,22 +185,44 @@ static const char *utf16_without_mark(const char *text, size_t length) {
     return look >= 4 && zeros[1] * 2 * 10 >= look * 9 && zeros[0] == 0 ? "UTF-16LE" : NULL;
 }
 
-/* The sign of a printed minus before a number as that of a keyboard. */
-static void plain_minus(char *text, size_t *length) {
-    static const char minus[] = "\xE2\x88\x92";
-    char *to = text, *from = text;
-    for (char *found; (found = strstr(from, minus)) != NULL; from = found + 3) {
-        memmove(to, from, (size_t)(found - from));
-        to += found - from;
-        if (found[3] == '.' || (found[3] >= '0' && found[3] <= '9')) {
-            *to++ = '-';
-        } else {
-            memmove(to, found, 3);
-            to += 3;
+/* What stands for a sign where a program took it for another one; NULL: nothing. `bytes`: of what is replaced. */
+static const char *meant(const char *text, size_t *bytes) {
+    static const struct {
+        const char *written, *meant;
+    } signs[] = {{"\xC3\x82\xC2\xB5", "\xC2\xB5"}, /* UTF-8 that was read as Latin-1: a micro sign */
+                 {"\xC3\x8E\xC2\xBC", "\xC2\xB5"}, /* a Greek mu */
+                 {"\xC3\x82\xC2\xB0", "\xC2\xB0"}, /* a degree */
+                 {"\xE2\x88\x92", "-"}};           /* the printed minus */
+    for (size_t i = 0; i < sizeof signs / sizeof signs[0]; i++) {
+        *bytes = strlen(signs[i].written);
+        if (strncmp(text, signs[i].written, *bytes) == 0) {
+            return signs[i].meant;
         }
     }
-    memmove(to, from, *length - (size_t)(from - text) + 1);
-    *length -= (size_t)(from - to);
+    return NULL;
+}
+
+/* None becomes longer. */
+static void repair_signs(char *text, size_t *length) {
+    char *to = text;
+    const char *from = text, *const end = text + *length;
+    while (from < end) {
+        const size_t plain = strcspn(from, "\xC3\xE2"); /* up to 0, too */
+        memmove(to, from, plain);
+        to += plain;
+        from += plain;
+        size_t bytes = 1;
+        const char *const sign = from < end ? meant(from, &bytes) : NULL;
+        if (sign != NULL) {
+            memmove(to, sign, strlen(sign));
+            to += strlen(sign);
+            from += bytes;
+        } else if (from < end) {
+            *to++ = *from++;
+        }
+    }
+    *to = '\0';
+    *length = (size_t)(to - text);
 }
 
 static char *to_utf8(text_source_t *source, char *text, size_t *length) {
@@ -225,18 +248,47 @@ static char *to_utf8(text_source_t *source, char *text, size_t *length) {
         memmove(text, text + 3, *length + 1);
     }
     if (text != NULL) {
-        plain_minus(text, length);
+        repair_signs(text, length);
     }
     return text;
 }
 
+static void add_line(text_source_t *source, size_t *room, char *line) {
+    if (source->lines == *room) {
+        *room = *room > 0 ? 2 * *room : 4096;
+        source->line = reallocate(source->line, *room, sizeof *source->line);
+    }
+    source->line[source->lines++] = line;
+}
+
+/* Whether the line break at `end` stands within a field in quotes, as spreadsheets write names of two lines: the field
+ * begins on the line, and ends soon. */
+static bool is_in_quotes(const char *begin, const char *end) {
+    static const char separators[] = ",;\t|";
+    const char *last = NULL;
+    size_t quotes = 0;
+    for (const char *at = begin; (at = memchr(at, '"', (size_t)(end - at))) != NULL; at++) {
+        last = at;
+        quotes++;
+    }
+    if (quotes % 2 == 0 || (last > begin && strchr(separators, last[-1]) == NULL)) {
+        return false;
+    }
+    const size_t more = strcspn(end, "\"");
+    const char *const close = end + more;
+    return more < QUOTED && *close == '"' && (close[1] == '\0' || strchr(",;\t|\r\n", close[1]) != NULL);
+}
+
+/* A line break within quotes is a blank; empty lines then stand behind that line, so that later ones keep their
+ * numbers. */
 static bool split_lines(text_source_t *source, size_t length, const char *path, failure_t *failure) {
-    size_t room = 0, begin = 0;
+    size_t room = 0, begin = 0, joined = 0;
     for (size_t i = 0; i <= length; i++) {
         const char c = source->text[i];
         const bool end = i == length || c == '\n' || c == '\r';
         if (!end && ((unsigned char)c < 0x20 || c == 0x7F) && c != '\t') {
-            return fail(failure, "%s:%zu: binary data, not a table of numbers", path, source->lines + 1);
+            return fail(failure, "%s:%zu: binary data, not a table of numbers: export it as text (CSV)", path,
+                        source->lines + 1);
         }
         if (!end) {
             continue;
@@ -244,15 +296,19 @@ static bool split_lines(text_source_t *source, size_t length, const char *path, 
         if (i == length && i == begin) {
             break; /* the last line ended */
         }
-        if (source->lines == room) {
-            room = room > 0 ? 2 * room : 4096;
-            source->line = reallocate(source->line, room, sizeof *source->line);
+        const bool pair = c == '\r' && i < length && source->text[i + 1] == '\n';
+        if (i < length && is_in_quotes(source->text + begin, source->text + i)) {
+            source->text[i] = ' ';
+            source->text[i + (pair ? 1 : 0)] = ' ';
+            joined++;
+            continue;
         }
         source->text[i] = '\0';
-        source->line[source->lines++] = source->text + begin;
-        if (c == '\r' && i < length && source->text[i + 1] == '\n') {
-            i++;
+        add_line(source, &room, source->text + begin);
+        for (; joined > 0; joined--) {
+            add_line(source, &room, source->blank);
         }
+        i += pair ? 1 : 0;
         begin = i + 1;
     }
     return true;
@@ -267,7 +323,7 @@ bool text_source_read(text_source_t *source, const char *path, failure_t *failur
     }
     source->text = to_utf8(source, source->text, &length);
     if (source->text == NULL) {
-        return fail(failure, "%s:1: binary data, not a table of numbers", path);
+        return fail(failure, "%s:1: binary data, not a table of numbers: export it as text (CSV)", path);
     }
     if (!split_lines(source, length, path, failure)) {
         text_source_free(source);

@@ -51,6 +51,10 @@ static const unit_t units[] = {
     {"secondes", 1.0, QUANTITY_TIME, false},
     {"msec", 1e-3, QUANTITY_TIME, false},
     {"usec", 1e-6, QUANTITY_TIME, false},
+    {"msecs", 1e-3, QUANTITY_TIME, false},
+    {"millisecond", 1e-3, QUANTITY_TIME, false},
+    {"microsecond", 1e-6, QUANTITY_TIME, false},
+    {"nanosecond", 1e-9, QUANTITY_TIME, false},
     {"milliseconds", 1e-3, QUANTITY_TIME, false},
     {"microseconds", 1e-6, QUANTITY_TIME, false},
     {"nanoseconds", 1e-9, QUANTITY_TIME, false},
@@ -62,6 +66,9 @@ static const unit_t units[] = {
     {"mv", 1e-3, QUANTITY_VOLTAGE, true},
     {"mV", 1e-3, QUANTITY_VOLTAGE, true},
     {"millivolt", 1e-3, QUANTITY_VOLTAGE, false},
+    {"millivolts", 1e-3, QUANTITY_VOLTAGE, false},
+    {"mVolt", 1e-3, QUANTITY_VOLTAGE, true},
+    {"kilovolts", 1e3, QUANTITY_VOLTAGE, false},
     {"uV", 1e-6, QUANTITY_VOLTAGE, true},
     {"\xC2\xB5V", 1e-6, QUANTITY_VOLTAGE, true},
     {"\xCE\xBCV", 1e-6, QUANTITY_VOLTAGE, true},
@@ -76,6 +83,8 @@ static const unit_t units[] = {
     {"um", 1.0, QUANTITY_LENGTH, false},
     {"\xC2\xB5m", 1.0, QUANTITY_LENGTH, true},
     {"\xCE\xBCm", 1.0, QUANTITY_LENGTH, true},
+    {"\xC2\xB5", 1.0, QUANTITY_LENGTH, true},
+    {"\xCE\xBC", 1.0, QUANTITY_LENGTH, true},
     {"micron", 1.0, QUANTITY_LENGTH, false},
     {"microns", 1.0, QUANTITY_LENGTH, false},
     {"micrometer", 1.0, QUANTITY_LENGTH, false},
@@ -97,7 +106,16 @@ static const unit_t units[] = {
     {"\xC3\x85ngstr\xC3\xB6m", 1e-4, QUANTITY_LENGTH, true},
     {"meter", 1e6, QUANTITY_LENGTH, false},
     {"meters", 1e6, QUANTITY_LENGTH, false},
+    {"metre", 1e6, QUANTITY_LENGTH, false},
+    {"metres", 1e6, QUANTITY_LENGTH, false},
     {"millimeter", 1e3, QUANTITY_LENGTH, false},
+    {"millimeters", 1e3, QUANTITY_LENGTH, false},
+    {"millimetre", 1e3, QUANTITY_LENGTH, false},
+    {"millimetres", 1e3, QUANTITY_LENGTH, false},
+    {"picometer", 1e-6, QUANTITY_LENGTH, false},
+    {"picometers", 1e-6, QUANTITY_LENGTH, false},
+    {"picometre", 1e-6, QUANTITY_LENGTH, false},
+    {"picometres", 1e-6, QUANTITY_LENGTH, false},
     {"A", 1.0, QUANTITY_CURRENT, true},
     {"mA", 1e-3, QUANTITY_CURRENT, true},
     {"uA", 1e-6, QUANTITY_CURRENT, true},
@@ -195,12 +213,13 @@ static bool is_letter(const char *name, const char *unit) {
 /* Brackets somewhere in a name that hold a known unit, "Voltage (V) CH1", or any at its end. Those that are all of it
  * hold a known one. */
 static bool take_brackets(char *name, char *unit) {
-    for (char *open = name; (open = strpbrk(open, "([")) != NULL; open++) {
-        char *close = strchr(open, *open == '(' ? ')' : ']');
+    for (char *open = name; (open = strpbrk(open, "([{<")) != NULL; open++) {
+        const bool known_only = *open == '{' || *open == '<'; /* "101 <Drive>" */
+        char *close = strchr(open, *open == '(' ? ')' : *open == '[' ? ']' : *open == '{' ? '}' : '>');
         const char *begin = open + 1 + strspn(open + 1, " ");
         double scale;
         if (close == NULL) {
-            return false;
+            continue;
         }
         size_t length = close > begin ? (size_t)(close - begin) : 0;
         while (length > 0 && (begin[length - 1] == ' ' || begin[length - 1] == '.')) {
@@ -208,7 +227,7 @@ static bool take_brackets(char *name, char *unit) {
         }
         (void)snprintf(unit, UNIT_FIELD, "%.*s", (int)length, begin);
         const bool index = strspn(unit, "0123456789,:") == strlen(unit); /* "Data(1)" */
-        if ((close[1] == '\0' && !index && open > name) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
+        if ((close[1] == '\0' && !index && !known_only && open > name) || unit_of(unit, &scale) != QUANTITY_UNKNOWN) {
             close += (open == name || open[-1] == ' ') && close[1] == ' ' ? 2 : 1;
             memmove(open, close, strlen(close) + 1);
             trim_end(name);
@@ -259,9 +278,55 @@ static bool take_before_remark(char *name, char *unit, const char *between) {
     return true;
 }
 
+/* As R writes "Time (ms)": "Time..ms."; one letter only so. */
+static void take_behind_dot(char *name, char *unit) {
+    char last[UNIT_FIELD];
+    double scale;
+    size_t length = strlen(name);
+    const bool ends = length > 0 && name[length - 1] == '.';
+    while (length > 0 && name[length - 1] == '.') {
+        length--;
+    }
+    size_t begin = length;
+    while (begin > 0 && name[begin - 1] != '.') {
+        begin--;
+    }
+    (void)snprintf(last, sizeof last, "%.*s", (int)(length - begin), name + begin);
+    if (begin > 1 && (ends || strlen(last) > 1) && unit_of(last, &scale) != QUANTITY_UNKNOWN) {
+        (void)snprintf(unit, UNIT_FIELD, "%s", last);
+        while (begin > 0 && name[begin - 1] == '.') {
+            begin--;
+        }
+        name[begin] = '\0';
+    }
+}
+
+/* Behind a small letter, with a capital: "driveMv". */
+static void take_behind_capital(char *name, char *unit) {
+    static const struct {
+        const char *end, *unit;
+    } ends[] = {{"Ms", "ms"}, {"Us", "us"}, {"Ns", "ns"}, {"Mv", "mV"}, {"Kv", "kV"},
+                {"Mm", "mm"}, {"Um", "um"}, {"Nm", "nm"}, {"Pm", "pm"}};
+    const size_t length = strlen(name);
+    for (size_t i = 0; length > 3 && i < sizeof ends / sizeof ends[0]; i++) {
+        if (strcmp(name + length - 2, ends[i].end) == 0 && islower((unsigned char)name[length - 3]) != 0) {
+            (void)snprintf(unit, UNIT_FIELD, "%s", ends[i].unit);
+            name[length - 2] = '\0';
+            return;
+        }
+    }
+}
+
 void unit_split(char *name, char *unit, const char *between) {
-    if (!take_before_remark(name, unit, between) && !take_brackets(name, unit)) {
-        take_end(name, unit, between);
+    if (take_before_remark(name, unit, between) || take_brackets(name, unit)) {
+        return;
+    }
+    take_end(name, unit, between);
+    if (unit[0] == '\0' && strchr(between, ' ') != NULL) {
+        take_behind_dot(name, unit);
+    }
+    if (unit[0] == '\0') {
+        take_behind_capital(name, unit);
     }
 }
 

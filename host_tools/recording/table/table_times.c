@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "recording/table/time_parts.h"
+/* A time in two columns: whole seconds, and the thousandths or billionths behind them. */
 #include "recording/table/column_words.h"
+#include "recording/table/table.h"
 #include "recording/table/units.h"
 #include <math.h>
 #include <stdio.h>
@@ -64,7 +65,7 @@ static void join(table_t *table, size_t whole, double of_whole, size_t part, dou
     column->name = copy_text(name);
 }
 
-void time_parts_join(table_t *table) {
+void table_join_times(table_t *table) {
     for (size_t i = 0; i < table->columns; i++) {
         const double scale = seconds_of(&table->column[i]);
         if (scale > 0.0 && rises(table, i, scale, i, 0.0)) {
