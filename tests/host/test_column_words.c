@@ -61,9 +61,10 @@ static void test_cut_letters(void) {
 }
 
 static void test_scales_in_names(void) {
-    static const char *const scaled[] = {"HV monitor (1:100)", "Vin x20", "Vin 20x",
-                                         "Vin (x5.0) x10",     "Vin *5",  "Vin ×5"};
-    static const char *const plain[] = {"x1", "X10", "Position x1", "CH1", "10:11:12", "ai0:3", "V 20"};
+    static const char *const scaled[] = {"HV monitor (1:100)", "Vin x20", "Vin 20x", "Vin (x5.0) x10",
+                                         "Vin x20 of 3",       "Vin *5",  "Vin ×5"};
+    static const char *const plain[] = {"x1",   "X10",    "Position x1", "CH1",   "10:11:12", "ai0:3",
+                                        "V 20", "Vin 1:", "Vin 20",      "Vin x", ""};
     for (size_t i = 0; i < sizeof scaled / sizeof scaled[0]; i++) {
         TEST_ASSERT_TRUE_MESSAGE(unit_states_scale(scaled[i], false), scaled[i]);
     }

@@ -330,35 +330,42 @@ void unit_split(char *name, char *unit, const char *between) {
     }
 }
 
+static const char digits[] = "0123456789";
+
 /* Bytes of a sign of multiplication that a text begins with, 0: none. */
 static size_t sign_of_times(const char *text) {
     return strchr("xX*", *text) != NULL && *text != '\0' ? 1 : strncmp(text, "\xC3\x97", 2) == 0 ? 2 : 0;
 }
 
-/* Whether a word behind others states a scale: "1:100", "x20", "20x", "*5"; or any, "V/20". "x1" is an axis. */
-static bool is_scale(const char *word, size_t length, bool behind_others, bool divided) {
-    static const char digits[] = "0123456789";
-    const size_t first = strspn(word, digits), times = sign_of_times(word + first);
-    const char *const behind = word + first + (times > 0 ? times : 1);
-    const size_t second = strspn(behind, digits);
-    if (behind_others && first > 0 && word[first] == ':') {
-        return second > 0 && first + 1 + second == length;
+/* Whether a word behind others is a factor: "1:100", "x20", "20x", "*5". "x1" is an axis. */
+static bool is_factor(const char *word) {
+    const size_t first = strspn(word, digits);
+    if (first > 0 && word[first] == ':') {
+        const size_t second = strspn(word + first + 1, digits);
+        return second > 0 && word[first + 1 + second] == '\0';
     }
-    if (behind_others && times > 0 && first + times + second == length) {
-        return (first > 0) != (second > 0) && first + second > (strchr("xX", word[first]) != NULL ? 1U : 0U);
-    }
-    const char *const slash = memchr(word, '/', length);
+    const size_t times = sign_of_times(word + first);
+    const size_t second = times > 0 ? strspn(word + first + times, digits) : 0;
+    const size_t least = strchr("xX", word[first]) != NULL ? 2 : 1;
+    return times > 0 && (first > 0) != (second > 0) && first + second >= least && word[first + times + second] == '\0';
+}
+
+/* Whether a word is divided by a number: "V/20". */
+static bool is_divided(const char *word) {
+    const char *const slash = strchr(word, '/');
     const size_t divisor = slash != NULL ? strspn(slash + 1, digits) : 0;
-    return divided && slash > word && divisor > 0 && slash + 1 + divisor == word + length && strcmp(slash, "/1") != 0;
+    return divisor > 0 && slash > word && slash[1 + divisor] == '\0' && strcmp(slash, "/1") != 0;
 }
 
 bool unit_states_scale(const char *name, bool divided) {
-    const char *const begin = name;
-    for (size_t length; *name != '\0'; name += length > 0 ? length : 1) {
-        length = strcspn(name, " ()[],;_");
-        if (length > 0 && is_scale(name, length, name > begin, divided)) {
+    for (const char *at = name; *at != '\0';) {
+        char word[UNIT_FIELD];
+        const size_t length = strcspn(at, " ()[],;_");
+        (void)snprintf(word, sizeof word, "%.*s", (int)length, at);
+        if (length > 0 && ((at > name && is_factor(word)) || (divided && is_divided(word)))) {
             return true;
         }
+        at += length > 0 ? length : 1;
     }
     return false;
 }
