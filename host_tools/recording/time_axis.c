@@ -305,6 +305,12 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
         }
         (void)snprintf(counter, sizeof counter, " (column %zu '%s' counts samples)", of->number, of->name);
     }
+    if (!(stated > 0.0) && table->interval_unread > 0) {
+        return fail(failure,
+                    "no column of times, and the sample rate in line %zu is not understood%s: say it (hyst "
+                    "import --time or --sample-rate)",
+                    table->interval_unread, counter);
+    }
     if (!(stated > 0.0)) {
         return fail(failure,
                     "neither a column of times nor a sample rate%s: say it (hyst import --time or --sample-rate)",

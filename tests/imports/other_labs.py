@@ -134,7 +134,7 @@ for fact in ("Sample Interval: 1.0 mS", "Sampling interval = 1 msec.", "Sampling
 
 
 for fact in ("Sample rate: 1,000 Hz", "Sample rate: 5 furlongs"):
-    @export(f"a rate as '{fact}'", refused="neither a column of times nor a sample rate")
+    @export(f"a rate as '{fact}'", refused="no column of times, and the sample rate in line 1 is not understood")
     def _(path, fact=fact):
         text(path, fact + "\ndrive (V)\tposition (um)\n" + rows(U, Y, separator="\t"))
 

@@ -50,6 +50,7 @@ typedef struct {
     double start_s;                /**< time of row number 0, as the file states it; 0: it does not */
     char *role_unit[COLUMN_COUNT]; /**< that a header key states for a column of a recording ("drive_unit: mV"), or NULL
                                     */
+    size_t interval_unread;        /**< line of an interval or a rate that is not understood, counted from 1; 0: none */
     char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
     size_t passed, *passed_before; /**< of a text: lines among the data that are none, and the row behind each */

@@ -375,6 +375,7 @@ static bool take_value(table_t *table, const interval_key_t *key, double of_key,
     const bool timed = quantity == QUANTITY_TIME || quantity == QUANTITY_FREQUENCY;
     if (is_grouped(begin, at, dialect.separator) || (!timed && key->kind == IS_NAMED_BY_UNIT) ||
         (!timed && has_unit && quantity != QUANTITY_INDEX)) {
+        table->interval_unread = key->kind != IS_NAMED_BY_UNIT ? line : table->interval_unread;
         return false;
     }
     const bool rate = timed ? quantity == QUANTITY_FREQUENCY : key->kind == IS_RATE;
